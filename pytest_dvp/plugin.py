@@ -1,0 +1,1 @@
+"""Hooks of the pytest plugin; imports the standard library and pytest only."""

@@ -1,0 +1,42 @@
+"""The Vehicle protocol: what the harness needs of whatever stands in for the car."""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+from vehicle.messages import Command, FloatArray, Observation, Surroundings, VehicleDescription, VehicleState
+
+
+@runtime_checkable
+class Vehicle(Protocol):
+    """A car: the digital twin, a real one, or a recording of one.
+
+    Life: `reset` once, then per tick `observe`, `apply`, `step`; `stop` brings it to a halt, `close` frees what it
+    holds and may be called at any time, more than once.
+    """
+
+    @property
+    def description(self) -> VehicleDescription:
+        """Size, axles, limits and sensor mounting of this car."""
+
+    @property
+    def is_real(self) -> bool:
+        """True if actuators of a real car hang on it: nothing automatic may drive it then."""
+
+    def reset(self, state: VehicleState) -> None:
+        """Stand (or drive) at `state` with empty actuators and sensors; a real car checks that it does."""
+
+    def observe(self, surroundings: Surroundings) -> Observation:
+        """Everything its sensors delivered since the last call. A real car's sensors ignore `surroundings`."""
+
+    def apply(self, command: Command) -> None:
+        """Hand over a command; it holds until the next one."""
+
+    def step(self, dt: float) -> FloatArray:
+        """Let `dt` [s] pass. Returns the measured motion since the last call: rows of TRACE_COLUMNS, oldest first."""
+
+    def stop(self) -> None:
+        """Bring the car to a halt with what the vehicle itself can do; does not wait."""
+
+    def close(self) -> None:
+        """Free processes, sockets and buses."""

@@ -1,0 +1,204 @@
+"""What crosses the plug between a vehicle and a driving stack: SI units, frozen, serialisable.
+
+Frames follow ISO 8855 and REP-103: x forward, y left, z up, yaw counter-clockwise. The map frame is that of the
+OpenDRIVE file. A vehicle's reference point is the ground point under the middle of its rear axle.
+Every message carries `t`, the time [s] at which the quantity was true at its source (not when it arrived).
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple, TypeAlias
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+ObjectKind: TypeAlias = Literal["vehicle", "pedestrian", "bicycle", "misc"]
+OBJECT_KINDS: tuple[ObjectKind, ...] = ("vehicle", "pedestrian", "bicycle", "misc")
+
+TRACE_COLUMNS: tuple[str, ...] = ("t", "x", "y", "z", "yaw", "v", "vx", "vy", "yaw_rate", "ax", "ay", "steer")
+"""Columns of the rows that `Vehicle.step` returns; units and meaning as in VehicleState."""
+
+
+class RoadPoint(NamedTuple):
+    """A place on the map: OpenDRIVE road id, lane id (sign as in the file) and s [m] along the reference line."""
+
+    road: str
+    lane: int
+    s: float
+
+
+class VehicleDescription(msgspec.Struct, frozen=True):
+    """What a driving stack may know of its own car. Lengths [m], angles [rad], mass [kg]."""
+
+    length: float
+    width: float
+    height: float
+    wheelbase: float
+    center_x: float  # from the rear axle forward to the middle of the bounding box
+    max_steer: float  # at the road wheel
+    max_speed: float  # m/s
+    max_acceleration: float  # m/s^2, at low speed
+    max_deceleration: float  # m/s^2, positive
+    mass: float
+    steer_delay: float = 0.0  # s, as the data sheet or an identification says
+    drive_delay: float = 0.0
+    gnss_x: float = 0.0  # antenna ahead of the reference point
+    imu_x: float = 0.0
+    lidar_x: float = 0.0
+    lidar_z: float = 1.5
+    camera_x: float = 0.0
+    camera_z: float = 1.4
+    camera_focal: float = 800.0  # px
+    camera_width: int = 1280  # px
+    camera_height: int = 720  # px
+
+
+class VehicleState(msgspec.Struct, frozen=True):
+    """Motion of the reference point. Position [m], angles [rad], speeds [m/s], ax/ay specific force [m/s^2].
+
+    `v` is the signed speed along the body's x axis (equal to `vx`); `steer` the mean road-wheel angle.
+    """
+
+    t: float
+    x: float
+    y: float
+    yaw: float
+    v: float
+    z: float = 0.0
+    vx: float = 0.0
+    vy: float = 0.0
+    yaw_rate: float = 0.0
+    ax: float = 0.0
+    ay: float = 0.0
+    steer: float = 0.0
+
+
+class GnssFix(msgspec.Struct, frozen=True):
+    """Antenna position in the map frame [m] with its standard deviation; heading [rad] if the receiver has one."""
+
+    t: float
+    x: float
+    y: float
+    sigma: float
+    yaw: float | None = None
+    yaw_sigma: float = 0.0
+
+
+class Odometry(msgspec.Struct, frozen=True):
+    """Speed from the wheels [m/s] and the reported road-wheel angle [rad]."""
+
+    t: float
+    v: float
+    steer: float
+
+
+class Imu(msgspec.Struct, frozen=True):
+    """Specific force [m/s^2] and yaw rate [rad/s] at the sensor, in its mounting frame."""
+
+    t: float
+    ax: float
+    ay: float
+    yaw_rate: float
+
+
+class LidarScan(msgspec.Struct, frozen=True):
+    """Point cloud in the sensor frame: float64 array (n, 3) of x, y, z [m]; ground returns may be included."""
+
+    t: float
+    points: FloatArray
+
+
+class CameraBox(msgspec.Struct, frozen=True):
+    """A detector's box in the image [px] (u right, v down), its class and score in [0, 1]."""
+
+    u_min: float
+    v_min: float
+    u_max: float
+    v_max: float
+    kind: ObjectKind
+    score: float
+
+
+class CameraFrame(msgspec.Struct, frozen=True):
+    t: float
+    boxes: tuple[CameraBox, ...]
+
+
+class SignalState(msgspec.Struct, frozen=True):
+    """State of a traffic signal of the map, by its OpenDRIVE id: "red", "amber", "green" or the file's own word."""
+
+    id: str
+    state: str
+
+
+class Task(msgspec.Struct, frozen=True):
+    """What the ego is asked to do. Without goal and route it keeps its lane."""
+
+    set_speed: float | None = None  # m/s; overrides LQR_v_max
+    goal: RoadPoint | None = None
+    route: tuple[RoadPoint, ...] = ()
+
+
+class Observation(msgspec.Struct, frozen=True):
+    """All that arrived since the last tick, oldest first. `t` [s] is the time of the tick."""
+
+    t: float
+    gnss: tuple[GnssFix, ...] = ()
+    odometry: tuple[Odometry, ...] = ()
+    imu: tuple[Imu, ...] = ()
+    lidar: LidarScan | None = None
+    camera: CameraFrame | None = None
+    signals: tuple[SignalState, ...] = ()
+    task: Task | None = None  # set when it is new
+
+
+class Command(msgspec.Struct, frozen=True):
+    """What the stack asks of the vehicle.
+
+    `steer` road-wheel angle [rad]; `accel` the wanted acceleration [m/s^2] that the pedals are meant to produce;
+    `throttle` and `brake` in [0, 1]. Which of `accel` or the pedals drives a vehicle, its model file says.
+    """
+
+    t: float
+    steer: float
+    accel: float
+    throttle: float
+    brake: float
+
+
+class Detection(msgspec.Struct, frozen=True):
+    """An oriented box that a perception reports, in the map frame: centre [m], yaw [rad], size [m], velocity [m/s]."""
+
+    t: float
+    kind: ObjectKind
+    x: float
+    y: float
+    yaw: float
+    length: float
+    width: float
+    vx: float
+    vy: float
+    score: float = 1.0
+    position_variance: float = 0.0  # m^2
+    track: int = -1
+
+
+class Surroundings(msgspec.Struct, frozen=True):
+    """Everything around the vehicle that its sensors could meet, in the map frame.
+
+    `boxes` is a float64 array (n, 9): centre x, y, z [m], yaw [rad], length, width, height [m], vx, vy [m/s];
+    `kinds` an int64 array (n,) of indices into OBJECT_KINDS; `names` the n names.
+    """
+
+    boxes: FloatArray
+    kinds: NDArray[np.int64]
+    names: tuple[str, ...]
+    signals: tuple[SignalState, ...] = ()
+
+
+def no_surroundings() -> Surroundings:
+    """An empty world."""
+    return Surroundings(boxes=np.zeros((0, 9)), kinds=np.zeros(0, dtype=np.int64), names=())
