@@ -1,0 +1,1 @@
+"""Measured speed beside a peer, in one run: `make bench` writes docs/benchmarks.md."""
