@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from itertools import pairwise
 from math import atan2, cos, hypot, isclose, pi, sin
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -119,7 +120,7 @@ def streets() -> dict[str, list[Piece]]:
 
 
 def check_chain(pieces: list[Piece]) -> None:
-    for before, after in zip(pieces, pieces[1:], strict=False):
+    for before, after in pairwise(pieces):
         x, y, heading = before.end()
         gap = hypot(after.x - x, after.y - y)
         if gap > 1e-9 or not isclose(cos(heading - after.heading), 1.0, abs_tol=1e-12):
