@@ -1,0 +1,111 @@
+"""What the fields of the model mean: place, quantity with unit and bounds, reference, XML spelling where it differs.
+
+The dataclasses of this package are the one table that reading, checking and writing work from: a field `lane_id` is the
+attribute `laneId`, a field `performance: Performance` the child `<Performance>`, a field `position: Position` (a union)
+the child `<Position>` that holds one of the union's elements, a `tuple[Event, ...]` the repeated child `<Event>`. What
+differs from this is said by `xml(...)` at the field or by `XML` at the class.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal, TypeAlias
+
+
+@dataclass(frozen=True, slots=True)
+class At:
+    """Where an element was read: file, 1-based line of its start tag, element path."""
+
+    file: str = ""
+    line: int = 0
+    element: str = ""
+
+
+NOWHERE = At()
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """Anything read from a file; `at` tells where and takes no part in comparisons."""
+
+    XML: ClassVar[str] = ""  # path of the element below its choice, if not simply the class name
+
+    at: At = dataclasses.field(default=NOWHERE, compare=False, repr=False, kw_only=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """Unit and bounds of a number: low <= x <= high, x > above."""
+
+    unit: str
+    low: float | None = None
+    high: float | None = None
+    above: float | None = None
+
+
+RefKind = Literal["entity", "parameter", "variable", "monitor", "signal_controller", "storyboard"]
+
+
+@dataclass(frozen=True, slots=True)
+class Ref:
+    """A name that must be declared elsewhere in the scenario."""
+
+    kind: RefKind
+
+
+@dataclass(frozen=True, slots=True)
+class Xml:
+    """How a field is spelled in the file, where its name does not say it.
+
+    `path`: tags below the element (`TrajectoryRef/Trajectory`), or the attribute's name; `former`: other spellings, each
+    with the minor version from which it is out of use; `inline`: the union's elements stand directly in the element;
+    `catalog`: a CatalogReference may stand in their place; `text`: the text between the tags.
+    """
+
+    path: str = ""
+    former: tuple[tuple[str, int], ...] = ()
+    inline: bool = False
+    catalog: bool = False
+    text: bool = False
+
+
+def xml(
+    path: str = "",
+    *,
+    former: tuple[tuple[str, int], ...] = (),
+    inline: bool = False,
+    catalog: bool = False,
+    text: bool = False,
+) -> dict[str, Xml]:
+    """Metadata for `dataclasses.field`: how the field is spelled in the file."""
+    return {"xml": Xml(path, former, inline, catalog, text)}
+
+
+Metre: TypeAlias = Annotated[float, Quantity("m")]
+Length: TypeAlias = Annotated[float, Quantity("m", low=0.0)]
+PositiveLength: TypeAlias = Annotated[float, Quantity("m", above=0.0)]
+Second: TypeAlias = Annotated[float, Quantity("s")]
+Duration: TypeAlias = Annotated[float, Quantity("s", low=0.0)]
+Speed: TypeAlias = Annotated[float, Quantity("m/s", low=-1e4, high=1e4)]
+MaxSpeed: TypeAlias = Annotated[float, Quantity("m/s", low=0.0)]
+Acceleration: TypeAlias = Annotated[float, Quantity("m/s^2")]
+MaxAcceleration: TypeAlias = Annotated[float, Quantity("m/s^2", low=0.0)]
+MaxJerk: TypeAlias = Annotated[float, Quantity("m/s^3", low=0.0)]
+Radian: TypeAlias = Annotated[float, Quantity("rad")]
+NonNegativeRadian: TypeAlias = Annotated[float, Quantity("rad", low=0.0)]
+Degree: TypeAlias = Annotated[float, Quantity("deg", low=-360.0, high=360.0)]
+Curvature: TypeAlias = Annotated[float, Quantity("1/m")]
+Mass: TypeAlias = Annotated[float, Quantity("kg", low=0.0)]
+Share: TypeAlias = Annotated[float, Quantity("1", low=0.0, high=1.0)]
+Weight: TypeAlias = Annotated[float, Quantity("1", low=0.0)]
+Number: TypeAlias = Annotated[float, Quantity("1")]
+NonNegative: TypeAlias = Annotated[float, Quantity("1", low=0.0)]
+Count: TypeAlias = Annotated[int, Quantity("1", low=0.0)]
+
+EntityName: TypeAlias = Annotated[str, Ref("entity")]
+ParameterName: TypeAlias = Annotated[str, Ref("parameter")]
+VariableName: TypeAlias = Annotated[str, Ref("variable")]
+MonitorName: TypeAlias = Annotated[str, Ref("monitor")]
+SignalControllerName: TypeAlias = Annotated[str, Ref("signal_controller")]
+StoryboardName: TypeAlias = Annotated[str, Ref("storyboard")]
