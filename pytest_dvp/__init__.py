@@ -1,0 +1,29 @@
+"""The harness: runs scenarios, computes metrics, judges gates. Names load when they are first used."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pytest_dvp.fuzz import Variant, scenario_variants
+    from pytest_dvp.log import Log
+    from pytest_dvp.run import RunResult, run
+
+__all__ = ["Log", "RunResult", "Variant", "run", "scenario_variants"]
+
+# pytest imports this package in every session that has the plugin installed, so nothing heavy may load here.
+_HOMES = {
+    "Log": "pytest_dvp.log",
+    "RunResult": "pytest_dvp.run",
+    "Variant": "pytest_dvp.fuzz",
+    "run": "pytest_dvp.run",
+    "scenario_variants": "pytest_dvp.fuzz",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    import importlib
+
+    return getattr(importlib.import_module(_HOMES[name]), name)

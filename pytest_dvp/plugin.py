@@ -1,1 +1,163 @@
-"""Hooks of the pytest plugin; imports the standard library and pytest only."""
+"""Hooks of the pytest plugin; imports the standard library and pytest only, the rest inside the hook that needs it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Generator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from pytest_dvp import fixtures
+from pytest_dvp.fixtures import SETTINGS_KEY, gate, run  # noqa: F401  (pytest finds fixtures among a plugin's names)
+from pytest_dvp.settings import (
+    LISTS,
+    PLUGIN_SETTINGS,
+    SETTINGS,
+    STAGES,
+    Setting,
+    SettingError,
+    Settings,
+    environment_lookup,
+    from_sources,
+    misspelt,
+)
+
+if TYPE_CHECKING:
+    from pytest_dvp.collect import ScenarioFile
+
+ALL = SETTINGS + PLUGIN_SETTINGS
+STAGE_MEANING = {
+    "dt": "digital twin: car and world are simulated",
+    "pe": "parallel execution: a real car among simulated road users",
+    "rw": "real world: everything real, or a recorded log",
+}
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("dvp", "driving scenarios (pytest-dvp)")
+    for setting in ALL:
+        attributes: dict[str, Any] = {"dest": setting.ini, "default": None, "help": setting.help}
+        if setting.kind == "flag":
+            attributes["action"] = "store_true"
+        else:
+            attributes["metavar"] = setting.metavar
+            if setting.kind in LISTS:
+                attributes["action"] = "append"
+        group.addoption(f"--dvp-{setting.name}", **attributes)
+        kind = {"paths": "paths", "assignments": "args"}.get(setting.kind, "string")
+        parser.addini(setting.ini, setting.help, type=kind, default=None)  # type: ignore[arg-type]
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    for stage in STAGES:
+        config.addinivalue_line("markers", f"{stage}: {STAGE_MEANING[stage]}")
+    config.stash[SETTINGS_KEY] = _settings(config)
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFile | None:
+    if file_path.suffix.lower() != ".xosc":
+        return None
+    from pytest_dvp import collect
+
+    settings = parent.config.stash[SETTINGS_KEY]
+    named, inside = collect.asked_for(file_path, parent.config, settings)
+    if not named and not inside:
+        return None
+    return collect.ScenarioFile.from_parent(parent, path=file_path, named=named)  # type: ignore[no-any-return]
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    settings = config.stash[SETTINGS_KEY]
+    if settings.set.scenario and any(_is_scenario(item) for item in items):
+        from pytest_dvp import collect
+
+        try:
+            collect.check_parameters(items, settings)
+        except SettingError as error:
+            raise pytest.UsageError(str(error)) from None
+
+
+def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> list[str]:
+    if not any(_is_scenario(item) for item in items):
+        return []
+    from pytest_dvp import collect
+
+    return [collect.header(items, config.stash[SETTINGS_KEY])]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node: Any) -> None:
+    """A worker of xdist sees all paths as if they were typed; only the controller knows which were."""
+    node.workerinput["dvp_explicit"] = node.config.args_source is pytest.Config.ArgsSource.ARGS
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    report = yield
+    fixtures.attach(item, call, report)
+    return report
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    reports = [
+        report
+        for group in terminalreporter.stats.values()
+        for report in group
+        if getattr(report, "dvp", None) and getattr(report, "when", None) == "call"
+    ]
+    if not reports:
+        return
+    from pytest_dvp import summary
+
+    cases = summary.cases(reports)
+    terminalreporter.section("dvp")
+    for line in summary.lines(cases):
+        terminalreporter.write_line(line)
+    if os.environ.get("GITHUB_ACTIONS"):
+        for line in summary.annotations(cases):
+            terminalreporter.write_line(line)
+        step_summary = os.environ.get("GITHUB_STEP_SUMMARY")
+        if step_summary:
+            summary.append_table(Path(step_summary), cases)
+
+
+def _is_scenario(item: pytest.Item) -> bool:
+    return hasattr(item, "dvp_stage")
+
+
+def _settings(config: pytest.Config) -> Settings:
+    """Command line before environment before ini file."""
+    base = config.inipath.parent if config.inipath else config.rootpath
+    here = config.invocation_params.dir
+    known = [setting.ini for setting in ALL]
+    for wrong in (
+        misspelt((name for name in _ini_names(config) if name.startswith("dvp_")), known),
+        misspelt((name for name in os.environ if name.startswith("DVP_")), [s.environment for s in ALL]),
+    ):
+        if wrong:
+            raise pytest.UsageError(wrong)
+    try:
+        return from_sources(
+            ALL,
+            [
+                (lambda s: config.getoption(s.ini), lambda s: f"--dvp-{s.name}", here),
+                (environment_lookup(), lambda s: f"environment {s.environment}", here),
+                (lambda s: _ini(config, s), lambda s: f"ini {s.ini}", base),
+            ],
+            config.rootpath,
+        )
+    except SettingError as error:
+        raise pytest.UsageError(str(error)) from None
+
+
+def _ini_names(config: pytest.Config) -> list[str]:
+    return [str(name) for name in getattr(config, "inicfg", {})]
+
+
+def _ini(config: pytest.Config, setting: Setting) -> object:
+    value = config.getini(setting.ini)
+    return [str(part) for part in value] if isinstance(value, list) else value

@@ -1,0 +1,85 @@
+"""The command `dvp`: check, play, run, report.
+
+Exit codes: 0 all PASS, or the question was answered; 1 any other verdict or an error finding; 2 a wrong option or a
+missing argument file. Results go to stdout (with --json one JSON document and nothing else), progress to stderr.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from pytest_dvp.cli import check, play, report, run
+from pytest_dvp.cli.arguments import WrongArgument
+from pytest_dvp.settings import SettingError, is_users_mistake, nearest
+
+COMMANDS = (check, play, run, report)
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose complaint is one line with the nearest valid option."""
+
+    def error(self, message: str) -> NoReturn:
+        raise WrongArgument(f"{self.prog}: {message} ({self.prog} --help)")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of all commands; each command's module sets `function` to what runs it."""
+    parser = Parser(prog="dvp", description="Tests driving stacks by OpenSCENARIO files.", allow_abbrev=False)
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=Parser)
+    for module in COMMANDS:
+        name = module.__name__.rpartition(".")[2]
+        summary = (module.__doc__ or "").split("\n")[0]
+        command = commands.add_parser(name, help=summary, description=module.__doc__, allow_abbrev=False)
+        module.add_arguments(command)
+        command.set_defaults(function=module.execute)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command; returns the exit code. A user's mistake is one line on stderr, never a traceback."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    try:
+        arguments = _parse(words)
+        return int(arguments.function(arguments))
+    except SystemExit as done:  # --help
+        return int(done.code or 0)
+    except (WrongArgument, SettingError) as error:
+        return _complain(words, str(error), 2)
+    except KeyboardInterrupt:
+        return _complain(words, "dvp: interrupted", 130)
+    except BrokenPipeError:
+        return 1
+    except Exception as error:
+        if not is_users_mistake(error):
+            raise
+        return _complain(words, str(error), 1, [f.as_dict() for f in getattr(error, "findings", ())])
+
+
+def _parse(words: list[str]) -> argparse.Namespace:
+    parser = build_parser()
+    arguments, rest = parser.parse_known_args(words)
+    if rest:
+        command = f"dvp {arguments.command}"
+        options = [option for module in COMMANDS if module.__name__.endswith(f".{arguments.command}")
+                   for option in _options(module)]
+        near = nearest(rest[0].partition("=")[0], options) if rest[0].startswith("-") else None
+        hint = f", did you mean {near}?" if near else ""
+        raise WrongArgument(f"{command}: unknown argument {rest[0]!r}{hint} ({command} --help)")
+    return arguments
+
+
+def _options(module: Any) -> list[str]:
+    probe = argparse.ArgumentParser(add_help=False)
+    module.add_arguments(probe)
+    return [option for action in probe._actions for option in action.option_strings]
+
+
+def _complain(words: Sequence[str], message: str, code: int, findings: Sequence[dict[str, Any]] = ()) -> int:
+    print(message, file=sys.stderr)
+    if "--json" in words:
+        print(json.dumps({"error": message, "findings": list(findings)}, ensure_ascii=False))
+    return code

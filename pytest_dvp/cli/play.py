@@ -1,0 +1,83 @@
+"""The storyboard alone with default controllers, no ADS: positions as CSV, transitions as events."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, existing, settings_from
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scenario", metavar="X.xosc")
+    parser.add_argument("--dt", default="0.01", metavar="SECONDS", help="step of the storyboard [s], default 0.01")
+    parser.add_argument("--csv", metavar="FILE", help="rows time,entity,x,y,h,speed every 0.05 s; - for stdout")
+    parser.add_argument("--events", metavar="FILE", help="rows time,element,from,transition,to")
+    add_settings(parser, ("duration", "library", "set"))
+    add_json(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    path = existing(arguments.scenario, "scenario")
+    settings = settings_from(arguments, path)
+    dt = _step(arguments.dt)
+    from openscenario.read import read_scenario
+    from openscenario.storyboard.play import play
+    from pytest_dvp.override import check_overrides
+    from pytest_dvp.run import network_of
+
+    check_overrides(path, settings.set.scenario)
+    scenario = read_scenario(
+        path, library=settings.library, rootdir=settings.rootdir, parameters=settings.set.scenario
+    )
+    played = play(scenario, network_of(scenario), dt, settings.duration)
+    if arguments.csv:
+        rows = ((_six(r.time), r.entity, _six(r.x), _six(r.y), _six(_turn(r.h)), _six(r.speed)) for r in played.rows)
+        _write(arguments.csv, ("time", "entity", "x", "y", "h", "speed"), rows)
+    if arguments.events:
+        steps = ((_six(e.time), e.element, e.from_state, e.kind, e.to_state) for e in played.transitions)
+        _write(arguments.events, ("time", "element", "from", "transition", "to"), steps)
+    for finding in played.report:
+        print(finding, file=sys.stderr)
+    return 0
+
+
+def _step(text: str) -> float:
+    try:
+        dt = float(text)
+    except ValueError:
+        dt = math.nan
+    if not 1e-4 <= dt <= 0.05 or abs(round(0.05 / dt) * dt - 0.05) > 1e-9:
+        raise WrongArgument(f"--dt is {text}, expected a step of 0.0001 to 0.05 s that divides 0.05 s")
+    return dt
+
+
+def _turn(angle: float) -> float:
+    """Angle in [0, 2 pi), also after rounding to six decimals."""
+    turned = angle % math.tau
+    return 0.0 if round(turned, 6) >= round(math.tau, 6) else turned
+
+
+def _six(value: float) -> str:
+    text = f"{value:.6f}"
+    return "0.000000" if text == "-0.000000" else text
+
+
+def _write(target: str, header: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    if target == "-":
+        csv.writer(sys.stdout, lineterminator="\n").writerows([header, *rows])
+        return
+    path = Path(target)
+    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with partial.open("w", encoding="utf-8", newline="") as stream:
+            csv.writer(stream, lineterminator="\n").writerows([header, *rows])
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise WrongArgument(f"{target}: cannot be written: {error.strerror}") from None

@@ -1,0 +1,148 @@
+"""Scenario files as pytest items: `overtaking.xosc::dt`, `::pe`, `::rw`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_dvp.fixtures import Gate, GateFailed, Run, settings_of
+from pytest_dvp.settings import STAGES, SettingError, Settings, is_users_mistake, unknown
+
+NOT_YET = {
+    "pe": "parallel execution needs a vehicle adapter, and none exists yet",
+    "rw": "the real world needs a vehicle adapter, and none exists yet",
+}
+
+
+class ScenarioFile(pytest.File):
+    """A .xosc file; collects one item a stage, nothing for a catalogue met in a folder."""
+
+    def __init__(self, *, named: bool = False, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.named = named
+
+    def collect(self) -> Iterable[ScenarioItem]:
+        from openscenario.findings import ScenarioError
+
+        settings = settings_of(self.config)
+        try:
+            sight = look(self.path, settings)
+        except ScenarioError as error:
+            raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
+        if sight.what != "scenario":
+            if self.named:
+                raise self.CollectError(f"{self.path}:{sight.line}: {sight.what}: it has no storyboard that could run")
+            return
+        for stage in STAGES:
+            item = ScenarioItem.from_parent(self, name=stage, callobj=case(self.path, stage))
+            item.dvp_stage, item.dvp_line = stage, sight.line
+            item.add_marker(stage)
+            if stage in NOT_YET:
+                item.add_marker(pytest.mark.skip(reason=NOT_YET[stage]))
+            yield item
+
+
+class ScenarioItem(pytest.Function):
+    """One scenario on one stage: a test function with real fixtures whose place is in the .xosc."""
+
+    dvp_stage: str
+    dvp_line: int
+
+    def reportinfo(self) -> tuple[os.PathLike[str] | str, int | None, str]:
+        return self.path, self.dvp_line - 1, f"{self.path.name}::{self.dvp_stage}"
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        if not isinstance(excinfo.value, GateFailed) and not is_users_mistake(excinfo.value):
+            return super().repr_failure(excinfo)
+        # The message alone: it names file and line, and a traceback through our code helps nobody.
+        shown = excinfo.getrepr(style="value")
+        if shown.reprcrash is not None:
+            shown.reprcrash = type(shown.reprcrash)(str(self.path), self.dvp_line, str(excinfo.value))
+        return shown
+
+
+class Sight:
+    """What a first look at a file shows: "scenario" or what else it is, and the line of its storyboard or root."""
+
+    def __init__(self, what: str, line: int) -> None:
+        self.what = what
+        self.line = line
+
+
+def case(path: Path, stage: str) -> Callable[[Run, Gate], None]:
+    """The test function of one scenario and stage."""
+
+    def drive(run: Run, gate: Gate) -> None:
+        __tracebackhide__ = True
+        gate(run(path, stage=stage))
+
+    drive.__doc__ = f"{path.name} on stage {stage}"
+    return drive
+
+
+def asked_for(path: Path, config: pytest.Config, settings: Settings) -> tuple[bool, bool]:
+    """Whether a file is named on the command line, and whether a folder named there or by `dvp_scenarios` holds it."""
+    folders = list(settings.scenarios)
+    named = False
+    if explicit_arguments(config):
+        for argument in config.args:
+            given = (config.invocation_params.dir / argument.split("::")[0]).absolute()
+            named = named or _same(given, path)
+            folders.append(given)
+    real = path.resolve()
+    return named, any(real.is_relative_to(folder.resolve()) for folder in folders)
+
+
+def explicit_arguments(config: pytest.Config) -> bool:
+    """True if a user wrote the paths on the command line (and not `testpaths` or the current folder)."""
+    told = getattr(config, "workerinput", {}).get("dvp_explicit")
+    return told if told is not None else config.args_source is pytest.Config.ArgsSource.ARGS
+
+
+def look(path: Path, settings: Settings) -> Sight:
+    """Say whether a file is a scenario that could run; reads it whole, so that a broken one shows at collection.
+
+    Raises ScenarioError for a file that is no scenario, catalogue or distribution.
+    """
+    from openscenario.read import read_scenario
+    from openscenario.xml import read_xml
+
+    root = read_xml(path)
+    child = {element.tag: element.line for element in root.children}
+    for tag, what in (("Catalog", "a catalogue"), ("ParameterValueDistribution", "a parameter distribution")):
+        if tag in child:
+            return Sight(what, child[tag] or 1)
+    scenario = read_scenario(path, library=settings.library, rootdir=settings.rootdir)
+    return Sight("scenario", scenario.storyboard.at.line or 1)
+
+
+def check_parameters(items: Sequence[pytest.Item], settings: Settings) -> None:
+    """Every `--dvp-set NAME=...` must be declared by at least one collected scenario.
+
+    Raises SettingError with the nearest declared name.
+    """
+    from openscenario.read import read_declarations
+
+    paths = sorted({item.path for item in items if isinstance(item, ScenarioItem)})
+    declared = {declaration.name for path in paths for declaration in read_declarations(path)}
+    for name in settings.set.scenario:
+        if name not in declared:
+            raise SettingError(f"--dvp-set: {unknown('parameter', name, declared)}")
+
+
+def header(items: Sequence[pytest.Item], settings: Settings) -> str:
+    """The one line that says under which conditions scenarios run."""
+    scenarios = [item for item in items if isinstance(item, ScenarioItem)]
+    stages = [stage for stage in STAGES if any(item.dvp_stage == stage for item in scenarios)]
+    model = settings.model.name if settings.model else "tabby_evo.toml"
+    words = [f"dvp: {len({item.path for item in scenarios})} scenarios", f"stage {', '.join(stages)}"]
+    words += ["vehicle twin", f"seed {settings.seed}", f"model {model}", *settings.set.words()]
+    return ", ".join(words)
+
+
+def _same(first: Path, second: Path) -> bool:
+    return first == second or (first.exists() and first.resolve() == second.resolve())

@@ -1,0 +1,86 @@
+"""The session of a test: where its scenario paths start, which settings are its defaults, and what it noted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from pytest_dvp.fixtures import note, settings_of
+from pytest_dvp.settings import SettingError
+
+if TYPE_CHECKING:
+    from pytest_dvp.fuzz import Variant
+    from pytest_dvp.run import RunResult
+
+
+class Session:
+    """Runs of one test: paths resolved from where the test stands, the session's settings as defaults."""
+
+    def __init__(self, config: pytest.Config, node: pytest.Item) -> None:
+        self._config = config
+        self._node = node
+        self._settings = settings_of(config)
+
+    def run(self, scenario: str | Path | Variant, **options: Any) -> RunResult:
+        """Drive a scenario or one of its variants; see `pytest_dvp.run.run` for the options."""
+        __tracebackhide__ = True
+        from pytest_dvp.fuzz import Variant, keep, searching
+        from pytest_dvp.run import run
+
+        settings = self._settings
+        variant = scenario if isinstance(scenario, Variant) else None
+        path = variant.scenario if variant else self.find(Path(scenario))  # type: ignore[arg-type]
+        parameters: dict[str, Any] = dict(_declared_only(path, settings.set.scenario))
+        parameters.update(variant.values if variant else {})
+        parameters.update(options.pop("parameters", {}))
+        defaults: dict[str, Any] = {
+            "seed": settings.seed,
+            "model": settings.model,
+            "gates": settings.gates,
+            "library": settings.library,
+            "rootdir": settings.rootdir,
+            "ego": settings.ego,
+            "duration": settings.duration,
+            "wall_limit": settings.wall_limit,
+            "after_collision": settings.after_collision,
+            "log_dir": None if searching() else settings.runs_folder,
+        }
+        defaults.update(options)
+        defaults["P"] = {**settings.set.P, **defaults.get("P", {})}
+        defaults["S"] = {**settings.set.S, **defaults.get("S", {})}
+        try:
+            result = run(path, parameters=parameters, **defaults)
+        except BaseException as error:
+            if variant is not None:
+                error.add_note(f"replay: {keep(variant, settings, defaults['seed'], self._node.name)}")
+            raise
+        if variant is not None and result.status != "PASS":
+            result = result.with_replay(keep(variant, settings, result.seed, self._node.name))
+        note(self._node, result.as_dict())
+        return result
+
+    def find(self, path: Path) -> Path:
+        """The file meant: absolute, beside the test, below the rootdir, or in a folder of `dvp_scenarios`.
+
+        Raises SettingError naming the folders that were looked in.
+        """
+        folders = [self._node.path.parent, self._settings.rootdir, *self._settings.scenarios]
+        for folder in folders:
+            if (folder / path).is_file():
+                return folder / path
+        looked = ", ".join(str(folder) for folder in folders)
+        raise SettingError(f"no scenario {path}; looked in {looked}")
+
+
+def _declared_only(path: Path, assignments: Mapping[str, str]) -> Mapping[str, str]:
+    """Assignments of `--dvp-set` hold for the scenarios that declare the name; that one does, collection checked."""
+    if not assignments:
+        return {}
+    from openscenario.read import read_declarations
+
+    declared = {declaration.name for declaration in read_declarations(path)}
+    return {name: value for name, value in assignments.items() if name in declared}
+

@@ -1,0 +1,241 @@
+"""Settings of a run: one table for the pytest options, their ini and environment twins, and the command line.
+
+Imports the standard library only: the pytest plugin reads it at start-up.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+Kind = Literal["int", "float", "str", "path", "flag", "assignments", "paths"]
+
+LISTS: tuple[Kind, ...] = ("assignments", "paths")
+STAGES: tuple[str, ...] = ("dt", "pe", "rw")
+
+
+class SettingError(ValueError):
+    """A wrong option, ini key or environment variable, said in one line."""
+
+
+def is_users_mistake(error: BaseException) -> bool:
+    """True for the errors that say in one line what is wrong with a user's file or option.
+
+    These are ScenarioError and every class of ours derived from ValueError; they are shown without a traceback.
+    """
+    kind = type(error)
+    ours = kind.__module__.split(".")[0] in ("openscenario", "vehicle", "ads", "pytest_dvp", "reports")
+    return ours and (isinstance(error, ValueError) or kind.__name__ == "ScenarioError")
+
+
+@dataclasses.dataclass(frozen=True)
+class Setting:
+    """One setting: `--dvp-NAME` of pytest, `--NAME` of dvp, `dvp_NAME` in an ini file, `DVP_NAME` in the environment."""
+
+    name: str
+    kind: Kind
+    default: Any
+    help: str
+    metavar: str | None = None
+    least: float | None = None
+
+    @property
+    def key(self) -> str:
+        return self.name.replace("-", "_")
+
+    @property
+    def ini(self) -> str:
+        return f"dvp_{self.key}"
+
+    @property
+    def environment(self) -> str:
+        return f"DVP_{self.key.upper()}"
+
+
+SETTINGS: tuple[Setting, ...] = (
+    Setting("seed", "int", 7, "seed of every random number of a run", "N", 0),
+    Setting("model", "path", None, "vehicle model (TOML); default: the TABBY EVO", "FILE"),
+    Setting("gates", "path", None, "gate file; default: NAME.gates.toml beside the scenario", "FILE"),
+    Setting("library", "paths", (), "folder that scenarios may refer to, besides their own and the rootdir", "DIR"),
+    Setting("ego", "str", None, "entity that the ADS drives; default: Ego", "NAME"),
+    Setting("set", "assignments", (), "NAME=VALUE of a declared parameter, P.NAME=VALUE (ADS), S.NAME=VALUE", "A"),
+    Setting("duration", "float", 60.0, "longest simulated time [s]", "SECONDS", 0.05),
+    Setting("wall-limit", "float", 600.0, "longest wall time of one run [s]", "SECONDS", 0.1),
+    Setting("after-collision", "float", 1.0, "simulated time from a collision to the end of the run [s]", "SECONDS", 0.0),
+    Setting("runs", "path", None, "folder of the run folders; default: ROOTDIR/runs", "DIR"),
+    Setting("require-real", "flag", False, "a surrogate in the place of a real vehicle is an ERROR"),
+)
+# Only the pytest plugin collects, so only it has these.
+PLUGIN_SETTINGS: tuple[Setting, ...] = (
+    Setting("scenarios", "paths", (), "folder whose .xosc files are collected, besides those on the command line", "DIR"),
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Assignments:
+    """`--set` sorted by what it changes: scenario parameters, P of the ADS, S of the simulator."""
+
+    scenario: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    P: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    S: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+    def words(self) -> list[str]:
+        """The assignments as the command line takes them."""
+        return [
+            *(f"{name}={value}" for name, value in self.scenario.items()),
+            *(f"P.{name}={value}" for name, value in self.P.items()),
+            *(f"S.{name}={value}" for name, value in self.S.items()),
+        ]
+
+
+@dataclasses.dataclass(frozen=True)
+class Settings:
+    """The values in force. Times [s]; `runs` and `rootdir` absolute."""
+
+    seed: int = 7
+    model: Path | None = None
+    gates: Path | None = None
+    library: tuple[Path, ...] = ()
+    ego: str | None = None
+    set: Assignments = dataclasses.field(default_factory=Assignments)
+    duration: float = 60.0
+    wall_limit: float = 600.0
+    after_collision: float = 1.0
+    runs: Path | None = None
+    require_real: bool = False
+    scenarios: tuple[Path, ...] = ()
+    rootdir: Path = dataclasses.field(default_factory=Path.cwd)
+
+    @property
+    def runs_folder(self) -> Path:
+        return self.runs if self.runs is not None else self.rootdir / "runs"
+
+
+def nearest(name: str, names: Iterable[str]) -> str | None:
+    """The valid name closest to `name`, or None if none is close."""
+    known = sorted(names)
+    folded = {candidate.lower(): candidate for candidate in reversed(known)}
+    found = difflib.get_close_matches(name.lower(), list(folded), n=1, cutoff=0.5)
+    return folded[found[0]] if found else None
+
+
+def unknown(what: str, name: str, names: Iterable[str]) -> str:
+    """One sentence for an unknown name: the nearest valid one, or all of them when they are few."""
+    known = sorted(names)
+    near = nearest(name, known)
+    if near is not None:
+        return f"unknown {what} {name!r}, did you mean {near!r}?"
+    if not known:
+        return f"unknown {what} {name!r}: there is none to set"
+    listed = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
+    return f"unknown {what} {name!r}, allowed: {listed}"
+
+
+def parse_assignments(words: Sequence[str], origin: str = "--set") -> Assignments:
+    """Sort `NAME=VALUE`, `P.NAME=VALUE`, `S.NAME=VALUE`; the last of two for one name counts.
+
+    Raises SettingError for a word without `=` or without a name.
+    """
+    sorted_words: dict[str, dict[str, str]] = {"": {}, "P": {}, "S": {}}
+    for word in words:
+        name, equals, value = word.partition("=")
+        name, value = name.strip(), value.strip()
+        if not equals or not name or not value:
+            raise SettingError(f"{origin} {word!r}: expected NAME=VALUE, P.NAME=VALUE or S.NAME=VALUE")
+        group, dot, rest = name.partition(".")
+        if dot and group in ("P", "S") and rest:
+            sorted_words[group][rest] = value
+        else:
+            sorted_words[""][name] = value
+    return Assignments(scenario=sorted_words[""], P=sorted_words["P"], S=sorted_words["S"])
+
+
+def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
+    """Value of a setting from its text. `base` is the folder relative paths start from.
+
+    Raises SettingError naming `origin`, what was found and what is allowed.
+    """
+    if setting.kind == "assignments":
+        words = [raw] if isinstance(raw, str) else list(raw)  # type: ignore[call-overload]
+        return parse_assignments([str(word) for word in words], origin)
+    if setting.kind == "paths":
+        return tuple(_folder(base / str(word), origin) for word in raw)  # type: ignore[attr-defined]
+    text = str(raw).strip()
+    if setting.kind == "flag":
+        return raw if isinstance(raw, bool) else _flag(text, origin)
+    if setting.kind in ("int", "float"):
+        return _number(setting, text, origin)
+    if setting.kind == "path":
+        return (base / text).absolute()
+    return text
+
+
+def from_sources(
+    settings: Iterable[Setting],
+    sources: Sequence[tuple[Callable[[Setting], object], Callable[[Setting], str], Path]],
+    rootdir: Path,
+) -> Settings:
+    """Settings of the first source that has a value; each source is (lookup, name for messages, base of paths)."""
+    values: dict[str, Any] = {}
+    for setting in settings:
+        for lookup, name, base in sources:
+            raw = lookup(setting)
+            if raw is not None and raw != "" and raw != []:
+                values[setting.key] = convert(setting, raw, name(setting), base)
+                break
+    return Settings(rootdir=rootdir, **values)
+
+
+def environment_lookup(environ: Mapping[str, str] = os.environ) -> Callable[[Setting], object]:
+    """Lookup of a setting in the environment; lists are separated like PATH, assignments by spaces."""
+
+    def lookup(setting: Setting) -> object:
+        text = environ.get(setting.environment)
+        if not text:
+            return None
+        if setting.kind == "paths":
+            return [part for part in text.split(os.pathsep) if part]
+        return text.split() if setting.kind == "assignments" else text
+
+    return lookup
+
+
+def misspelt(names: Iterable[str], known: Iterable[str]) -> str | None:
+    """First of `names` that is none of `known` but nearly one of them, with the one meant."""
+    right = sorted(known)
+    for name in sorted(names):
+        if name not in right:
+            found = difflib.get_close_matches(name, right, n=1, cutoff=0.85)
+            if found:
+                return f"unknown setting {name!r}, did you mean {found[0]!r}?"
+    return None
+
+
+def _flag(text: str, origin: str) -> bool:
+    if text.lower() in ("1", "true", "yes", "on"):
+        return True
+    if text.lower() in ("0", "false", "no", "off"):
+        return False
+    raise SettingError(f"{origin} is {text!r}, expected true or false")
+
+
+def _number(setting: Setting, text: str, origin: str) -> int | float:
+    what = "a whole number" if setting.kind == "int" else "a number"
+    try:
+        value: int | float = int(text) if setting.kind == "int" else float(text)
+    except ValueError:
+        raise SettingError(f"{origin} is {text!r}, expected {what}") from None
+    if not math.isfinite(value) or (setting.least is not None and value < setting.least):
+        raise SettingError(f"{origin} is {text}, expected {what} >= {setting.least:g}")
+    return value
+
+
+def _folder(path: Path, origin: str) -> Path:
+    if not path.is_dir():
+        raise SettingError(f"{origin}: no folder {path}")
+    return path.absolute()

@@ -1,0 +1,175 @@
+"""What a session says at its end: the terminal section, GitHub annotations, the step summary. Plain dicts in, lines out.
+
+A result is a dict as `RunResult.as_dict` makes it: scenario, line, stage, status, seed, verdicts (dicts of
+gates.Verdict), metrics {name: number or None}, folder, replay. Imports the standard library only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+Result = Mapping[str, Any]
+
+MAX_LINES = 20
+ORDER = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
+
+
+def clean(text: object) -> str:
+    """Text from a file without control characters, so that it cannot steer a terminal."""
+    return "".join(c if c.isprintable() else "?" for c in str(text))
+
+
+def reason(verdict: Mapping[str, Any]) -> str:
+    """One phrase: `max_ttc_inverse 1.31 1/s > 1.00 at t=7.42 s (target)`."""
+    value, bound, unit = verdict.get("value"), verdict.get("bound"), verdict.get("unit") or ""
+    if not _finite(value) or not _finite(bound):
+        return clean(f"{verdict['gate']}: {verdict.get('message') or verdict['status']}")
+    assert value is not None and bound is not None
+    failed = verdict["status"] != "PASS"
+    sign = (">" if value > bound else "<" if value < bound else "=") if failed else ("<=" if value <= bound else ">=")
+    words = [str(verdict["metric"]), _number(value), "" if unit == "-" else unit, sign, _number(bound)]
+    if _finite(verdict.get("t")):
+        words.append(f"at t={verdict['t']:.2f} s")
+    if verdict.get("object"):
+        words.append(f"({verdict['object']})")
+    return clean(" ".join(word for word in words if word))
+
+
+def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
+    """Message of a run that is not PASS, or None. First line the reason, last line the command to replay."""
+    verdicts = [v for v in result["verdicts"] if metrics is None or v["metric"] in metrics or v["gate"] in metrics]
+    missing = [name for name in metrics or () if not any(name in (v["metric"], v["gate"]) for v in verdicts)]
+    bad = sorted((v for v in verdicts if v["status"] != "PASS"), key=_urgency)
+    status = result["status"] if metrics is None else ("PASS" if verdicts and not missing else "INCONCLUSIVE")
+    if not bad and status == "PASS":
+        return None
+    lines = [reason(bad[0]) if bad else _no_verdict(status, missing)]
+    for verdict in bad:
+        lines.append(f"  {verdict['status']} {_where(verdict)}{reason(verdict)}{_margin(verdict)}")
+    passed = sum(v["status"] == "PASS" for v in verdicts)
+    lines.append(f"  {passed} of {len(verdicts)} gates passed; {conditions(result)}")
+    if result.get("folder"):
+        lines.append(f"  report: {clean(result['folder'])}/report.html")
+    lines.append(f"  replay: {clean(result['replay'])}")
+    return "\n".join(lines)
+
+
+def conditions(result: Result) -> str:
+    """Scenario, stage, seed and the parameters that were set."""
+    words = [f"{result['scenario']}", f"stage {result['stage']}", f"seed {result['seed']}"]
+    words += [f"{name}={value}" for name, value in sorted(result.get("set", {}).items())]
+    return clean(", ".join(words))
+
+
+def cases(reports: Iterable[Any]) -> list[dict[str, Any]]:
+    """Results of a session's reports, worst first."""
+    found = [dict(result, nodeid=report.nodeid) for report in reports for result in report.dvp]
+    return sorted(found, key=lambda case: (*min(map(_urgency, case["verdicts"]), default=(0, 0.0)), case["nodeid"]))
+
+
+def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
+    """The terminal section: one line a gate, worst margin first, at most `limit`, the last one an action."""
+    rows = sorted(
+        ((_urgency(verdict), case, verdict) for case in results for verdict in case["verdicts"]),
+        key=lambda row: (*row[0], row[1]["nodeid"], row[2]["gate"]),
+    )
+    counts = {status: sum(verdict["status"] == status for _, _, verdict in rows) for status in ORDER}
+    said = ", ".join(f"{n} {status}" for status, n in counts.items() if n) or "nothing judged"
+    out = [f"{len(results)} runs, {len(rows)} gates: {said}"]
+    room = limit - 2
+    shown = rows if len(rows) <= room else rows[: room - 1]
+    for _, case, verdict in shown:
+        name = f"{Path(case['scenario']).name}::{case['stage']}"
+        out.append(clean(f"{verdict['status']:<12} {name} {reason(verdict)}{_margin(verdict)}"))
+    if len(shown) < len(rows):
+        out.append(f"... {len(rows) - len(shown)} more gates with larger margins")
+    out.append(action(results))
+    return out
+
+
+def action(results: Sequence[Result]) -> str:
+    """What to do next: replay the worst run, or look at its report."""
+    worst = results[0]
+    if worst["status"] != "PASS":
+        return clean(f"replay the worst: {worst['replay']}")
+    folder = worst.get("folder")
+    return clean(f"see the tightest run: {folder}/report.html" if folder else f"see it again: {worst['replay']}")
+
+
+def annotations(results: Sequence[Result]) -> list[str]:
+    """GitHub workflow commands that mark the line of the .xosc a failing run is about."""
+    return [
+        f"::error file={_property(case['scenario'])},line={case.get('line') or 1}"
+        f",title={_property(Path(case['scenario']).name + '::' + case['stage'])}::{_data(_reasons(case))}"
+        for case in results
+        if case["status"] != "PASS"
+    ]
+
+
+def append_table(path: Path, results: Sequence[Result]) -> None:
+    """Append a Markdown table of all gates to GitHub's step summary file."""
+    rows = ["### dvp", "", "| scenario | stage | gate | verdict | value | bound | margin |", "|---|---|---|---|---|---|---|"]
+    for case in results:
+        for v in sorted(case["verdicts"], key=_urgency):
+            cells = [case["scenario"], case["stage"], v["gate"], v["status"], _with_unit(v, "value")]
+            cells += [_with_unit(v, "bound"), _number(v["margin"]) if _finite(v.get("margin")) else ""]
+            rows.append("| " + " | ".join(_cell(cell) for cell in cells) + " |")
+    with path.open("a", encoding="utf-8") as stream:
+        stream.write("\n".join([*rows, "", ""]))
+
+
+def _urgency(verdict: Mapping[str, Any]) -> tuple[int, float]:
+    margin = verdict.get("margin")
+    return ORDER.get(verdict["status"], 0), float(margin) if _finite(margin) else math.inf  # type: ignore[arg-type]
+
+
+def _reasons(case: Result) -> str:
+    bad = sorted((v for v in case["verdicts"] if v["status"] != "PASS"), key=_urgency)
+    return "\n".join([*(reason(v) for v in bad), f"replay: {case['replay']}"]) if bad else str(case["status"])
+
+
+def _no_verdict(status: str, missing: Sequence[str]) -> str:
+    if missing:
+        return f"{status}: no gate on {', '.join(missing)}"
+    return f"{status}: no gate was judged, and nothing judged is never a PASS"
+
+
+def _where(verdict: Mapping[str, Any]) -> str:
+    if not verdict.get("file"):
+        return ""
+    line = f":{verdict['line']}" if verdict.get("line") else ""
+    return clean(f"{verdict['file']}{line}: ")
+
+
+def _margin(verdict: Mapping[str, Any]) -> str:
+    margin = verdict.get("margin")
+    return f", margin {_number(margin)}" if _finite(margin) and margin is not None else ""
+
+
+def _with_unit(verdict: Mapping[str, Any], key: str) -> str:
+    value, unit = verdict.get(key), verdict.get("unit") or ""
+    return f"{_number(value)} {unit if unit != '-' else ''}".strip() if _finite(value) and value is not None else ""
+
+
+def _finite(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)
+
+
+def _number(value: float) -> str:
+    return f"{value:.3g}" if abs(value) < 100 else f"{value:.1f}"
+
+
+def _cell(text: object) -> str:
+    escaped = clean(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return escaped.replace("|", "\\|").replace("`", "\\`")
+
+
+def _data(text: str) -> str:
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(clean(text)).replace(":", "%3A").replace(",", "%2C")
