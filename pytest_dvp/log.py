@@ -1,0 +1,209 @@
+"""Log: everything that is known of one run. What comes after a run reads a Log and nothing else."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FloatArray: TypeAlias = NDArray[np.float64]
+
+TRACK_COLUMNS = ("t", "x", "y", "z", "yaw", "vx", "vy")
+DETECTION_COLUMNS = ("t", "x", "y", "yaw", "length", "width", "vx", "vy")
+
+
+class LogError(ValueError):
+    """A log file or a column cannot be used; the message is one line and names the file or the column."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class ObjectTrack:
+    """True motion of one road user: sizes [m], and arrays (n,) of its own time base t [s].
+
+    x, y, z [m] are the middle of its box in the map frame, yaw [rad], vx, vy [m/s] in the map frame.
+    """
+
+    kind: str
+    length: float
+    width: float
+    height: float
+    t: FloatArray
+    x: FloatArray
+    y: FloatArray
+    z: FloatArray
+    yaw: FloatArray
+    vx: FloatArray
+    vy: FloatArray
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class DetectionTable:
+    """What the perception reported, a row a box: t [s], kind, x, y [m] of the middle and yaw [rad] in the map frame,
+    length, width [m], vx, vy [m/s] in the map frame. Arrays (n,); `kind` holds n words."""
+
+    t: FloatArray
+    kind: tuple[str, ...]
+    x: FloatArray
+    y: FloatArray
+    yaw: FloatArray
+    length: FloatArray
+    width: FloatArray
+    vx: FloatArray
+    vy: FloatArray
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class LogEvent:
+    """Something that happened at `t` [s].
+
+    kind   "story.event" and the like for storyboard transitions (text "standbyState -> runningState"), "collision"
+           (element: the object hit), "request" (a storyboard action on the ego), "start" and "goal" of the task,
+           "stop" (the scenario ended by its own triggers), "timeout" (the time limit ended it), "fault".
+    file, line  place in the user's file that caused it, if one did.
+    """
+
+    t: float
+    kind: str
+    element: str
+    text: str = ""
+    file: str = ""
+    line: int | None = None
+
+
+def no_detections() -> DetectionTable:
+    """An empty table."""
+    return DetectionTable(*(np.zeros(0) if f.name != "kind" else () for f in dataclasses.fields(DetectionTable)))
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Log:
+    """One run.
+
+    columns     float64 arrays (n,) by name, "t" [s] first; NaN = not measured. Names and units: pytest_dvp.signals.
+    objects     true motion of the other road users by name, in the order of their appearance
+    detections  what the perception reported
+    paths       (t [s], array (k, 2) of x, y [m]) of the planned path whenever it changed
+    reference   array (m, 2) of x, y [m]: centre line of the task's lane or route, in driving direction
+    road        {"kind": "edge"|"lane"|"centre", "points": array (k, 2)} lines for pictures
+    events      in the order in which they happened
+    meta        JSON-able conditions of the run: no wall clock, host or absolute path
+
+    Raises LogError if the columns do not belong together.
+    """
+
+    columns: dict[str, FloatArray]
+    objects: dict[str, ObjectTrack] = dataclasses.field(default_factory=dict)
+    detections: DetectionTable = dataclasses.field(default_factory=no_detections)
+    paths: Sequence[tuple[float, FloatArray]] = ()
+    reference: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 2)))
+    road: Sequence[Mapping[str, Any]] = ()
+    events: Sequence[LogEvent] = ()
+    meta: dict[str, Any] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if next(iter(self.columns), None) != "t":
+            raise LogError('log: the first column must be "t"')
+        n = len(self.columns["t"])
+        for name, values in self.columns.items():
+            if values.dtype != np.float64 or values.shape != (n,):
+                raise LogError(f"log: column {name!r} is {values.dtype}{list(values.shape)}, expected float64[{n}]")
+
+    @property
+    def t(self) -> FloatArray:
+        """Time base [s]."""
+        return self.columns["t"]
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample [s]; 0 for an empty log."""
+        return float(self.t[-1] - self.t[0]) if len(self.t) else 0.0
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """Column by name. Raises LogError with the nearest name."""
+        values = self.columns.get(name)
+        if values is None:
+            import difflib
+
+            near = difflib.get_close_matches(name, self.columns, n=1)
+            raise LogError(f"log: no column {name!r}" + (f", nearest is {near[0]!r}" if near else ""))
+        return values
+
+    def save(self, path: Path | str) -> None:
+        """Write an MCAP file, whole or not at all: same log, same bytes. Raises LogError if it cannot be written."""
+        from pytest_dvp.log_write import save_log
+
+        save_log(self, Path(path))
+
+    @staticmethod
+    def load(path: Path | str) -> Log:
+        """Read what `save` wrote, exactly. Raises LogError for a missing, cut, corrupt or foreign file."""
+        from pytest_dvp.log_read import load_log
+
+        return load_log(Path(path))
+
+    def to_frame(self) -> pd.DataFrame:
+        """The columns as a pandas table; pandas is imported here only."""
+        import pandas as pd
+
+        return pd.DataFrame(self.columns)
+
+
+def first_difference(a: Log, b: Log) -> str | None:
+    """Name of the first thing in which two logs differ (bitwise for numbers), None if they are the same."""
+    if list(a.columns) != list(b.columns):
+        return f"columns: {sorted(set(a.columns) ^ set(b.columns)) or 'other order'}"
+    for name in a.columns:
+        where = _differs(a.columns[name], b.columns[name])
+        if where is not None:
+            return f"column {name} {_at(a.t, where)}"
+    if list(a.objects) != list(b.objects):
+        return f"objects: {sorted(set(a.objects) ^ set(b.objects)) or 'other order'}"
+    for name, track in a.objects.items():
+        other = b.objects[name]
+        for field in dataclasses.fields(ObjectTrack):
+            where = _differs(getattr(track, field.name), getattr(other, field.name))
+            if where is not None:
+                return f"object {name}: {field.name} {_at(track.t, where)}"
+    for field in dataclasses.fields(DetectionTable):
+        where = _differs(getattr(a.detections, field.name), getattr(b.detections, field.name))
+        if where is not None:
+            return f"detections: {field.name} {_at(a.detections.t, where)}"
+    for i, (one, two) in enumerate(zip(a.paths, b.paths, strict=False)):
+        if one[0] != two[0] or _differs(one[1], two[1]) is not None:
+            return f"path {i} at t={one[0]:.2f} s"
+    for i, (event, twin) in enumerate(zip(a.events, b.events, strict=False)):
+        if event != twin:
+            return f"event {i} at t={event.t:.2f} s: {event.kind} {event.element}"
+    if len(a.paths) != len(b.paths) or len(a.events) != len(b.events):
+        return "number of paths" if len(a.paths) != len(b.paths) else "number of events"
+    if _differs(a.reference, b.reference) is not None:
+        return "reference line"
+    if [r["kind"] for r in a.road] != [r["kind"] for r in b.road] or any(
+        _differs(r["points"], s["points"]) is not None for r, s in zip(a.road, b.road, strict=True)
+    ):
+        return "road lines"
+    keys = [k for k in {**a.meta, **b.meta} if a.meta.get(k) != b.meta.get(k)]
+    return f"meta: {keys}" if keys else None
+
+
+def _differs(a: Any, b: Any) -> int | None:
+    """Index of the first difference of two arrays or values, bitwise for float arrays; None if there is none."""
+    if not isinstance(a, np.ndarray):
+        return None if a == b else 0
+    if a.shape != b.shape:
+        return min(len(a), len(b))
+    different = np.flatnonzero(
+        np.ascontiguousarray(a).view(np.int64).reshape(-1) != np.ascontiguousarray(b).view(np.int64).reshape(-1)
+    )
+    return int(different[0]) if len(different) else None
+
+
+def _at(t: FloatArray, index: int) -> str:
+    return f"at t={t[index]:.2f} s" if index < len(t) else "in length"

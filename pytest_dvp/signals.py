@@ -1,0 +1,86 @@
+"""The signal table: unit, frame and meaning of every column a Log may have.
+
+Names carry no unit; this table does. Frames: "map" is that of the OpenDRIVE file, "body" has x forward and y left at
+the reference point (ground point under the middle of the rear axle).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from types import MappingProxyType
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Signal:
+    """One column: name, SI unit ("-" for none), frame ("map", "body", "wheel" or ""), meaning.
+
+    `held` marks a quantity that keeps its value between two ticks of the driving stack (a command, an ADS internal);
+    it is stored once per change.
+    """
+
+    name: str
+    unit: str
+    frame: str
+    meaning: str
+    held: bool = False
+
+
+_EGO = (
+    Signal("t", "s", "", "time since the start of the run"),
+    Signal("x", "m", "map", "position of the reference point"),
+    Signal("y", "m", "map", "position of the reference point"),
+    Signal("z", "m", "map", "height of the reference point"),
+    Signal("yaw", "rad", "map", "heading, counter-clockwise from the map's x axis, not wrapped"),
+    Signal("v", "m/s", "body", "signed speed along the body's x axis"),
+    Signal("vx", "m/s", "body", "longitudinal velocity of the reference point"),
+    Signal("vy", "m/s", "body", "lateral velocity of the reference point"),
+    Signal("yaw_rate", "rad/s", "body", "turn rate about the vertical axis"),
+    Signal("ax", "m/s^2", "body", "longitudinal specific force at the reference point, gravity on slopes included"),
+    Signal("ay", "m/s^2", "body", "lateral specific force at the reference point, gravity on slopes included"),
+    Signal("steer", "rad", "body", "mean road-wheel angle, positive to the left"),
+    Signal("wheel_speed_fl", "m/s", "wheel", "circumferential speed of the front left wheel"),
+    Signal("wheel_speed_fr", "m/s", "wheel", "circumferential speed of the front right wheel"),
+    Signal("wheel_speed_rl", "m/s", "wheel", "circumferential speed of the rear left wheel"),
+    Signal("wheel_speed_rr", "m/s", "wheel", "circumferential speed of the rear right wheel"),
+    Signal("motor_current", "A", "", "current of the drive motor, negative while it recuperates"),
+    Signal("gear", "-", "", "-1 reverse, 0 neutral, 1 and up forward"),
+)
+_COMMANDS = (
+    Signal("steer_cmd", "rad", "body", "wanted road-wheel angle", held=True),
+    Signal("accel_cmd", "m/s^2", "body", "wanted longitudinal acceleration", held=True),
+    Signal("throttle_cmd", "-", "", "wanted throttle pedal, 0 to 1", held=True),
+    Signal("brake_cmd", "-", "", "wanted brake pedal, 0 to 1", held=True),
+    Signal("speed_cmd", "m/s", "body", "wanted speed", held=True),
+)
+_WORLD = (Signal("on_road", "-", "", "1 while all corners of the ego's box are on a drivable lane, else 0", held=True),)
+_ADS = (
+    Signal("ads.x", "m", "map", "position as the ADS estimates it", held=True),
+    Signal("ads.y", "m", "map", "position as the ADS estimates it", held=True),
+    Signal("ads.yaw", "rad", "map", "heading as the ADS estimates it", held=True),
+    Signal("ads.v", "m/s", "body", "speed as the ADS estimates it", held=True),
+    Signal("ads.path_error", "m", "body", "lateral offset to its path as the ADS sees it", held=True),
+    Signal("ads.target_speed", "m/s", "body", "speed the ADS aims at", held=True),
+    Signal("ads.solve_time", "s", "", "CPU time of its solver; only recorded when asked for", held=True),
+)
+
+SIGNALS: Mapping[str, Signal] = MappingProxyType({s.name: s for s in _EGO + _COMMANDS + _WORLD + _ADS})
+"""Every known column by name, in the order in which a table shows them."""
+
+COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd")
+"""The columns that a Command fills, in the order of its fields."""
+
+
+def describe(name: str) -> Signal:
+    """The entry of a column; an unlisted `ads.*` or `*_cmd` column is held, any other one is measured, unit unknown.
+
+    Places of the Petri nets (`ads.net.<net>.<place>`) are 0 or 1.
+    """
+    known = SIGNALS.get(name)
+    if known is not None:
+        return known
+    if name.startswith("ads.net."):
+        return Signal(name, "-", "", "1 while this place of the Petri net holds the token, else 0", held=True)
+    if name.startswith("ads."):
+        return Signal(name, "?", "", "internal quantity of the ADS", held=True)
+    return Signal(name, "?", "", "unlisted column", held=name.endswith("_cmd"))
