@@ -58,8 +58,8 @@ class Ref:
 class Xml:
     """How a field is spelled in the file, where its name does not say it.
 
-    `path`: tags below the element (`TrajectoryRef/Trajectory`), or the attribute's name; `former`: other spellings, each
-    with the minor version from which it is out of use; `inline`: the union's elements stand directly in the element;
+    `path`: tags below the element (`TrajectoryRef/Trajectory`), or the attribute's name; `former`: older spellings,
+    each with the minor version from which it is out of use; `inline`: the union's elements stand directly in it;
     `catalog`: a CatalogReference may stand in their place; `text`: the text between the tags.
     """
 

@@ -1,0 +1,285 @@
+"""Hardened, located XML reading: limits, DOCTYPE refused before parsing, no entity, no network, no include.
+
+No other module touches lxml: a file comes out as a tree of plain `Node`s.
+"""
+
+from __future__ import annotations
+
+import codecs
+import hashlib
+import os
+import re
+import stat
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from lxml import etree
+
+from openscenario.findings import Finding, ScenarioError
+
+MAX_BYTES: Final = 64 << 20  # the largest public OpenDRIVE files have some 30 MB
+MAX_DEPTH: Final = 128  # OpenSCENARIO nests about 25 deep
+MAX_ATTRIBUTE: Final = 65_536  # characters of one attribute value
+MAX_ATTRIBUTES: Final = 256  # attributes of one element
+MAX_NODES: Final = 2_000_000
+
+_ENCODINGS: Final = re.compile(
+    r"utf-?8|utf-?16(-?[lb]e)?|utf-?32(-?[lb]e)?|us-ascii|ascii|latin-?1|iso-?8859-?\d{1,2}|windows-?125\d|cp125\d"
+    r"|gb2312|gbk|gb18030|big5|shift_jis|euc-jp|euc-kr|koi8-r",
+    re.IGNORECASE,
+)
+_BOMS: Final = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+_DECLARATION: Final = re.compile(r"\s*<\?xml\s[^>]{0,400}?\?>")
+_DECLARED: Final = re.compile(rb"""^\s*<\?xml\s[^>]{0,400}?encoding\s*=\s*["']([A-Za-z0-9_.\-]{1,40})["']""")
+_PROLOG: Final = re.compile(r"\s+|<!--.*?-->|<\?.*?\?>", re.DOTALL)
+_TAG: Final = re.compile(r"<([A-Za-z_][\w.:\-]*)")
+_ATTRIBUTE: Final = re.compile(r"""([A-Za-z_][\w.:\-]*)\s*=\s*(?:"[^"]*|'[^']*)$""")
+
+
+class Node:
+    """One element: tag (with its prefix, if it has one), 1-based line, attributes, children, text."""
+
+    __slots__ = ("attributes", "children", "line", "parent", "tag", "text")
+
+    def __init__(self, tag: str, line: int, attributes: dict[str, str], text: str, parent: Node | None) -> None:
+        self.tag = tag
+        self.line = line
+        self.attributes = attributes
+        self.text = text
+        self.parent = parent
+        self.children: list[Node] = []
+
+    def get(self, name: str, default: str = "") -> str:
+        """The value of an attribute, or the default."""
+        return self.attributes.get(name, default)
+
+    def find(self, tag: str) -> Node | None:
+        """The first child with that tag, or None."""
+        for child in self.children:
+            if child.tag == tag:
+                return child
+        return None
+
+    def findall(self, tag: str) -> list[Node]:
+        """All children with that tag, in the file's order."""
+        return [child for child in self.children if child.tag == tag]
+
+    def walk(self) -> Iterator[Node]:
+        """This node and all below it, in the file's order."""
+        stack = [self]
+        while stack:
+            node = stack.pop()
+            yield node
+            stack.extend(reversed(node.children))
+
+    @property
+    def path(self) -> str:
+        """Path of the element from the root; a repeated tag carries its 1-based number, `road/planView/geometry[2]`."""
+        steps: list[str] = []
+        node = self
+        while node.parent is not None:
+            same = node.parent.findall(node.tag)
+            steps.append(node.tag if len(same) == 1 else f"{node.tag}[{1 + same.index(node)}]")
+            node = node.parent
+        steps.append(node.tag)
+        return "/".join(reversed(steps))
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A file as read: its name as findings show it, the root element, and the hash of its bytes."""
+
+    file: str
+    root: Node
+    sha256: str
+
+
+def read_xml(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> Document:
+    """Reads an XML file into located nodes.
+
+    Raises:
+        ScenarioError: no such file, too big, not well formed, wrong encoding, a DOCTYPE, too deep.
+    """
+    file = os.fspath(path)
+    data = _bytes(Path(file), file, max_bytes)
+    return parse_xml(data, file)
+
+
+def parse_xml(data: bytes, file: str) -> Document:
+    """The same for bytes already read; `file` is the name that findings show."""
+    if not data.strip():
+        raise _error("xml.empty", file, 1, "", "the file is empty")
+    text = _text(data, file)
+    head = _DECLARATION.match(text)
+    body = 0 if head is None else head.end()
+    _refuse_doctype(text, body, file)
+    # the declaration has done its work, and a wrong one must not confuse the parser; its line breaks stay for the count
+    clean = "\n" * text.count("\n", 0, body) + text[body:]
+    return Document(file, _parse(clean, file), hashlib.sha256(data).hexdigest())
+
+
+def _bytes(path: Path, file: str, max_bytes: int) -> bytes:
+    try:
+        info = path.stat()
+        if not stat.S_ISREG(info.st_mode):
+            raise _error("path.not_a_file", file, None, "", "not a regular file")
+        if info.st_size > max_bytes:
+            raise _error(
+                "xml.too_big",
+                file,
+                None,
+                "",
+                "the file is too big",
+                f"{info.st_size} bytes",
+                f"up to {max_bytes} bytes",
+            )
+        with path.open("rb") as stream:
+            return stream.read(max_bytes)
+    except (OSError, ValueError) as error:
+        reason = (error.strerror if isinstance(error, OSError) else None) or "not a file name"
+        raise _error("path.not_found", file, None, "", f"cannot be read: {reason}") from None
+
+
+def _text(data: bytes, file: str) -> str:
+    encoding = next((name for bom, name in _BOMS if data.startswith(bom)), "")
+    if not encoding:
+        declared = _DECLARED.match(data[:512])
+        encoding = "utf-8" if declared is None else declared.group(1).decode("ascii")
+        if data[:4] in (b"<\0?\0", b"<\0!\0") or (data[:1] == b"<" and data[1:2] == b"\0"):
+            encoding = "utf-16-le"
+        elif data[:2] == b"\0<":
+            encoding = "utf-16-be"
+        elif not _ENCODINGS.fullmatch(encoding) or encoding.lower().startswith(("utf-16", "utf16", "utf-32", "utf32")):
+            raise _error(
+                "xml.bad_encoding", file, 1, "", "unknown encoding", encoding, "UTF-8, UTF-16, ISO-8859-1, ..."
+            )
+    try:
+        text = data.decode(encoding)
+    except (UnicodeDecodeError, LookupError) as error:
+        start = error.start if isinstance(error, UnicodeDecodeError) else 0
+        line, element = _place(data[:start].decode(encoding, "replace"))
+        shown = f"byte 0x{data[start]:02x}"
+        raise _error("xml.bad_encoding", file, line, element, f"not valid {encoding}", shown) from None
+    nul = text.find("\0")
+    if nul >= 0:
+        line, element = _place(text[:nul])
+        raise _error("xml.not_well_formed", file, line, element, "the file holds a NUL character")
+    return text
+
+
+def _place(before: str) -> tuple[int, str]:
+    """Line and element@attribute of the character that follows `before`."""
+    line = before.count("\n") + 1
+    tail = before[-(2 * MAX_ATTRIBUTE) :]
+    opened = tail[tail.rfind("<") :] if "<" in tail else ""
+    tag = _TAG.match(opened)
+    if tag is None or ">" in opened:
+        return line, ""
+    attribute = _ATTRIBUTE.search(opened)
+    return line, tag.group(1) + (f"@{attribute.group(1)}" if attribute else "")
+
+
+def _refuse_doctype(text: str, start: int, file: str) -> None:
+    while match := _PROLOG.match(text, start):
+        start = match.end()
+    if text[start : start + 9].upper() == "<!DOCTYPE":
+        line = text.count("\n", 0, start) + 1
+        raise _error(
+            "xml.dtd_forbidden",
+            file,
+            line,
+            "DOCTYPE",
+            "a DOCTYPE is refused: it can expand or open files",
+            hint="remove it",
+        )
+
+
+def _parse(text: str, file: str) -> Node:
+    parser = etree.XMLParser(
+        encoding="utf-8",
+        resolve_entities=False,
+        no_network=True,
+        load_dtd=False,
+        huge_tree=False,
+        remove_comments=True,
+        remove_pis=True,
+        collect_ids=False,
+    )
+    try:
+        root = etree.fromstring(text.encode("utf-8", "surrogatepass"), parser)
+    except etree.XMLSyntaxError as error:
+        line = max(1, int(error.lineno or 1))
+        reason = (error.msg or "not well formed").split(", line ")[0]
+        if "depth" in reason.lower():
+            raise _too_deep(file, line) from None
+        raise _error("xml.not_well_formed", file, line, "", f"not well-formed XML: {reason[:200]}") from None
+    except ValueError as error:
+        raise _error("xml.not_well_formed", file, 1, "", f"not well-formed XML: {str(error)[:200]}") from None
+    return _nodes(root, file)
+
+
+def _nodes(root: Any, file: str) -> Node:
+    top = _node(root, None, file)
+    stack = [(root, top, 1)]
+    count = 1
+    while stack:
+        element, node, depth = stack.pop()
+        if depth > MAX_DEPTH:
+            raise _too_deep(file, node.line)
+        for child in element:
+            below = _node(child, node, file)
+            node.children.append(below)
+            if len(child):
+                stack.append((child, below, depth + 1))
+        count += len(node.children)
+        if count > MAX_NODES:
+            raise _error("xml.too_big", file, node.line, "", f"more than {MAX_NODES} elements")
+    return top
+
+
+def _node(element: Any, parent: Node | None, file: str) -> Node:
+    tag = element.tag
+    if not isinstance(tag, str):  # an entity reference that was not resolved
+        line = element.sourceline or 1
+        raise _error("xml.entity_forbidden", file, line, "", "an entity reference is refused")
+    if tag[0] == "{":
+        local = tag[tag.index("}") + 1 :]
+        tag = f"{element.prefix}:{local}" if element.prefix else local
+    attributes: dict[str, str] = {}
+    for name, value in element.items():
+        if len(value) > MAX_ATTRIBUTE:
+            place = f"{tag}@{name}"
+            found, allowed = f"{len(value)} characters", f"up to {MAX_ATTRIBUTE}"
+            raise _error(
+                "xml.attribute_too_long", file, element.sourceline, place, "the value is too long", found, allowed
+            )
+        if name[0] != "{":  # xsi:noNamespaceSchemaLocation and the like say nothing about the scenario
+            attributes[name] = value
+    if len(attributes) > MAX_ATTRIBUTES:
+        raise _error("xml.too_big", file, element.sourceline, tag, f"more than {MAX_ATTRIBUTES} attributes")
+    return Node(tag, element.sourceline or 0, attributes, element.text or "", parent)
+
+
+def _too_deep(file: str, line: int) -> ScenarioError:
+    return _error("xml.too_deep", file, line, "", f"elements nest deeper than {MAX_DEPTH}")
+
+
+def _error(
+    code: str,
+    file: str,
+    line: int | None,
+    element: str,
+    text: str,
+    found: str = "",
+    allowed: str = "",
+    hint: str = "",
+) -> ScenarioError:
+    return ScenarioError([Finding(code, "error", file, line, element, found, allowed, hint, text)])
