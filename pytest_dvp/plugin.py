@@ -155,7 +155,9 @@ def _settings(config: pytest.Config) -> Settings:
 
 
 def _ini_names(config: pytest.Config) -> list[str]:
-    return [str(name) for name in getattr(config, "inicfg", {})]
+    # pytest 9 deprecates `inicfg`, and there is no public list of the keys a file sets.
+    found = vars(config).get("_inicfg") or vars(config).get("inicfg") or {}
+    return [str(name) for name in found]
 
 
 def _ini(config: pytest.Config, setting: Setting) -> object:
