@@ -1,0 +1,105 @@
+"""Attributes: typed values of located XML elements, with a finding for each that is missing or wrong."""
+
+from __future__ import annotations
+
+import math
+
+from openscenario.findings import Finding, ScenarioError, Severity
+from openscenario.xml import Node
+
+
+class Attributes:
+    """Reads attributes of one file's elements and collects findings; a wrong value is replaced by a harmless one."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.findings: list[Finding] = []
+
+    def report(
+        self,
+        code: str,
+        node: Node,
+        text: str,
+        *,
+        attribute: str = "",
+        found: str = "",
+        allowed: str = "",
+        hint: str = "",
+        severity: Severity = "error",
+    ) -> None:
+        """Add a finding at an element, or at one of its attributes."""
+        element = node.path + (f"@{attribute}" if attribute else "")
+        self.findings.append(Finding(code, severity, self.file, node.line, element, found, allowed, hint, text))
+
+    def number(self, node: Node, name: str, default: float | None = None) -> float:
+        """A finite number; without a default the attribute must be there."""
+        text = node.attributes.get(name)
+        if text is None:
+            if default is None:
+                self.report("xml.valid_schema", node, f"attribute {name} is missing", attribute=name)
+                return 0.0
+            return default
+        try:
+            value = float(text)
+        except ValueError:
+            self.report("value.not_a_number", node, f"{name} is no number", attribute=name, found=text)
+            return 0.0
+        if not math.isfinite(value):
+            self.report("value.not_finite", node, f"{name} is not finite", attribute=name, found=text)
+            return 0.0
+        return value
+
+    def integer(self, node: Node, name: str, default: int | None = None) -> int:
+        """A whole number; without a default the attribute must be there."""
+        text = node.attributes.get(name)
+        if text is None:
+            if default is None:
+                self.report("xml.valid_schema", node, f"attribute {name} is missing", attribute=name)
+            return default or 0
+        try:
+            return int(text)
+        except ValueError:
+            self.report("value.not_a_number", node, f"{name} is no whole number", attribute=name, found=text)
+            return 0
+
+    def text(self, node: Node, name: str, default: str | None = None) -> str:
+        """A string; without a default the attribute must be there."""
+        value = node.attributes.get(name)
+        if value is not None:
+            return value
+        if default is None:
+            self.report("xml.valid_schema", node, f"attribute {name} is missing", attribute=name)
+        return default or ""
+
+    def choice(self, node: Node, name: str, allowed: tuple[str, ...], default: str | None = None) -> str:
+        """One of the allowed strings."""
+        value = self.text(node, name, default)
+        if value not in allowed and name in node.attributes:
+            self.report(
+                "xml.valid_schema",
+                node,
+                f"{name} has an unknown value",
+                attribute=name,
+                found=value,
+                allowed=", ".join(allowed),
+            )
+            return default if default is not None else allowed[0]
+        return value
+
+    def raise_errors(self) -> None:
+        """Raise if any finding is an error.
+
+        Raises:
+            ScenarioError: with all findings.
+        """
+        if any(finding.severity == "error" for finding in self.findings):
+            raise ScenarioError(self.findings)
+
+
+def by_tag(node: Node | None) -> dict[str, list[Node]]:
+    """Children of a node by tag."""
+    found: dict[str, list[Node]] = {}
+    if node is not None:
+        for child in node.children:
+            found.setdefault(child.tag, []).append(child)
+    return found

@@ -1,0 +1,101 @@
+"""Reads a road's lane sections and lanes."""
+
+from __future__ import annotations
+
+import math
+
+from openscenario.road.attributes import Attributes, by_tag
+from openscenario.road.elements import Lane, LaneHeight, LaneSection, RoadMark, SpeedLimit
+from openscenario.road.plan_reader import read_cubics
+from openscenario.xml import Node
+
+MAX_LANES = 255  # on one side
+_TO_SPEED = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
+
+
+def read_speed(attributes: Attributes, node: Node) -> float | None:
+    """Speed limit [m/s] of a speed element: inf for no limit, None for undefined."""
+    text = attributes.text(node, "max")
+    if text in ("no limit", "undefined", ""):
+        return math.inf if text == "no limit" else None
+    unit = attributes.choice(node, "unit", ("m/s", "km/h", "mph"), "m/s")
+    value = attributes.number(node, "max") * _TO_SPEED[unit]
+    if value < 0.0:  # written as -1 by several tools for "no limit"
+        return None
+    return value
+
+
+def read_section(attributes: Attributes, node: Node) -> LaneSection:
+    """One lane section."""
+    lanes: list[Lane] = []
+    sides = by_tag(node)
+    for side, sign in (("left", 1), ("center", 0), ("right", -1)):
+        for group in sides.get(side, ()):
+            nodes = by_tag(group).get("lane", [])
+            if not nodes and side != "center":
+                attributes.report(
+                    "road.no_driving_lane",
+                    group,
+                    f"the {side} side of a lane section is empty",
+                    allowed="at least one lane, or no such element",
+                )
+            for lane_node in nodes:
+                lane = _read_lane(attributes, lane_node)
+                if lane.id * sign < 0 or (sign == 0) != (lane.id == 0):
+                    allowed = {1: "id > 0", 0: "id = 0", -1: "id < 0"}[sign]
+                    attributes.report(
+                        "asam.net:xodr:1.4.0:road.lane.id_side",
+                        lane_node,
+                        f"lane on the wrong side: it is listed {side}",
+                        attribute="id",
+                        found=str(lane.id),
+                        allowed=allowed,
+                    )
+                lanes.append(lane)
+    lanes.sort(key=lambda lane: -lane.id)
+    ids = [lane.id for lane in lanes]
+    if 0 not in ids:
+        lanes.append(Lane(0, "none", False, (), (), (), (), (), (), (), node.line))
+        lanes.sort(key=lambda lane: -lane.id)
+        ids = [lane.id for lane in lanes]
+    if ids != list(range(ids[0], ids[-1] - 1, -1)) or len(ids) > 2 * MAX_LANES:
+        attributes.report(
+            "asam.net:xodr:1.4.0:road.lane.id_consecutive",
+            node,
+            "lane ids must count from the centre lane outwards without a gap or repetition",
+            found=" ".join(map(str, ids[:40])),
+        )
+        lanes = [Lane(0, "none", False, (), (), (), (), (), (), (), node.line)]
+    return LaneSection(attributes.number(node, "s"), tuple(lanes), node.line)
+
+
+def _read_lane(attributes: Attributes, node: Node) -> Lane:
+    parts = by_tag(node)
+    heights = tuple(
+        LaneHeight(attributes.number(h, "sOffset", 0.0), attributes.number(h, "inner", 0.0), attributes.number(h, "outer", 0.0))
+        for h in parts.get("height", ())
+    )
+    speeds = []
+    for speed in parts.get("speed", ()):
+        limit = read_speed(attributes, speed)
+        if limit is not None:
+            speeds.append(SpeedLimit(attributes.number(speed, "sOffset", 0.0), limit))
+    marks = tuple(
+        RoadMark(attributes.number(m, "sOffset", 0.0), m.get("type", "none"), m.get("laneChange", "both"))
+        for m in parts.get("roadMark", ())
+    )
+    link = by_tag(parts["link"][0]) if "link" in parts else {}
+    return Lane(
+        id=attributes.integer(node, "id"),
+        type=attributes.text(node, "type", "none"),
+        level=node.get("level", "false").strip().lower() in ("true", "1"),
+        widths=read_cubics(attributes, parts.get("width", []), "sOffset"),
+        borders=read_cubics(attributes, parts.get("border", []), "sOffset"),
+        heights=heights,
+        speeds=tuple(speeds),
+        marks=marks,
+        predecessors=tuple(attributes.integer(n, "id") for n in link.get("predecessor", ())),
+        successors=tuple(attributes.integer(n, "id") for n in link.get("successor", ())),
+        line=node.line,
+        direction=node.get("direction", "standard"),
+    )

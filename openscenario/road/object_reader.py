@@ -1,0 +1,107 @@
+"""Reads what stands on and beside a road: objects with outlines and repetitions, and signals."""
+
+from __future__ import annotations
+
+import math
+
+from openscenario.road.attributes import Attributes, by_tag
+from openscenario.road.elements import Corner, Repeat, RoadObject, Signal
+from openscenario.xml import Node
+
+MAX_CORNERS = 10_000
+# code of the object type in OpenDRIVE 1.4 files that say it by name only
+_NAMED = {"crosswalk": "crosswalk", "zebra": "crosswalk", "crossing": "crosswalk"}
+
+
+def read_objects(attributes: Attributes, nodes: list[Node]) -> tuple[RoadObject, ...]:
+    """Objects of one road."""
+    return tuple(_read_object(attributes, node) for node in nodes)
+
+
+def _read_object(attributes: Attributes, node: Node) -> RoadObject:
+    number = attributes.number
+    parts = by_tag(node)
+    outlines = [_read_outline(attributes, outline) for outline in parts.get("outline", ())]
+    for group in parts.get("outlines", ()):
+        outlines.extend(_read_outline(attributes, outline) for outline in by_tag(group).get("outline", ()))
+    name = node.get("name")
+    kind = node.get("type")
+    if kind in ("", "-1", "none"):
+        kind = next((value for word, value in _NAMED.items() if word in name.lower()), kind)
+    return RoadObject(
+        id=node.get("id"),
+        name=name,
+        type=kind,
+        s=number(node, "s"),
+        t=number(node, "t"),
+        z_offset=number(node, "zOffset", 0.0),
+        hdg=number(node, "hdg", 0.0),
+        length=number(node, "length", 0.0),
+        width=number(node, "width", 0.0),
+        height=number(node, "height", 0.0),
+        radius=number(node, "radius", 0.0),
+        outlines=tuple(outline for outline in outlines if len(outline) >= 2),
+        repeats=tuple(_read_repeat(attributes, repeat) for repeat in parts.get("repeat", ())),
+        line=node.line,
+    )
+
+
+def _read_outline(attributes: Attributes, node: Node) -> tuple[Corner, ...]:
+    corners: list[Corner] = []
+    for corner in node.children[:MAX_CORNERS]:
+        if corner.tag == "cornerLocal":
+            corners.append(Corner(attributes.number(corner, "u"), attributes.number(corner, "v"), False))
+        elif corner.tag == "cornerRoad":
+            corners.append(Corner(attributes.number(corner, "s"), attributes.number(corner, "t"), True))
+    return tuple(corners)
+
+
+def _read_repeat(attributes: Attributes, node: Node) -> Repeat:
+    number = attributes.number
+    length, distance = number(node, "length"), number(node, "distance")
+    if length < 0.0 or distance < 0.0:
+        attributes.report("value.out_of_range", node, "length and distance of a repetition are not negative")
+        length, distance = 0.0, 0.0
+    return Repeat(
+        s=number(node, "s"),
+        length=length,
+        distance=distance,
+        t_start=number(node, "tStart", 0.0),
+        t_end=number(node, "tEnd", number(node, "tStart", 0.0)),
+        width_start=number(node, "widthStart", math.inf) if "widthStart" in node.attributes else math.inf,
+        width_end=number(node, "widthEnd", math.inf) if "widthEnd" in node.attributes else math.inf,
+    )
+
+
+def read_signals(attributes: Attributes, nodes: list[Node], road: str) -> tuple[Signal, ...]:
+    """Signals of one road."""
+    number = attributes.number
+    return tuple(
+        Signal(
+            id=attributes.text(node, "id"),
+            name=node.get("name"),
+            road=road,
+            s=number(node, "s"),
+            t=number(node, "t"),
+            z_offset=number(node, "zOffset", 0.0),
+            h_offset=number(node, "hOffset", 0.0),
+            type=node.get("type"),
+            subtype=node.get("subtype"),
+            country=node.get("country"),
+            dynamic=node.get("dynamic") == "yes",
+            orientation=node.get("orientation", "none"),
+            value=number(node, "value") if _is_number(node.get("value")) else None,
+            unit=node.get("unit"),
+            width=number(node, "width", 0.0),
+            height=number(node, "height", 0.0),
+            line=node.line,
+        )
+        for node in nodes
+    )
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False

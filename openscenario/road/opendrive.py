@@ -1,0 +1,218 @@
+"""OpenDRIVE reader: a file of version 1.4-1.8 becomes plain data, or findings with file, line and element."""
+
+from __future__ import annotations
+
+import os
+from typing import Literal, cast
+
+from openscenario.findings import Finding, ScenarioError
+from openscenario.road.attributes import Attributes, by_tag
+from openscenario.road.elements import (
+    Connection,
+    Contact,
+    Junction,
+    OpenDrive,
+    Road,
+    RoadLink,
+    RoadType,
+    Rule,
+)
+from openscenario.road.lane_reader import read_section, read_speed
+from openscenario.road.object_reader import read_objects, read_signals
+from openscenario.road.plan_reader import read_cubics, read_geometries
+from openscenario.road.rules import check_network
+from openscenario.xml import Node, read_xml
+
+OTHER_FORMATS = {
+    "osm": "a Lanelet2 or OpenStreetMap file",
+    "commonRoad": "a CommonRoad file",
+    "net": "a SUMO network",
+    "OpenSCENARIO": "an OpenSCENARIO file",
+    "OpenCRG": "an OpenCRG file",
+}
+
+
+def read_opendrive(path: str | os.PathLike[str]) -> OpenDrive:
+    """Read a road network file.
+
+    Raises:
+        ScenarioError: the file is missing, no XML, no OpenDRIVE, or breaks a rule; with all its findings.
+    """
+    network, findings = examine_opendrive(path)
+    if network is None or any(finding.severity == "error" for finding in findings):
+        raise ScenarioError(findings)
+    return network
+
+
+def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, tuple[Finding, ...]]:
+    """The network (None where it cannot be read at all) and all findings; never raises for a user's file."""
+    attributes = Attributes(os.fspath(path))
+    try:
+        root = read_xml(path).root
+    except ScenarioError as error:
+        return None, error.findings
+    if root.tag.rpartition(":")[2] != "OpenDRIVE":
+        what = OTHER_FORMATS.get(root.tag, "")
+        attributes.report(
+            "asam.net:xodr:1.0.0:xml.root_tag_is_opendrive",
+            root,
+            f"this is {what}, not OpenDRIVE" if what else "this is not OpenDRIVE",
+            found=root.tag,
+            allowed="OpenDRIVE",
+            hint="convert the road network to OpenDRIVE, for example with SUMO's netconvert",
+        )
+        return None, tuple(attributes.findings)
+    parts = by_tag(root)
+    version, geo_reference, geo_offset = _read_header(attributes, root, parts.get("header", []))
+    road_nodes, junction_nodes = parts.get("road", []), parts.get("junction", [])
+    if not road_nodes:
+        attributes.report("xml.valid_schema", root, "a road network needs at least one road")
+    roads = [(node, _read_road(attributes, node)) for node in road_nodes]
+    junctions = [(node, _read_junction(attributes, node)) for node in junction_nodes]
+    network = OpenDrive(
+        path=os.fspath(path),
+        version=version,
+        geo_reference=geo_reference,
+        geo_offset=geo_offset,
+        roads=tuple(road for _, road in roads),
+        junctions=tuple(junction for _, junction in junctions),
+    )
+    if not any(finding.severity == "error" for finding in attributes.findings):
+        check_network(attributes, network, [node for node, _ in roads], [node for node, _ in junctions])
+    return network, tuple(attributes.findings)
+
+
+def _read_header(
+    attributes: Attributes, root: Node, headers: list[Node]
+) -> tuple[tuple[int, int], str, tuple[float, float, float, float]]:
+    if not headers:
+        attributes.report("asam.net:xodr:1.0.0:xml.version_is_defined", root, "the header is missing")
+        return (1, 4), "", (0.0, 0.0, 0.0, 0.0)
+    header = headers[0]
+    version = (1, 4)
+    if not (header.get("revMajor").strip().isdecimal() and header.get("revMinor").strip().isdecimal()):
+        attributes.report(
+            "asam.net:xodr:1.0.0:xml.version_is_defined",
+            header,
+            "revMajor and revMinor must say the version",
+            found=f"revMajor={header.get('revMajor')!r} revMinor={header.get('revMinor')!r}",
+            allowed="1.4 to 1.8",
+        )
+    else:
+        version = (int(header.get("revMajor")[:6]), int(header.get("revMinor")[:6]))
+        if version[0] != 1:
+            attributes.report(
+                "asam.net:xodr:1.0.0:xml.version_is_defined",
+                header,
+                "a version of OpenDRIVE that is not known here",
+                attribute="revMajor",
+                found=header.get("revMajor"),
+                allowed="1",
+            )
+    parts = by_tag(header)
+    reference = parts["geoReference"][0].text.strip() if "geoReference" in parts else ""
+    offset = (0.0, 0.0, 0.0, 0.0)
+    if "offset" in parts:
+        node = parts["offset"][0]
+        x, y, z, hdg = (attributes.number(node, name, 0.0) for name in ("x", "y", "z", "hdg"))
+        offset = (x, y, z, hdg)
+    return version, reference, offset
+
+
+def _read_road(attributes: Attributes, node: Node) -> Road:
+    parts = by_tag(node)
+    for name in ("planView", "lanes"):
+        if name not in parts:
+            attributes.report(
+                "asam.net:xodr:1.0.0:xml.valid_schema",
+                node,
+                f"a road needs an element {name}",
+                found=", ".join(dict.fromkeys(child.tag for child in node.children)) or "no element",
+                allowed=name,
+            )
+    elevation = by_tag(parts["elevationProfile"][0]) if "elevationProfile" in parts else {}
+    lateral = by_tag(parts["lateralProfile"][0]) if "lateralProfile" in parts else {}
+    for tag in ("shape", "crossSectionSurface"):
+        if tag in lateral:
+            attributes.report(
+                "road.unsupported",
+                lateral[tag][0],
+                "the surface's shape is not used: heights are those of elevation and superelevation",
+                severity="warning",
+            )
+    lanes = by_tag(parts["lanes"][0]) if "lanes" in parts else {}
+    if "lanes" in parts and "laneSection" not in lanes:
+        attributes.report("asam.net:xodr:1.0.0:xml.valid_schema", parts["lanes"][0], "a road needs a laneSection")
+    sections = sorted((read_section(attributes, n) for n in lanes.get("laneSection", ())), key=lambda item: item.s)
+    length = attributes.number(node, "length")
+    if length <= 0.0 and "length" in node.attributes:
+        attributes.report(
+            "value.out_of_range", node, "a road is longer than that", attribute="length", found=node.get("length"), allowed="> 0"
+        )
+    identity = attributes.text(node, "id")
+    objects = by_tag(parts["objects"][0]) if "objects" in parts else {}
+    signals = by_tag(parts["signals"][0]) if "signals" in parts else {}
+    predecessor, successor = _read_links(attributes, parts.get("link", []))
+    return Road(
+        id=identity,
+        name=node.get("name"),
+        length=length,
+        junction=node.get("junction", "-1"),
+        rule=cast(Rule, attributes.choice(node, "rule", ("RHT", "LHT"), "RHT")),
+        predecessor=predecessor,
+        successor=successor,
+        types=tuple(_read_type(attributes, item) for item in parts.get("type", ())),
+        geometries=read_geometries(attributes, parts["planView"][0]) if "planView" in parts else (),
+        elevations=read_cubics(attributes, elevation.get("elevation", [])),
+        superelevations=read_cubics(attributes, lateral.get("superelevation", [])),
+        lane_offsets=read_cubics(attributes, lanes.get("laneOffset", [])),
+        sections=tuple(sections),
+        objects=read_objects(attributes, objects.get("object", [])),
+        signals=read_signals(attributes, signals.get("signal", []), identity),
+        line=node.line,
+    )
+
+
+def _read_type(attributes: Attributes, node: Node) -> RoadType:
+    speeds = node.findall("speed")
+    speed = read_speed(attributes, speeds[0]) if speeds else None
+    return RoadType(attributes.number(node, "s", 0.0), node.get("type"), speed)
+
+
+def _read_links(attributes: Attributes, nodes: list[Node]) -> tuple[RoadLink | None, RoadLink | None]:
+    parts = by_tag(nodes[0]) if nodes else {}
+    ends = [_read_link(attributes, parts[name][0]) if name in parts else None for name in ("predecessor", "successor")]
+    return ends[0], ends[1]
+
+
+def _read_link(attributes: Attributes, node: Node) -> RoadLink:
+    virtual = "elementS" in node.attributes
+    return RoadLink(
+        kind=cast(Literal["road", "junction"], attributes.choice(node, "elementType", ("road", "junction"), "road")),
+        id=attributes.text(node, "elementId"),
+        contact=_contact(attributes, node),
+        line=node.line,
+        s=attributes.number(node, "elementS") if virtual else None,
+        direction=node.get("elementDir"),
+    )
+
+
+def _contact(attributes: Attributes, node: Node) -> Contact:
+    if node.get("contactPoint") in ("", "none"):
+        return ""
+    return cast(Contact, attributes.choice(node, "contactPoint", ("start", "end"), ""))
+
+
+def _read_junction(attributes: Attributes, node: Node) -> Junction:
+    connections = []
+    for item in node.findall("connection"):
+        links = tuple(
+            (attributes.integer(link, "from"), attributes.integer(link, "to")) for link in item.findall("laneLink")
+        )
+        # a direct junction links the incoming road to another road, without a connecting road between
+        connecting = item.get("connectingRoad") or item.get("linkedRoad")
+        connections.append(
+            Connection(item.get("id"), item.get("incomingRoad"), connecting, _contact(attributes, item), links, item.line)
+        )
+    kind = node.get("type") or "default"
+    return Junction(attributes.text(node, "id"), node.get("name"), kind, tuple(connections), node.line)

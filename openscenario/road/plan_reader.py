@@ -1,0 +1,140 @@
+"""Reads a road's plan view and its profiles: geometries, elevation, superelevation, lane offset."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from openscenario.road.attributes import Attributes, by_tag
+from openscenario.road.elements import Cubic, Geometry
+from openscenario.xml import Node
+
+MAX_LENGTH = 1e7  # m, of one geometry: more is a slip of the pen and would only burn memory
+MAX_CURVATURE = 100.0  # 1/m
+PARAM_TOLERANCE = 1e-3  # of the first coefficients of a paramPoly3, which tools write with rounding
+_KINDS = ("line", "arc", "spiral", "poly3", "paramPoly3")
+_PARAMS = ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")
+
+
+def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tuple[Cubic, ...]:
+    """Cubic records in ascending order of `key` (s or sOffset)."""
+    records: list[Cubic] = []
+    ordered = True
+    for node in nodes:
+        get = node.get  # "" where missing, which float() refuses
+        try:
+            record = Cubic(float(get(key, "0")), float(get("a")), float(get("b")), float(get("c")), float(get("d")))
+            clean = math.isfinite(record.s + record.a + record.b + record.c + record.d)
+        except ValueError:
+            clean = False
+        if not clean:  # the slow way names what is wrong
+            s, a, b, c, d = attributes.number(node, key, 0.0), *(attributes.number(node, name) for name in "abcd")
+            record = Cubic(s, a, b, c, d)
+        if records and record.s < records[-1].s:
+            ordered = False
+            attributes.report(
+                "asam.net:xodr:1.4.0:road.profile.elem_asc_order",
+                node,
+                "records must ascend along the road",
+                attribute=key,
+                found=node.get(key),
+                severity="warning",
+            )
+        records.append(record)
+    return tuple(records if ordered else sorted(records, key=lambda record: record.s))
+
+
+def read_geometries(attributes: Attributes, plan_view: Node) -> tuple[Geometry, ...]:
+    """Geometries of a plan view."""
+    geometries: list[Geometry] = []
+    nodes = by_tag(plan_view).get("geometry", [])
+    if not nodes:
+        attributes.report("xml.valid_schema", plan_view, "a road needs at least one geometry")
+    for node in nodes:
+        geometry = _read_geometry(attributes, node)
+        if geometry is None:
+            continue
+        if geometries and geometry.s < geometries[-1].s:
+            attributes.report(
+                "asam.net:xodr:1.4.0:road.geometry.elem_asc_order",
+                node,
+                "geometries must ascend along the road",
+                found=node.get("s"),
+                allowed=f"s >= {geometries[-1].s:g}",
+            )
+        geometries.append(geometry)
+    return tuple(geometries)
+
+
+def _read_geometry(attributes: Attributes, node: Node) -> Geometry | None:
+    s, x, y, hdg, length = (attributes.number(node, name) for name in ("s", "x", "y", "hdg", "length"))
+    if not 0.0 <= length <= MAX_LENGTH:
+        attributes.report(
+            "value.out_of_range",
+            node,
+            "a geometry has no such length",
+            attribute="length",
+            found=node.get("length"),
+            allowed=f"0 to {MAX_LENGTH:g} m",
+        )
+        return None
+    if length == 0.0:
+        attributes.report(
+            "asam.net:xodr:1.4.0:road.geometry.length",
+            node,
+            "a geometry without length is left out",
+            attribute="length",
+            severity="warning",
+        )
+        return None
+    kinds = [(tag, found[0]) for tag, found in by_tag(node).items() if tag in _KINDS]
+    if len(kinds) != 1:
+        attributes.report("xml.valid_schema", node, "a geometry is exactly one of these", allowed=", ".join(_KINDS))
+        return None
+    tag, shape = kinds[0]
+    kind: Literal["line", "arc", "spiral", "poly3", "paramPoly3"]
+    values: tuple[float, ...] = ()
+    normalized = False
+    match tag:
+        case "line":
+            kind = "line"
+        case "arc":
+            kind, values = "arc", (_curvature(attributes, shape, "curvature"),)
+        case "spiral":
+            kind = "spiral"
+            values = (_curvature(attributes, shape, "curvStart"), _curvature(attributes, shape, "curvEnd"))
+        case "poly3":
+            kind, values = "poly3", tuple(attributes.number(shape, name) for name in "abcd")
+        case _:
+            kind, values = "paramPoly3", tuple(attributes.number(shape, name) for name in _PARAMS)
+            normalized = attributes.choice(shape, "pRange", ("arcLength", "normalized"), "normalized") == "normalized"
+            _check_param(attributes, shape, values)
+    return Geometry(s, x, y, hdg, length, kind, values, normalized, node.line)
+
+
+def _curvature(attributes: Attributes, node: Node, name: str) -> float:
+    value = attributes.number(node, name)
+    if abs(value) > MAX_CURVATURE:
+        attributes.report(
+            "value.out_of_range",
+            node,
+            "no road bends like that",
+            attribute=name,
+            found=node.get(name),
+            allowed=f"-{MAX_CURVATURE:g} to {MAX_CURVATURE:g} 1/m",
+        )
+        return 0.0
+    return value
+
+
+def _check_param(attributes: Attributes, node: Node, values: tuple[float, ...]) -> None:
+    """A paramPoly3 begins at its own origin in the direction of its own heading."""
+    a_u, b_u, _, _, a_v, b_v, _, _ = values
+    if abs(a_u) > PARAM_TOLERANCE or abs(a_v) > PARAM_TOLERANCE or abs(b_v) > PARAM_TOLERANCE * max(b_u, 1.0) or b_u <= 0:
+        attributes.report(
+            "asam.net:xodr:1.7.0:road.geometry.paramPoly3.valid_parameters",
+            node,
+            "a paramPoly3 starts at its own origin, along its own heading",
+            found=f"aU={a_u:g} bU={b_u:g} aV={a_v:g} bV={b_v:g}",
+            allowed="aU=aV=bV=0, bU>0",
+        )

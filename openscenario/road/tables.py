@@ -1,0 +1,187 @@
+"""Tables: a road network flattened to plain arrays, which all compiled functions take as one tuple.
+
+    geometry  (n, 20) float   rows of geometry.py
+    cubics    (m, 5)  float   s, a, b, c, d of every profile
+    lengths   (r,)    float   road lengths [m]
+    roads     (r, 12) int     row ranges of a road, see ROAD_*
+    spans     (q, 2)  float   s of start and end of each lane section [m]
+    sections  (q, 4)  int     row of the centre lane, number of left and right lanes, road
+    lanes     (k, 12) int     see LANE_*
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+
+from openscenario.road.elements import Cubic, Geometry, Lane, LaneHeight, Road
+from openscenario.road.geometry import COLUMNS, arc_rows, line_rows, param_rows, poly3_rows, spiral_rows
+from openscenario.road.profile import Floats, Ints
+
+Tables: TypeAlias = tuple[Floats, Floats, Floats, Ints, Floats, Ints, Ints]
+
+(
+    ROAD_GEOMETRY,
+    ROAD_GEOMETRY_END,
+    ROAD_ELEVATION,
+    ROAD_ELEVATION_END,
+    ROAD_SUPERELEVATION,
+    ROAD_SUPERELEVATION_END,
+    ROAD_OFFSET,
+    ROAD_OFFSET_END,
+    ROAD_SECTION,
+    ROAD_SECTION_END,
+    ROAD_RULE,  # +1 right-hand, -1 left-hand traffic
+    ROAD_FLAT,  # 1: no elevation, superelevation or lane height anywhere
+) = range(12)
+SECTION_CENTRE, SECTION_LEFT, SECTION_RIGHT, SECTION_ROAD = range(4)
+(
+    LANE_ID,
+    LANE_WIDTH,
+    LANE_WIDTH_END,
+    LANE_BORDER,  # 1: the width rows are borders
+    LANE_HEIGHT,
+    LANE_HEIGHT_END,
+    LANE_DRIVABLE,
+    LANE_PREDECESSOR,  # lane row it comes from in the section before, in the same road; -1 none
+    LANE_SUCCESSOR,
+    LANE_SECTION,
+    LANE_LEVEL,
+    LANE_DIRECTION,  # +1 traffic runs with increasing s, -1 against it
+) = range(12)
+
+
+def geometry_rows(geometry: Geometry) -> list[list[float]]:
+    """Array rows of one geometry element."""
+    start = (geometry.s, geometry.x, geometry.y, geometry.hdg, geometry.length)
+    values = geometry.values
+    match geometry.kind:
+        case "line":
+            return line_rows(*start)
+        case "arc":
+            return arc_rows(*start, values[0])
+        case "spiral":
+            return spiral_rows(*start, values[0], values[1])
+        case "poly3":
+            return poly3_rows(*start, values[0], values[1], values[2], values[3])
+        case "paramPoly3":
+            return param_rows(*start, values, 1.0 if geometry.normalized else geometry.length)
+
+
+def lane_direction(lane: int, rule: int, reversed_: bool = False) -> int:
+    """+1 if traffic on the lane runs with increasing s; rule is +1 for right-hand traffic, -1 for left-hand."""
+    sign = rule if lane <= 0 else -rule
+    return -sign if reversed_ else sign
+
+
+class _Rows:
+    """Growing list of cubic rows, from which ranges are cut."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[float, float, float, float, float]] = []
+
+    def cubics(self, records: Sequence[Cubic], start: float = 0.0) -> tuple[int, int]:
+        first = len(self.rows)
+        self.rows.extend((start + r.s, r.a, r.b, r.c, r.d) for r in records)
+        return first, len(self.rows)
+
+    def heights(self, records: Sequence[LaneHeight], start: float) -> tuple[int, int]:
+        if not any(r.inner or r.outer for r in records):
+            return 0, 0
+        first = len(self.rows)
+        self.rows.extend((start + r.s, r.inner, r.outer, 0.0, 0.0) for r in records)
+        return first, len(self.rows)
+
+
+def make_tables(roads: Sequence[Road]) -> Tables:
+    """Flatten roads, in file order."""
+    geometry: list[list[float]] = []
+    cubics = _Rows()
+    road_rows: list[tuple[int, ...]] = []
+    spans: list[tuple[float, float]] = []
+    sections: list[tuple[int, int, int, int]] = []
+    lanes: list[list[int]] = []
+    for index, road in enumerate(roads):
+        rule = 1 if road.rule == "RHT" else -1
+        first_geometry = len(geometry)
+        for element in road.geometries:
+            geometry.extend(geometry_rows(element))
+        elevation = cubics.cubics(road.elevations)
+        superelevation = cubics.cubics(road.superelevations)
+        offset = cubics.cubics(road.lane_offsets)
+        first_section = len(sections)
+        first_lane = len(lanes)
+        _add_sections(road, index, rule, cubics, spans, sections, lanes)
+        flat = not any(r[1] or r[2] or r[3] or r[4] for pair in (elevation, superelevation) for r in cubics.rows[slice(*pair)])
+        flat = flat and not any(lane[LANE_HEIGHT_END] > lane[LANE_HEIGHT] for lane in lanes[first_lane:])
+        ranges = (first_geometry, len(geometry), *elevation, *superelevation, *offset, first_section, len(sections))
+        road_rows.append((*ranges, rule, int(flat)))
+    return (
+        np.array(geometry, dtype=np.float64).reshape(-1, COLUMNS),
+        np.array(cubics.rows, dtype=np.float64).reshape(-1, 5),
+        np.array([road.length for road in roads], dtype=np.float64),
+        np.array(road_rows, dtype=np.int64).reshape(-1, 12),
+        np.array(spans, dtype=np.float64).reshape(-1, 2),
+        np.array(sections, dtype=np.int64).reshape(-1, 4),
+        np.array(lanes, dtype=np.int64).reshape(-1, 12),
+    )
+
+
+def _add_sections(
+    road: Road,
+    index: int,
+    rule: int,
+    cubics: _Rows,
+    spans: list[tuple[float, float]],
+    sections: list[tuple[int, int, int, int]],
+    lanes: list[list[int]],
+) -> None:
+    """Append the sections and lanes of one road; links inside the road become lane rows."""
+    first_section = len(sections)
+    for number, section in enumerate(road.sections):
+        end = road.sections[number + 1].s if number + 1 < len(road.sections) else road.length
+        spans.append((section.s, end))
+        centre = len(lanes) + section.left
+        sections.append((centre, section.left, len(section.lanes) - 1 - section.left, index))
+        for lane in section.lanes:
+            by_border = not lane.widths and bool(lane.borders)
+            width = cubics.cubics(lane.borders if by_border else lane.widths, section.s)
+            height = cubics.heights(lane.heights, section.s)
+            direction = lane_direction(lane.id, rule, lane.direction == "reversed")
+            row = [lane.id, *width, int(by_border), *height, int(lane.drivable), -1, -1, len(sections) - 1]
+            lanes.append([*row, int(lane.level), direction])
+    for number in range(len(road.sections) - 1):
+        here, there = sections[first_section + number], sections[first_section + number + 1]
+        _link(road.sections[number].lanes, here, road.sections[number + 1].lanes, there, lanes)
+
+
+def _link(
+    before: Sequence[Lane],
+    here: tuple[int, int, int, int],
+    after: Sequence[Lane],
+    there: tuple[int, int, int, int],
+    lanes: list[list[int]],
+) -> None:
+    """Connect the lanes of two successive sections; a link written on one side only counts for both.
+
+    Files without any lane link between two sections are common: then lanes of the same id continue.
+    """
+    silent = not any(lane.successors for lane in before) and not any(lane.predecessors for lane in after)
+    for lane in before:
+        target = lane.successors[0] if lane.successors else lane.id if silent else 0
+        if target and -there[SECTION_RIGHT] <= target <= there[SECTION_LEFT]:
+            lanes[here[0] - lane.id][LANE_SUCCESSOR] = there[0] - target
+    for lane in after:
+        target = lane.predecessors[0] if lane.predecessors else lane.id if silent else 0
+        if target and -here[SECTION_RIGHT] <= target <= here[SECTION_LEFT]:
+            lanes[there[0] - lane.id][LANE_PREDECESSOR] = here[0] - target
+    for row in range(here[0] - here[SECTION_LEFT], here[0] + here[SECTION_RIGHT] + 1):
+        after_row = lanes[row][LANE_SUCCESSOR]
+        if after_row >= 0 and lanes[after_row][LANE_PREDECESSOR] < 0:
+            lanes[after_row][LANE_PREDECESSOR] = row
+    for row in range(there[0] - there[SECTION_LEFT], there[0] + there[SECTION_RIGHT] + 1):
+        before_row = lanes[row][LANE_PREDECESSOR]
+        if before_row >= 0 and lanes[before_row][LANE_SUCCESSOR] < 0:
+            lanes[before_row][LANE_SUCCESSOR] = row
