@@ -79,7 +79,7 @@ class LogEvent:
 
 def no_detections() -> DetectionTable:
     """An empty table."""
-    return DetectionTable(*(np.zeros(0) if f.name != "kind" else () for f in dataclasses.fields(DetectionTable)))
+    return DetectionTable(kind=(), **{name: np.zeros(0) for name in DETECTION_COLUMNS})
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

@@ -125,7 +125,7 @@ def _chunk(data: bytes, start: int, end: int) -> bytes:
 
 def _decompress(name: str, packed: bytes, size: int) -> bytes:
     if name == "lz4":
-        from lz4.frame import LZ4FrameDecompressor
+        from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
 
         return bytes(LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
     if name == "":

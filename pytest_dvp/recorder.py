@@ -106,7 +106,9 @@ class LogRecorder:
         values: dict[str, list[float]] = {}
         if any(command is not None for command in self._commands):
             table = [(c.steer, c.accel, c.throttle, c.brake) if c else (nan,) * 4 for c in self._commands]
-            values.update((name, list(column)) for name, column in zip(COMMAND_COLUMNS, zip(*table), strict=True))
+            values.update(
+                (name, list(column)) for name, column in zip(COMMAND_COLUMNS, zip(*table, strict=True), strict=True)
+            )
         # Not sorted: the order of the stack's own trace is the order a reader expects, and it is reproducible.
         for prefix, rows in (("ads.", self._ads), ("", self._held)):
             for name in dict.fromkeys(name for row in rows for name in row):

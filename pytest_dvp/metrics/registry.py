@@ -1,0 +1,111 @@
+"""The catalogue of metrics and the one way to evaluate them."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import importlib
+import math
+import pkgutil
+from collections.abc import Iterable, Iterator, Mapping
+from importlib.metadata import entry_points
+from types import MappingProxyType, ModuleType
+from typing import Any
+
+from pytest_dvp.log import Log, LogError
+from pytest_dvp.metrics.base import REQUIRED, Metric, MetricError, MetricValue, Undefined
+
+ENTRY_POINTS = "pytest_dvp.metrics"
+
+
+@functools.cache
+def known_metrics() -> Mapping[str, Metric]:
+    """All metrics by name: ours, then those of other packages (entry point: a module or a Metric).
+
+    Raises MetricError if two have the same name or an entry point cannot be loaded.
+    """
+    found: dict[str, Metric] = {}
+    for origin, candidate in _candidates():
+        if candidate.name in found and found[candidate.name] is not candidate:
+            raise MetricError(f"two metrics are named {candidate.name!r}, one of them from {origin}")
+        found[candidate.name] = candidate
+    return MappingProxyType(found)
+
+
+def _candidates() -> Iterator[tuple[str, Metric]]:
+    import pytest_dvp.metrics as package
+
+    for module in sorted(m.name for m in pkgutil.iter_modules(package.__path__)):
+        if not module.startswith("_") and module not in ("base", "registry"):
+            yield from _metrics_of(importlib.import_module(f"{package.__name__}.{module}"), module)
+    for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda p: p.name):
+        try:
+            loaded = point.load()
+        except Exception as error:  # a foreign package may raise anything while it loads
+            raise MetricError(f"entry point {point.name!r} of {ENTRY_POINTS} cannot be loaded: {error}") from error
+        yield from _metrics_of(loaded, point.name)
+
+
+def _metrics_of(thing: object, origin: str) -> Iterator[tuple[str, Metric]]:
+    values: Iterable[object] = vars(thing).values() if isinstance(thing, ModuleType) else [thing]
+    yield from ((origin, value) for value in values if isinstance(value, Metric))
+
+
+def find_metric(name: str) -> Metric:
+    """Metric by name. Raises MetricError with the nearest name."""
+    known = known_metrics()
+    if name in known:
+        return known[name]
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    raise MetricError(f"unknown metric {name!r}; " + (f"nearest is {near[0]!r}" if near else f"known: {sorted(known)}"))
+
+
+def check_options(chosen: Metric, options: Mapping[str, Any]) -> None:
+    """Raises MetricError for an option the metric does not have, one of the wrong type, or a missing one."""
+    for key, value in options.items():
+        if key not in chosen.options:
+            near = difflib.get_close_matches(key, chosen.options, n=1)
+            hint = f"nearest is {near[0]!r}" if near else f"it has {sorted(chosen.options) or 'none'}"
+            raise MetricError(f"metric {chosen.name!r} has no option {key!r}; {hint}")
+        default = chosen.options[key]
+        if isinstance(default, float) and not _is_number(value):
+            raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a finite number, found {value!r}")
+        if isinstance(default, str) and not isinstance(value, str):
+            raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a word, found {value!r}")
+    missing = [key for key, default in chosen.options.items() if default is REQUIRED and key not in options]
+    if missing:
+        raise MetricError(f"metric {chosen.name!r} needs the option {missing[0]!r}")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> MetricValue:
+    """Evaluate a metric of one log, or of two: `log` is then the model's and `other` the measured one.
+
+    Undefined metrics are not valid and say why; a value that is not finite never is. Raises MetricError for an unknown
+    name or option.
+    """
+    chosen = find_metric(name)
+    check_options(chosen, options)
+    note = chosen.note.format(**{**chosen.options, **options}) if chosen.note else ""
+
+    def invalid(reason: str) -> MetricValue:
+        return MetricValue(name, None, chosen.unit, None, "", False, reason, None, {}, note)
+
+    if chosen.logs == 2 and other is None:
+        return invalid("the log to compare with is not there")
+    logs = [log] if chosen.logs == 1 or other is None else [log, other]
+    if any(len(one.t) < 2 for one in logs):
+        return invalid("the log has no samples")
+    try:
+        result = chosen(*logs, **options)
+    except (Undefined, LogError) as error:
+        return invalid(str(error).removeprefix("log: "))
+    value = float(result.value)
+    if not math.isfinite(value):
+        return invalid(f"the value is {value}")
+    t = None if result.t is None or not math.isfinite(result.t) else float(result.t)
+    extra = {key: float(number) for key, number in result.extra.items()}
+    return MetricValue(name, value, chosen.unit, t, result.object, True, "", result.series, extra, note)

@@ -1,0 +1,51 @@
+"""Contact with others and with the edge of the road."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_dvp.log import Log
+from pytest_dvp.metrics._ego import pair_boxes
+from pytest_dvp.metrics.base import Measured, Series, Undefined, metric
+
+
+@metric(name="collision", unit="-", bigger_is_worse=True)
+def collision(log: Log) -> Measured:
+    """Number of objects the ego hit.
+
+    Counts both what the world reported (events "collision", whose element is the object) and boxes that overlap in the
+    log, so that a measured log without a world is judged too. 0 in an empty world.
+    """
+    from pytest_dvp.metrics._boxes import time_to_collision
+
+    first: dict[str, float] = {}
+    for event in log.events:
+        if event.kind == "collision":
+            first[event.element] = min(event.t, first.get(event.element, np.inf))
+    for name, track in log.objects.items():
+        t, ego, box = pair_boxes(log, name, track)
+        ego[:, 5:], box[:, 5:] = 0.0, 0.0  # standing boxes: their TTC is 0 where they overlap, else infinite
+        overlap = np.flatnonzero(time_to_collision(ego, box) == 0.0)
+        if len(overlap):
+            first[name] = min(float(t[overlap[0]]), first.get(name, np.inf))
+    if not first:
+        return Measured(0.0)
+    earliest = min(first, key=lambda name: first[name])
+    return Measured(float(len(first)), first[earliest], earliest)
+
+
+@metric(name="road_departure", unit="s", bigger_is_worse=True)
+def road_departure(log: Log) -> Measured:
+    """Time during which a corner of the ego's box was not on a drivable lane.
+
+    From the column `on_road`, which the world fills; undefined where it was never measured.
+    """
+    on_road = log.columns.get("on_road")
+    if on_road is None or not np.isfinite(on_road).any():
+        raise Undefined("the column on_road was not measured")
+    off = on_road < 0.5
+    step = np.diff(log.t, append=log.t[-1])
+    when = float(log.t[np.argmax(off)]) if off.any() else None
+    # A departure in the very last sample has no step of its own but is one all the same.
+    value = max(float(step[off].sum()), float(np.median(np.diff(log.t)))) if off.any() else 0.0
+    return Measured(value, when, "", Series(log.t, np.where(off, 1.0, 0.0)))

@@ -1,0 +1,59 @@
+"""Did the scenario take place and did the ego do what it was asked to?"""
+
+from __future__ import annotations
+
+from pytest_dvp.log import Log
+from pytest_dvp.metrics.base import Measured, Undefined, metric
+
+
+def first_time(log: Log, kind: str) -> float | None:
+    """Time [s] of the first event of a kind, None if there is none."""
+    return min((event.t for event in log.events if event.kind == kind), default=None)
+
+
+@metric(name="completion_time", unit="s", bigger_is_worse=True)
+def completion_time(log: Log) -> Measured:
+    """Time from the start zone to the goal: from the event "start", or the first sample, to the first event "goal".
+
+    Source: Arango et al., Sensors 2026, 26, 1338. Undefined if the goal was never reached.
+    """
+    goal = first_time(log, "goal")
+    if goal is None:
+        raise Undefined("the goal was never reached")
+    start = first_time(log, "start")
+    return Measured(goal - (float(log.t[0]) if start is None else start), goal)
+
+
+@metric(name="goal_reached", unit="-", bigger_is_worse=False)
+def goal_reached(log: Log) -> Measured:
+    """1 if the ego reached the goal of its task, else 0. Undefined if the task has no goal."""
+    goal = first_time(log, "goal")
+    if goal is not None:
+        return Measured(1.0, goal)
+    task = log.meta.get("task")
+    if not isinstance(task, dict) or not task.get("goal"):
+        raise Undefined("the task has no goal")
+    return Measured(0.0, float(log.t[-1]))
+
+
+@metric(name="scenario_ended", unit="-", bigger_is_worse=False)
+def scenario_ended(log: Log) -> Measured:
+    """1 if the scenario ended by itself (stop trigger or goal), 0 if the time limit ended it."""
+    ends = [t for kind in ("stop", "goal") if (t := first_time(log, kind)) is not None]
+    return Measured(1.0, min(ends)) if ends else Measured(0.0, float(log.t[-1]))
+
+
+@metric(name="events_fired", unit="-", bigger_is_worse=True)
+def events_fired(log: Log) -> Measured:
+    """Number of storyboard events that never fired; bound it with `max = 0`.
+
+    The scenario's events are those that meta `storyboard_events` lists (names as in the log's "story.event" events);
+    one fired if it was running once. Undefined if the scenario has none.
+    """
+    declared = log.meta.get("storyboard_events")
+    names = [str(name) for name in declared] if isinstance(declared, list | tuple) else []
+    if not names:
+        raise Undefined("the scenario has no storyboard events (meta: storyboard_events)")
+    fired = {e.element for e in log.events if e.kind == "story.event" and "running" in e.text.lower()}
+    missing = [name for name in names if name not in fired]
+    return Measured(float(len(missing)), None, missing[0] if missing else "")
