@@ -1,0 +1,128 @@
+"""Speed control: one wanted acceleration from the path's speed limit and the points where the car must be slower."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+from numba import njit
+
+from ads.control.speed_profile import approach_acceleration
+from ads.control.spline import sample
+from ads.localization import Estimate
+from vehicle.messages import FloatArray, VehicleDescription
+
+GAIN = 0.9  # 1/s
+COMFORT_JERK = 1.0  # m/s^3
+URGENT_JERK = 2.5  # m/s^3
+EMERGENCY_JERK = 20.0  # m/s^3
+COMFORT_DECELERATION = 1.0  # m/s^2 at town speed
+HARD_DECELERATION = 3.5  # m/s^2; more only in an emergency
+STANDSTILL = 0.08  # m/s
+ROOM = 16  # constraints
+
+
+@njit(cache=True, error_model="numpy")
+def comfort_deceleration(v: float) -> float:
+    """Planned braking [m/s^2] at speed [m/s]: gentle in town, firmer from motorway speed."""
+    return COMFORT_DECELERATION * min(max(v / 8.0, 1.0), 2.0)
+
+
+@njit(cache=True, error_model="numpy")
+def wanted_acceleration(
+    v: float, a_now: float, path: FloatArray, index: int, s: float, points: FloatArray, n: int, lag: float, a_up: float
+) -> tuple[float, bool]:
+    """Acceleration [m/s^2] before limits on its change, and whether a stop is what sets it.
+
+    `points` (n, 2): distance ahead [m] and highest speed there [m/s]; distance <= 0 means from now on.
+    """
+    b = comfort_deceleration(v)
+    ramp = lag + max(0.5 * (b + a_now), 0.0) / COMFORT_JERK * 0.5
+    look = s + v * (lag + 0.35)
+    _, _, _, _, limit = sample(path, index, look)
+    _, _, _, _, beyond = sample(path, index, look + 1.0)
+    slope = limit * (beyond - limit)
+    a = min(slope, 0.0) + GAIN * (limit - v) if abs(limit - v) < 1.0 else GAIN * (limit - v)
+    a = min(max(a, -max(b, 1.2)), a_up * (1.0 if limit - v > 1.0 else max(limit - v, 0.0) ** 0.5 + 1e-3))
+    stop = False
+    for i in range(n):
+        d, target = points[i, 0], points[i, 1]
+        other = approach_acceleration(v, target, d, b, GAIN, ramp)
+        if d <= 0.0 and target > 0.0:
+            other = GAIN * (target - v)
+        if other < a:
+            a = other
+            stop = target < 0.3
+    return max(a, -HARD_DECELERATION), stop
+
+
+class SpeedControl(Protocol):
+    """Turns speed limits into one acceleration."""
+
+    def step(
+        self,
+        estimate: Estimate,
+        path: FloatArray,
+        index: int,
+        s: float,
+        limits: list[tuple[float, float]],
+        brake: float,
+    ) -> tuple[float, bool]:
+        """Wanted acceleration [m/s^2], and True if the car is to stand.
+
+        `limits`: (distance ahead [m], highest speed there [m/s]); `brake` [m/s^2] > 0 is an emergency deceleration.
+        """
+
+
+class ComfortSpeedControl:
+    """Speed control with limited jerk, except in an emergency."""
+
+    def __init__(self, vehicle: VehicleDescription, dt: float) -> None:
+        self._vehicle = vehicle
+        self._dt = dt
+        self._points = np.zeros((ROOM, 2))
+        self._a = 0.0
+        self._standing = False
+        self._started = False
+
+    def step(
+        self,
+        estimate: Estimate,
+        path: FloatArray,
+        index: int,
+        s: float,
+        limits: list[tuple[float, float]],
+        brake: float,
+    ) -> tuple[float, bool]:
+        """See SpeedControl."""
+        car = self._vehicle
+        v = estimate.v
+        n = 0
+        for distance, speed in limits[:ROOM]:
+            self._points[n, 0] = distance
+            self._points[n, 1] = speed
+            n += 1
+        a_up = min(1.0 if v < 8.0 else 1.5, 0.7 * car.max_acceleration)
+        wanted, stop = wanted_acceleration(v, self._a, path, index, s, self._points, n, car.drive_delay, a_up)
+        if brake > 0.0:
+            wanted, stop = min(wanted, -min(brake, car.max_deceleration)), True
+        if self._standing:
+            if wanted < 0.1:
+                return -0.3, True
+            self._standing = False
+            self._a = 0.0
+        elif v < STANDSTILL and wanted < 0.05 and stop:
+            self._standing = True
+            self._a = 0.0
+            return -0.3, True
+        jerk = COMFORT_JERK
+        if brake > 0.0:
+            jerk = EMERGENCY_JERK
+        elif wanted < -1.5 * comfort_deceleration(v):
+            jerk = URGENT_JERK
+        step = jerk * self._dt
+        self._a = min(max(wanted, self._a - step), self._a + max(step, 2.0 * self._dt if self._a < -1.5 else step))
+        if not math.isfinite(self._a):
+            self._a = -1.0
+        return self._a, False

@@ -1,0 +1,52 @@
+"""Pedals: throttle and brake that make the car follow the wanted acceleration."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from vehicle.messages import VehicleDescription
+
+KP = 0.6  # 1/s
+KI = 0.25  # 1/s^2
+INTEGRAL_LIMIT = 1.5  # m/s^2
+FORGET = 1.5  # s; how fast the expected speed follows the measured one
+ROLLING = 0.12  # m/s^2
+DRAG_AREA = 0.45  # kg/m; half of air density times drag area of a passenger car
+HOLD_BRAKE = 0.35
+
+
+class Pedals(Protocol):
+    """Turns a wanted acceleration into pedal positions."""
+
+    def press(self, accel: float, v: float, standing: bool, dt: float) -> tuple[float, float]:
+        """Throttle and brake in [0, 1] for `accel` [m/s^2] at speed `v` [m/s]; `standing`: hold the car."""
+
+
+class PiPedals:
+    """Feed-forward from the car's data sheet and PI on the speed that the wanted acceleration should have given."""
+
+    def __init__(self, vehicle: VehicleDescription) -> None:
+        self._vehicle = vehicle
+        self._expected = 0.0
+        self._integral = 0.0
+        # wanted accelerations still on their way through the actuator
+        self._pending = [0.0] * (round(vehicle.drive_delay / 0.05) + 1)
+
+    def press(self, accel: float, v: float, standing: bool, dt: float) -> tuple[float, float]:
+        """See Pedals."""
+        if standing:
+            self._expected, self._integral = v, 0.0
+            self._pending = [0.0] * len(self._pending)
+            return 0.0, HOLD_BRAKE
+        self._pending.append(accel)
+        self._expected += self._pending.pop(0) * dt + (v - self._expected) * dt / FORGET
+        error = self._expected - v
+        car = self._vehicle
+        demand = accel + KP * error + self._integral + ROLLING + DRAG_AREA * v * v / car.mass
+        throttle = min(max(demand / car.max_acceleration, 0.0), 1.0)
+        brake = min(max(-demand / car.max_deceleration, 0.0), 1.0)
+        saturated = (throttle >= 1.0 and error > 0.0) or (brake >= 1.0 and error < 0.0)
+        if not saturated:
+            self._integral += KI * error * dt
+            self._integral = min(max(self._integral, -INTEGRAL_LIMIT), INTEGRAL_LIMIT)
+        return throttle, brake

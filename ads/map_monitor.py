@@ -1,0 +1,195 @@
+"""Map monitor: what the map holds along the route: lanes, junctions, crossings, signals, room to the side."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ads.control.spline import YAW, S, X, Y, project
+from ads.planning.route import Leg, Map
+from vehicle.messages import FloatArray
+
+REACH = 150.0  # m ahead that a view covers
+NEAR = 5.0  # m; a crossing or signal whose middle is farther from the path is none of ours
+
+
+class LaneSpan(NamedTuple):
+    """A leg of the route with its place on the path [m]."""
+
+    leg: Leg
+    junction: bool
+    s_from: float
+    s_to: float
+
+
+class Crossing(NamedTuple):
+    """A crosswalk area in path coordinates: s_from..s_to along, l_from..l_to across (left positive) [m]."""
+
+    id: str
+    s_from: float
+    s_to: float
+    l_from: float
+    l_to: float
+
+    @property
+    def s_middle(self) -> float:
+        return 0.5 * (self.s_from + self.s_to)
+
+
+class StopSignal(NamedTuple):
+    """A signal of the map and where it stands along the path [m]."""
+
+    id: str
+    s: float
+
+
+class Room(NamedTuple):
+    """Road beside the path at some place: half the own lane's width and the width of the lane to pass in [m]."""
+
+    half_width: float
+    side_width: float
+    side_same_direction: bool
+
+
+class View(NamedTuple):
+    """What lies ahead of the car: current lane, next junction's legs, crossings and signals within REACH."""
+
+    lane: Leg
+    in_junction: bool
+    junction_distance: float  # m, inf if none
+    junction_lanes: tuple[Leg, ...]
+    crossings: tuple[Crossing, ...]
+    signals: tuple[StopSignal, ...]
+
+
+class MapMonitor:
+    """Places the map's elements on a reference path once; looking ahead is then cheap."""
+
+    def __init__(self, network: Map, legs: tuple[Leg, ...], path: FloatArray) -> None:
+        self._network = network
+        self.side = -1.0 if getattr(network, "rule", "RHT") == "LHT" else 1.0
+        self.spans = _spans(network, legs, path)
+        self.crossings = _crossings(network, path)
+        self.signals = _signals(network, self.spans, path)
+        self._at = 0
+
+    def view(self, s: float) -> View:
+        """What lies ahead of arc length `s` [m] of the path."""
+        spans = self.spans
+        while self._at < len(spans) - 1 and s > spans[self._at].s_to:
+            self._at += 1
+        while self._at > 0 and s < spans[self._at].s_from:
+            self._at -= 1
+        here = spans[self._at]
+        distance, lanes = math.inf, []
+        for span in spans[self._at :]:
+            if span.junction:
+                if not lanes:
+                    distance = max(span.s_from - s, 0.0)
+                lanes.append(span.leg)
+            elif lanes:
+                break
+        return View(
+            here.leg,
+            here.junction,
+            distance,
+            tuple(lanes),
+            tuple(c for c in self.crossings if s - 10.0 < c.s_to and c.s_from < s + REACH),
+            tuple(g for g in self.signals if s - 10.0 < g.s < s + REACH),
+        )
+
+    def room(self, s: float) -> Room:
+        """Room at arc length `s` [m]; no side width where there is no drivable lane or a junction."""
+        for span in self.spans:
+            if s <= span.s_to or span is self.spans[-1]:
+                break
+        leg = span.leg
+        share = min(max((s - span.s_from) / max(span.s_to - span.s_from, 1e-6), 0.0), 1.0)
+        at = leg.s_from + share * (leg.s_to - leg.s_from)
+        net = self._network
+        half = 0.5 * float(net.lane_width(leg.road, leg.lane, at))
+        sign = net.driving_sign(leg.road, leg.lane)
+        beside = leg.lane + sign * int(self.side)
+        if beside == 0:
+            beside = sign * int(self.side)
+        if span.junction:
+            return Room(half, 0.0, False)
+        try:
+            if net.lane_type(leg.road, beside, at) not in ("driving", "bidirectional", "entry", "exit"):
+                return Room(half, 0.0, False)
+            width = float(net.lane_width(leg.road, beside, at))
+            return Room(half, width, net.driving_sign(leg.road, beside) == sign)
+        except (KeyError, ValueError, IndexError):
+            return Room(half, 0.0, False)
+
+
+def _spans(network: Map, legs: tuple[Leg, ...], path: FloatArray) -> tuple[LaneSpan, ...]:
+    ends = [0.0]
+    hint = -1
+    for leg in legs:
+        pose = network.lane_pose(leg.road, leg.lane, leg.s_to)
+        ahead = int(abs(leg.s_to - leg.s_from) / 0.4) + 40
+        hint, s, _ = project(path, pose.x, pose.y, max(hint, 0), ahead)
+        ends.append(max(float(s), ends[-1]))
+    return tuple(LaneSpan(leg, _is_junction(network, leg.road), ends[i], ends[i + 1]) for i, leg in enumerate(legs))
+
+
+def _is_junction(network: Map, road: str) -> bool:
+    return str(getattr(network.roads[road], "junction", "-1")) not in ("-1", "None", "")
+
+
+def _crossings(network: Map, path: FloatArray) -> tuple[Crossing, ...]:
+    found = []
+    for crosswalk in network.crosswalks:
+        outline = np.asarray(crosswalk.outline, dtype=np.float64)[:, :2]
+        middle = outline.mean(axis=0)
+        for i in _passes(path, float(middle[0]), float(middle[1])):
+            c, s = math.cos(path[i, YAW]), math.sin(path[i, YAW])
+            relative = outline - path[i, X : Y + 1]
+            along = path[i, S] + relative @ (c, s)
+            across = relative @ (-s, c)
+            if across.min() < 0.5 and across.max() > -0.5:
+                found.append(
+                    Crossing(
+                        str(crosswalk.id),
+                        float(along.min()),
+                        float(along.max()),
+                        float(across.min()),
+                        float(across.max()),
+                    )
+                )
+    return tuple(sorted(found, key=lambda c: c.s_from))
+
+
+def _passes(path: FloatArray, x: float, y: float) -> list[int]:
+    """Indices where the path passes a place at less than NEAR; a path may pass it several times."""
+    d = np.hypot(path[:, X] - x, path[:, Y] - y)
+    close = np.flatnonzero(d < NEAR)
+    if not len(close):
+        return []
+    groups = np.split(close, np.flatnonzero(np.diff(close) > 1) + 1)
+    return [int(g[np.argmin(d[g])]) for g in groups]
+
+
+def _signals(network: Map, spans: tuple[LaneSpan, ...], path: FloatArray) -> tuple[StopSignal, ...]:
+    found = []
+    for signal in network.signals:
+        for span in spans:
+            leg = span.leg
+            low, high = min(leg.s_from, leg.s_to), max(leg.s_from, leg.s_to)
+            if str(signal.road) != leg.road or not low <= signal.s <= high:
+                continue
+            if not _faces(network, signal, leg):
+                continue
+            share = abs(signal.s - leg.s_from) / max(high - low, 1e-6)
+            found.append(StopSignal(str(signal.id), span.s_from + share * (span.s_to - span.s_from)))
+    return tuple(sorted(found, key=lambda g: g.s))
+
+
+def _faces(network: Map, signal: object, leg: Leg) -> bool:
+    """True unless the signal is for the other direction ("+" is for traffic along increasing s)."""
+    orientation = str(getattr(signal, "orientation", "none"))
+    sign = network.driving_sign(leg.road, leg.lane)
+    return not ((orientation == "+" and sign < 0) or (orientation == "-" and sign > 0))

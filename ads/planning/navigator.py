@@ -1,0 +1,126 @@
+"""Navigator: keeps the route, its reference path and the car's place on it up to date."""
+
+from __future__ import annotations
+
+import math
+
+from ads.control.speed_profile import fill_speed
+from ads.control.spline import project
+from ads.localization import Estimate
+from ads.map_monitor import MapMonitor
+from ads.parameters import Parameters
+from ads.planning.route import Leg, Map, Route, continued, follow, lane_heading, to_goal
+from ads.planning.waypoints import BEHIND, BEYOND, STEP, reference_path, straight_path
+from ads.transforms import wrap_angle
+from vehicle.messages import FloatArray, RoadPoint, Task
+
+ACCELERATION = 1.0  # m/s^2, of the speed profile
+DECELERATION = 0.8
+WINDOW = 60  # path points around the last index
+
+
+class Navigator:
+    """Route, reference path and progress. `path` is the reference, never shifted; `goal_s` is inf without a goal."""
+
+    def __init__(self, parameters: Parameters, network: Map) -> None:
+        self._parameters = parameters
+        self._network = network
+        self.task = Task()
+        self.route = Route((), False)
+        self.path: FloatArray | None = None
+        self.monitor: MapMonitor | None = None
+        self.goal_s = math.inf
+        self.index = -1
+        self.s = 0.0
+        self.lateral = 0.0
+        self._end = math.inf  # arc length where a merely followed lane was cut off
+        self._stale = True
+
+    @property
+    def set_speed(self) -> float:
+        """Wanted speed on a straight road [m/s]."""
+        speed = self.task.set_speed
+        return self._parameters.LQR_v_max if speed is None else max(speed, 0.0)
+
+    def assign(self, task: Task) -> None:
+        """Take over a new task; fields it leaves out keep their old meaning."""
+        old = self.task
+        if task.goal is not None or task.route:
+            self.task = Task(task.set_speed if task.set_speed is not None else old.set_speed, task.goal, task.route)
+            self._stale = True
+        else:
+            self.task = Task(task.set_speed, old.goal, old.route)
+            if self.path is not None:
+                self.fill(self.path)
+
+    def fill(self, path: FloatArray) -> None:
+        """Write the speed column of a path for the present set speed."""
+        fill_speed(path, self.set_speed, self._parameters.LQR_rc_max, ACCELERATION, DECELERATION)
+
+    def heading_hint(self, x: float, y: float) -> float:
+        """Direction of the lane at a place [rad]; 0 off the road."""
+        here = self._network.locate(x, y)
+        return lane_heading(self._network, here.road, here.lane, here.s) if here.on_road else 0.0
+
+    def update(self, estimate: Estimate, may_replan: bool) -> bool:
+        """Progress along the path; True if the reference path is a new one."""
+        new = False
+        if self.path is None or (self._stale and may_replan):
+            self._plan(estimate)
+            new = True
+        elif may_replan and self._end - self.s < self._reach() * 0.4:
+            self._plan(estimate)
+            new = True
+        assert self.path is not None
+        self.index, self.s, self.lateral = project(
+            self.path, estimate.x, estimate.y, round(BEHIND / STEP) if new else self.index, WINDOW
+        )
+        return new
+
+    def _reach(self) -> float:
+        """How much of a followed lane is planned at once [m]: at least 40 s of driving."""
+        return max(400.0, 40.0 * self.set_speed)
+
+    def _plan(self, estimate: Estimate) -> None:
+        self._stale = False
+        net = self._network
+        here = net.locate(estimate.x, estimate.y, estimate.yaw)
+        against = True
+        if here.on_road:
+            start = RoadPoint(str(here.road), int(here.lane), float(here.s))
+            against = abs(wrap_angle(lane_heading(net, *start) - estimate.yaw)) > 0.5 * math.pi
+        if against:
+            self._straight(estimate)
+            return
+        legs: tuple[Leg, ...] = ()
+        if self.task.goal is not None or self.task.route:
+            legs = to_goal(net, start, self.task)
+        self.route = Route(legs, bool(legs))
+        goal: RoadPoint | None = None
+        if legs:
+            goal = RoadPoint(legs[-1].road, legs[-1].lane, legs[-1].s_to)
+            legs = continued(net, legs, BEYOND if self.task.goal is not None else self._reach())
+        else:
+            legs = follow(net, *start, self._reach())
+        if not legs:
+            self._straight(estimate)
+            return
+        path = reference_path(net, legs, self.set_speed)
+        self.fill(path)
+        self.path = path
+        self.monitor = MapMonitor(net, legs, path)
+        self.goal_s = math.inf
+        if goal is not None and self.task.goal is not None:
+            pose = net.lane_pose(*goal)
+            travelled = BEHIND + sum(abs(leg.s_to - leg.s_from) for leg in self.route.legs)
+            # near the end of the route, not an earlier pass of the same place
+            _, self.goal_s, _ = project(path, pose.x, pose.y, round(travelled / STEP), 60 + len(path) // 20)
+        more = path[-1, 0] - BEYOND > self._reach() * 0.9
+        self._end = float(path[-1, 0]) - BEYOND if more and math.isinf(self.goal_s) else math.inf
+
+    def _straight(self, estimate: Estimate) -> None:
+        """Off the road: straight on, which is the best guess there is."""
+        self.route = Route((), False)
+        path = straight_path(estimate.x, estimate.y, estimate.yaw, self._reach() + BEHIND)
+        self.fill(path)
+        self.path, self.monitor, self.goal_s, self._end = path, None, math.inf, math.inf
