@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from openscenario.model.appearance import AnimationAction, LightStateAction
-from openscenario.model.entities import ObjectController
+from openscenario.model.entities import Controller, ObjectController
 from openscenario.model.enums import (
     AutomaticGearType,
     CoordinateSystem,
@@ -99,9 +99,9 @@ class SpeedProfileAction(Element):
     XML = "PrivateAction/LongitudinalAction/SpeedProfileAction"
 
     following_mode: FollowingMode
+    dynamic_constraints: DynamicConstraints | None
     speed_profile_entries: tuple[SpeedProfileEntry, ...]
     entity_ref: EntityName | None = None
-    dynamic_constraints: DynamicConstraints | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -298,7 +298,10 @@ class VisibilityAction(Element):
 
 @dataclass(frozen=True, slots=True)
 class AssignControllerAction(Element):
+    """`object_controller` since 1.3, `controller` before."""
+
     object_controller: ObjectController | None = None
+    controller: Controller | None = field(metadata=xml("Controller", catalog=True), default=None)
     activate_lateral: bool | None = None
     activate_longitudinal: bool | None = None
     activate_animation: bool | None = None

@@ -20,6 +20,7 @@ from openscenario.model.enums import (
 )
 from openscenario.model.kinds import (
     Acceleration,
+    DateTime,
     Duration,
     Element,
     EntityName,
@@ -239,7 +240,7 @@ class TimeOfDayCondition(Element):
     XML = "ByValueCondition/TimeOfDayCondition"
 
     rule: Rule
-    date_time: str
+    date_time: DateTime
 
 
 @dataclass(frozen=True, slots=True)

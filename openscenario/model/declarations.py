@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Final
 
 from openscenario.model.enums import ParameterType, Rule
 from openscenario.model.kinds import Element, xml
@@ -33,6 +34,9 @@ class Properties(Element):
     def get(self, name: str) -> str | None:
         """The value of the first property called `name`, or None."""
         return next((entry.value for entry in self.properties if entry.name == name), None)
+
+
+NO_PROPERTIES: Final = Properties()
 
 
 @dataclass(frozen=True, slots=True)

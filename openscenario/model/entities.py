@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
-from openscenario.model.declarations import ParameterDeclaration, Properties
+from openscenario.model.declarations import NO_PROPERTIES, ParameterDeclaration, Properties
 from openscenario.model.enums import (
     ControllerType,
     MiscObjectCategory,
@@ -79,8 +79,8 @@ class Axle(Element):
 class Axles(Element):
     """A trailer may have no front axle."""
 
+    front_axle: Axle | None
     rear_axle: Axle
-    front_axle: Axle | None = None
     additional_axles: tuple[Axle, ...] = field(metadata=xml("AdditionalAxle"), default=())
 
 
@@ -119,7 +119,7 @@ class Vehicle(Element):
     mass: Mass | None = None
     role: Role = "none"
     model3d: str = ""
-    properties: Properties | None = None
+    properties: Properties = NO_PROPERTIES
     trailer_hitch: TrailerHitch | None = None
     trailer_coupler: TrailerCoupler | None = None
     trailer: Trailer | None = None
@@ -137,7 +137,7 @@ class Pedestrian(Element):
     role: Role = "none"
     model: str = ""
     model3d: str = ""
-    properties: Properties | None = None
+    properties: Properties = NO_PROPERTIES
     parameter_declarations: tuple[ParameterDeclaration, ...] = field(
         metadata=xml("ParameterDeclarations/ParameterDeclaration"), default=()
     )
@@ -150,7 +150,7 @@ class MiscObject(Element):
     mass: Mass
     bounding_box: BoundingBox
     model3d: str = ""
-    properties: Properties | None = None
+    properties: Properties = NO_PROPERTIES
     parameter_declarations: tuple[ParameterDeclaration, ...] = field(
         metadata=xml("ParameterDeclarations/ParameterDeclaration"), default=()
     )
@@ -170,7 +170,7 @@ _KINDS: dict[type, EntityKind] = {Vehicle: "vehicle", Pedestrian: "pedestrian", 
 class Controller(Element):
     name: str
     controller_type: ControllerType = "movement"
-    properties: Properties | None = None
+    properties: Properties = NO_PROPERTIES
     parameter_declarations: tuple[ParameterDeclaration, ...] = field(
         metadata=xml("ParameterDeclarations/ParameterDeclaration"), default=()
     )
@@ -180,7 +180,7 @@ class Controller(Element):
 class ObjectController(Element):
     """A controller given to an entity; `name` is what ActivateControllerAction refers to since 1.3."""
 
-    controller: Controller = field(metadata=xml("Controller", catalog=True))
+    controller: Controller | None = field(metadata=xml("Controller", catalog=True), default=None)
     name: str = ""
 
 
@@ -231,11 +231,24 @@ class ByType(Element):
 
 
 @dataclass(frozen=True, slots=True)
+class SelectedEntities(Element):
+    """The listed entities, or all of the listed types."""
+
+    entity_refs: tuple[EntityRef, ...] = ()
+    by_types: tuple[ByType, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class EntitySelection(Element):
-    """A named group: the listed members, or all objects of a type."""
+    """A named group of entities."""
 
     name: str
-    members: tuple[EntityRef | ByType, ...] = field(metadata=xml("Members"))
+    selected: SelectedEntities = field(metadata=xml("Members"))
+
+    @property
+    def members(self) -> tuple[EntityRef | ByType, ...]:
+        """The listed entities and types, in one row."""
+        return self.selected.entity_refs + self.selected.by_types
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from openscenario.model.declarations import File, ParameterDeclaration, Properties
 from openscenario.model.entities import BoundingBox
 from openscenario.model.enums import CloudState, FractionalCloudCover, PrecipitationType, Wetness
-from openscenario.model.kinds import Element, Length, NonNegative, Radian, xml
+from openscenario.model.kinds import DateTime, Element, Length, NonNegative, Radian, xml
 
 
 @dataclass(frozen=True, slots=True)
 class TimeOfDay(Element):
     animation: bool
-    date_time: str
+    date_time: DateTime
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,6 +44,11 @@ class Quantity:
     above: float | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """A date and time in ISO 8601."""
+
+
 RefKind = Literal["entity", "parameter", "variable", "monitor", "signal_controller", "storyboard"]
 
 
@@ -103,6 +108,7 @@ Number: TypeAlias = Annotated[float, Quantity("1")]
 NonNegative: TypeAlias = Annotated[float, Quantity("1", low=0.0)]
 Count: TypeAlias = Annotated[int, Quantity("1", low=0.0)]
 
+DateTime: TypeAlias = Annotated[str, Moment()]
 EntityName: TypeAlias = Annotated[str, Ref("entity")]
 ParameterName: TypeAlias = Annotated[str, Ref("parameter")]
 VariableName: TypeAlias = Annotated[str, Ref("variable")]
