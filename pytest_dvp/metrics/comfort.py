@@ -17,8 +17,8 @@ def max_jerk(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     """Greatest magnitude of the longitudinal jerk: second time derivative of the filtered speed `v`.
 
     Filter: zero-phase Butterworth of order 2 with -3 dB at `cutoff` [Hz] a pass, two passes. From the speed and not
-    from `ax`, which also feels slopes. The value depends on the filter, so `extra` gives it at other cut-offs too. Source:
-    Arango et al., Sensors 2026, 26, 1338 (who do not state their filter).
+    from `ax`, which also feels slopes. The value depends on the filter, so `extra` gives it at other cut-offs too.
+    Source: Arango et al., Sensors 2026, 26, 1338 (who do not state their filter).
     """
     t, v = uniform(log, "v")
     step = float(t[1] - t[0])

@@ -1,0 +1,302 @@
+"""Gate files: TOML in, located gates out. Every gate knows its line, because a failed one must lead there."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from openscenario.findings import Finding, nearest
+from pytest_dvp.gate_lines import Lines, locate_lines
+from pytest_dvp.metrics import Metric, MetricError, find_metric, known_metrics
+from pytest_dvp.metrics.registry import check_options
+from vehicle.messages import RoadPoint
+
+Stage = Literal["dt", "pe", "rw"]
+STAGES: tuple[Stage, ...] = ("dt", "pe", "rw")
+GATE_KEYS = ("metric", "max", "min", "stages", "between")
+TASK_KEYS = ("start", "goal", "lane")
+_MAX_BYTES = 1_000_000
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Gate:
+    """One bound on one metric. `max` and `min` in the metric's unit, both inclusive.
+
+    stages   where it applies
+    between  two stages whose logs a metric of two logs compares: (model, measured)
+    options  keyword arguments of the metric
+    """
+
+    metric: str
+    max: float | None = None
+    min: float | None = None
+    stages: tuple[Stage, ...] = STAGES
+    between: tuple[Stage, Stage] | None = None
+    options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    file: str = ""
+    line: int | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class GateTask:
+    """What the ego is asked to do beyond the scenario: OpenDRIVE places [road, lane, s in m]; `lane` is its lane id."""
+
+    start: RoadPoint | None = None
+    goal: RoadPoint | None = None
+    lane: int | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class GateFile:
+    """A gate file's content; `file` as it was given."""
+
+    task: GateTask | None
+    gates: tuple[Gate, ...]
+    file: str = ""
+
+
+class GateError(ValueError):
+    """A gate file cannot be used; `findings` say why, each with its line. The text is the first one, in one line."""
+
+    def __init__(self, findings: Sequence[Finding]) -> None:
+        self.findings = tuple(findings)
+        more = f" (and {len(self.findings) - 1} more)" if len(self.findings) > 1 else ""
+        super().__init__(str(self.findings[0]) + more)
+
+
+def read_gates(path: Path | str) -> GateFile:
+    """Read a gate file. Raises GateError with everything that is wrong with it."""
+    reader = _Reader(str(path))
+    result = reader.read(Path(path))
+    if reader.findings:
+        raise GateError(reader.findings)
+    return result
+
+
+def check_gates(path: Path | str) -> tuple[Finding, ...]:
+    """All findings of a gate file; never raises for a user's file."""
+    reader = _Reader(str(path))
+    reader.read(Path(path))
+    return tuple(reader.findings)
+
+
+class _Reader:
+    """Collects findings while it reads, so that a user sees all of them at once."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.findings: list[Finding] = []
+        self.lines = Lines()
+
+    def find(self, code: str, line: int | None, element: str, text: str, **more: str) -> None:
+        self.findings.append(Finding(f"dvp.gates.{code}", "error", self.file, line, element, text=text, **more))
+
+    def read(self, path: Path) -> GateFile:
+        data = self._toml(path)
+        for key in data:
+            if key not in ("task", "gate"):
+                line = self.lines.top.get(key)
+                self.find(
+                    "unknown_key", line, key, f"unknown table or key {key!r}", hint=nearest(key, ("task", "gate"))
+                )
+        task = self._task(data["task"]) if "task" in data else None
+        tables = data.get("gate", [])
+        if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+            self.find("not_a_table", self.lines.top.get("gate"), "gate", "gates are written as [[gate]] tables")
+            tables = []
+        elif not tables and not self.findings:
+            self.find("no_gate", 1, "gate", "no [[gate]]: a file without gates judges nothing")
+        gates = [self._gate(table, i) for i, table in enumerate(tables)]
+        return GateFile(task, tuple(gate for gate in gates if gate is not None), self.file)
+
+    def _toml(self, path: Path) -> dict[str, Any]:
+        try:
+            with path.open("rb") as file:
+                raw = file.read(_MAX_BYTES + 1)
+        except OSError as error:
+            self.find("unreadable", None, "", f"cannot be read: {error.strerror or error}")
+            return {"gate": []}
+        if len(raw) > _MAX_BYTES:
+            self.find("too_large", None, "", f"larger than {_MAX_BYTES} bytes")
+            return {}
+        try:
+            text = raw.decode("utf-8")
+            data = tomllib.loads(text)
+        except UnicodeDecodeError as error:
+            self.find("not_utf8", raw.count(b"\n", 0, error.start) + 1, "", "not UTF-8")
+            return {}
+        except tomllib.TOMLDecodeError as error:
+            place = re.search(r"\(at line (\d+), column \d+\)", str(error))
+            line = int(place[1]) if place else raw.count(b"\n") + 1
+            self.find("not_toml", line, "", f"not TOML: {re.sub(r' [(]at .*[)]$', '', str(error))}")
+            return {}
+        except RecursionError:
+            self.find("too_deep", None, "", "nested too deeply")
+            return {}
+        self.lines = locate_lines(text)
+        return data
+
+    def _task(self, table: object) -> GateTask | None:
+        if not isinstance(table, dict):
+            self.find("not_a_table", self.lines.top.get("task"), "task", "[task] must be a table")
+            return None
+        for key in table:
+            if key not in TASK_KEYS:
+                hint = nearest(key, TASK_KEYS)
+                self.find("unknown_key", self._task_line(key), f"task.{key}", f"unknown key {key!r}", hint=hint)
+        lane = table.get("lane")
+        if lane is not None and (isinstance(lane, bool) or not isinstance(lane, int) or lane == 0):
+            self.find(
+                "value",
+                self._task_line("lane"),
+                "task.lane",
+                "lane must be a lane id",
+                found=str(lane),
+                allowed="whole number except 0",
+            )
+            lane = None
+        return GateTask(self._place(table, "start"), self._place(table, "goal"), lane)
+
+    def _task_line(self, key: str) -> int | None:
+        return self.lines.task.get(key, self.lines.top.get("task"))
+
+    def _place(self, table: dict[str, Any], key: str) -> RoadPoint | None:
+        place = table.get(key)
+        if place is None:
+            return None
+        line, element = self._task_line(key), f"task.{key}"
+        if not isinstance(place, dict) or set(place) != {"road", "lane", "s"}:
+            self.find("place", line, element, f"{key} must be a place", allowed='{ road = "1", lane = -1, s = 420.0 }')
+            return None
+        road, lane, s = place["road"], place["lane"], place["s"]
+        if not isinstance(road, str):
+            self.find("value", line, f"{element}.road", "road must be an id in quotes", found=str(road))
+        elif isinstance(lane, bool) or not isinstance(lane, int) or lane == 0:
+            self.find(
+                "value",
+                line,
+                f"{element}.lane",
+                "lane must be a lane id",
+                found=str(lane),
+                allowed="whole number except 0",
+            )
+        elif not _finite(s) or s < 0:
+            self.find("value", line, f"{element}.s", "s must be a distance", found=str(s), allowed="finite, >= 0 [m]")
+        else:
+            return RoadPoint(road, lane, float(s))
+        return None
+
+    def _gate(self, table: dict[str, Any], index: int) -> Gate | None:
+        before = len(self.findings)
+        head, keys = self.lines.gates[index] if index < len(self.lines.gates) else (self.lines.top.get("gate"), {})
+        element = f"gate[{index + 1}]"
+        chosen = self._metric(table, keys.get("metric", head), element)
+        bounds = {key: self._bound(table, key, keys.get(key, head), element) for key in ("max", "min")}
+        if "max" not in table and "min" not in table:
+            self.find("no_bound", head, element, "a gate needs a bound", allowed="max, min or both")
+        low, high = bounds["min"], bounds["max"]
+        if low is not None and high is not None and low > high:
+            self.find(
+                "min_over_max",
+                keys.get("min", head),
+                f"{element}.min",
+                f"min {low:g} is greater than max {high:g}",
+            )
+        stages = self._stages(table, "stages", keys.get("stages", head), element)
+        between = self._stages(table, "between", keys.get("between", head), element)
+        if between is not None and (len(between) != 2 or between[0] == between[1]):
+            self.find("between", keys.get("between", head), f"{element}.between", "between needs two different stages")
+            between = None
+        options = {key: value for key, value in table.items() if key not in GATE_KEYS}
+        if chosen is not None:
+            self._options(chosen, options, keys, head, element)
+            if (chosen.logs == 2) != ("between" in table):
+                text = (
+                    f'{chosen.name} compares two logs: say which, between = ["dt", "rw"]'
+                    if chosen.logs == 2
+                    else f"{chosen.name} is a metric of one log: use stages instead of between"
+                )
+                self.find("between", keys.get("between", head), element, text)
+        if len(self.findings) > before or chosen is None:
+            return None
+        pair = (between[0], between[1]) if between else None
+        return Gate(chosen.name, high, low, stages or STAGES, pair, options, self.file, head)
+
+    def _metric(self, table: dict[str, Any], line: int | None, element: str) -> Metric | None:
+        name = table.get("metric")
+        if not isinstance(name, str):
+            self.find("no_metric", line, element, 'a gate needs a metric: metric = "collision"')
+            return None
+        try:
+            return find_metric(name)
+        except MetricError:
+            names = list(known_metrics())
+            hint = nearest(name, names)
+            allowed = "" if hint else ", ".join(sorted(names))
+            self.find(
+                "unknown_metric", line, f"{element}.metric", f"unknown metric {name[:80]!r}", allowed=allowed, hint=hint
+            )
+            return None
+
+    def _bound(self, table: dict[str, Any], key: str, line: int | None, element: str) -> float | None:
+        if key not in table:
+            return None
+        value = table[key]
+        if not _finite(value):
+            self.find(
+                "bound", line, f"{element}.{key}", f"{key} must be a finite number", found=str(value)
+            )  # a NaN or infinite bound would never fail
+            return None
+        return float(value)
+
+    def _stages(self, table: dict[str, Any], key: str, line: int | None, element: str) -> tuple[Stage, ...] | None:
+        if key not in table:
+            return None
+        names = table[key]
+        if not isinstance(names, list) or not names:
+            self.find("stages", line, f"{element}.{key}", f"{key} must be a list of stages", allowed=", ".join(STAGES))
+            return None
+        known = tuple(stage for name in names for stage in STAGES if stage == name)
+        for name in names:
+            if name not in STAGES:
+                hint = nearest(str(name), STAGES)
+                self.find(
+                    "unknown_stage",
+                    line,
+                    f"{element}.{key}",
+                    f"unknown stage {str(name)[:80]!r}",
+                    allowed=", ".join(STAGES),
+                    hint=hint,
+                )
+        return known or None
+
+    def _options(
+        self, chosen: Metric, options: dict[str, Any], keys: dict[str, int], head: int | None, element: str
+    ) -> None:
+        for key in options:
+            if key not in chosen.options:
+                valid = (*GATE_KEYS, *chosen.options)
+                hint = nearest(key, valid)
+                self.find(
+                    "unknown_key",
+                    keys.get(key, head),
+                    f"{element}.{key}",
+                    f"unknown key {key[:80]!r}",
+                    allowed=", ".join(valid),
+                    hint=hint,
+                )
+                return
+        try:
+            check_options(chosen, options)
+        except MetricError as error:
+            line = next((keys[key] for key in options if key in keys and repr(key) in str(error)), head)
+            self.find("option", line, element, str(error))
+
+
+def _finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

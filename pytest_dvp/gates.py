@@ -1,0 +1,188 @@
+"""Gates: bounds on metrics of a log -> verdicts with margins. Nothing measured is never a PASS."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+from pytest_dvp.gate_file import STAGES, Gate, GateError, GateFile, GateTask, Stage, check_gates, read_gates
+from pytest_dvp.log import Log
+from pytest_dvp.metrics import MetricError, MetricValue, compute
+
+__all__ = [
+    "STAGES",
+    "Gate",
+    "GateError",
+    "GateFile",
+    "GateTask",
+    "Stage",
+    "Verdict",
+    "check_gates",
+    "default_gates",
+    "judge",
+    "overall",
+    "read_gates",
+]
+
+Status = Literal["PASS", "FAIL", "INCONCLUSIVE", "ERROR"]
+_WORST_FIRST: tuple[Status, ...] = ("ERROR", "FAIL", "INCONCLUSIVE", "PASS")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Verdict:
+    """Judgement of one gate.
+
+    gate     what was asked, as "max_ttc_inverse <= 1.00 1/s"
+    value    the metric, None if it is not defined; bound: the limit it came nearest to or broke, both in `unit`
+    margin   distance to that limit in `unit`, negative if broken
+    t, object  time [s] and road user of the worst moment
+    short    one line for a summary; message: the same with margin and the place of the gate, file:line
+    """
+
+    gate: str
+    metric: str
+    status: Status
+    value: float | None
+    unit: str
+    bound: float | None
+    margin: float | None
+    t: float | None
+    object: str
+    message: str
+    short: str
+    file: str
+    line: int | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain JSON-able data."""
+        return dataclasses.asdict(self)
+
+
+def default_gates() -> GateFile:
+    """The gates of a scenario that brings none: no collision, no road departure, scenario ended."""
+    gates = (Gate("collision", max=0.0), Gate("road_departure", max=0.0), Gate("scenario_ended", min=1.0))
+    return GateFile(None, gates)
+
+
+def judge(gates: GateFile | Sequence[Gate], log: Log, others: Mapping[str, Log] | None = None) -> list[Verdict]:
+    """Verdicts of the gates that apply to the log's stage (meta `stage`), in the order of the file.
+
+    `others` holds logs of other stages for the gates across stages; without the other log such a gate is INCONCLUSIVE.
+    No gate at all, or none for this stage, is one INCONCLUSIVE verdict.
+    """
+    chosen = gates.gates if isinstance(gates, GateFile) else tuple(gates)
+    name = str(log.meta.get("stage", "dt"))
+    stage = name.split("-")[0]  # "rw-surrogate" is judged by the gates of "rw"
+    verdicts = [
+        _judge(gate, stage, log, others or {})
+        for gate in chosen
+        if stage in (gate.between if gate.between is not None else gate.stages)
+    ]
+    if verdicts:
+        return verdicts
+    file = gates.file if isinstance(gates, GateFile) else ""
+    text = f"no gate applies to stage {name}: nothing was judged"
+    return [Verdict("", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, file, None)]
+
+
+def overall(verdicts: Sequence[Verdict]) -> Status:
+    """The worst status: ERROR, FAIL, INCONCLUSIVE, PASS. No verdict at all is INCONCLUSIVE."""
+    statuses = {verdict.status for verdict in verdicts}
+    return next((status for status in _WORST_FIRST if status in statuses), "INCONCLUSIVE")
+
+
+def _judge(gate: Gate, stage: str, log: Log, others: Mapping[str, Log]) -> Verdict:
+    try:
+        value = _evaluate(gate, stage, log, others)
+    except MetricError as error:
+        return _verdict(gate, "ERROR", None, str(error))
+    except Exception as error:  # a metric of another package may raise anything; one bad metric must not end the run
+        return _verdict(gate, "ERROR", None, f"the metric failed: {type(error).__name__}: {error}")
+    if not value.valid or value.value is None:
+        return _verdict(gate, "INCONCLUSIVE", value, value.reason)
+    return _verdict(gate, "PASS" if _margin(gate, value.value)[0] >= 0.0 else "FAIL", value, "")
+
+
+def _evaluate(gate: Gate, stage: str, log: Log, others: Mapping[str, Log]) -> MetricValue:
+    if gate.between is None:
+        return compute(gate.metric, log, **gate.options)
+    logs = {**{str(key).split("-")[0]: other for key, other in others.items()}, stage: log}
+    missing = [name for name in gate.between if name not in logs]
+    if missing:
+        return dataclasses.replace(
+            compute(gate.metric, log, None, **gate.options), reason=f"no log of stage {missing[0]} to compare with"
+        )
+    return compute(gate.metric, logs[gate.between[0]], logs[gate.between[1]], **gate.options)
+
+
+def _margin(gate: Gate, value: float) -> tuple[float, float, str]:
+    """Least distance to a bound, that bound, and the relation that holds."""
+    limits = []
+    if gate.max is not None:
+        limits.append((gate.max - value, gate.max, "<=" if value <= gate.max else ">"))
+    if gate.min is not None:
+        limits.append((value - gate.min, gate.min, ">=" if value >= gate.min else "<"))
+    return min(limits, key=lambda limit: limit[0])
+
+
+def _verdict(gate: Gate, status: Status, value: MetricValue | None, reason: str) -> Verdict:
+    unit = value.unit if value is not None else ""
+    number = value.value if value is not None and value.valid else None
+    margin = bound = None
+    short = f"{gate.metric} {status}: {_printable(reason)}"
+    message = short
+    if number is not None and value is not None:
+        margin, bound, relation = _margin(gate, number)
+        shown, limit = _pair(number, bound, unit)
+        short = f"{gate.metric} {shown}{_suffix(unit)} {relation} {limit}"
+        short += f" at t={value.t:.2f} s" if value.t is not None else ""
+        short += f" ({_printable(value.object)})" if value.object else ""
+        message = f"{short}, margin {_pair(margin, 0.0, unit)[0]}{_suffix(unit)}"
+    place = f"{gate.file}:{gate.line}" if gate.line is not None else gate.file
+    message += f", gate {place}" if place else ", default gate"
+    return Verdict(
+        gate=_label(gate, unit),
+        metric=gate.metric,
+        status=status,
+        value=number,
+        unit=unit,
+        bound=bound,
+        margin=margin,
+        t=value.t if value is not None else None,
+        object=value.object if value is not None else "",
+        message=message,
+        short=short,
+        file=gate.file,
+        line=gate.line,
+    )
+
+
+def _label(gate: Gate, unit: str) -> str:
+    parts = []
+    if gate.min is not None:
+        parts.append(f">= {_pair(gate.min, gate.min, unit)[0]}")
+    if gate.max is not None:
+        parts.append(f"<= {_pair(gate.max, gate.max, unit)[0]}")
+    signal = f"({gate.options['signal']})" if "signal" in gate.options else ""
+    return f"{gate.metric}{signal} {' and '.join(parts)}{_suffix(unit)}"
+
+
+def _suffix(unit: str) -> str:
+    return "" if unit in ("-", "") else f" {unit}"
+
+
+def _pair(value: float, bound: float, unit: str) -> tuple[str, str]:
+    """Both numbers with as few decimals as keep them apart: a value that failed must not read like its bound."""
+    if unit == "-" and value == int(value) and bound == int(bound):
+        return f"{value:.0f}", f"{bound:.0f}"
+    for decimals in range(2, 7):
+        one, two = f"{value:.{decimals}f}", f"{bound:.{decimals}f}"
+        if value == bound or one != two:
+            return one, two
+    return f"{value:.9g}", f"{bound:.9g}"
+
+
+def _printable(text: str) -> str:
+    """Names come from a user's file and end in a terminal: no control characters."""
+    return "".join(c if c.isprintable() else "?" for c in text)

@@ -1,0 +1,169 @@
+"""Run folders: runs/0042-overtaking-dt/ with log.mcap, result.json and report.html, whole or not there at all."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import os
+import re
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from pytest_dvp.gates import Status, Verdict, overall
+from pytest_dvp.log import Log
+from pytest_dvp.metrics import MetricValue, compute, known_metrics
+
+_NUMBERED = re.compile(r"\.?(\d{4,})[.-]")
+
+
+class ResultError(ValueError):
+    """A run folder cannot be written; the message is one line."""
+
+
+def measure(log: Log) -> dict[str, MetricValue]:
+    """All metrics of one log with their default options, by name, for tables and pictures."""
+    return {name: compute(name, log) for name, chosen in known_metrics().items() if chosen.logs == 1}
+
+
+def result_of(
+    log: Log, verdicts: Sequence[Verdict], metrics: Mapping[str, MetricValue], *, status: Status | None = None
+) -> dict[str, Any]:
+    """The result as plain JSON-able data, as result.json and the report hold it."""
+    return {
+        "status": status or overall(verdicts),
+        "scenario": log.meta.get("scenario", ""),
+        "stage": log.meta.get("stage", ""),
+        "seed": log.meta.get("seed"),
+        "verdicts": [verdict.as_dict() for verdict in verdicts],
+        "metrics": {name: value.as_dict() for name, value in metrics.items()},
+    }
+
+
+def write_run(
+    root: Path | str,
+    name: str,
+    log: Log,
+    verdicts: Sequence[Verdict],
+    *,
+    status: Status | None = None,
+    report: bool = True,
+) -> Path:
+    """Write a new run folder under `root` and return it: NNNN-name-stage, numbers never used twice.
+
+    Everything is written into a hidden folder first and renamed at the end, each file synced: a run that dies leaves
+    no folder that looks like a result. Raises ResultError or LogError, and then leaves nothing behind.
+    """
+    root = Path(root)
+    hidden, number = _reserve(root)
+    stage = _slug(str(log.meta.get("stage", "dt")))
+    try:
+        log.save(hidden / "log.mcap")
+        metrics = measure(log)
+        result = result_of(log, verdicts, metrics, status=status)
+        _write(hidden / "result.json", _json(_without_series(result)))
+        if report:
+            write_report(hidden / "report.html", log, result)
+        final = root / f"{number:04d}-{_slug(name)}-{stage}"
+        hidden.rename(final)
+        _sync_folder(root)
+    except OSError as error:
+        shutil.rmtree(hidden, ignore_errors=True)
+        raise ResultError(f"{root}: the run cannot be written: {error}") from error
+    except BaseException:
+        shutil.rmtree(hidden, ignore_errors=True)
+        raise
+    return final
+
+
+def write_report(path: Path, log: Log, result: Mapping[str, Any]) -> None:
+    """Write report.html, by rename. `result` as from `result_of`."""
+    from reports.html import write_run_report
+
+    partial = path.with_name(f".{path.name}.part")
+    table = log.detections
+    write_run_report(
+        partial,
+        result,
+        log.columns,
+        [{"name": name, **_fields(track)} for name, track in log.objects.items()],
+        _fields(table),
+        list(log.paths),
+        [dataclasses.asdict(event) for event in log.events],
+        list(log.road),
+        log.meta,
+    )
+    with partial.open("rb+") as file:
+        os.fsync(file.fileno())
+    partial.replace(path)
+
+
+def _reserve(root: Path) -> tuple[Path, int]:
+    """A hidden folder that owns its number: mkdir is atomic, and a finished run of that number makes it give way."""
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+        number = 1 + max((int(m[1]) for p in root.iterdir() if (m := _NUMBERED.match(p.name))), default=0)
+        while True:
+            hidden = root / f".{number:04d}.part"
+            try:
+                hidden.mkdir()
+            except FileExistsError:
+                number += 1
+                continue
+            # Another process may have finished this number between our look and our mkdir.
+            if not any(root.glob(f"{number:04d}-*")):
+                return hidden, number
+            hidden.rmdir()
+            number += 1
+    except OSError as error:
+        raise ResultError(f"{root}: no run folder can be made: {error.strerror or error}") from error
+
+
+def _fields(record: Any) -> dict[str, Any]:
+    return {field.name: getattr(record, field.name) for field in dataclasses.fields(record)}
+
+
+def _without_series(result: Mapping[str, Any]) -> dict[str, Any]:
+    """The courses are in the log already; the result file stays small enough to read."""
+    metrics = {name: {k: v for k, v in m.items() if k != "series"} for name, m in result["metrics"].items()}
+    return {**result, "metrics": metrics}
+
+
+def _json(data: Mapping[str, Any]) -> bytes:
+    return msgspec.json.format(msgspec.json.encode(_finite(data)), indent=2) + b"\n"
+
+
+def _finite(value: Any) -> Any:
+    """JSON knows no NaN and no infinity."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return value
+
+
+def _write(path: Path, data: bytes) -> None:
+    partial = path.with_name(f".{path.name}.part")
+    with partial.open("wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    partial.replace(path)
+
+
+def _sync_folder(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _slug(name: str) -> str:
+    """ASCII letters, digits and dashes: safe in every shell and file system."""
+    return re.sub(r"[^A-Za-z0-9_]+", "-", name).strip("-")[:60] or "run"
