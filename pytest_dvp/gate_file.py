@@ -19,7 +19,11 @@ from vehicle.messages import RoadPoint
 Stage = Literal["dt", "pe", "rw"]
 STAGES: tuple[Stage, ...] = ("dt", "pe", "rw")
 GATE_KEYS = ("metric", "max", "min", "stages", "between")
+TABLES = ("task", "traffic", "gate")
 TASK_KEYS = ("start", "goal", "lane")
+TRAFFIC_KEYS = ("net", "routes")
+TRAFFIC_KEYS = ("net", "routes")
+TABLES = ("task", "traffic", "gate")
 _MAX_BYTES = 1_000_000
 
 
@@ -52,12 +56,30 @@ class GateTask:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
+class GateTraffic:
+    """Background traffic by SUMO: names of a net and a route file, relative to the gate file, not yet resolved."""
+
+    net: str
+    routes: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class GateTraffic:
+    """Background traffic: a SUMO net and its routes, files beside the gate file."""
+
+    net: str
+    routes: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
 class GateFile:
     """A gate file's content; `file` as it was given."""
 
     task: GateTask | None
     gates: tuple[Gate, ...]
     file: str = ""
+    traffic: GateTraffic | None = None
+    traffic: GateTraffic | None = None
 
 
 class GateError(ValueError):
@@ -65,6 +87,8 @@ class GateError(ValueError):
 
     def __init__(self, findings: Sequence[Finding]) -> None:
         self.findings = tuple(findings)
+        self.line = self.findings[0].line
+        self.code = self.findings[0].code
         more = f" (and {len(self.findings) - 1} more)" if len(self.findings) > 1 else ""
         super().__init__(str(self.findings[0]) + more)
 
@@ -99,12 +123,12 @@ class _Reader:
     def read(self, path: Path) -> GateFile:
         data = self._toml(path)
         for key in data:
-            if key not in ("task", "gate"):
+            if key not in TABLES:
                 line = self.lines.top.get(key)
-                self.find(
-                    "unknown_key", line, key, f"unknown table or key {key!r}", hint=nearest(key, ("task", "gate"))
-                )
+                self.find("unknown_key", line, key, f"unknown table or key {key[:80]!r}", hint=nearest(key, TABLES))
         task = self._task(data["task"]) if "task" in data else None
+        traffic = self._traffic(data["traffic"]) if "traffic" in data else None
+        traffic = self._traffic(data["traffic"]) if "traffic" in data else None
         tables = data.get("gate", [])
         if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
             self.find("not_a_table", self.lines.top.get("gate"), "gate", "gates are written as [[gate]] tables")
@@ -112,7 +136,7 @@ class _Reader:
         elif not tables and not self.findings:
             self.find("no_gate", 1, "gate", "no [[gate]]: a file without gates judges nothing")
         gates = [self._gate(table, i) for i, table in enumerate(tables)]
-        return GateFile(task, tuple(gate for gate in gates if gate is not None), self.file)
+        return GateFile(task, tuple(gate for gate in gates if gate is not None), self.file, traffic)
 
     def _toml(self, path: Path) -> dict[str, Any]:
         try:
@@ -162,6 +186,23 @@ class _Reader:
             lane = None
         return GateTask(self._place(table, "start"), self._place(table, "goal"), lane)
 
+    def _traffic(self, table: object) -> GateTraffic | None:
+        line = self.lines.top.get("traffic")
+        if not isinstance(table, dict):
+            self.find("not_a_table", line, "traffic", "[traffic] must be a table")
+            return None
+        for key in table:
+            if key not in TRAFFIC_KEYS:
+                hint = nearest(key, TRAFFIC_KEYS)
+                self.find("unknown_key", line, f"traffic.{key}", f"unknown key {key!r}", hint=hint)
+        for key in TRAFFIC_KEYS:
+            name = table.get(key)
+            # Beside the gate file and nowhere else: a name, not a path, so that nothing can climb out.
+            if not isinstance(name, str) or not re.fullmatch(r"[\w.-]+", name) or name in (".", ".."):
+                self.find("value", line, f"traffic.{key}", f"{key} must be the name of a file beside this one")
+                return None
+        return GateTraffic(str(table["net"]), str(table["routes"]))
+
     def _task_line(self, key: str) -> int | None:
         return self.lines.task.get(key, self.lines.top.get("task"))
 
@@ -190,6 +231,17 @@ class _Reader:
         else:
             return RoadPoint(road, lane, float(s))
         return None
+
+    def _traffic(self, table: object) -> GateTraffic | None:
+        line = self.lines.top.get("traffic")
+        if not isinstance(table, dict) or not all(isinstance(table.get(key), str) for key in TRAFFIC_KEYS):
+            self.find("traffic", line, "traffic", "[traffic] needs two file names", allowed="net, routes")
+            return None
+        for key in table:
+            if key not in TRAFFIC_KEYS:
+                hint = nearest(key, TRAFFIC_KEYS)
+                self.find("unknown_key", line, f"traffic.{key[:80]}", f"unknown key {key[:80]!r}", hint=hint)
+        return GateTraffic(table["net"], table["routes"])
 
     def _gate(self, table: dict[str, Any], index: int) -> Gate | None:
         before = len(self.findings)
