@@ -6,7 +6,17 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
-from pytest_dvp.gate_file import STAGES, Gate, GateError, GateFile, GateTask, Stage, check_gates, read_gates
+from pytest_dvp.gate_file import (
+    STAGES,
+    Gate,
+    GateError,
+    GateFile,
+    GateTask,
+    GateTraffic,
+    Stage,
+    check_gates,
+    read_gates,
+)
 from pytest_dvp.log import Log
 from pytest_dvp.metrics import MetricError, MetricValue, compute
 
@@ -16,6 +26,7 @@ __all__ = [
     "GateError",
     "GateFile",
     "GateTask",
+    "GateTraffic",
     "Stage",
     "Verdict",
     "check_gates",

@@ -20,7 +20,15 @@ DETECTION_COLUMNS = ("t", "x", "y", "yaw", "length", "width", "vx", "vy")
 
 
 class LogError(ValueError):
-    """A log file or a column cannot be used; the message is one line and names the file or the column."""
+    """A log file or a column cannot be used; the message is one line and names the file or the column.
+
+    code  "log.unreadable", "log.not_mcap", "log.truncated", "log.corrupt", "log.record_too_long", "log.foreign" (valid
+          MCAP, not made by us), "log.unwritable" or "log.invalid"
+    """
+
+    def __init__(self, message: str, code: str = "log.invalid") -> None:
+        super().__init__(message)
+        self.code = code
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +34,11 @@ Channels = dict[str, list[Any]]
 
 
 class _BrokenError(Exception):
-    """What is wrong with the file, without its name."""
+    """What is wrong with the file, without its name, and the code of LogError."""
+
+    def __init__(self, message: str, code: str = "log.corrupt") -> None:
+        super().__init__(message)
+        self.code = code
 
 
 def load_log(path: Path) -> Log:
@@ -42,23 +46,24 @@ def load_log(path: Path) -> Log:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise LogError(f"{path}: the log cannot be read: {error.strerror or error}") from error
+        text = f"{path}: the log cannot be read: {error.strerror or error}"
+        raise LogError(text, "log.unreadable") from error
     try:
         return _build(_messages(data))
-    except _BrokenError as error:
-        raise LogError(f"{path}: {error}") from error
-    except LogError as error:
-        raise LogError(f"{path}: {error}") from error
+    except (_BrokenError, LogError) as error:
+        raise LogError(f"{path}: {error}", error.code) from error
     except (msgspec.MsgspecError, struct.error, LookupError, TypeError, ValueError, AttributeError) as error:
-        raise LogError(f"{path}: not a log of dvp: {type(error).__name__}: {error}".split("\n")[0]) from error
+        raise LogError(
+            f"{path}: not a log of dvp: {type(error).__name__}: {error}".split("\n")[0], "log.foreign"
+        ) from error
 
 
 def _messages(data: bytes) -> Channels:
     """Decoded JSON of our own channels, by topic, after every checksum was compared."""
     if data[:8] != MAGIC:
-        raise _BrokenError("not an MCAP file")
+        raise _BrokenError("not an MCAP file", "log.not_mcap")
     if data[-8:] != MAGIC or len(data) < 16 + _FOOTER_SIZE:
-        raise _BrokenError(f"cut after {len(data)} bytes: the end of the file is missing")
+        raise _BrokenError(f"cut after {len(data)} bytes: the end of the file is missing", "log.truncated")
     _check_summary(data)
     topics: dict[int, str] = {}
     channels: Channels = {}
@@ -103,7 +108,7 @@ def _records(data: bytes, position: int, stop: int) -> Iterator[tuple[int, int, 
         start = position + 9
         position = start + length
         if position > stop:
-            raise _BrokenError(f"corrupt: a record at byte {start - 9} reaches beyond the end")
+            raise _BrokenError(f"corrupt: a record at byte {start - 9} reaches beyond the end", "log.record_too_long")
         yield opcode, start, position
 
 
@@ -130,15 +135,15 @@ def _decompress(name: str, packed: bytes, size: int) -> bytes:
         return bytes(LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
     if name == "":
         return packed
-    raise _BrokenError(f"compression {name!r} is not one of ours; expected lz4")
+    raise _BrokenError(f"compression {name!r} is not one of ours; expected lz4", "log.foreign")
 
 
 def _build(channels: Channels) -> Log:
     if not channels.get("/meta"):
-        raise _BrokenError("a valid MCAP file but not a log of dvp: no /meta")
+        raise _BrokenError("a valid MCAP file but not a log of dvp: no /meta", "log.foreign")
     head = channels["/meta"][0]
     if head["format"] != FORMAT:
-        raise _BrokenError(f"log format {head['format']!r}, this version reads {FORMAT}")
+        raise _BrokenError(f"log format {head['format']!r}, this version reads {FORMAT}", "log.foreign")
     rows = int(head["rows"])
     parts: dict[str, list[FloatArray]] = {c["name"]: [] for c in head["columns"]}
     for topic in ("/signals", "/commands", "/ads"):
@@ -204,7 +209,8 @@ def _column(cell: Any, count: int) -> FloatArray:
     return np.full(count, _float(cell))
 
 
-_float: Callable[[Any], float] = lambda cell: float("nan") if cell is None else float(cell)  # noqa: E731
+def _float(cell: Any) -> float:
+    return float("nan") if cell is None else float(cell)
 
 
 def _join(pieces: list[FloatArray]) -> FloatArray:

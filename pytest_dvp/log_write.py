@@ -50,7 +50,7 @@ def save_log(log: Log, path: Path) -> None:
         partial.replace(path)
     except (OSError, TypeError, msgspec.MsgspecError) as error:
         partial.unlink(missing_ok=True)
-        raise LogError(f"{path}: the log cannot be written: {error}") from error
+        raise LogError(f"{path}: the log cannot be written: {error}", "log.unwritable") from error
 
 
 def encode_log(log: Log) -> bytes:
@@ -68,7 +68,7 @@ def encode_log(log: Log) -> bytes:
     messages.sort(key=lambda m: (m.time, order[m.topic]))
     for sequence, message in enumerate(messages):
         writer.add_message(channels[message.topic], message.time, message.data, message.time, sequence)
-    writer.finish()
+    writer.finish()  # type: ignore[no-untyped-call]
     return stream.getvalue()
 
 

@@ -1,0 +1,79 @@
+"""What a gate file says, as data."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+from openscenario.findings import Finding
+from vehicle.messages import RoadPoint
+
+Stage = Literal["dt", "pe", "rw"]
+STAGES: tuple[Stage, ...] = ("dt", "pe", "rw")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Gate:
+    """One bound on one metric. `max` and `min` in the metric's unit, both inclusive.
+
+    stages   where it applies
+    between  two stages whose logs a metric of two logs compares: (model, measured)
+    options  keyword arguments of the metric
+    """
+
+    metric: str
+    max: float | None = None
+    min: float | None = None
+    stages: tuple[Stage, ...] = STAGES
+    between: tuple[Stage, Stage] | None = None
+    options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    file: str = ""
+    line: int | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class GateTask:
+    """What the ego is asked to do beyond the scenario: OpenDRIVE places [road, lane, s in m]; `lane` is its lane id."""
+
+    start: RoadPoint | None = None
+    goal: RoadPoint | None = None
+    lane: int | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class GateTraffic:
+    """Background traffic by SUMO: names of a net and a route file, relative to the gate file, not yet resolved."""
+
+    net: str
+    routes: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class GateTraffic:
+    """Background traffic: a SUMO net and its routes, files beside the gate file."""
+
+    net: str
+    routes: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class GateFile:
+    """A gate file's content; `file` as it was given."""
+
+    task: GateTask | None
+    gates: tuple[Gate, ...]
+    file: str = ""
+    traffic: GateTraffic | None = None
+    traffic: GateTraffic | None = None
+
+
+class GateError(ValueError):
+    """A gate file cannot be used; `findings` say why, each with its line. The text is the first one, in one line."""
+
+    def __init__(self, findings: Sequence[Finding]) -> None:
+        self.findings = tuple(findings)
+        self.line = self.findings[0].line
+        self.code = self.findings[0].code
+        more = f" (and {len(self.findings) - 1} more)" if len(self.findings) > 1 else ""
+        super().__init__(str(self.findings[0]) + more)
