@@ -1,0 +1,166 @@
+"""What a physical effect is: its description and one function, in one file.
+
+    @effect(
+        name="viscous_resistance", slot="force",
+        physics="bearings and lubricant resist in proportion to speed",
+        equation="a = -c v", source="Wong, Theory of Ground Vehicles, 4th ed., sec. 3.1",
+        parameters=(Key("c", "1/s", low=0.005, high=1.0, neutral=0.0, least=0.005, minimum=0.0),),
+        reveals="coast down from 15 m/s to standstill",
+    )
+    def viscous_resistance(x: Bus, p: Any, m: Any) -> None:
+        x.drag -= p.c * x.mass_ref * x.vx
+
+`x` is the bus, `p` holds the effect's parameters by key, `m` its own memory (doubles, kept from step to step).
+The function is compiled on first use; it may call the helpers of `vehicle.model.maths` and `math`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import inf, isfinite, isnan
+from typing import Any, Literal, TypeAlias
+
+from vehicle.model.bus import BUS_FIELDS, Bus
+from vehicle.model.errors import ModelError, nearest_name
+
+Slot: TypeAlias = Literal["command", "actuator", "force", "body", "road", "sensor"]
+SLOTS: tuple[Slot, ...] = ("command", "actuator", "force", "body", "road", "sensor")
+
+EffectFunction: TypeAlias = Callable[[Bus, Any, Any], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """One parameter of an effect.
+
+    `low`..`high` is the range met in practice (where a search looks); `minimum`..`maximum` what the equation allows.
+    `neutral` switches the effect off; `least` is the smallest difference from neutral worth naming.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    neutral: float
+    least: float
+    minimum: float = -inf
+    maximum: float = inf
+    meaning: str = ""
+
+    def check(self, value: float) -> float:
+        """`value` if it may stand in a model. Raises ModelError."""
+        if isnan(value) or not (self.minimum <= value <= self.maximum or value == self.neutral):
+            allowed = f"{self.minimum:g} to {self.maximum:g} {self.unit}, {self.neutral:g} = off"
+            raise ModelError("value not allowed", key=self.name, found=f"{value:g}", allowed=allowed)
+        return value
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """A double (or `size` of them) that an effect keeps; at reset it takes the bus field `start`, else 0."""
+
+    name: str
+    size: int = 1
+    start: str = ""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A physical effect: metadata and the function that acts on the bus in its slot."""
+
+    name: str
+    slot: Slot
+    physics: str
+    equation: str
+    source: str
+    parameters: tuple[Key, ...]
+    reveals: str
+    function: EffectFunction
+    memory: tuple[Memory, ...] = ()
+    ties: tuple[str, ...] = ()
+    order: int = 50
+    base: tuple[str, ...] = ("kinematic_bicycle", "dynamic_bicycle")
+    delay: str = ""
+
+    def key(self, name: str) -> Key:
+        """The parameter called `name`. Raises ModelError with the nearest name."""
+        for key in self.parameters:
+            if key.name == name:
+                return key
+        known = [k.name for k in self.parameters]
+        raise ModelError(
+            f"effect {self.name} has no such parameter",
+            key=name,
+            found=name,
+            allowed=", ".join(known),
+            nearest=nearest_name(name, known),
+        )
+
+    def neutral(self) -> dict[str, float]:
+        """The values that switch the effect off."""
+        return {k.name: k.neutral for k in self.parameters}
+
+    def complete(self, values: Mapping[str, float]) -> dict[str, float]:
+        """`values` checked, with the keys left out at their neutral value. Raises ModelError."""
+        checked = {name: self.key(name).check(float(value)) for name, value in values.items()}
+        return {k.name: checked.get(k.name, k.neutral) for k in self.parameters}
+
+    def is_off(self, values: Mapping[str, float]) -> bool:
+        """True if `values` are all neutral."""
+        return all(values[k.name] == k.neutral for k in self.parameters)
+
+
+def effect(
+    *,
+    name: str,
+    slot: Slot,
+    physics: str,
+    equation: str,
+    source: str,
+    parameters: tuple[Key, ...],
+    reveals: str,
+    memory: tuple[Memory, ...] = (),
+    ties: tuple[str, ...] = (),
+    order: int = 50,
+    base: tuple[str, ...] = ("kinematic_bicycle", "dynamic_bicycle"),
+    delay: str = "",
+) -> Callable[[EffectFunction], Effect]:
+    """Turn a function into an Effect.
+
+    `order` sorts effects within a slot (smaller first, then by name); `ties` names effects that data of the usual kind
+    cannot tell from this one; `delay` names the parameter that a delay line of `maths.DELAY_LINE` steps must hold.
+    Raises ModelError at once if the description is wrong, so that a faulty third-party effect cannot get far.
+    """
+    if slot not in SLOTS:
+        raise ModelError(
+            f"effect {name}: no such slot", key="slot", found=str(slot), allowed=", ".join(SLOTS), nearest=slot
+        )
+    if not parameters:
+        raise ModelError(f"effect {name}: needs a parameter with a neutral value", key="parameters")
+    for k in parameters:
+        if not (isfinite(k.low) and isfinite(k.high) and k.low < k.high and not isnan(k.neutral)):
+            raise ModelError(f"effect {name}: range or neutral value is wrong", key=k.name)
+    for m in memory:
+        if m.start and m.start not in BUS_FIELDS:
+            near = nearest_name(m.start, BUS_FIELDS)
+            raise ModelError(f"effect {name}: no such bus field", key=m.name, found=m.start, nearest=near)
+
+    def make(function: EffectFunction) -> Effect:
+        return Effect(
+            name=name,
+            slot=slot,
+            physics=physics,
+            equation=equation,
+            source=source,
+            parameters=parameters,
+            reveals=reveals,
+            function=function,
+            memory=memory,
+            ties=ties,
+            order=order,
+            base=base,
+            delay=delay,
+        )
+
+    return make

@@ -1,0 +1,30 @@
+"""Extra first-order lag of the brake."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.maths import lag_end, lag_mean
+
+
+@effect(
+    name="brake_lag",
+    slot="actuator",
+    order=20,
+    physics="brake pressure builds up gradually; it is released at once",
+    equation="tau a' = a_c - a while a_c < 0, from a = 0",
+    source="B. Breuer, K. Bill (eds.), Brake Technology Handbook, sec. 3.2 (build-up time)",
+    parameters=(Key("tau", "s", 0.1, 0.8, neutral=0.0, least=0.03, minimum=0.0, meaning="time constant"),),
+    memory=(Memory("a"),),
+    ties=("drive_lag", "jerk_limit"),
+    reveals="brake steps of several sizes from 8 m/s, beside equal steps of the drive",
+)
+def brake_lag(x: Bus, p: Any, m: Any) -> None:
+    if x.accel < 0.0:
+        end = lag_end(m.a, x.accel, p.tau, x.dt)
+        x.accel = lag_mean(m.a, end, x.accel, p.tau, x.dt)
+        m.a = end
+    else:
+        m.a = 0.0

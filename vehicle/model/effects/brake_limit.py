@@ -1,0 +1,26 @@
+"""Greatest deceleration of the brake."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, effect
+
+
+@effect(
+    name="brake_limit",
+    slot="actuator",
+    order=70,
+    physics="brake torque or tyre grip ends the growth of deceleration",
+    equation="a >= -b",
+    source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., sec. 8",
+    parameters=(
+        Key("limit", "m/s^2", 1.0, 9.0, neutral=inf, least=0.1, minimum=0.0, meaning="greatest deceleration"),
+    ),
+    ties=("brake_gain",),
+    reveals="brake steps of growing size up to the full command",
+)
+def brake_limit(x: Bus, p: Any, m: Any) -> None:
+    x.accel = max(x.accel, -p.limit)

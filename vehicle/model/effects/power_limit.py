@@ -1,0 +1,25 @@
+"""Power limit of the drive."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, effect
+
+
+@effect(
+    name="power_limit",
+    slot="force",
+    order=60,
+    physics="at speed the drive runs out of power, not of force",
+    equation="traction <= P/(m v)",
+    source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., sec. 3",
+    parameters=(Key("limit", "W/kg", 3.0, 40.0, neutral=inf, least=0.5, minimum=0.0, meaning="power over mass"),),
+    ties=("drive_gain",),
+    reveals="full acceleration from standstill to the highest speed allowed",
+)
+def power_limit(x: Bus, p: Any, m: Any) -> None:
+    if x.traction * x.vx > p.limit * x.mass_ref:
+        x.traction = p.limit * x.mass_ref / x.vx

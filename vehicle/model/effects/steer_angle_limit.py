@@ -1,0 +1,27 @@
+"""End stops of the steering."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, effect
+from vehicle.model.maths import clip
+
+
+@effect(
+    name="steer_angle_limit",
+    slot="actuator",
+    order=5,  # before lag and rate limit, so that they do not wind up beyond the stop
+    physics="the road wheels reach their end stops",
+    equation="abs(d) <= d_m",
+    source="geometry of the steering linkage",
+    parameters=(
+        Key("limit", "rad", 0.08, 0.6, neutral=inf, least=0.01, minimum=0.0, maximum=1.5, meaning="greatest angle"),
+    ),
+    ties=("steer_ratio",),
+    reveals="slow full-lock turns to both sides",
+)
+def steer_angle_limit(x: Bus, p: Any, m: Any) -> None:
+    x.steer = clip(x.steer, -p.limit, p.limit)

@@ -1,0 +1,28 @@
+"""Dead time of the steering."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.maths import DELAY_LINE, delayed
+
+
+@effect(
+    name="steer_delay",
+    slot="command",
+    order=80,
+    physics="bus and controller pass the steering command on after a dead time",
+    equation="d(t) = d_c(t - T)",
+    source="J. Kong et al., Kinematic and dynamic vehicle models for autonomous driving, IV 2015; Autoware vehicle model",
+    parameters=(Key("T", "s", 0.03, 0.5, neutral=0.0, least=0.02, minimum=0.0, maximum=1.0, meaning="dead time"),),
+    memory=(Memory("head"), Memory("ring", DELAY_LINE, start="steer")),
+    delay="T",
+    ties=("steer_lag", "tyre_relaxation", "yaw_rate_latency"),
+    reveals="steps of the steering command of both signs at 5 m/s",
+)
+def steer_delay(x: Bus, p: Any, m: Any) -> None:
+    head = int(m.head)
+    x.steer = delayed(m.ring, head, x.steer, p.T, x.dt)
+    m.head = (head + 1) % DELAY_LINE

@@ -1,0 +1,27 @@
+"""First-order lag of the steering."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.maths import lag_end, lag_mean
+
+
+@effect(
+    name="steer_lag",
+    slot="actuator",
+    order=10,
+    physics="the steering actuator follows its command with a time constant",
+    equation="tau d' = d_c - d",
+    source="Autoware vehicle model (delay_steer); R. Rajamani, Vehicle Dynamics and Control, 2nd ed., sec. 2",
+    parameters=(Key("tau", "s", 0.05, 0.6, neutral=0.0, least=0.02, minimum=0.0, meaning="time constant"),),
+    memory=(Memory("d", start="steer"),),
+    ties=("steer_delay", "tyre_relaxation"),
+    reveals="steps of the steering command of both signs at 5 m/s",
+)
+def steer_lag(x: Bus, p: Any, m: Any) -> None:
+    end = lag_end(m.d, x.steer, p.tau, x.dt)
+    x.steer = lag_mean(m.d, end, x.steer, p.tau, x.dt)
+    m.d = end

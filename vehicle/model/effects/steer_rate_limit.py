@@ -1,0 +1,28 @@
+"""Greatest rate of the steering."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.maths import clip
+
+
+@effect(
+    name="steer_rate_limit",
+    slot="actuator",
+    order=30,
+    physics="the steering motor turns no faster than its top speed",
+    equation="abs(d') <= rho",
+    source="ISO 11270:2014 (rate limits of lane keeping); Autoware vehicle model",
+    parameters=(Key("limit", "rad/s", 0.05, 1.0, neutral=inf, least=0.02, minimum=0.0, meaning="greatest rate"),),
+    memory=(Memory("d", start="steer"),),
+    ties=("steer_lag",),
+    reveals="steering steps of growing size at 3 m/s",
+)
+def steer_rate_limit(x: Bus, p: Any, m: Any) -> None:
+    most = p.limit * x.dt
+    m.d += clip(x.steer - m.d, -most, most)
+    x.steer = m.d

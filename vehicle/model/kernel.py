@@ -1,0 +1,244 @@
+"""The compiled step: commands -> actuators -> forces -> body -> road -> motion -> sensors.
+
+Everything numeric of the car's motion is in this one file, because a compiled cache notices changes of its own file
+only. Effects are called by address in their slots (see `vehicle.model.compiled`).
+
+Motion is a single-track model at the rear axle. Longitudinal: m v' = traction + drag + gravity -+ (brake + resistance),
+where brake and resistance are dry friction: they never push the car backward, and hold it at standstill. Lateral,
+`kinematic_bicycle`: r = v tan(d)/L, no slip. `dynamic_bicycle`: linear tyres at the axles,
+
+    m (vy' + vx r) = Fyf cos d + Fyr,   I r' = a Fyf cos d - b Fyr,   Fyf = Cf (d - atan((vy + a r)/vx)), ...
+
+integrated by the linearly implicit trapezoidal rule (second order, stable for stiff tyres at low speed), blended
+smoothly into the kinematic model between 2 and 1 m/s; below 1 m/s and in reverse it is purely kinematic.
+
+Source: R. Rajamani, Vehicle Dynamics and Control, 2nd ed., eqs. 2.24-2.31 (single track), 2.1 (kinematic);
+E. Hairer, G. Wanner, Solving ODEs II, sec. IV.7 (linearly implicit methods). Valid for lateral accelerations up to
+about 4 m/s^2 with linear tyres; beyond, add `tyre_saturation`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+
+from vehicle.messages import FloatArray
+from vehicle.model.bus import GRAVITY
+
+KINEMATIC, DYNAMIC = 0, 1
+ACCELERATION, PEDALS, SPEED, IMPOSED = 0, 1, 2, 3
+
+COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "speed_cmd", "v_cmd")
+
+BLEND_LOW = 1.0  # m/s, kinematic below
+BLEND_WIDTH = 1.0  # m/s, dynamic above BLEND_LOW + BLEND_WIDTH
+BLEND_TIME = 0.02  # s, time constant with which slip fades in the middle of the blend
+
+
+@intrinsic  # type: ignore[untyped-decorator,unused-ignore]
+def call_effect(
+    typingctx: Any, address: Any, bus: Any, parameters: Any, p_at: Any, memory: Any, m_at: Any
+) -> tuple[Any, Any]:
+    """Call the C function at `address` with the bus and the effect's places in the parameter and memory arrays."""
+    signature = types.void(address, bus, parameters, p_at, memory, m_at)
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        word, byte_pointer = ir.IntType(64), ir.PointerType(ir.IntType(8))
+
+        def place(array_type: Any, array: Any, offset: Any) -> Any:
+            data = builder.ptrtoint(context.make_array(array_type)(context, builder, array).data, word)
+            return builder.inttoptr(builder.add(data, builder.mul(offset, ir.Constant(word, 8))), byte_pointer)
+
+        function_type = ir.FunctionType(ir.VoidType(), [byte_pointer] * 3)
+        function = builder.inttoptr(args[0], ir.PointerType(function_type))
+        bus_place = place(sig.args[1], args[1], ir.Constant(word, 0))
+        pointers = [bus_place, place(sig.args[2], args[2], args[3]), place(sig.args[4], args[4], args[5])]
+        builder.call(function, pointers)
+        return context.get_dummy_value()
+
+    return signature, codegen
+
+
+@njit(cache=True, error_model="numpy")
+def _slot(index: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
+    for j in range(bounds[index], bounds[index + 1]):
+        call_effect(table[j, 0], bus, parameters, table[j, 1], memory, table[j, 2])
+
+
+@njit(cache=True, error_model="numpy")
+def _wish(x: Any, mode: int) -> None:
+    """Inputs of the model file -> wanted acceleration and road-wheel angle."""
+    x.steer = x.steer_cmd
+    if mode == ACCELERATION:
+        x.accel = x.accel_cmd
+    elif mode == PEDALS:
+        throttle = min(max(x.throttle_cmd, 0.0), 1.0)
+        brake = min(max(x.brake_cmd, 0.0), 1.0)
+        x.accel = x.full_throttle * throttle - x.full_brake * brake
+    else:
+        x.accel = 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _tyres(x: Any) -> None:
+    """Slip angles and forces of linear axles; speed is taken as at least BLEND_LOW."""
+    speed = max(x.vx, BLEND_LOW)
+    qf = (x.vy + x.cg_front * x.yaw_rate) / speed
+    qr = (x.vy - x.cg_rear * x.yaw_rate) / speed
+    x.slip_front = x.steer - math.atan(qf)
+    x.slip_rear = -math.atan(qr)
+    x.tangent_front = x.stiffness_front
+    x.tangent_rear = x.stiffness_rear
+    x.fy_front = x.stiffness_front * x.slip_front
+    x.fy_rear = x.stiffness_rear * x.slip_rear
+
+
+@njit(cache=True, error_model="numpy")
+def _move(x: Any, kind: int, mode: int) -> None:
+    """Integrate the motion over one step."""
+    dt = x.dt
+    v0, r0, vy0, vyr0 = x.vx, x.yaw_rate, x.vy, x.vy_rear
+    slope = math.tan(x.steer)
+    cos_d = 1.0 / math.sqrt(1.0 + slope * slope)
+    gx = 0.0 if x.grade == 0.0 else -GRAVITY * math.sin(x.grade)
+    gy = 0.0 if x.bank == 0.0 else -GRAVITY * math.sin(x.bank)
+    blend = 0.0
+    if kind == DYNAMIC:
+        s = min(max((v0 - BLEND_LOW) / BLEND_WIDTH, 0.0), 1.0)
+        blend = s * s * (3.0 - 2.0 * s)
+
+    # Along: smooth forces first, then dry friction, which can stop the car but not reverse it
+    inertia = x.mass + x.rotating_mass
+    smooth = x.traction + x.drag + x.mass * gx
+    if blend > 0.0:
+        smooth += blend * (x.mass * r0 * vy0 - x.fy_front * slope * cos_d)
+    v1 = v0 + dt * smooth / inertia
+    friction = dt * (x.brake + x.resistance) / inertia
+    if v1 > friction:
+        v1 -= friction
+    elif v1 < -friction:
+        v1 += friction
+    else:
+        v1 = 0.0
+    if mode == IMPOSED:
+        v1 = x.v_cmd
+    v_mean = 0.5 * (v0 + v1)
+
+    # Across
+    r1 = v1 * x.curvature
+    r_mean = v_mean * x.curvature
+    vy1 = r1 * x.cg_rear
+    if blend > 0.0:
+        speed = max(v0, BLEND_LOW)
+        qf = (vy0 + x.cg_front * r0) / speed
+        qr = (vy0 - x.cg_rear * r0) / speed
+        front = x.tangent_front * cos_d / (speed * (1.0 + qf * qf))
+        rear = x.tangent_rear / (speed * (1.0 + qr * qr))
+        fyf = x.fy_front * cos_d
+        f_vy = (fyf + x.fy_rear) / x.mass + gy - v0 * r0
+        f_r = (x.cg_front * fyf - x.cg_rear * x.fy_rear + x.yaw_moment) / x.yaw_inertia
+        turn = x.cg_rear * rear - x.cg_front * front
+        h = 0.5 * dt
+        j11 = 1.0 + h * (front + rear) / x.mass
+        j12 = h * (v0 - turn / x.mass)
+        j21 = -h * turn / x.yaw_inertia
+        j22 = 1.0 + h * (x.cg_front * x.cg_front * front + x.cg_rear * x.cg_rear * rear) / x.yaw_inertia
+        scale = dt / (j11 * j22 - j12 * j21)
+        vy_dyn = vy0 + scale * (j22 * f_vy - j12 * f_r)
+        r_dyn = r0 + scale * (j11 * f_r - j21 * f_vy)
+        fade = 0.0
+        if blend < 1.0:  # pull towards the kinematic motion, the harder the slower
+            fade = dt * (1.0 - blend) / (dt * (1.0 - blend) + blend * BLEND_TIME)
+        r1 = r_dyn + fade * (r1 - r_dyn)
+        vy1 = vy_dyn + fade * (vy1 - vy_dyn)
+        r_mean = 0.5 * (r0 + r1)
+    vyr1 = vy1 - x.cg_rear * r1
+    vyr_mean = 0.5 * (vyr0 + vyr1)
+
+    heading = x.yaw + 0.5 * dt * r_mean
+    c, s = math.cos(heading), math.sin(heading)
+    x.x += dt * (v_mean * c - vyr_mean * s)
+    x.y += dt * (v_mean * s + vyr_mean * c)
+    x.yaw += dt * r_mean
+    x.ax = (v1 - v0) / dt - r_mean * vyr_mean - gx
+    x.ay = (vyr1 - vyr0) / dt + r_mean * v_mean - gy
+    x.vx, x.vy, x.vy_rear, x.yaw_rate = v1, vy1, vyr1, r1
+
+
+@njit(cache=True, error_model="numpy")
+def _show(x: Any) -> None:
+    x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
+    x.meas_yaw_rate, x.meas_ax, x.meas_ay = x.yaw_rate, x.ax, x.ay
+
+
+@njit(cache=True, error_model="numpy")
+def _write(row: Any, x: Any, measured: bool) -> None:
+    """One row of TRACE_COLUMNS."""
+    row[0], row[3], row[7], row[11] = x.t, x.z, x.vy_rear, x.steer
+    if measured:
+        row[1], row[2], row[4], row[5], row[6] = x.meas_x, x.meas_y, x.meas_yaw, x.meas_v, x.meas_v
+        row[8], row[9], row[10] = x.meas_yaw_rate, x.meas_ax, x.meas_ay
+    else:
+        row[1], row[2], row[4], row[5], row[6] = x.x, x.y, x.yaw, x.vx, x.vx
+        row[8], row[9], row[10] = x.yaw_rate, x.ax, x.ay
+
+
+@njit(cache=True, error_model="numpy")
+def run(
+    bus: Any,
+    kind: int,
+    mode: int,
+    table: Any,
+    bounds: Any,
+    parameters: FloatArray,
+    memory: FloatArray,
+    commands: FloatArray,
+    hold: int,
+    every: int,
+    measured: bool,
+    trace: FloatArray,
+) -> int:
+    """Advance by `hold` steps for each row of `commands` (COMMAND_COLUMNS); returns the number of trace rows written.
+
+    `bus` is an array of one bus record; `table` int64 (n, 3): address, place of parameters, place of memory of each
+    effect, sorted by slot; `bounds` int64 (7,) where each slot begins; a row of TRACE_COLUMNS is written whenever the
+    step count is a multiple of `every`.
+    """
+    x = bus[0]
+    rows = 0
+    for i in range(commands.shape[0]):
+        x.steer_cmd, x.accel_cmd, x.throttle_cmd = commands[i, 0], commands[i, 1], commands[i, 2]
+        x.brake_cmd, x.speed_cmd, x.v_cmd = commands[i, 3], commands[i, 4], commands[i, 5]
+        for _ in range(hold):
+            _wish(x, mode)
+            _slot(0, bus, table, bounds, parameters, memory)
+            _slot(1, bus, table, bounds, parameters, memory)
+            x.traction = x.mass_ref * max(x.accel, 0.0)
+            x.brake = x.mass_ref * max(-x.accel, 0.0)
+            x.resistance = x.drag = x.rotating_mass = x.yaw_moment = 0.0
+            _slot(2, bus, table, bounds, parameters, memory)
+            x.curvature = math.tan(x.steer) / x.wheelbase
+            if kind == DYNAMIC:
+                _tyres(x)
+            _slot(3, bus, table, bounds, parameters, memory)
+            x.grade, x.bank = x.road_grade, x.road_bank
+            _slot(4, bus, table, bounds, parameters, memory)
+            _move(x, kind, mode)
+            x.count += 1.0
+            x.t = x.t_start + x.count * x.dt
+            _show(x)
+            _slot(5, bus, table, bounds, parameters, memory)
+            if int(x.count) % every == 0:
+                _write(trace[rows], x, measured)
+                rows += 1
+    return rows
+
+
+def empty_table() -> tuple[Any, Any]:
+    """Table and bounds of a model without effects."""
+    return np.zeros((0, 3), dtype=np.int64), np.zeros(7, dtype=np.int64)

@@ -1,0 +1,128 @@
+"""A vehicle model: base, inputs, car and effects. Immutable data; `vehicle.model.plant` makes it run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import inf, isfinite
+from typing import Literal, TypeAlias, get_args
+
+from vehicle.messages import VehicleDescription
+from vehicle.model.car import Car
+from vehicle.model.catalogue import find_effect
+from vehicle.model.effect import Effect
+from vehicle.model.errors import ModelError, nearest_name
+
+Base: TypeAlias = Literal["kinematic_bicycle", "dynamic_bicycle"]
+BASES: tuple[Base, ...] = get_args(Base)
+
+PEDAL_ACCELERATION = 3.0  # m/s^2 of full throttle, where nothing is declared
+PEDAL_DECELERATION = 6.0  # m/s^2 of full brake, where nothing is declared
+MAX_STEER = 0.6  # rad, of a model without steer_angle_limit
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """Which log columns drive the model, and what the pedals ask for [m/s^2]."""
+
+    steer: str = "steer_cmd"
+    longitudinal: tuple[str, ...] = ("accel_cmd",)
+    full_throttle: float = PEDAL_ACCELERATION
+    full_brake: float = PEDAL_DECELERATION
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A fitted value's 95 % interval."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class AppliedEffect:
+    """An effect with its parameter values, where they come from, and how sure they are."""
+
+    effect: Effect
+    values: Mapping[str, float]
+    intervals: Mapping[str, Interval] = field(default_factory=dict)
+    fitted_on: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.effect.name
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleModel:
+    """A car and the effects that act on it, in the order of its file."""
+
+    base: Base
+    inputs: Inputs
+    car: Car
+    effects: tuple[AppliedEffect, ...] = ()
+    name: str = ""
+
+    def value(self, effect: str, key: str) -> float | None:
+        """Value of an effect's parameter, None if the model lacks the effect."""
+        for applied in self.effects:
+            if applied.name == effect:
+                return applied.values[key]
+        return None
+
+    def with_effect(
+        self, name: str | Effect, values: Mapping[str, float], *, fitted_on: tuple[str, ...] = ()
+    ) -> VehicleModel:
+        """The model with an effect added, or with these of its values changed if it is there. Raises ModelError."""
+        found = name if isinstance(name, Effect) else find_effect(name)
+        old = next((a for a in self.effects if a.name == found.name), None)
+        merged = found.complete({**(old.values if old else {}), **values})
+        applied = AppliedEffect(found, merged, fitted_on=fitted_on)
+        if old is None:
+            check_base(found, self.base)
+            return replace(self, effects=(*self.effects, applied))
+        return replace(self, effects=tuple(applied if a is old else a for a in self.effects))
+
+    def without_effect(self, name: str) -> VehicleModel:
+        """The model without an effect. Raises ModelError if it has none of that name."""
+        kept = tuple(a for a in self.effects if a.name != name)
+        if len(kept) == len(self.effects):
+            names = [a.name for a in self.effects]
+            raise ModelError("effect is not in the model", key=name, found=name, nearest=nearest_name(name, names))
+        return replace(self, effects=kept)
+
+    def with_car(self, values: Mapping[str, float]) -> VehicleModel:
+        """The model with base parameters changed. Raises ModelError."""
+        return replace(self, car=self.car.with_values(values))
+
+    def description(self) -> VehicleDescription:
+        """What a driving stack may know of this car, sensors left at their defaults."""
+        car = self.car
+        torque = self.value("motor_torque", "torque")
+        pedal = self.inputs.full_throttle
+        force = torque * car.gear_ratio / car.wheel_radius / car.mass if torque is not None else inf
+        brake = self.value("brake_limit", "limit")
+        steer = self.value("steer_angle_limit", "limit")
+        return VehicleDescription(
+            length=car.length,
+            width=car.width,
+            height=car.height,
+            wheelbase=car.wheelbase,
+            center_x=car.center_x,
+            max_steer=steer if steer is not None and isfinite(steer) else MAX_STEER,
+            max_speed=car.max_speed,
+            max_acceleration=min(pedal, force),
+            max_deceleration=min(self.inputs.full_brake, brake if brake is not None else inf),
+            mass=car.mass,
+            steer_delay=(self.value("steer_delay", "T") or 0.0) + (self.value("steer_lag", "tau") or 0.0),
+            drive_delay=(self.value("drive_delay", "T") or 0.0) + (self.value("drive_lag", "tau") or 0.0),
+        )
+
+
+def check_base(effect: Effect, base: str) -> None:
+    """Raises ModelError if the effect does not act on this base."""
+    if base not in effect.base:
+        raise ModelError(
+            "effect does not act on this base", key=effect.name, found=base, allowed=", ".join(effect.base)
+        )

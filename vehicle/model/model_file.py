@@ -1,0 +1,275 @@
+"""Vehicle model files (TOML): reading with errors that name file, line and key, and writing."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from math import isinf
+from pathlib import Path
+from typing import Any
+
+from vehicle.model.car import CAR_DECLARATIONS, make_car
+from vehicle.model.catalogue import find_effect
+from vehicle.model.effect import Effect
+from vehicle.model.errors import ModelError, nearest_name
+from vehicle.model.model import (
+    BASES,
+    PEDAL_ACCELERATION,
+    PEDAL_DECELERATION,
+    AppliedEffect,
+    Inputs,
+    Interval,
+    VehicleModel,
+    check_base,
+)
+
+__all__ = ["ModelError", "model_text", "parse_model", "read_model", "write_model"]
+
+MAX_BYTES = 1_000_000
+LONGITUDINAL = ("accel_cmd", "throttle_cmd + brake_cmd", "throttle_cmd", "motor_current", "speed_cmd", "v")
+_TABLES = ("model", "inputs", "parameters", "effect")
+
+
+class _Lines:
+    """Finds the line of a key in the text of a TOML file."""
+
+    def __init__(self, text: str) -> None:
+        self.lines = text.splitlines()
+
+    def find(self, table: str, key: str = "", nth: int = 0) -> int | None:
+        """Line (from 1) of `key` in the nth table called `table`, else of the table's head, else None."""
+        head = re.compile(rf"\s*\[{{1,2}}\s*{re.escape(table)}\s*\]{{1,2}}")
+        any_head = re.compile(r"\s*\[")
+        start = None
+        for number, line in enumerate(self.lines, 1):
+            if start is None:
+                if head.match(line):
+                    if nth == 0:
+                        start = number
+                        if not key:
+                            return number
+                    nth -= 1
+            elif re.match(rf"\s*\[+[^\]]*\b{re.escape(key)}\s*\]", line) or re.match(
+                rf"\s*[\"']?{re.escape(key)}[\"']?\s*[=.]", line
+            ):
+                return number
+            elif any_head.match(line) and not re.match(rf"\s*\[{re.escape(table)}\.", line):
+                break
+        return start
+
+
+def read_model(path: Path | str, *, extra: Mapping[str, Effect] | None = None) -> VehicleModel:
+    """Read and check a vehicle model file; `extra` are effects of the user's own by name.
+
+    Raises ModelError (one line: file, line, key, found, allowed, nearest name), also for a missing file.
+    """
+    path = Path(path)
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise ModelError("file too large for a vehicle model", file=str(path), allowed=f"{MAX_BYTES} bytes")
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise ModelError("no such file", file=str(path)) from error
+    except UnicodeDecodeError as error:
+        raise ModelError("not a UTF-8 text file", file=str(path)) from error
+    except OSError as error:
+        raise ModelError(f"cannot be read: {error.strerror}", file=str(path)) from error
+    return parse_model(text, str(path), extra=extra)
+
+
+def parse_model(text: str, file: str = "", *, extra: Mapping[str, Effect] | None = None) -> VehicleModel:
+    """The model that the text of a model file describes. Raises ModelError."""
+    lines = _Lines(text)
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        found = re.search(r"\(at line (\d+), column \d+\)", str(error))
+        line = int(found.group(1)) if found else None
+        raise ModelError(f"not valid TOML: {error}", file=file, line=line) from error
+    except RecursionError as error:
+        raise ModelError("not valid TOML: nested too deeply", file=file) from error
+    _known(data, _TABLES, file, "", lines)
+    model = _table(data, "model", file, lines)
+    _known(model, ("base", "name"), file, "model", lines)
+    base = model.get("base", "kinematic_bicycle")
+    if base not in BASES:
+        raise ModelError(
+            "unknown base",
+            file=file,
+            line=lines.find("model", "base"),
+            key="model.base",
+            found=repr(base),
+            allowed=", ".join(BASES),
+            nearest=nearest_name(str(base), BASES),
+        )
+    name = model.get("name", "")
+    inputs = _inputs(_table(data, "inputs", file, lines), file, lines)
+    parameters = _table(data, "parameters", file, lines)
+    values = {key: _number(value, key, file, lines.find("parameters", key)) for key, value in parameters.items()}
+    try:
+        car = make_car(values)
+    except ModelError as error:
+        raise error.at(file, lines.find("parameters", error.key), f"parameters.{error.key}") from error
+    effects: list[AppliedEffect] = []
+    entries = data.get("effect", [])
+    if not isinstance(entries, list):
+        raise ModelError("write [[effect]], one for each effect", file=file, line=lines.find("effect"), key="effect")
+    for nth, entry in enumerate(entries):
+        applied = _effect(entry, nth, base, file, lines, extra)
+        if any(applied.name == other.name for other in effects):
+            line = lines.find("effect", "name", nth)
+            raise ModelError("effect stands twice", file=file, line=line, key="effect.name", found=applied.name)
+        effects.append(applied)
+    return VehicleModel(base=base, inputs=inputs, car=car, effects=tuple(effects), name=str(name))
+
+
+def _known(table: Mapping[str, Any], known: tuple[str, ...], file: str, where: str, lines: _Lines, nth: int = 0) -> None:
+    for key in table:
+        if key not in known:
+            raise ModelError(
+                "unknown key",
+                file=file,
+                line=lines.find(where, key, nth) if where else lines.find(key),
+                key=f"{where}.{key}" if where else key,
+                found=key,
+                allowed=", ".join(known),
+                nearest=nearest_name(key, known),
+            )
+
+
+def _table(data: Mapping[str, Any], name: str, file: str, lines: _Lines) -> dict[str, Any]:
+    table = data.get(name, {})
+    if not isinstance(table, dict):
+        raise ModelError(f"must be a table [{name}]", file=file, line=lines.find(name), key=name)
+    return table
+
+
+def _number(value: Any, key: str, file: str, line: int | None) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ModelError("must be a number", file=file, line=line, key=key, found=repr(value))
+    return float(value)
+
+
+def _inputs(table: Mapping[str, Any], file: str, lines: _Lines) -> Inputs:
+    _known(table, ("steer", "longitudinal", "full_throttle", "full_brake"), file, "inputs", lines)
+    steer = table.get("steer", "steer_cmd")
+    if not isinstance(steer, str) or not steer.strip():
+        line = lines.find("inputs", "steer")
+        raise ModelError("must name a log column", file=file, line=line, key="inputs.steer", found=repr(steer))
+    longitudinal = table.get("longitudinal", "accel_cmd")
+    columns = tuple(part.strip() for part in str(longitudinal).split("+"))
+    if " + ".join(columns) not in LONGITUDINAL:
+        raise ModelError(
+            "unknown longitudinal input",
+            file=file,
+            line=lines.find("inputs", "longitudinal"),
+            key="inputs.longitudinal",
+            found=repr(longitudinal),
+            allowed=", ".join(LONGITUDINAL),
+            nearest=nearest_name(str(longitudinal), LONGITUDINAL),
+        )
+    pedals = {}
+    for key, default in (("full_throttle", PEDAL_ACCELERATION), ("full_brake", PEDAL_DECELERATION)):
+        line = lines.find("inputs", key)
+        value = _number(table.get(key, default), f"inputs.{key}", file, line)
+        if not 0.0 < value <= 50.0:
+            raise ModelError(
+                "value not allowed",
+                file=file,
+                line=line,
+                key=f"inputs.{key}",
+                found=f"{value:g}",
+                allowed="more than 0 to 50 m/s^2",
+            )
+        pedals[key] = value
+    return Inputs(steer=steer, longitudinal=columns, **pedals)
+
+
+def _effect(
+    entry: Mapping[str, Any], nth: int, base: str, file: str, lines: _Lines, extra: Mapping[str, Effect] | None
+) -> AppliedEffect:
+    _known(entry, ("name", "fitted_on", "parameters"), file, "effect", lines, nth)
+    if "name" not in entry:
+        raise ModelError("missing", file=file, line=lines.find("effect", "", nth), key="effect.name")
+    try:
+        found = find_effect(str(entry["name"]), extra)
+        check_base(found, base)
+    except ModelError as error:
+        raise error.at(file, lines.find("effect", "name", nth), "effect.name") from error
+    values: dict[str, float] = {}
+    intervals: dict[str, Interval] = {}
+    given = entry.get("parameters", {})
+    if not isinstance(given, dict):
+        raise ModelError("must be a table", file=file, line=lines.find("effect", "parameters", nth), key=found.name)
+    for key, item in given.items():
+        line = lines.find("effect", key, nth)
+        where = f"{found.name}.{key}"
+        try:
+            declared = found.key(key)
+            detail = item if isinstance(item, dict) else {"value": item}
+            _known(detail, ("value", "low", "high", "unit"), file, where, lines)
+            if "value" not in detail:
+                raise ModelError("value missing")
+            if detail.get("unit", declared.unit) != declared.unit:
+                raise ModelError("wrong unit", found=repr(detail["unit"]), allowed=declared.unit)
+            values[key] = declared.check(_number(detail["value"], where, file, line))
+            if "low" in detail or "high" in detail:
+                low = _number(detail.get("low", values[key]), where, file, line)
+                high = _number(detail.get("high", values[key]), where, file, line)
+                if not low <= values[key] <= high:
+                    raise ModelError("value outside its interval", found=f"{values[key]:g}", allowed=f"{low:g}..{high:g}")
+                intervals[key] = Interval(low, high)
+        except ModelError as error:
+            if error.file:
+                raise
+            raise error.at(file, line, where) from error
+    fitted_on = entry.get("fitted_on", [])
+    if not isinstance(fitted_on, list) or not all(isinstance(f, str) for f in fitted_on):
+        line = lines.find("effect", "fitted_on", nth)
+        raise ModelError("must be a list of texts", file=file, line=line, key=f"{found.name}.fitted_on")
+    return AppliedEffect(found, found.complete(values), intervals, tuple(fitted_on))
+
+
+def _toml_number(value: float) -> str:
+    if isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return repr(float(value))
+
+
+def _toml_text(value: str) -> str:
+    escaped = value.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'
+
+
+def model_text(model: VehicleModel) -> str:
+    """The model as the text of a model file, ordered and complete: reading it gives the same model."""
+    units = {d.name: d.unit for d in CAR_DECLARATIONS}
+    out = ["[model]", f'base = "{model.base}"']
+    if model.name:
+        out.append(f"name = {_toml_text(model.name)}")
+    out += ["", "[inputs]", f"steer = {_toml_text(model.inputs.steer)}"]
+    out.append(f"longitudinal = {_toml_text(' + '.join(model.inputs.longitudinal))}")
+    out.append(f"full_throttle = {_toml_number(model.inputs.full_throttle)}  # m/s^2")
+    out.append(f"full_brake = {_toml_number(model.inputs.full_brake)}  # m/s^2")
+    out += ["", "[parameters]"]
+    out += [f"{name} = {_toml_number(value)}  # {units[name]}" for name, value in model.car.values().items()]
+    for applied in model.effects:
+        out += ["", "[[effect]]", f"name = {_toml_text(applied.name)}"]
+        if applied.fitted_on:
+            out.append(f"fitted_on = [{', '.join(_toml_text(f) for f in applied.fitted_on)}]")
+        for key in applied.effect.parameters:
+            out += [f"[effect.parameters.{key.name}]", f"value = {_toml_number(applied.values[key.name])}"]
+            interval = applied.intervals.get(key.name)
+            if interval:
+                out += [f"low = {_toml_number(interval.low)}", f"high = {_toml_number(interval.high)}"]
+            out.append(f"unit = {_toml_text(key.unit)}")
+    return "\n".join(out) + "\n"
+
+
+def write_model(model: VehicleModel, path: Path | str) -> None:
+    """Write a model file in one go: a reader never sees half of it."""
+    path = Path(path)
+    draft = path.with_name(path.name + ".part")
+    draft.write_text(model_text(model), encoding="utf-8")
+    draft.replace(path)

@@ -1,0 +1,184 @@
+"""A vehicle model made ready to run: its numbers laid out for the kernel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vehicle.messages import TRACE_COLUMNS, FloatArray, VehicleState
+from vehicle.model.compiled import BUS_DTYPE, compiled, doubles, memory_dtype, parameter_dtype
+from vehicle.model.effect import SLOTS
+from vehicle.model.errors import ModelError
+from vehicle.model.kernel import ACCELERATION, COMMAND_COLUMNS, DYNAMIC, IMPOSED, KINEMATIC, PEDALS, SPEED, run
+from vehicle.model.maths import DELAY_LINE
+from vehicle.model.model import AppliedEffect, VehicleModel
+
+STEP = 1e-3  # s, step of the twin
+
+
+def input_mode(longitudinal: tuple[str, ...]) -> int:
+    """How the longitudinal input columns drive the kernel."""
+    if len(longitudinal) == 2 or longitudinal[0] == "throttle_cmd":
+        return PEDALS
+    return {"v": IMPOSED, "speed_cmd": SPEED}.get(longitudinal[0], ACCELERATION)
+
+
+class Plant:
+    """The moving car: state, effect memories and command, advanced by the compiled kernel.
+
+    `dt` [s] is the step, `every` the steps per trace row. Effects at their neutral values are left out unless
+    `keep_neutral`. Raises ModelError if a dead time does not fit the delay line at this step.
+    """
+
+    def __init__(
+        self, model: VehicleModel, *, dt: float = STEP, every: int = 10, keep_neutral: bool = False
+    ) -> None:
+        self.model, self.dt, self.every = model, dt, every
+        active = [a for a in model.effects if keep_neutral or not a.effect.is_off(a.values)]
+        active.sort(key=lambda a: (SLOTS.index(a.effect.slot), a.effect.order, a.name))
+        self._active = tuple(active)
+        self._code = tuple(compiled(a.effect) for a in active)  # keeps the machine code alive
+        self._lay_out()
+        self._kind = DYNAMIC if model.base == "dynamic_bicycle" else KINEMATIC
+        self._mode = input_mode(model.inputs.longitudinal)
+        self._bus = np.zeros(1, dtype=BUS_DTYPE)
+        self._command = np.zeros((1, len(COMMAND_COLUMNS)))
+        self._trace = np.zeros((64, len(TRACE_COLUMNS)))
+        self.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+
+    def _lay_out(self) -> None:
+        table = np.zeros((len(self._active), 3), dtype=np.int64)
+        self._bounds = np.zeros(len(SLOTS) + 1, dtype=np.int64)
+        parameters: list[float] = []
+        memory_at = 0
+        self._starts: list[tuple[int, int, str]] = []
+        for j, (applied, code) in enumerate(zip(self._active, self._code, strict=True)):
+            self._check_delay(applied)
+            table[j] = code.address, len(parameters), memory_at
+            parameters += [applied.values[name] for name in parameter_dtype(applied.effect).names or ()]
+            at = memory_at
+            for m in applied.effect.memory:
+                if m.start:
+                    self._starts.append((at, m.size, m.start))
+                at += m.size
+            memory_at += doubles(memory_dtype(applied.effect))
+            self._bounds[SLOTS.index(applied.effect.slot) + 1 :] += 1
+        self._table = table
+        self._parameters = np.array(parameters, dtype=np.float64)
+        self._memory = np.zeros(memory_at)
+
+    def _check_delay(self, applied: AppliedEffect) -> None:
+        key = applied.effect.delay
+        if key and applied.values[key] / self.dt > DELAY_LINE - 2:
+            most = (DELAY_LINE - 2) * self.dt
+            raise ModelError(
+                f"dead time of {applied.name} too long for a step of {self.dt:g} s",
+                key=key,
+                found=f"{applied.values[key]:g}",
+                allowed=f"up to {most:g} s",
+            )
+
+    def reset(self, state: VehicleState) -> None:
+        """Put the car at `state`: steering at rest there, drive and brake without force, delay lines empty."""
+        car, inputs = self.model.car, self.model.inputs
+        bus = self._bus[0]
+        values: dict[str, float] = dict.fromkeys(BUS_DTYPE.names or (), 0.0)
+        values |= {
+            "t": state.t,
+            "t_start": state.t,
+            "dt": self.dt,
+            "wheelbase": car.wheelbase,
+            "cg_front": car.cg_to_front_axle,
+            "cg_rear": car.cg_to_rear_axle,
+            "cg_height": car.cg_height,
+            "mass": car.mass,
+            "mass_ref": car.command_mass,
+            "yaw_inertia": car.yaw_inertia,
+            "stiffness_front": car.cornering_stiffness_front,
+            "stiffness_rear": car.cornering_stiffness_rear,
+            "wheel_radius": car.wheel_radius,
+            "gear_ratio": car.gear_ratio,
+            "full_throttle": inputs.full_throttle,
+            "full_brake": inputs.full_brake,
+            "steer": state.steer,
+            "steer_cmd": state.steer,
+            "x": state.x,
+            "y": state.y,
+            "z": state.z,
+            "yaw": state.yaw,
+            "vx": state.v,
+            "vy": state.vy + car.cg_to_rear_axle * state.yaw_rate,
+            "vy_rear": state.vy,
+            "yaw_rate": state.yaw_rate,
+            "ax": state.ax,
+            "ay": state.ay,
+        }
+        for name, value in values.items():
+            bus[name] = value
+        self._memory[:] = 0.0
+        for at, size, start in self._starts:
+            self._memory[at : at + size] = bus[start]
+        self._command[:] = 0.0
+        self._command[0, 0] = state.steer
+        self._command[0, 5] = state.v
+
+    def command(
+        self, steer: float, accel: float = 0.0, throttle: float = 0.0, brake: float = 0.0, speed: float = 0.0
+    ) -> None:
+        """Set what holds from now on: angle [rad], acceleration [m/s^2], pedals [0..1], speed [m/s]."""
+        row = self._command
+        row[0, 0], row[0, 1], row[0, 2], row[0, 3], row[0, 4] = steer, accel, throttle, brake, speed
+
+    def road(self, z: float, grade: float = 0.0, bank: float = 0.0) -> None:
+        """Set the ground under the car: height [m], slope along [rad, > 0 uphill], across [rad, > 0 left side up]."""
+        bus = self._bus
+        bus["z"], bus["road_grade"], bus["road_bank"] = z, grade, bank
+
+    def advance(self, steps: int) -> FloatArray:
+        """Advance by `steps` with the command held; returns rows of TRACE_COLUMNS at multiples of `every` steps."""
+        if steps // self.every + 1 > len(self._trace):
+            self._trace = np.zeros((steps // self.every + 1, len(TRACE_COLUMNS)))
+        rows = self._run(self._command, steps, False, self._trace)
+        return self._trace[:rows].copy()
+
+    def drive(self, commands: FloatArray, hold: int, *, measured: bool = False) -> FloatArray:
+        """Advance `hold` steps with each row of `commands` (n, 6: COMMAND_COLUMNS); returns trace rows.
+
+        With `measured`, position, heading, speed, yaw rate and accelerations are as the model's sensor effects show
+        them, not as they are.
+        """
+        trace = np.empty((len(commands) * hold // self.every + 1, len(TRACE_COLUMNS)))
+        rows = self._run(np.ascontiguousarray(commands, dtype=np.float64), hold, measured, trace)
+        return trace[:rows]
+
+    def _run(self, commands: FloatArray, hold: int, measured: bool, trace: FloatArray) -> int:
+        count: int = run(
+            self._bus,
+            self._kind,
+            self._mode,
+            self._table,
+            self._bounds,
+            self._parameters,
+            self._memory,
+            commands,
+            hold,
+            self.every,
+            measured,
+            trace,
+        )
+        return count
+
+    def row(self) -> FloatArray:
+        """The present motion as one row of TRACE_COLUMNS."""
+        b: Any = self._bus[0]
+        names = ("t", "x", "y", "z", "yaw", "vx", "vx", "vy_rear", "yaw_rate", "ax", "ay", "steer")
+        return np.array([b[name] for name in names])
+
+    @property
+    def state(self) -> VehicleState:
+        """The present motion."""
+        t, x, y, z, yaw, v, vx, vy, yaw_rate, ax, ay, steer = self.row().tolist()
+        return VehicleState(
+            t=t, x=x, y=y, z=z, yaw=yaw, v=v, vx=vx, vy=vy, yaw_rate=yaw_rate, ax=ax, ay=ay, steer=steer
+        )
