@@ -41,9 +41,7 @@ def memory_dtype(effect: Effect) -> np.dtype[Any]:
 @cache
 def compiled(effect: Effect) -> Any:
     """The effect as a numba C function; `.address` is what the kernel calls. Compiled (or loaded) on first use."""
-    signature = types.void(
-        _BUS_TYPE, numba.from_dtype(parameter_dtype(effect)), numba.from_dtype(memory_dtype(effect))
-    )
+    signature = types.void(_BUS_TYPE, numba.from_dtype(parameter_dtype(effect)), numba.from_dtype(memory_dtype(effect)))
     return cfunc(signature, cache=True, error_model="numpy")(effect.function)
 
 

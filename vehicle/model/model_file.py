@@ -124,7 +124,9 @@ def parse_model(text: str, file: str = "", *, extra: Mapping[str, Effect] | None
     return VehicleModel(base=base, inputs=inputs, car=car, effects=tuple(effects), name=str(name))
 
 
-def _known(table: Mapping[str, Any], known: tuple[str, ...], file: str, where: str, lines: _Lines, nth: int = 0) -> None:
+def _known(
+    table: Mapping[str, Any], known: tuple[str, ...], file: str, where: str, lines: _Lines, nth: int = 0
+) -> None:
     for key in table:
         if key not in known:
             raise ModelError(
@@ -218,7 +220,9 @@ def _effect(
                 low = _number(detail.get("low", values[key]), where, file, line)
                 high = _number(detail.get("high", values[key]), where, file, line)
                 if not low <= values[key] <= high:
-                    raise ModelError("value outside its interval", found=f"{values[key]:g}", allowed=f"{low:g}..{high:g}")
+                    raise ModelError(
+                        "value outside its interval", found=f"{values[key]:g}", allowed=f"{low:g}..{high:g}"
+                    )
                 intervals[key] = Interval(low, high)
         except ModelError as error:
             if error.file:

@@ -31,9 +31,7 @@ class Plant:
     `keep_neutral`. Raises ModelError if a dead time does not fit the delay line at this step.
     """
 
-    def __init__(
-        self, model: VehicleModel, *, dt: float = STEP, every: int = 10, keep_neutral: bool = False
-    ) -> None:
+    def __init__(self, model: VehicleModel, *, dt: float = STEP, every: int = 10, keep_neutral: bool = False) -> None:
         self.model, self.dt, self.every = model, dt, every
         active = [a for a in model.effects if keep_neutral or not a.effect.is_off(a.values)]
         active.sort(key=lambda a: (SLOTS.index(a.effect.slot), a.effect.order, a.name))
@@ -168,6 +166,11 @@ class Plant:
             trace,
         )
         return count
+
+    @property
+    def time(self) -> float:
+        """Time now [s]."""
+        return float(self._bus[0]["t"])
 
     def row(self) -> FloatArray:
         """The present motion as one row of TRACE_COLUMNS."""

@@ -16,9 +16,7 @@ from vehicle.model.effect import Key, effect
     physics="brake torque or tyre grip ends the growth of deceleration",
     equation="a >= -b",
     source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., sec. 8",
-    parameters=(
-        Key("limit", "m/s^2", 1.0, 9.0, neutral=inf, least=0.1, minimum=0.0, meaning="greatest deceleration"),
-    ),
+    parameters=(Key("limit", "m/s^2", 1.0, 9.0, neutral=inf, least=0.1, minimum=0.0, meaning="greatest deceleration"),),
     ties=("brake_gain",),
     reveals="brake steps of growing size up to the full command",
 )

@@ -1,0 +1,121 @@
+"""The sensors of a car together: their description, and the same at work."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import msgspec
+import numpy as np
+
+from vehicle.messages import CameraFrame, GnssFix, Imu, LidarScan, Observation, Odometry, Surroundings, Task
+from vehicle.messages import VehicleDescription
+from vehicle.model.car import Car
+from vehicle.sensors.camera import Camera
+from vehicle.sensors.common import Mount, Timing
+from vehicle.sensors.gnss import Gnss
+from vehicle.sensors.imu import InertialUnit
+from vehicle.sensors.lidar import Lidar
+from vehicle.sensors.odometry import WheelOdometry
+
+TABBY_CENTER_X = 1.18  # m, rear axle to the middle of the TABBY EVO
+
+
+@dataclass(frozen=True, slots=True)
+class SensorSuite:
+    """Which sensors a car has; None = it lacks that one."""
+
+    gnss: Gnss | None = None
+    odometry: WheelOdometry | None = None
+    imu: InertialUnit | None = None
+    lidar: Lidar | None = None
+    camera: Camera | None = None
+
+    def with_mount_x(self, sensor: str, x: float) -> SensorSuite:
+        """The suite with `sensor` ("gnss", "imu", "lidar" or "camera") moved to `x` [m]; unchanged if it lacks it."""
+        if sensor == "gnss" and self.gnss:
+            return replace(self, gnss=replace(self.gnss, mount=replace(self.gnss.mount, x=x)))
+        if sensor == "imu" and self.imu:
+            return replace(self, imu=replace(self.imu, mount=replace(self.imu.mount, x=x)))
+        if sensor == "lidar" and self.lidar:
+            return replace(self, lidar=replace(self.lidar, mount=replace(self.lidar.mount, x=x)))
+        if sensor == "camera" and self.camera:
+            return replace(self, camera=replace(self.camera, mount=replace(self.camera.mount, x=x)))
+        return self
+
+    def describe(self, car: VehicleDescription) -> VehicleDescription:
+        """`car` with the mounting of these sensors."""
+        found: dict[str, float | int] = {}
+        if self.gnss:
+            found["gnss_x"] = self.gnss.mount.x
+        if self.imu:
+            found["imu_x"] = self.imu.mount.x
+        if self.lidar:
+            found |= {"lidar_x": self.lidar.mount.x, "lidar_z": self.lidar.mount.z}
+        if self.camera:
+            camera = self.camera
+            found |= {"camera_x": camera.mount.x, "camera_z": camera.mount.z, "camera_focal": camera.focal}
+            found |= {"camera_width": camera.width, "camera_height": camera.height}
+        return msgspec.structs.replace(car, **found)
+
+    def start(self, row: Sequence[float], seed: int) -> RunningSensors:
+        """The sensors at work from the first trace row on; each draws from a generator of its own."""
+        return RunningSensors(self, row, seed)
+
+
+class RunningSensors:
+    """Sensors at work: fed with trace rows and, at each tick, with the surroundings."""
+
+    def __init__(self, suite: SensorSuite, row: Sequence[float], seed: int) -> None:
+        t = row[0]
+        seeds = np.random.SeedSequence(seed).spawn(5)
+        self._gnss = suite.gnss.start(t, seeds[0]) if suite.gnss else None
+        self._odometry = suite.odometry.start(t, seeds[1]) if suite.odometry else None
+        self._imu = suite.imu.start(t, seeds[2]) if suite.imu else None
+        self._lidar = suite.lidar.start(t, seeds[3]) if suite.lidar else None
+        self._camera = suite.camera.start(t, seeds[4]) if suite.camera else None
+        self._moving = [s.measure for s in (self._gnss, self._odometry, self._imu) if s]
+        self._row = row
+        self.feed([row])
+
+    def feed(self, rows: Sequence[Sequence[float]]) -> None:
+        """Let the sensors of motion measure along trace rows (TRACE_COLUMNS), oldest first."""
+        for measure in self._moving:
+            for row in rows:
+                measure(row)
+        if rows:
+            self._row = rows[-1]
+
+    def observe(self, t: float, surroundings: Surroundings, task: Task | None = None) -> Observation:
+        """Let LiDAR and camera look around, then collect everything that has arrived by `t` [s]."""
+        _, x, y, z, yaw, *_ = self._row
+        gnss: tuple[GnssFix, ...] = self._gnss.arrived(t) if self._gnss else ()
+        odometry: tuple[Odometry, ...] = self._odometry.arrived(t) if self._odometry else ()
+        imu: tuple[Imu, ...] = self._imu.arrived(t) if self._imu else ()
+        lidar: LidarScan | None = None
+        camera: CameraFrame | None = None
+        if self._lidar:
+            self._lidar.measure(t, x, y, z, yaw, surroundings.boxes)
+            lidar = self._lidar.arrived(t)
+        if self._camera:
+            self._camera.measure(t, x, y, z, yaw, surroundings)
+            camera = self._camera.arrived(t)
+        return Observation(t, gnss, odometry, imu, lidar, camera, surroundings.signals, task)
+
+
+def default_sensors(parameters: Mapping[str, float] | None = None, *, car: Car | None = None) -> SensorSuite:
+    """The sensors of the TABBY EVO as the paper has them, on `car` (its centre is where S measures from).
+
+    `parameters` are values of S: GNSS_x and CAMERA_x [m, from the ego's centre]; others are not the sensors' and
+    ignored. Noise and latencies are those of the class: RTK GNSS with two antennas, industrial MEMS IMU, a LiDAR of
+    three layers, a 1280 x 720 camera with a real-time detector.
+    """
+    values = parameters or {}
+    center = car.center_x if car else TABBY_CENTER_X
+    return SensorSuite(
+        gnss=Gnss(Mount(x=center + values.get("GNSS_x", -1.0), z=1.5), Timing(rate=10.0, latency=0.05)),
+        odometry=WheelOdometry(Timing(rate=50.0, latency=0.01)),
+        imu=InertialUnit(Mount(x=center, z=0.5), Timing(rate=100.0, latency=0.0)),
+        lidar=Lidar(Mount(x=center, z=1.5), Timing(rate=10.0, latency=0.05)),
+        camera=Camera(Mount(x=center + values.get("CAMERA_x", 0.4), z=1.4), Timing(rate=10.0, latency=0.1)),
+    )

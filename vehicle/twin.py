@@ -1,0 +1,98 @@
+"""The digital twin: a vehicle model and its sensors behind the Vehicle protocol, in simulated time."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+from vehicle.messages import (
+    Command,
+    FloatArray,
+    Observation,
+    Surroundings,
+    Task,
+    VehicleDescription,
+    VehicleState,
+)
+from vehicle.model.model import VehicleModel
+from vehicle.model.plant import STEP, Plant
+from vehicle.sensors.suite import SensorSuite
+
+
+class Twin:
+    """A simulated car. Same model, sensors, seed and calls: same bytes.
+
+    It integrates at 1 kHz and returns motion at 100 Hz. `seed` starts the generators of the sensors, one each.
+    Raises ModelError if the model cannot run at this step.
+    """
+
+    is_real = False
+
+    def __init__(self, model: VehicleModel, sensors: SensorSuite, seed: int = 0) -> None:
+        self.model, self.sensors, self.seed = model, sensors, seed
+        self._plant = Plant(model)
+        self._description = sensors.describe(model.description())
+        self._task: Task | None = None
+        self.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+
+    @property
+    def description(self) -> VehicleDescription:
+        """Size, axles, limits and sensor mounting."""
+        return self._description
+
+    @property
+    def state(self) -> VehicleState:
+        """The true motion now."""
+        return self._plant.state
+
+    def reset(self, state: VehicleState) -> None:
+        """Put the car at `state` with empty actuators; sensors start anew from the seed."""
+        self._plant.reset(state)
+        row = self._plant.row().tolist()
+        self._t: float = row[0]
+        self._steer = state.steer
+        self._running = self.sensors.start(row, self.seed)
+
+    def give_task(self, task: Task) -> None:
+        """Hand over what the ego is asked to do; the next observation carries it."""
+        self._task = task
+
+    def place_on_road(self, z: float, grade: float = 0.0, bank: float = 0.0) -> None:
+        """Say what is under the wheels: height [m], slope along [rad, > 0 uphill], across [rad, > 0 left side up]."""
+        self._plant.road(z, grade, bank)
+
+    def observe(self, surroundings: Surroundings) -> Observation:
+        """Everything the sensors delivered since the last call."""
+        task, self._task = self._task, None
+        return self._running.observe(self._t, surroundings, task)
+
+    def apply(self, command: Command) -> None:
+        """Hold a command from now on. Raises ValueError, naming the field, if a value is not finite."""
+        steer, accel, throttle, brake = command.steer, command.accel, command.throttle, command.brake
+        if not isfinite(steer + accel + throttle + brake):
+            values = {"steer": steer, "accel": accel, "throttle": throttle, "brake": brake}
+            wrong = ", ".join(f"{name} = {value}" for name, value in values.items() if not isfinite(value))
+            raise ValueError(f"command at t = {command.t:.3f} s is not finite: {wrong}")
+        self._steer = steer
+        self._plant.command(steer, accel, throttle, brake)
+
+    def step(self, dt: float) -> FloatArray:
+        """Let `dt` [s] pass (a multiple of 1 ms). Returns rows of TRACE_COLUMNS at 100 Hz, oldest first.
+
+        Raises ValueError if `dt` is not a positive multiple of the 1 ms step.
+        """
+        steps = round(dt / STEP)
+        if steps < 1 or abs(steps * STEP - dt) > 1e-9:
+            raise ValueError(f"dt = {dt!r} s is not a positive multiple of {STEP} s")
+        rows = self._plant.advance(steps)
+        listed = rows.tolist()
+        self._running.feed(listed)
+        self._t = self._plant.time
+        return rows
+
+    def stop(self) -> None:
+        """Brake with all the model has, steering as last commanded."""
+        full = self.model.inputs.full_brake
+        self._plant.command(self._steer, -full, 0.0, 1.0)
+
+    def close(self) -> None:
+        """Nothing to free."""
