@@ -19,8 +19,6 @@ GATE_KEYS = ("metric", "max", "min", "stages", "between")
 TABLES = ("task", "traffic", "gate")
 TASK_KEYS = ("start", "goal", "lane")
 TRAFFIC_KEYS = ("net", "routes")
-TRAFFIC_KEYS = ("net", "routes")
-TABLES = ("task", "traffic", "gate")
 _MAX_BYTES = 1_000_000
 
 
@@ -58,7 +56,6 @@ class _Reader:
                 line = self.lines.top.get(key)
                 self.find("unknown_key", line, key, f"unknown table or key {key[:80]!r}", hint=nearest(key, TABLES))
         task = self._task(data["task"]) if "task" in data else None
-        traffic = self._traffic(data["traffic"]) if "traffic" in data else None
         traffic = self._traffic(data["traffic"]) if "traffic" in data else None
         tables = data.get("gate", [])
         if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
@@ -162,17 +159,6 @@ class _Reader:
         else:
             return RoadPoint(road, lane, float(s))
         return None
-
-    def _traffic(self, table: object) -> GateTraffic | None:
-        line = self.lines.top.get("traffic")
-        if not isinstance(table, dict) or not all(isinstance(table.get(key), str) for key in TRAFFIC_KEYS):
-            self.find("traffic", line, "traffic", "[traffic] needs two file names", allowed="net, routes")
-            return None
-        for key in table:
-            if key not in TRAFFIC_KEYS:
-                hint = nearest(key, TRAFFIC_KEYS)
-                self.find("unknown_key", line, f"traffic.{key[:80]}", f"unknown key {key[:80]!r}", hint=hint)
-        return GateTraffic(table["net"], table["routes"])
 
     def _gate(self, table: dict[str, Any], index: int) -> Gate | None:
         before = len(self.findings)

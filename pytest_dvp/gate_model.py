@@ -43,14 +43,6 @@ class GateTask:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class GateTraffic:
-    """Background traffic by SUMO: names of a net and a route file, relative to the gate file, not yet resolved."""
-
-    net: str
-    routes: str
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class GateTraffic:
     """Background traffic: a SUMO net and its routes, files beside the gate file."""
 
     net: str
@@ -64,7 +56,6 @@ class GateFile:
     task: GateTask | None
     gates: tuple[Gate, ...]
     file: str = ""
-    traffic: GateTraffic | None = None
     traffic: GateTraffic | None = None
 
 

@@ -6,17 +6,8 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
-from pytest_dvp.gate_file import (
-    STAGES,
-    Gate,
-    GateError,
-    GateFile,
-    GateTask,
-    GateTraffic,
-    Stage,
-    check_gates,
-    read_gates,
-)
+from pytest_dvp.gate_file import check_gates, read_gates
+from pytest_dvp.gate_model import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.log import Log
 from pytest_dvp.metrics import MetricError, MetricValue, compute
 

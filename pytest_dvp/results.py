@@ -9,11 +9,11 @@ import re
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import msgspec
 
-from pytest_dvp.gates import Status, Verdict, overall
+from pytest_dvp.gates import Verdict, overall
 from pytest_dvp.log import Log
 from pytest_dvp.metrics import MetricValue, compute, known_metrics
 
@@ -24,13 +24,37 @@ class ResultError(ValueError):
     """A run folder cannot be written; the message is one line."""
 
 
+class FinishedRun(Protocol):
+    """What `save_run` needs of a run; RunResult of pytest_dvp.run is one."""
+
+    @property
+    def log(self) -> Log: ...
+
+    @property
+    def verdicts(self) -> Sequence[Verdict]: ...
+
+    @property
+    def status(self) -> str: ...
+
+    @property
+    def scenario(self) -> str: ...
+
+    def as_dict(self) -> dict[str, Any]: ...
+
+
+def save_run(run: FinishedRun, root: Path | str) -> Path:
+    """Write the numbered run folder of a finished run and return it; named after the scenario file. See `write_run`."""
+    more = {key: value for key, value in run.as_dict().items() if key not in ("folder", "metrics", "verdicts")}
+    return write_run(root, Path(run.scenario).stem, run.log, run.verdicts, status=run.status, more=more)
+
+
 def measure(log: Log) -> dict[str, MetricValue]:
     """All metrics of one log with their default options, by name, for tables and pictures."""
     return {name: compute(name, log) for name, chosen in known_metrics().items() if chosen.logs == 1}
 
 
 def result_of(
-    log: Log, verdicts: Sequence[Verdict], metrics: Mapping[str, MetricValue], *, status: Status | None = None
+    log: Log, verdicts: Sequence[Verdict], metrics: Mapping[str, MetricValue], *, status: str | None = None
 ) -> dict[str, Any]:
     """The result as plain JSON-able data, as result.json and the report hold it."""
     return {
@@ -49,13 +73,15 @@ def write_run(
     log: Log,
     verdicts: Sequence[Verdict],
     *,
-    status: Status | None = None,
+    status: str | None = None,
+    more: Mapping[str, Any] | None = None,
     report: bool = True,
 ) -> Path:
     """Write a new run folder under `root` and return it: NNNN-name-stage, numbers never used twice.
 
     Everything is written into a hidden folder first and renamed at the end, each file synced: a run that dies leaves
-    no folder that looks like a result. Raises ResultError or LogError, and then leaves nothing behind.
+    no folder that looks like a result. `more` is added to the result. Raises ResultError or LogError, and then leaves
+    nothing behind.
     """
     root = Path(root)
     hidden, number = _reserve(root)
@@ -63,7 +89,7 @@ def write_run(
     try:
         log.save(hidden / "log.mcap")
         metrics = measure(log)
-        result = result_of(log, verdicts, metrics, status=status)
+        result = {**(more or {}), **result_of(log, verdicts, metrics, status=status)}
         _write(hidden / "result.json", _json(_without_series(result)))
         if report:
             write_report(hidden / "report.html", log, result)
