@@ -111,7 +111,7 @@ def look(path: Path, settings: Settings) -> Sight:
     from openscenario.read import read_scenario
     from openscenario.xml import read_xml
 
-    root = read_xml(path)
+    root = read_xml(path).root
     child = {element.tag: element.line for element in root.children}
     for tag, what in (("Catalog", "a catalogue"), ("ParameterValueDistribution", "a parameter distribution")):
         if tag in child:

@@ -83,4 +83,3 @@ def _declared_only(path: Path, assignments: Mapping[str, str]) -> Mapping[str, s
 
     declared = {declaration.name for declaration in read_declarations(path)}
     return {name: value for name, value in assignments.items() if name in declared}
-

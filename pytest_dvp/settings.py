@@ -66,13 +66,17 @@ SETTINGS: tuple[Setting, ...] = (
     Setting("set", "assignments", (), "NAME=VALUE of a declared parameter, P.NAME=VALUE (ADS), S.NAME=VALUE", "A"),
     Setting("duration", "float", 60.0, "longest simulated time [s]", "SECONDS", 0.05),
     Setting("wall-limit", "float", 600.0, "longest wall time of one run [s]", "SECONDS", 0.1),
-    Setting("after-collision", "float", 1.0, "simulated time from a collision to the end of the run [s]", "SECONDS", 0.0),
+    Setting(
+        "after-collision", "float", 1.0, "simulated time from a collision to the end of the run [s]", "SECONDS", 0.0
+    ),
     Setting("runs", "path", None, "folder of the run folders; default: ROOTDIR/runs", "DIR"),
     Setting("require-real", "flag", False, "a surrogate in the place of a real vehicle is an ERROR"),
 )
 # Only the pytest plugin collects, so only it has these.
 PLUGIN_SETTINGS: tuple[Setting, ...] = (
-    Setting("scenarios", "paths", (), "folder whose .xosc files are collected, besides those on the command line", "DIR"),
+    Setting(
+        "scenarios", "paths", (), "folder whose .xosc files are collected, besides those on the command line", "DIR"
+    ),
 )
 
 

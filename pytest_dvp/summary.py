@@ -111,7 +111,12 @@ def annotations(results: Sequence[Result]) -> list[str]:
 
 def append_table(path: Path, results: Sequence[Result]) -> None:
     """Append a Markdown table of all gates to GitHub's step summary file."""
-    rows = ["### dvp", "", "| scenario | stage | gate | verdict | value | bound | margin |", "|---|---|---|---|---|---|---|"]
+    rows = [
+        "### dvp",
+        "",
+        "| scenario | stage | gate | verdict | value | bound | margin |",
+        "|---|---|---|---|---|---|---|",
+    ]
     for case in results:
         for v in sorted(case["verdicts"], key=_urgency):
             cells = [case["scenario"], case["stage"], v["gate"], v["status"], _with_unit(v, "value")]

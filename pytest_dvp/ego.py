@@ -1,0 +1,102 @@
+"""Which entity the ADS drives, with which body, and what its task is: the rules of "Ego and task"."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+from openscenario.findings import Finding, ScenarioError
+from openscenario.model.entities import ScenarioObject, Vehicle
+from openscenario.model.scenario import Scenario
+from pytest_dvp.settings import unknown
+from vehicle.messages import RoadPoint, Task
+
+if TYPE_CHECKING:
+    from openscenario.road.network import RoadNetwork
+    from openscenario.storyboard.entity import Entity
+    from openscenario.storyboard.places import Place
+
+
+@dataclasses.dataclass(frozen=True)
+class EgoTask:
+    """Where the ego starts and what it is asked to do; `goal` None means: keep the lane."""
+
+    start: RoadPoint
+    goal: RoadPoint | None
+    route: tuple[RoadPoint, ...]
+    set_speed: float | None
+
+    def message(self) -> Task:
+        return Task(set_speed=self.set_speed, goal=self.goal, route=self.route)
+
+
+def find_ego(scenario: Scenario, name: str | None) -> ScenarioObject:
+    """The entity called `name`, else `Ego` in any case, else the only vehicle with an assigned controller.
+
+    Raises ScenarioError if there is none, or if it is not a vehicle.
+    """
+    objects = {entity.name: entity for entity in scenario.entities}
+    if name is not None:
+        if name not in objects:
+            raise _no_ego(scenario, unknown("entity", name, objects))
+        found = objects[name]
+    else:
+        named = [entity for entity in scenario.entities if entity.name.lower() == "ego"]
+        controlled = [entity for entity in scenario.entities if _is_controlled(scenario, entity)]
+        if named:
+            found = named[0]
+        elif len(controlled) == 1:
+            found = controlled[0]
+        else:
+            hint = f"name it with --ego: {', '.join(objects) or 'the scenario has no entity'}"
+            raise _no_ego(scenario, f"no entity is called Ego and {len(controlled)} have a controller; {hint}")
+    if not isinstance(found.entity, Vehicle):
+        raise _no_ego(scenario, f"the ego {found.name!r} is a {found.kind}, expected a vehicle", found)
+    return found
+
+
+def task_of(
+    entity: Entity,
+    network: RoadNetwork,
+    start: RoadPoint | None,
+    goal: RoadPoint | None,
+    route: tuple[RoadPoint, ...] = (),
+) -> EgoTask:
+    """Task from the storyboard's Init (route, set-speed) and the gate file's [task] (start, goal, route).
+
+    The gate file says where measuring ends, so its goal wins over the last waypoint of the scenario's route.
+    """
+    here = network.locate(entity.x, entity.y, entity.h)
+    waypoints = tuple(road_point(network, place) for place in entity.route)
+    points = route or waypoints
+    if points and goal is None:
+        points, goal = points[:-1], points[-1]
+    set_speed = entity.set_speed if entity.set_speed is not None and entity.set_speed > 0 else None
+    return EgoTask(start or RoadPoint(here.road, here.lane, here.s), goal, points, set_speed)
+
+
+def road_point(network: RoadNetwork, place: Place) -> RoadPoint:
+    """A storyboard's place on the map: as the file gives it, else the nearest lane."""
+    if place.road is not None:
+        return RoadPoint(place.road.road, place.road.lane, place.road.s)
+    found = network.locate(place.x, place.y, place.h if place.has_heading else None)
+    return RoadPoint(found.road, found.lane, found.s)
+
+
+def _is_controlled(scenario: Scenario, entity: ScenarioObject) -> bool:
+    """A controller in the entity, or assigned to it in Init."""
+    if entity.object_controllers:
+        return True
+    return any(
+        type(action).__name__ == "ControllerAction" or "AssignController" in type(action).__name__
+        for private in scenario.storyboard.init.actions.privates
+        if private.entity_ref == entity.name
+        for action in private.private_actions
+    )
+
+
+def _no_ego(scenario: Scenario, text: str, at: ScenarioObject | None = None) -> ScenarioError:
+    place = at.at if at is not None else (scenario.entities[0].at if scenario.entities else scenario.at)
+    return ScenarioError(
+        [Finding("dvp.ego", "error", place.file or str(scenario.path), place.line or None, "Entities", text=text)]
+    )

@@ -1,0 +1,222 @@
+"""The closed loop: 20 ticks a second of storyboard, world, sensors, driving stack and vehicle, recorded as it runs.
+
+Order of a tick at time t: the ego's truth goes into the storyboard, the world is looked at, the vehicle's sensors
+observe it, the stack decides, the vehicle takes the command; then storyboard and vehicle both move on to t + 0.05 s.
+So every condition and every sensor sees all things as they are at one instant.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+import traceback
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+import msgspec
+
+from pytest_dvp.ego import road_point
+from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPoint, Surroundings, Task
+
+if TYPE_CHECKING:
+    from openscenario.road.network import RoadNetwork
+    from pytest_dvp.prepare import Ready
+
+TICK = 0.05  # s
+STANDING = 0.05  # m/s
+SETTLING = 10.0  # s that a run waits at its goal for the ego to stand
+
+Ending = Literal["stop", "goal", "timeout", "collision", "wall", "fault"]
+
+
+class Driver(Protocol):
+    """A driving stack: one observation in, one command out, 20 times a second."""
+
+    @property
+    def trace(self) -> Mapping[str, float]: ...
+
+    @property
+    def path(self) -> FloatArray | None: ...
+
+    @property
+    def detections(self) -> Sequence[Detection]: ...
+
+    def tick(self, observation: Observation) -> Command: ...
+
+
+@dataclasses.dataclass(frozen=True)
+class Limits:
+    """Ends of a run [s]: simulated, wall, and simulated time from a collision."""
+
+    duration: float
+    wall: float
+    after_collision: float
+
+
+class Loop:
+    """One run; `drive` runs it to its end and says which end that was.
+
+    error: the traceback of a stack or vehicle that broke, after an end by "fault".
+    """
+
+    def __init__(self, ready: Ready, limits: Limits) -> None:
+        self._storyboard, self._ego, self._world = ready.storyboard, ready.ego, ready.world
+        self._vehicle, self._driver, self._network = ready.vehicle, ready.driver, ready.network
+        self._recorder, self._first, self._limits = ready.recorder, ready.first_row, limits
+        self._folder = ready.scenario.path.parent.absolute()
+        self._goal = GoalZone(ready.network, ready.task.goal) if ready.task.goal is not None else None
+        self._task: Task | None = ready.task.message()
+        self._held = {"on_road": 1.0}
+        self._transitions = 0
+        self.error: str | None = None
+
+    def drive(self) -> Ending:
+        """Run to the end."""
+        rows = self._first
+        deadline = time.monotonic() + self._limits.wall
+        ticks = round(self._limits.duration / TICK)
+        before: Surroundings | None = None
+        collided: float | None = None
+        self._recorder.ego_rows(rows)
+        self._recorder.event(0.0, "start", self._ego)
+        for k in range(ticks + 1):
+            t = k * TICK
+            state = rows[-1]
+            self._place(state)
+            around = self._world.look(t)
+            if before is not None and self._touched(rows, before, around) and collided is None:
+                collided = t
+            before = around
+            ending = self._ending(t, state, ticks * TICK, collided, deadline)
+            if ending is not None:
+                return self._end(t, ending)
+            try:
+                rows = self._advance(t, around)
+            except Exception as error:  # the thing under test broke: a finding of this run, not of the harness
+                self.error = traceback.format_exc()
+                self._recorder.event(t, "fault", type(error).__name__, str(error).split("\n")[0])
+                self._vehicle.stop()
+                return self._end(t, "fault")
+        raise AssertionError("unreachable: the last tick ends by its duration")
+
+    def _place(self, state: FloatArray) -> None:
+        # TRACE_COLUMNS: t x y z yaw v vx vy yaw_rate ax ay steer
+        _, x, y, z, yaw, speed, _, _, _, ax, _, _ = state.tolist()
+        self._storyboard.place(self._ego, x, y, z, yaw, speed, ax)
+
+    def _advance(self, t: float, around: Surroundings) -> FloatArray:
+        observation = self._vehicle.observe(around)
+        if self._task is not None:
+            observation = msgspec.structs.replace(observation, task=self._task)
+            self._task = None
+        driver = self._driver
+        command = driver.tick(observation)
+        self._vehicle.apply(command)
+        self._recorder.tick(
+            t,
+            command=command,
+            ads=driver.trace,
+            surroundings=around,
+            detections=driver.detections,
+            path=driver.path,
+        )
+        self._storyboard.step(TICK)
+        self._drain(t)
+        rows = self._vehicle.step(TICK)
+        self._recorder.ego_rows(rows)
+        return rows
+
+    def _drain(self, t: float) -> None:
+        """Storyboard transitions and requests of this tick into the log; requests into the next observation."""
+        transitions = self._storyboard.transitions
+        while self._transitions < len(transitions):
+            step = transitions[self._transitions]
+            self._transitions += 1
+            text = f"{step.from_state} -> {step.to_state}"
+            self._recorder.event(step.time, f"story.{step.kind}", step.element, text, self._file(step.file), step.line)
+        if self._storyboard.requests:
+            for request in self._storyboard.requests:
+                self._recorder.event(request.time, "request", request.kind, _said(request.values))
+                self._task = self._requested(request.kind, request.values)
+            self._storyboard.requests.clear()
+
+    def _requested(self, kind: str, values: Mapping[str, Any]) -> Task | None:
+        task = self._task or Task()
+        if kind == "speed" and "speed" in values:
+            return msgspec.structs.replace(task, set_speed=float(values["speed"]))
+        if kind == "route" and values.get("route"):
+            points = tuple(road_point(self._network, place) for place in values["route"])
+            return msgspec.structs.replace(task, goal=points[-1], route=points[:-1])
+        return self._task
+
+    def _touched(self, rows: FloatArray, before: Surroundings, after: Surroundings) -> bool:
+        if not after.names:
+            return False
+        contacts = self._world.contacts(rows[:, (0, 1, 2, 4, 6, 7)], before, after)
+        for contact in contacts:
+            self._recorder.event(contact.t, "collision", contact.name, f"impulse {contact.impulse:.1f} N s")
+        return bool(contacts)
+
+    def _ending(
+        self, t: float, state: FloatArray, last: float, collided: float | None, deadline: float
+    ) -> Ending | None:
+        if self._storyboard.done:
+            return "stop"
+        if collided is not None and t >= collided + self._limits.after_collision - 1e-9:
+            return "collision"
+        if self._goal is not None and self._goal.passed(t, float(state[1]), float(state[2])):
+            if self._goal.since == t:
+                self._recorder.event(t, "goal", self._ego)
+            if abs(float(state[5])) < STANDING or t >= self._goal.since + SETTLING:
+                return "goal"
+        if t >= last - 1e-9:
+            return "timeout"
+        return "wall" if time.monotonic() > deadline else None
+
+    def _end(self, t: float, ending: Ending) -> Ending:
+        if ending in ("stop", "goal"):
+            self._recorder.event(t, "stop", "storyboard" if ending == "stop" else "goal")
+        elif ending in ("timeout", "wall"):
+            self._recorder.event(t, "timeout", "duration" if ending == "timeout" else "wall-limit")
+        return ending
+
+    def _file(self, file: str) -> str:
+        """Place of a file as the log may hold it: relative to the scenario's folder, never absolute."""
+        path = Path(file)
+        try:
+            return path.absolute().relative_to(self._folder).as_posix()
+        except ValueError:
+            return path.name
+
+
+class GoalZone:
+    """Where the task ends: within `radius` [m] of the goal, or past its line within that of the lane's centre."""
+
+    def __init__(self, network: RoadNetwork, goal: RoadPoint, radius: float = 3.0) -> None:
+        pose = network.lane_pose(goal.road, goal.lane, goal.s)
+        sign = network.driving_sign(goal.road, goal.lane)
+        self._x, self._y = pose.x, pose.y
+        self._cos, self._sin = sign * math.cos(pose.h), sign * math.sin(pose.h)
+        self._radius = radius
+        self._behind = False
+        self.since = math.inf
+
+    def passed(self, t: float, x: float, y: float) -> bool:
+        """True from the first time on that the point was in the zone."""
+        if math.isfinite(self.since):
+            return True
+        dx, dy = x - self._x, y - self._y
+        ahead = dx * self._cos + dy * self._sin
+        beside = abs(dy * self._cos - dx * self._sin)
+        crossed = self._behind and ahead >= 0.0
+        self._behind = -4.0 * self._radius < ahead < 0.0 and beside <= self._radius
+        if dx * dx + dy * dy <= self._radius**2 or (crossed and beside <= self._radius):
+            self.since = t
+            return True
+        return False
+
+
+def _said(values: Mapping[str, Any]) -> str:
+    return ", ".join(f"{name}={value}" for name, value in values.items())

@@ -1,0 +1,52 @@
+"""Values set from outside: names and ranges checked before a run, so that a slip costs one line and not a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from pytest_dvp.settings import Assignments, SettingError, unknown
+
+
+def declared_names(path: Path) -> tuple[str, ...]:
+    """Names of the parameters a scenario file declares. Raises ScenarioError for a broken file."""
+    from openscenario.read import read_declarations
+
+    return tuple(declaration.name for declaration in read_declarations(path))
+
+
+def check_overrides(path: Path, assignments: Assignments, option: str = "--set") -> None:
+    """Raises SettingError for an unknown name (with the nearest one) or a value of P or S outside its range.
+
+    Values of scenario parameters are checked against type and constraints when the scenario is read.
+    """
+    if assignments.scenario:
+        known = declared_names(path)
+        for name in assignments.scenario:
+            if name not in known:
+                raise SettingError(f"{option} {name}: {unknown(f'parameter of {path.name}', name, known)}")
+    check_stack_parameters(assignments.P, option)
+    check_simulator_parameters(assignments.S, option)
+
+
+def check_stack_parameters(values: Mapping[str, str | float], option: str = "--set") -> None:
+    """Raises SettingError unless `values` are allowed values of P."""
+    if values:
+        from ads.parameters import Parameters, ParameterError
+
+        try:
+            Parameters().with_values(values)  # type: ignore[arg-type]
+        except ParameterError as error:
+            raise SettingError(f"{option}: {error}") from None
+
+
+def check_simulator_parameters(values: Mapping[str, str | float], option: str = "--set") -> None:
+    """Raises SettingError unless `values` are allowed values of S."""
+    if values:
+        from vehicle.model.errors import ModelError
+        from vehicle.model.parameters import check_s
+
+        try:
+            check_s(values)
+        except ModelError as error:
+            raise SettingError(f"{option}: {error}") from None

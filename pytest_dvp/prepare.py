@@ -1,0 +1,226 @@
+"""Everything a run needs, read and checked before anything moves: scenario, road, ego, task, vehicle, stack, traffic."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import importlib.metadata
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from openscenario.findings import Finding, ScenarioError
+from openscenario.model.entities import ScenarioObject
+from openscenario.model.scenario import Scenario
+from openscenario.read import read_scenario
+from openscenario.road.network import RoadNetwork, load_network
+from openscenario.storyboard.engine import Storyboard
+from pytest_dvp.body import fitted_model
+from pytest_dvp.ego import EgoTask, find_ego, task_of
+from pytest_dvp.gates import GateFile, default_gates, read_gates
+from pytest_dvp.override import declared_names
+from pytest_dvp.recorder import LogRecorder
+from pytest_dvp.world import World
+from vehicle.adapter import Vehicle
+from vehicle.messages import FloatArray, RoadPoint, VehicleState
+
+if TYPE_CHECKING:
+    from pytest_dvp.loop import Driver
+    from pytest_dvp.run import DriverFactory
+
+KEPT_LANE = 2000.0  # m of reference line ahead of an ego without a goal
+
+
+@dataclasses.dataclass(frozen=True)
+class Request:
+    """What was asked for; see `pytest_dvp.run.run`."""
+
+    path: Path
+    stage: str
+    seed: int
+    parameters: Mapping[str, str | float | bool]
+    P: Mapping[str, str | float]
+    S: Mapping[str, str | float]
+    model: Path | None
+    gates: Path | None
+    library: tuple[Path, ...]
+    rootdir: Path | None
+    ego: str | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Ready:
+    """A run that could start now."""
+
+    scenario: Scenario
+    network: RoadNetwork
+    gates: GateFile
+    ego: str
+    task: EgoTask
+    storyboard: Storyboard
+    world: World
+    vehicle: Vehicle
+    driver: Driver
+    recorder: LogRecorder
+    first_row: FloatArray  # (1, 12) TRACE_COLUMNS at t = 0
+
+    def close(self) -> None:
+        self.vehicle.close()
+        self.world.close()
+
+
+def prepare(request: Request, ads: DriverFactory | None) -> Ready:
+    """Read and check everything. Raises what `pytest_dvp.run.run` says."""
+    from ads.parameters import preset
+
+    gates, gate_folder = _gates(request)
+    parameters = {**_pedestrian(request), **request.parameters}
+    scenario = read_scenario(request.path, library=request.library, rootdir=request.rootdir, parameters=parameters)
+    network = network_of(scenario)
+    ego = find_ego(scenario, request.ego)
+    P = preset(10, request.stage).with_values(request.P)  # type: ignore[arg-type]
+    vehicle, about = _vehicle(request, ego)
+    storyboard = Storyboard(scenario, network, external=[ego.name], seed=request.seed)
+    storyboard.start()
+    entity = storyboard.entities[ego.name]
+    asked = gates.task
+    task = task_of(entity, network, asked.start if asked else None, asked.goal if asked else None)
+    check_place(network, task.start, gates.file)
+    if task.goal is not None:
+        check_place(network, task.goal, gates.file)
+    state = VehicleState(
+        t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed
+    )
+    vehicle.reset(state)
+    if ads is None:
+        from ads.stack import Stack
+
+        driver: Driver = Stack(P, network, vehicle.description)
+    else:
+        driver = ads(P, network, vehicle.description)
+    meta = {
+        "scenario": request.path.name,
+        "scenario_sha256": scenario.sha256,
+        "parameters": {declared.name: declared.value for declared in scenario.parameter_declarations},
+        "P": P.as_dict(),
+        "S": {name: str(value) for name, value in request.S.items()},
+        "seed": request.seed,
+        "stage": request.stage,
+        "versions": versions(),
+        "storyboard_events": event_names(scenario),
+        "task": _task_meta(task),
+        **about,
+    }
+    recorder = LogRecorder(meta, reference=reference_line(network, task), road=network.boundaries(1.0))
+    traffic = None
+    if gates.traffic is not None:
+        from pytest_dvp.sumo import SumoTraffic
+
+        traffic = SumoTraffic(gate_folder / gates.traffic.net, gate_folder / gates.traffic.routes, request.seed)
+    world = World(storyboard, ego.name, vehicle.description, masses(scenario), traffic)
+    row = np.array([[0.0, state.x, state.y, state.z, state.yaw, state.v, state.vx, 0, 0, 0, 0, 0]], dtype=np.float64)
+    return Ready(scenario, network, gates, ego.name, task, storyboard, world, vehicle, driver, recorder, row)
+
+
+def network_of(scenario: Scenario) -> RoadNetwork:
+    """The road of a scenario. Raises ScenarioError if it names none or a broken one."""
+    file = scenario.road_network.logic_file
+    if file is None or file.path is None:
+        at = scenario.road_network.at
+        text = "the scenario names no road network (RoadNetwork/LogicFile)"
+        finding = Finding("dvp.no_road", "error", str(scenario.path), at.line or None, "RoadNetwork", text=text)
+        raise ScenarioError([finding])
+    stat = file.path.stat()
+    return _network(file.path, stat.st_mtime_ns, stat.st_size)
+
+
+@functools.lru_cache(maxsize=4)
+def _network(path: Path, changed: int, size: int) -> RoadNetwork:
+    """Networks are immutable, and the variants of one scenario share theirs."""
+    return load_network(path)
+
+
+def reference_line(network: RoadNetwork, task: EgoTask) -> FloatArray:
+    """Centre line (n, 2) of the task's route in driving direction; without a goal, of the lane as far as it leads."""
+    if task.goal is not None:
+        route = network.route(task.start, task.goal)
+    else:
+        route = network.follow_lane(task.start, KEPT_LANE)
+    return np.ascontiguousarray(network.centreline(route)[:, :2])
+
+
+def check_place(network: RoadNetwork, place: RoadPoint, file: str) -> None:
+    """Raises ScenarioError if a place of the task is not on the road."""
+    try:
+        network.lane_pose(place.road, place.lane, place.s)
+    except KeyError as error:
+        text = f"a place of the task is not on the road: {error.args[0]}"
+        raise ScenarioError([Finding("dvp.task", "error", file, None, "task", text=text)]) from None
+
+
+def event_names(scenario: Scenario) -> list[str]:
+    """Names of all storyboard events, in file order."""
+    return [
+        event.name
+        for story in scenario.storyboard.stories
+        for act in story.acts
+        for group in act.maneuver_groups
+        for maneuver in group.maneuvers
+        for event in maneuver.events
+    ]
+
+
+def masses(scenario: Scenario) -> dict[str, float]:
+    """Masses [kg] of the entities whose file states one."""
+    stated = {entity.name: getattr(entity.entity, "mass", None) for entity in scenario.entities}
+    return {name: float(mass) for name, mass in stated.items() if mass}
+
+
+@functools.cache
+def versions() -> dict[str, str]:
+    """Versions of what could change a result."""
+    return {name: importlib.metadata.version(name) for name in ("pytest-dvp", "numpy", "numba", "pymunk", "daqp")}
+
+
+def _gates(request: Request) -> tuple[GateFile, Path]:
+    path = request.gates
+    if path is None:
+        beside = request.path.with_name(f"{request.path.stem}.gates.toml")
+        path = beside if beside.is_file() else None
+    return (read_gates(path), path.parent) if path is not None else (default_gates(), request.path.parent)
+
+
+def _pedestrian(request: Request) -> dict[str, str | float]:
+    """PEDESTRIAN_speed is a parameter S of the paper, but it is the scenario that moves the pedestrian."""
+    speed = request.S.get("PEDESTRIAN_speed")
+    if speed is None or "pedestrian_speed" not in declared_names(request.path):
+        return {}
+    return {"pedestrian_speed": speed}
+
+
+def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]]:
+    from vehicle.model.parameters import apply_s
+    from vehicle.sensors import default_sensors
+    from vehicle.twin import Twin
+
+    model, about = fitted_model(request.model, ego)
+    S = {name: float(value) for name, value in request.S.items()}
+    model, sensors = apply_s(model, default_sensors(), S)
+    twin = Twin(model, sensors, request.seed)
+    d = twin.description
+    size = {"length": d.length, "width": d.width, "height": d.height, "center_x": d.center_x, "wheelbase": d.wheelbase}
+    return twin, {"model": about, "ego": {"name": ego.name, **size}}
+
+
+def _task_meta(task: EgoTask) -> dict[str, Any]:
+    def place(point: RoadPoint) -> dict[str, Any]:
+        return {"road": point.road, "lane": point.lane, "s": point.s}
+
+    return {
+        "start": place(task.start),
+        "goal": None if task.goal is None else place(task.goal),
+        "route": [place(point) for point in task.route],
+        "set_speed": task.set_speed,
+    }

@@ -1,0 +1,143 @@
+"""Background traffic: SUMO in process (libsumo), with the ego and the storyboard's actors mirrored into it.
+
+SUMO steps at 10 Hz; between its steps its cars move on at constant velocity. A pedestrian is mirrored as a small
+vehicle, because SUMO's drivers mind what stands on their lane, not who walks beside a crossing.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import libsumo
+
+STEP = 0.1  # s
+_PREFIX = "dvp."  # of mirrored objects, so that they cannot meet a name of the route file
+_OFFSET = re.compile(r'netOffset="([-+.\deE]+),([-+.\deE]+)"')
+_ANYWHERE = 2  # keepRoute of moveToXY: put it there, on its route or not
+
+
+class TrafficError(ValueError):
+    """Traffic that cannot be run; one line that names the file."""
+
+
+class Mirrored(NamedTuple):
+    """A box of ours that SUMO's drivers shall see: centre [m], yaw [rad], size [m], speed [m/s]."""
+
+    name: str
+    x: float
+    y: float
+    yaw: float
+    length: float
+    width: float
+    speed: float
+
+
+class Car(NamedTuple):
+    """A box of SUMO's: centre [m], yaw [rad], size [m], velocity in the map frame [m/s]."""
+
+    name: str
+    x: float
+    y: float
+    yaw: float
+    length: float
+    width: float
+    height: float
+    vx: float
+    vy: float
+
+
+class SumoTraffic:
+    """One SUMO simulation; the library holds only one a process. `close` it, also after a failure.
+
+    Raises TrafficError for a missing file or a net or route file that SUMO refuses.
+    """
+
+    def __init__(self, net: Path, routes: Path | None, seed: int) -> None:
+        self._next = 0.0
+        self._sizes: dict[str, tuple[float, float, float]] = {}
+        self._cars: list[Car] = []
+        self._mirrored: set[str] = set()
+        for file in (net, routes):
+            if file is not None and not file.is_file():
+                raise TrafficError(f"{file}: no such file")
+        match = _OFFSET.search(net.read_text(encoding="utf-8", errors="replace")[:100_000])
+        if match is None:
+            raise TrafficError(f"{net}: no SUMO net, it has no location with netOffset")
+        self._offset = (float(match[1]), float(match[2]))
+        options = ["sumo", "--net-file", str(net), "--step-length", str(STEP), "--seed", str(seed)]
+        options += ["--route-files", str(routes)] if routes is not None else []
+        options += ["--collision.action", "none", "--time-to-teleport", "-1", "--no-step-log", "--no-warnings"]
+        # Without this SUMO fetches its schemas from the network.
+        options += ["--xml-validation", "never", "--xml-validation.net", "never", "--xml-validation.routes", "never"]
+        options += ["--duration-log.disable", "--pedestrian.model", "nonInteracting"]
+        if libsumo.isLoaded():
+            raise TrafficError(f"{net}: another SUMO simulation is running in this process")
+        try:
+            libsumo.start(options)
+        except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
+            self.close()
+            raise TrafficError(f"{net}: SUMO refuses it: {' '.join(str(error).split())}") from None
+
+    def step(self, t: float, mirrored: Iterable[Mirrored]) -> list[Car]:
+        """Cars at time `t` [s]; call it with t = 0, 0.05, 0.1, ..."""
+        if t < self._next - 1e-9:
+            ahead = t - (self._next - STEP)
+            return [car._replace(x=car.x + car.vx * ahead, y=car.y + car.vy * ahead) for car in self._cars]
+        self._next += STEP
+        self._mirror(list(mirrored))
+        libsumo.simulationStep()
+        self._cars = [self._car(name) for name in libsumo.vehicle.getIDList() if not name.startswith(_PREFIX)]
+        return self._cars
+
+    def close(self) -> None:
+        """End the simulation; may be called more than once."""
+        if libsumo.isLoaded():
+            libsumo.close()
+
+    def _mirror(self, mirrored: list[Mirrored]) -> None:
+        vehicle = libsumo.vehicle
+        for box in mirrored:
+            name = _PREFIX + box.name
+            if name not in self._mirrored:
+                self._add(name, box)
+            # SUMO's position is the middle of the front bumper, its angle runs clockwise from north in degrees.
+            x = box.x + 0.5 * box.length * math.cos(box.yaw) + self._offset[0]
+            y = box.y + 0.5 * box.length * math.sin(box.yaw) + self._offset[1]
+            try:
+                vehicle.moveToXY(name, "", -1, x, y, 90.0 - math.degrees(box.yaw), _ANYWHERE)
+                vehicle.setSpeed(name, max(0.0, box.speed))
+            except libsumo.TraCIException:
+                self._mirrored.discard(name)  # SUMO dropped it (end of its road): put it back at the next step
+        for name in self._mirrored - {_PREFIX + box.name for box in mirrored}:
+            vehicle.remove(name)
+            self._mirrored.discard(name)
+
+    def _add(self, name: str, box: Mirrored) -> None:
+        kind = f"{name}.type"
+        if kind not in libsumo.vehicletype.getIDList():
+            libsumo.vehicletype.copy("DEFAULT_VEHTYPE", kind)
+            libsumo.vehicletype.setLength(kind, box.length)
+            libsumo.vehicletype.setWidth(kind, box.width)
+        libsumo.vehicle.add(name, "", typeID=kind)
+        libsumo.vehicle.setSpeedMode(name, 0)
+        libsumo.vehicle.setLaneChangeMode(name, 0)
+        self._mirrored.add(name)
+
+    def _car(self, name: str) -> Car:
+        vehicle: Any = libsumo.vehicle
+        size = self._sizes.get(name)
+        if size is None:
+            size = (vehicle.getLength(name), vehicle.getWidth(name), vehicle.getHeight(name))
+            self._sizes[name] = size
+        x, y = vehicle.getPosition(name)
+        yaw = math.radians(90.0 - vehicle.getAngle(name))
+        yaw = math.atan2(math.sin(yaw), math.cos(yaw))
+        speed = vehicle.getSpeed(name)
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        back = 0.5 * size[0]
+        x, y = x - self._offset[0] - back * cos, y - self._offset[1] - back * sin
+        return Car(name, x, y, yaw, *size, speed * cos, speed * sin)

@@ -1,0 +1,83 @@
+"""Contact of boxes: when the first touch happens and with which impulse, against hand calculation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pytest_dvp.contact import ContactDetector
+from vehicle.messages import FloatArray
+
+
+def rows(x: float, speed: float, y: float = 0.0, yaw: float = 0.0) -> FloatArray:
+    """0.05 s of straight driving, sampled every 0.01 s, ending at (x, y)."""
+    t = np.arange(6) * 0.01
+    ahead = x + speed * (t - 0.05)
+    return np.column_stack((t, ahead, np.full(6, y), np.full(6, yaw), np.full(6, speed), np.zeros(6)))
+
+
+def box(x: float, y: float = 0.0, yaw: float = 0.0, vx: float = 0.0, length: float = 4.0, width: float = 2.0) -> FloatArray:
+    return np.array([[x, y, 0.75, yaw, length, width, 1.5, vx, 0.0]])
+
+
+def detector(**masses: float) -> ContactDetector:
+    return ContactDetector(4.0, 2.0, 1.0, 1000.0, masses)
+
+
+def test_a_gap_is_no_contact() -> None:
+    # front at 1 + 2 = 3 m ahead of the reference point, the other's rear at 10 - 2 = 8 m
+    assert detector().check(rows(4.99, 10.0), ["car"], box(10.0), box(10.0)) == []
+
+
+def test_the_first_touch_is_found_between_two_ticks() -> None:
+    # the front reaches x = 8 m when the reference point passes 5 m: 0.02 s before the end at 10 m/s
+    (contact,) = detector().check(rows(5.205, 10.0), ["car"], box(10.0), box(10.0))
+    assert contact.t == pytest.approx(0.03)
+    assert contact.x == pytest.approx(8.0, abs=0.05)
+
+
+def test_the_impulse_is_reduced_mass_times_closing_speed() -> None:
+    # 1000 kg and 3000 kg: reduced mass 750 kg; 10 m/s against 4 m/s the same way
+    (contact,) = detector(car=3000.0).check(rows(5.5, 10.0), ["car"], box(9.9, vx=4.0), box(10.1, vx=4.0))
+    assert contact.impulse == pytest.approx(750.0 * 6.0)
+
+
+def test_a_lasting_contact_is_reported_once() -> None:
+    watch = detector()
+    first = watch.check(rows(5.5, 10.0), ["car"], box(10.0), box(10.0))
+    second = watch.check(rows(6.0, 10.0), ["car"], box(10.0), box(10.0))
+    assert (len(first), len(second)) == (1, 0)
+
+
+def test_a_second_hit_after_separation_is_a_new_contact() -> None:
+    watch = detector()
+    hits = [len(watch.check(rows(x, 1.0), ["car"], box(10.0), box(10.0))) for x in (5.5, -20.0, 5.5)]
+    assert hits == [1, 0, 1]
+
+
+def test_crossing_boxes_touch_although_no_corner_is_inside() -> None:
+    # a long thin bar across the ego
+    (contact,) = detector().check(rows(0.0, 0.0), ["bar"], box(1.0, length=0.2, width=20.0), box(1.0, length=0.2, width=20.0))
+    assert contact.name == "bar"
+
+
+def test_diagonal_neighbours_do_not_touch_although_their_circles_do() -> None:
+    assert detector().check(rows(0.0, 0.0), ["car"], box(1.0 + 4.1, 2.1), box(1.0 + 4.1, 2.1)) == []
+
+
+def test_contact_is_as_sharp_far_from_the_map_origin() -> None:
+    far = 4.0e6
+    touching = detector().check(rows(far, 0.0), ["car"], box(far + 4.999), box(far + 4.999))
+    apart = detector().check(rows(far, 0.0), ["car"], box(far + 5.001), box(far + 5.001))
+    assert (len(touching), len(apart)) == (1, 0)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, 1.5707963, 3.0, -2.0])
+def test_contact_does_not_depend_on_where_the_ego_heads(yaw: float) -> None:
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    gap = [4.99, 5.01]  # centre distance along the heading: 1 + 2 + 2 touches
+    found = [
+        len(detector().check(rows(0.0, 0.0, yaw=yaw), ["car"], box(d * cos, d * sin, yaw), box(d * cos, d * sin, yaw)))
+        for d in gap
+    ]
+    assert found == [1, 0]
