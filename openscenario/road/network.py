@@ -8,18 +8,27 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import cached_property
 from types import MappingProxyType
 
 from openscenario.road import index as search
 from openscenario.road import lanes as kernels
+from openscenario.road import path, route
 from openscenario.road import pose as poses
-from openscenario.road.elements import Junction, OpenDrive, Road, Rule, Signal
+from openscenario.road.boundaries import Boundary, make_boundaries
+from openscenario.road.crosswalks import Crosswalk, PlaceOf, find_crosswalks
+from openscenario.road.distances import RoadDistances
+from openscenario.road.elements import Junction, Lane, LaneSection, OpenDrive, Road, Rule, Signal
+from openscenario.road.graph import LaneGraph, make_graph
+from openscenario.road.links import LaneEnd, make_links
 from openscenario.road.opendrive import read_opendrive
 from openscenario.road.positions import Pose, RoadPosition
+from openscenario.road.profile import Floats
+from openscenario.road.route import RouteError, RouteLane
 from openscenario.road.tables import LANE_DIRECTION, make_tables
 
-__all__ = ["Pose", "RoadNetwork", "RoadPosition", "load_network"]
+__all__ = ["Boundary", "Crosswalk", "Pose", "RoadNetwork", "RoadPosition", "RouteError", "RouteLane", "load_network"]
 
 _NAN = math.nan
 
@@ -47,6 +56,7 @@ class RoadNetwork:
         self._ids = tuple(road.id for road in file.roads)
         self._numbers = {road.id: number for number, road in enumerate(file.roads)}
         self._index = search.make_index(self.tables)
+        self._links = make_links(file.roads, file.junctions)
 
     def lane_pose(self, road: str, lane: int, s: float, offset: float = 0.0) -> Pose:
         """Pose `offset` [m] left of a lane's middle at s [m]; lane 0 is the centre lane.
@@ -56,7 +66,7 @@ class RoadNetwork:
         Raises:
             KeyError: no such road, or no such lane at s.
         """
-        found = poses.lane_pose(self.tables, self._numbers[road], lane, s, offset)
+        found = poses.lane_pose(self.tables, self._numbers[road], lane, float(s), float(offset))
         if found[0] != found[0]:
             raise KeyError(f"road {road} has no lane {lane} at s = {s:g} m")
         return tuple.__new__(Pose, found)
@@ -67,7 +77,7 @@ class RoadNetwork:
         Raises:
             KeyError: no such road.
         """
-        return tuple.__new__(Pose, poses.surface_pose(self.tables, self._numbers[road], s, t, 0.0, 0.0))
+        return tuple.__new__(Pose, poses.surface_pose(self.tables, self._numbers[road], float(s), float(t), 0.0, 0.0))
 
     def locate(
         self,
@@ -88,10 +98,10 @@ class RoadNetwork:
         road, lane, s, t, offset, heading, inside = search.locate(
             self.tables,
             self._index,
-            x,
-            y,
-            _NAN if z is None else z,
-            _NAN if h is None else h,
+            float(x),
+            float(y),
+            _NAN if z is None else float(z),
+            _NAN if h is None else float(h),
             -1 if hint is None else self._numbers[hint[0]],
             0.0 if hint is None else hint[2],
             drivable,
@@ -104,14 +114,180 @@ class RoadNetwork:
 
     def lane_width(self, road: str, lane: int, s: float) -> float:
         """Width [m] of a lane at s [m]; 0 where there is no such lane."""
-        number = self._numbers[road]
+        number, s = self._numbers[road], float(s)
         width = kernels.lane_centre(self.tables, number, kernels.section_at(self.tables, number, s), lane, s)[3]
         return 0.0 if width != width else width
 
     def driving_sign(self, road: str, lane: int, s: float = 0.0) -> int:
         """+1 if traffic on a lane runs with increasing s, -1 if against it."""
         number = self._numbers[road]
-        row = kernels.lane_row(self.tables, kernels.section_at(self.tables, number, s), lane)
+        row = kernels.lane_row(self.tables, kernels.section_at(self.tables, number, float(s)), lane)
         if row >= 0:
             return int(self.tables[6][row, LANE_DIRECTION])
         return (1 if lane <= 0 else -1) * (1 if self.roads[road].rule == "RHT" else -1)
+
+    def section(self, road: str, s: float) -> LaneSection:
+        """The lane section of a road that holds at s [m]."""
+        sections = self.roads[road].sections
+        return next((section for section in reversed(sections) if section.s <= s), sections[0])
+
+    def lane(self, road: str, lane: int, s: float) -> Lane | None:
+        """The lane with that id at s [m], or None."""
+        return next((item for item in self.section(road, s).lanes if item.id == lane), None)
+
+    def lane_type(self, road: str, lane: int, s: float) -> str:
+        """Type of a lane at s [m] (driving, sidewalk ...), "none" where there is no such lane."""
+        found = self.lane(road, lane, s)
+        return "none" if found is None else found.type
+
+    def lane_speed(self, road: str, lane: int, s: float) -> float:
+        """Speed limit [m/s] of a lane at s [m]: of the lane, else of the road's type; inf for none."""
+        found = self.lane(road, lane, s)
+        if found is not None:
+            along = s - self.section(road, s).s
+            limits = [limit.max for limit in found.speeds if limit.s <= along]
+            if limits:
+                return limits[-1]
+        types = [item for item in self.roads[road].types if item.s <= s]
+        speed = types[-1].speed if types else None
+        return math.inf if speed is None else speed
+
+    def lane_successors(self, road: str, lane: int) -> tuple[tuple[str, int], ...]:
+        """(road, lane) that traffic goes on to at the end of a lane, in driving direction, over links and junctions."""
+        return tuple((self._ids[end.road], end.lane) for end in self._ends_after(self._numbers[road], lane))
+
+    def _ends_after(self, road: int, lane: int, *, forward: bool | None = None) -> list[LaneEnd]:
+        """Lane ends that a lane runs on to; forward: with increasing s (None: with the traffic)."""
+        traffic = forward is None
+        if forward is None:
+            forward = self._exit_forward(road, lane)
+        found = []
+        for end in self._links.get(LaneEnd(road, lane, forward), ()):
+            enters_with_s = not end.at_end
+            s = 0.0 if enters_with_s else self.file.roads[end.road].length
+            with_traffic = (self.driving_sign(self._ids[end.road], end.lane, s) > 0) == enters_with_s
+            if with_traffic or not traffic:
+                found.append(end)
+        return found
+
+    def _exit_forward(self, road: int, lane: int) -> bool:
+        """Whether traffic leaves the lane at the road's end (else at its start)."""
+        last = self.file.roads[road].length
+        ids = {item.id for item in self.file.roads[road].sections[-1].lanes}
+        return self.driving_sign(self._ids[road], lane, last if lane in ids else 0.0) > 0
+
+    @cached_property
+    def _graph(self) -> LaneGraph:
+        return make_graph(self.tables, self._links)
+
+    def lane_graph(self) -> LaneGraph:
+        """Drivable lanes as nodes, ways between them as edges with costs [m]."""
+        return self._graph
+
+    def route(self, start: tuple[str, int, float], goal: tuple[str, int, float]) -> tuple[RouteLane, ...]:
+        """The cheapest way from (road, lane, s) to (road, lane, s) in driving direction, lane changes allowed at a cost.
+
+        Raises:
+            RouteError: a place is on no drivable lane, or no way leads to the goal.
+        """
+        places = []
+        for road, lane, s in (start, goal):
+            if road not in self._numbers:
+                raise RouteError(f"there is no road {road}")
+            places.append(route.find_place(self.tables, self._graph, self._numbers[road], lane, float(s), road))
+        try:
+            nodes = route.plan(self.tables, self._graph, places[0], places[1])
+        except RouteError:
+            places_text = " to ".join(f"road {road} lane {lane} s = {s:g} m" for road, lane, s in (start, goal))
+            raise RouteError(f"no way leads in driving direction from {places_text}") from None
+        pieces = route.stretches(self.tables, self._graph, nodes, places[0][0].s, places[1][0].s)
+        return tuple(RouteLane(self._ids[road], lane, s_from, s_to) for road, lane, s_from, s_to in pieces)
+
+    def centreline(self, route_lanes: Sequence[RouteLane], step: float = 0.5) -> Floats:
+        """The line of lane middles along a route, shape (n, 4): x, y [m], heading [rad], curvature [1/m].
+
+        Heading (continuous, not wrapped) and curvature are those of the line itself, in driving direction; samples lie `step`
+        [m] apart, the last one at the route's end. A lane change is a smooth line over at most 60 m.
+        """
+        pieces = [(self._numbers[item[0]], item[1], float(item[2]), float(item[3])) for item in route_lanes]
+        return route.draw(self.tables, pieces, float(step))
+
+    def advance(
+        self, position: RoadPosition, ds: float, turn: float = 0.0, along: Sequence[RouteLane] = ()
+    ) -> RoadPosition:
+        """The position `ds` [m] further along the lane in driving direction (ds < 0: against it), at the same offset.
+
+        ds is the way travelled at that offset, not the change of s. Where lanes part the way is the one that stays on the
+        route `along`, else the one whose change of heading is nearest to `turn` [rad, > 0 left], else the first in the file. At a
+        dead end the position stays at the lane's end (`dead_end` tells).
+        """
+        number, lane, s, offset = self._numbers[position.road], position.lane, position.s, position.offset
+        left = float(ds) * self.driving_sign(position.road, lane, s)
+        while True:
+            lane, s, t, heading, left = path.advance(self.tables, number, lane, s, offset, left)
+            if left == 0.0:
+                break
+            ends = self._ends_after(number, lane, forward=left > 0.0)
+            if not ends:
+                break
+            end = ends[0] if len(ends) == 1 else self._choose(ends, heading + (0.0 if left > 0.0 else math.pi), turn, along)
+            if end.at_end == (left > 0.0):  # roads that meet end to end run against each other
+                left, offset = -left, -offset
+            number, lane = end.road, end.lane
+            s = self.file.roads[number].length if end.at_end else 0.0
+        return tuple.__new__(RoadPosition, (self._ids[number], lane, s, t, offset, heading, position.on_road))
+
+    def _choose(self, ends: list[LaneEnd], heading: float, turn: float, along: Sequence[RouteLane]) -> LaneEnd:
+        """The way to take from a place left with `heading` [rad]."""
+        wanted = [(self._numbers[item.road], item.lane) for item in along]
+        for end in ends:
+            if (end.road, end.lane) in wanted:
+                return end
+        roads_wanted = [road for road, _ in wanted]
+        for end in ends:
+            if end.road in roads_wanted:
+                return end
+
+        def miss(end: LaneEnd) -> float:
+            length = self.file.roads[end.road].length
+            leaving = poses.reference(self.tables, end.road, 0.0 if end.at_end else length)[2]
+            leaving += math.pi if end.at_end else 0.0
+            return abs(math.remainder(leaving - heading - turn, 2.0 * math.pi))
+
+        return min(ends, key=lambda end: round(miss(end), 6))
+
+    def dead_end(self, position: RoadPosition) -> bool:
+        """Whether the position is at the end of a lane (in driving direction) that leads nowhere."""
+        number = self._numbers[position.road]
+        sign = self.driving_sign(position.road, position.lane, position.s)
+        at_end = position.s >= self.file.roads[number].length - 1e-6 if sign > 0 else position.s <= 1e-6
+        return at_end and not self._ends_after(number, position.lane)
+
+    @cached_property
+    def _distances(self) -> RoadDistances:
+        return RoadDistances(self.tables, self._links)
+
+    def distance(self, start: RoadPosition, goal: RoadPosition) -> float:
+        """Way [m] along reference lines from one position to another, the shorter way round; NaN if the roads are not linked.
+
+        > 0: the goal lies ahead in driving direction of the start's lane, < 0: behind.
+        """
+        sign = self.driving_sign(start.road, start.lane, start.s)
+        a, b = self._numbers[start.road], self._numbers[goal.road]
+        return sign * self._distances.between(a, start.s, b, goal.s)
+
+    @cached_property
+    def crosswalks(self) -> tuple[Crosswalk, ...]:
+        """Crosswalk objects of all roads."""
+        return find_crosswalks(self.file.roads, self._place_on)
+
+    def _place_on(self, road: int) -> PlaceOf:
+        def place(s: float, t: float) -> tuple[float, float, float]:
+            x, y, _, heading, _, _ = poses.surface_pose(self.tables, road, s, t, 0.0, 0.0)
+            return x, y, heading
+
+        return place
+
+    def boundaries(self, step: float = 1.0) -> list[Boundary]:
+        """Borders of drivable lanes for pictures: (kind "edge" | "lane" | "centre", points (n, 2) [m])."""
+        return make_boundaries(self.tables, step)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import os
 from typing import Literal, cast
+
+import msgspec
 
 from openscenario.findings import Finding, ScenarioError
 from openscenario.road.attributes import Attributes, by_tag
 from openscenario.road.elements import (
     Connection,
     Contact,
+    Cubic,
     Junction,
     OpenDrive,
     Road,
@@ -67,7 +71,7 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
     road_nodes, junction_nodes = parts.get("road", []), parts.get("junction", [])
     if not road_nodes:
         attributes.report("xml.valid_schema", root, "a road network needs at least one road")
-    roads = [(node, _read_road(attributes, node)) for node in road_nodes]
+    roads = [(node, moved(_read_road(attributes, node), geo_offset)) for node in road_nodes]
     junctions = [(node, _read_junction(attributes, node)) for node in junction_nodes]
     network = OpenDrive(
         path=os.fspath(path),
@@ -80,6 +84,25 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
     if not any(finding.severity == "error" for finding in attributes.findings):
         check_network(attributes, network, [node for node, _ in roads], [node for node, _ in junctions])
     return network, tuple(attributes.findings)
+
+
+def moved(road: Road, offset: tuple[float, float, float, float]) -> Road:
+    """The road after the header's offset: shifted by x, y, z [m], then turned by hdg [rad] about the origin.
+
+    Source: ASAM OpenDRIVE 1.8, 8.3 (header offset).
+    """
+    dx, dy, dz, turn = offset
+    if not any(offset):
+        return road
+    c, sn = math.cos(turn), math.sin(turn)
+    geometries = []
+    for item in road.geometries:
+        x, y = item.x + dx, item.y + dy
+        place = {"x": c * x - sn * y, "y": sn * x + c * y, "hdg": item.hdg + turn}
+        geometries.append(msgspec.structs.replace(item, **place))
+    elevations = road.elevations or (Cubic(0.0, 0.0, 0.0, 0.0, 0.0),)
+    raised = tuple(msgspec.structs.replace(item, a=item.a + dz) for item in elevations)
+    return msgspec.structs.replace(road, geometries=tuple(geometries), elevations=raised)
 
 
 def _read_header(

@@ -1,7 +1,9 @@
 """Pose: from (road, s, t) to x, y, z, heading, pitch, roll.
 
 The cross-section is turned by pitch (elevation) and roll (superelevation) about the reference line, so a point at t lies
-at R(heading, pitch, roll) (0, t, 0) from it; the heading is that of the curve of constant lane position, seen from above.
+at R(heading, pitch, roll) (0, t, 0) from it. The heading is that of the reference line plus the angle by which the lane
+leaves it, atan(dt/ds). In a bend that differs from the tangent of the lane's middle, atan(dt/ds / (1 - kappa t)), by a few
+mrad where the width changes: positions on a lane refer to the road's s axis. A path's tangent is `path.py`'s.
 Source: ASAM OpenDRIVE 1.8, 10.3 (elevation), 10.5 (superelevation).
 """
 
@@ -53,7 +55,7 @@ def surface_pose(
     x, y, heading, kappa, _ = reference(tables, road, s)
     c, sn = math.cos(heading), math.sin(heading)
     if tables[3][road, ROAD_FLAT]:
-        heading += math.atan2(t1, 1.0 - kappa * t) if t1 != 0.0 else 0.0
+        heading += math.atan(t1) if t1 != 0.0 else 0.0
         return x - sn * t, y + c * t, height, heading, 0.0, 0.0
     z, z1, z2, roll, roll1 = slopes(tables, road, s)
     run2 = 1.0 + z1 * z1
@@ -72,7 +74,7 @@ def surface_pose(
         x + c * along - sn * across,
         y + sn * along + c * across,
         z + up,
-        heading + math.atan2(sideways, forward),
+        heading + math.atan(across1),
         -math.atan2(rise, math.sqrt(forward * forward + sideways * sideways)),
         roll,
     )
