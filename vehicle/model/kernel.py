@@ -23,7 +23,7 @@ import math
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
+from llvmlite import ir  # type: ignore[import-untyped,unused-ignore]
 from numba import njit, types
 from numba.extending import intrinsic
 
@@ -67,7 +67,7 @@ def call_effect(
 @njit(cache=True, error_model="numpy")
 def _slot(index: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
     for j in range(bounds[index], bounds[index + 1]):
-        call_effect(table[j, 0], bus, parameters, table[j, 1], memory, table[j, 2])
+        call_effect(table[j, 0], bus, parameters, table[j, 1], memory, table[j, 2])  # type: ignore[call-arg]
 
 
 @njit(cache=True, error_model="numpy")

@@ -97,27 +97,32 @@ class VehicleModel:
         return replace(self, car=self.car.with_values(values))
 
     def description(self) -> VehicleDescription:
-        """What a driving stack may know of this car, sensors left at their defaults."""
+        """What a driving stack may know of this car: its data sheet, sensors left at their defaults.
+
+        Forces are those of `command_mass`: a payload or a mass set through S is not known to the stack.
+        """
         car = self.car
-        torque = self.value("motor_torque", "torque")
-        pedal = self.inputs.full_throttle
-        force = torque * car.gear_ratio / car.wheel_radius / car.mass if torque is not None else inf
-        brake = self.value("brake_limit", "limit")
-        steer = self.value("steer_angle_limit", "limit")
+        torque = self._known("motor_torque", "torque", inf)
+        inertia = self._known("motor_inertia", "J", 0.0) * (car.gear_ratio / car.wheel_radius) ** 2
+        force = torque * car.gear_ratio / car.wheel_radius
         return VehicleDescription(
             length=car.length,
             width=car.width,
             height=car.height,
             wheelbase=car.wheelbase,
             center_x=car.center_x,
-            max_steer=steer if steer is not None and isfinite(steer) else MAX_STEER,
+            max_steer=self._known("steer_angle_limit", "limit", MAX_STEER),
             max_speed=car.max_speed,
-            max_acceleration=min(pedal, force),
-            max_deceleration=min(self.inputs.full_brake, brake if brake is not None else inf),
-            mass=car.mass,
-            steer_delay=(self.value("steer_delay", "T") or 0.0) + (self.value("steer_lag", "tau") or 0.0),
-            drive_delay=(self.value("drive_delay", "T") or 0.0) + (self.value("drive_lag", "tau") or 0.0),
+            max_acceleration=min(self.inputs.full_throttle * car.command_mass, force) / (car.command_mass + inertia),
+            max_deceleration=min(self.inputs.full_brake, self._known("brake_limit", "limit", inf)),
+            mass=car.command_mass,
+            steer_delay=self._known("steer_delay", "T", 0.0) + self._known("steer_lag", "tau", 0.0),
+            drive_delay=self._known("drive_delay", "T", 0.0) + self._known("drive_lag", "tau", 0.0),
         )
+
+    def _known(self, effect: str, key: str, otherwise: float) -> float:
+        value = self.value(effect, key)
+        return value if value is not None and isfinite(value) else otherwise
 
 
 def check_base(effect: Effect, base: str) -> None:

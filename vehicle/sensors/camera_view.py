@@ -73,8 +73,8 @@ def view(
     """Boxes as a camera at (px, py, pz) [m], looking along `yaw` [rad], images them; returns how many.
 
     `boxes` (n, 9) as in Surroundings; `focal`, `width`, `height` in px, principal point in the middle; nothing beyond
-    `reach` [m]. Rows of `out` (n, 6): index of the box, u_min, v_min, u_max, v_max [px] clipped to the image, share that
-    is visible (0..1: not hidden by nearer boxes and inside the image).
+    `reach` [m]. Rows of `out` (n, 6): index of the box, u_min, v_min, u_max, v_max [px] clipped to the image, share
+    that is visible (0..1: not hidden by nearer boxes and inside the image).
     """
     c, s = math.cos(yaw), math.sin(yaw)
     count = 0

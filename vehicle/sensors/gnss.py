@@ -16,7 +16,7 @@ from vehicle.sensors.common import Clock, Line, Mount, Noise, Timing, check_sigm
 class Gnss:
     """White noise `sigma` [m] per axis plus a slow Gauss-Markov error `drift` [m] of `drift_time` [s].
 
-    `yaw_sigma` [rad] is the noise of the heading, None for a receiver without one. Source of the error model: P. Groves,
+    `yaw_sigma` [rad] is the noise of the heading, None for a receiver without one. Error model: P. Groves,
     Principles of GNSS, Inertial and Multisensor Integrated Navigation Systems, 2nd ed., sec. 9.3.
     """
 

@@ -16,8 +16,8 @@ from vehicle.sensors.common import Clock, Line, Mount, Noise, Timing, check_sigm
 class InertialUnit:
     """White noise per sample and a constant bias drawn at start.
 
-    `accel_sigma`, `accel_bias` [m/s^2], `gyro_sigma`, `gyro_bias` [rad/s] are standard deviations. Specific force at the
-    mount: a + r' x p - r^2 p (rigid body). Source: P. Groves, sec. 4.4.
+    `accel_sigma`, `accel_bias` [m/s^2], `gyro_sigma`, `gyro_bias` [rad/s] are standard deviations. Specific force at
+    the mount: a + r' x p - r^2 p (rigid body). Source: P. Groves, sec. 4.4.
     """
 
     mount: Mount

@@ -17,8 +17,8 @@ from vehicle.sensors.raycast import scan, to_points
 class Lidar:
     """A scanner of `azimuths` rays over `field_of_view` [rad] about its x axis, in layers of `elevations` [rad].
 
-    Returns between `nearest` and `reach` [m] with range noise `sigma` [m] count. `ground` adds returns of flat ground at
-    the car's height. The whole scan is taken at one instant. Boxes are opaque and always reflect.
+    Returns between `nearest` and `reach` [m] with range noise `sigma` [m] count. `ground` adds returns of flat ground
+    at the car's height. The whole scan is taken at one instant. Boxes are opaque and always reflect.
     """
 
     mount: Mount

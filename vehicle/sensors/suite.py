@@ -8,8 +8,17 @@ from dataclasses import dataclass, replace
 import msgspec
 import numpy as np
 
-from vehicle.messages import CameraFrame, GnssFix, Imu, LidarScan, Observation, Odometry, Surroundings, Task
-from vehicle.messages import VehicleDescription
+from vehicle.messages import (
+    CameraFrame,
+    GnssFix,
+    Imu,
+    LidarScan,
+    Observation,
+    Odometry,
+    Surroundings,
+    Task,
+    VehicleDescription,
+)
 from vehicle.model.car import Car
 from vehicle.sensors.camera import Camera
 from vehicle.sensors.common import Mount, Timing

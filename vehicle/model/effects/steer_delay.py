@@ -15,7 +15,7 @@ from vehicle.model.maths import DELAY_LINE, delayed
     order=80,
     physics="bus and controller pass the steering command on after a dead time",
     equation="d(t) = d_c(t - T)",
-    source="J. Kong et al., Kinematic and dynamic vehicle models for autonomous driving, IV 2015; Autoware vehicle model",
+    source="Autoware simple planning simulator, steering with delay (delay_steer_acc)",
     parameters=(Key("T", "s", 0.03, 0.5, neutral=0.0, least=0.02, minimum=0.0, maximum=1.0, meaning="dead time"),),
     memory=(Memory("head"), Memory("ring", DELAY_LINE, start="steer")),
     delay="T",

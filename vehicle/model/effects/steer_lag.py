@@ -15,7 +15,7 @@ from vehicle.model.maths import lag_end, lag_mean
     order=10,
     physics="the steering actuator follows its command with a time constant",
     equation="tau d' = d_c - d",
-    source="Autoware vehicle model (delay_steer); R. Rajamani, Vehicle Dynamics and Control, 2nd ed., sec. 2",
+    source="Autoware simple planning simulator, steering with first-order lag (delay_steer_acc)",
     parameters=(Key("tau", "s", 0.05, 0.6, neutral=0.0, least=0.02, minimum=0.0, meaning="time constant"),),
     memory=(Memory("d", start="steer"),),
     ties=("steer_delay", "tyre_relaxation"),

@@ -16,7 +16,7 @@ from vehicle.model.maths import clip
     order=30,
     physics="the steering motor turns no faster than its top speed",
     equation="abs(d') <= rho",
-    source="ISO 11270:2014 (rate limits of lane keeping); Autoware vehicle model",
+    source="Autoware simple planning simulator, steer_rate_lim",
     parameters=(Key("limit", "rad/s", 0.05, 1.0, neutral=inf, least=0.02, minimum=0.0, meaning="greatest rate"),),
     memory=(Memory("d", start="steer"),),
     ties=("steer_lag",),
