@@ -1,0 +1,250 @@
+"""Figures as plain dicts in plotly's format, one function a figure; used by the run report and the workbench alike.
+
+Nothing here imports plotly: a dict of data and layout is what its JavaScript wants. Colours are those of Okabe and Ito
+(Color Universal Design, 2008), which stay apart under the common kinds of colour blindness; text and grid colours are
+left to the page, which knows whether it is light or dark.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Figure = dict[str, Any]
+Columns = Mapping[str, NDArray[np.float64]]
+
+BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, YELLOW = (
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442",
+)  # fmt: skip
+RIBBONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, VERMILION, BLUE)
+MAX_POINTS = 3000  # a curve; more than the pixels of any screen it is drawn on
+NET_PREFIX = "ads.net."
+SHOWN_EVENTS = ("story.event", "collision", "request", "goal", "stop", "timeout", "fault")
+
+
+def thin(t: ArrayLike, y: ArrayLike, limit: int = MAX_POINTS) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """At most `limit` points of a curve that keep its extremes: least and greatest value of each of equal buckets."""
+    t, y = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    n = len(t)
+    if n <= limit:
+        return t, y
+    buckets = max(limit // 2, 1)
+    width = -(-n // buckets)
+    starts = np.arange(0, n, width)
+    padded = np.full(len(starts) * width, np.nan)
+    padded[:n] = y
+    rows = padded.reshape(len(starts), width)
+    low = np.where(np.isnan(rows), np.inf, rows).argmin(axis=1) + starts
+    high = np.where(np.isnan(rows), -np.inf, rows).argmax(axis=1) + starts
+    keep = np.unique(np.concatenate([np.minimum(low, n - 1), np.minimum(high, n - 1), [0, n - 1]]))
+    return t[keep], y[keep]
+
+
+def numbers(values: ArrayLike, digits: int = 4) -> list[float | None]:
+    """JSON-able numbers: rounded to `digits` decimals, not measured (NaN) and infinite as None."""
+    array = np.asarray(values, dtype=np.float64)
+    rounded = (np.round(array, digits) + 0.0).tolist()
+    if np.isfinite(array).all():
+        return list(rounded)
+    return [value if math.isfinite(value) else None for value in rounded]
+
+
+def curve(
+    t: ArrayLike,
+    y: ArrayLike,
+    name: str,
+    axis: str,
+    *,
+    colour: str = BLUE,
+    dash: str = "solid",
+    unit: str = "",
+    legend: str = "",
+) -> Figure:
+    """One line over time on the y axis `axis` ("y", "y2", ...); in the legend only under a name given for it."""
+    t, y = thin(t, y)
+    return {
+        "type": "scatter", "mode": "lines", "name": legend or name, "x": numbers(t, 3), "y": numbers(y), "xaxis": "x",
+        "yaxis": axis, "line": {"color": colour, "width": 1.6, "dash": dash},
+        "connectgaps": False, "showlegend": bool(legend),
+        "hovertemplate": f"{name} %{{y:.3g}} {unit}<extra></extra>",
+    }  # fmt: skip
+
+
+def place_intervals(columns: Columns) -> list[tuple[str, str, float, float]]:
+    """(net, place, from [s], to [s]) of every time that a Petri-net place was active, by net and time."""
+    t = np.asarray(columns["t"], dtype=np.float64)
+    found: list[tuple[str, str, float, float]] = []
+    for column in sorted(name for name in columns if name.startswith(NET_PREFIX)):
+        net, _, place = column.removeprefix(NET_PREFIX).partition(".")
+        active = np.nan_to_num(np.asarray(columns[column], dtype=np.float64)) > 0.5
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], active.astype(np.int8), [0]])))
+        for first, end in edges.reshape(-1, 2):
+            found.append((net, place, float(t[first]), float(t[min(end, len(t) - 1)])))
+    return sorted(found, key=lambda entry: (entry[0], entry[2], entry[1]))
+
+
+def _ribbon_rows(intervals: Iterable[tuple[str, str, float, float]]) -> list[tuple[str, str, str, float, float]]:
+    """(row, net, place, from, to): a row a net, and further rows where places of one net are active together."""
+    ends: dict[str, list[float]] = {}
+    rows = []
+    for net, place, start, end in intervals:
+        busy = ends.setdefault(net, [])
+        row = next((i for i, until in enumerate(busy) if until <= start + 1e-9), len(busy))
+        busy[row : row + 1] = [end]
+        rows.append((net + "\u200b" * row, net, place, start, end))
+    return rows
+
+
+def ribbons(columns: Columns, axis: str) -> list[Figure]:
+    """Active Petri-net places as horizontal bars over time, labelled; colours repeat with the order of the places."""
+    rows = _ribbon_rows(place_intervals(columns))
+    if not rows:
+        return []
+    colour: dict[tuple[str, str], str] = {}
+    for _, net, place, _, _ in rows:
+        of_net = sum(1 for known, _ in colour if known == net)
+        colour.setdefault((net, place), RIBBONS[of_net % len(RIBBONS)])
+    return [{
+        "type": "bar", "orientation": "h", "name": "places", "xaxis": "x", "yaxis": axis, "showlegend": False,
+        "y": [row for row, *_ in rows], "base": numbers([row[3] for row in rows], 3),
+        "x": numbers([row[4] - row[3] for row in rows], 3), "width": 0.86,
+        "text": [plain(place) for _, _, place, _, _ in rows], "textposition": "inside", "insidetextanchor": "start",
+        "textangle": 0, "constraintext": "none", "cliponaxis": True,
+        "textfont": {"size": 10.5, "color": "#111111"}, "insidetextfont": {"color": "#111111"},
+        "marker": {"color": [colour[net, place] for _, net, place, _, _ in rows], "opacity": 0.85},
+        "hovertext": [plain(f"{net}: {place}, {a:.2f} to {b:.2f} s") for _, net, place, a, b in rows],
+        "hoverinfo": "text",
+    }]  # fmt: skip
+
+
+def plain(text: str) -> str:
+    """`text` for plotly, which reads a little HTML in labels: its angle brackets are shown, not obeyed."""
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+
+
+def event_marks(events: Sequence[Mapping[str, Any]], axis: str) -> tuple[list[Figure], list[Figure]]:
+    """A row of diamonds with the events' names, all of them on hover, and a thin line for each through all rows."""
+    shown = [event for event in events if is_shown(event)]
+    if not shown:
+        return [], []
+    end = max(float(event["t"]) for event in events)
+    kinds = {"story.event": BLUE, "request": SKY, "goal": GREEN, "stop": "#888888", "collision": VERMILION}
+    colours = [kinds.get(str(event["kind"]), PURPLE) for event in shown]
+    times = numbers([event["t"] for event in shown], 3)
+    marks = {
+        "type": "scatter", "mode": "markers+text", "name": "events", "xaxis": "x", "yaxis": axis, "showlegend": False,
+        "text": [plain(short_name(event)) for event in shown], "textfont": {"size": 10.5},
+        "textposition": ["middle left" if float(event["t"]) > 0.7 * end else "middle right" for event in shown],
+        "x": times, "y": [0.5] * len(shown), "hoverinfo": "text", "cliponaxis": False,
+        "hovertext": [plain(event_label(event)) for event in shown],
+        "marker": {"symbol": "diamond", "size": 10, "color": colours},
+    }  # fmt: skip
+    lines: list[Figure] = [
+        {"type": "line", "xref": "x", "yref": "paper", "x0": t, "x1": t, "y0": 0, "y1": 1, "layer": "below",
+         "line": {"color": colour, "width": 1, "dash": "dot"}}
+        for t, colour in zip(times, colours, strict=True)
+    ]  # fmt: skip
+    return [marks], lines
+
+
+def is_shown(event: Mapping[str, Any]) -> bool:
+    """True for what a reader looks for: storyboard events as they fire, and what befell the run; not every state."""
+    if event.get("kind") == "story.event":
+        return str(event.get("text", "")).endswith("runningState")
+    return event.get("kind") in SHOWN_EVENTS
+
+
+def short_name(event: Mapping[str, Any]) -> str:
+    """Last part of a storyboard element's path; for all else the kind."""
+    if event.get("kind") != "story.event":
+        return str(event.get("kind", ""))
+    return re.split(r"[/.:]", str(event.get("element", "")).rstrip("/.:"))[-1][:24]
+
+
+def event_label(event: Mapping[str, Any]) -> str:
+    """One line: time, what, and where it stands in its file."""
+    parts = [f"{float(event['t']):.2f} s", str(event.get("element") or ""), str(event.get("text") or "")]
+    if event.get("file"):
+        parts.append(f"({event['file']}:{event.get('line')})")
+    return " ".join(part for part in parts if part)
+
+
+def timeline(
+    columns: Columns,
+    *,
+    ttc_inverse: Mapping[str, Any] | None = None,
+    ttc_bound: float | None = None,
+    events: Sequence[Mapping[str, Any]] = (),
+) -> Figure:
+    """Events, speed, steering angle, acceleration, inverse time to collision and Petri-net places on one time axis.
+
+    Args:
+        columns: the Log's columns; `t` [s], `v` [m/s], `steer` [rad], `ax` [m/s^2], commands and `ads.*` where there.
+        ttc_inverse: {"t": [s], "value": [1/s]}, the series of the metric.
+        ttc_bound: the gate's bound [1/s], drawn as a line.
+        events: mappings with t [s], kind, element, text, file, line.
+    """
+    t = columns["t"]
+    traces: list[Figure] = []
+    marks, shapes = event_marks(events, "y")
+    traces += marks
+    degree = 180.0 / math.pi
+    for axis, name, label, unit, scale, colour, dash, legend in (
+        ("y2", "ads.target_speed", "target speed", "m/s", 1.0, ORANGE, "dash", "wanted by the ADS"),
+        ("y2", "v", "speed", "m/s", 1.0, BLUE, "solid", "driven"),
+        ("y3", "steer_cmd", "steer command", "deg", degree, ORANGE, "dash", ""),
+        ("y3", "steer", "steer", "deg", degree, BLUE, "solid", ""),
+        ("y4", "accel_cmd", "acceleration command", "m/s²", 1.0, ORANGE, "dash", ""),
+        ("y4", "ax", "acceleration", "m/s²", 1.0, BLUE, "solid", ""),
+    ):
+        if name in columns and np.isfinite(columns[name]).any():
+            values = np.asarray(columns[name], dtype=np.float64) * scale
+            traces.append(curve(t, values, label, axis, colour=colour, dash=dash, unit=unit, legend=legend))
+    if ttc_inverse is not None and len(ttc_inverse["t"]):
+        traces.append(curve(ttc_inverse["t"], ttc_inverse["value"], "1 / TTC", "y5", colour=VERMILION, unit="1/s"))
+    if ttc_bound is not None and math.isfinite(ttc_bound):
+        shapes.append({"type": "line", "xref": "paper", "yref": "y5", "x0": 0, "x1": 1, "y0": ttc_bound,
+                       "y1": ttc_bound, "line": {"color": VERMILION, "width": 1.2, "dash": "dash"}})  # fmt: skip
+    bars = ribbons(columns, "y6")
+    traces += bars
+    rows = list(dict.fromkeys(bars[0]["y"])) if bars else []
+    return {"data": traces, "layout": _layout(float(t[0]), float(t[-1]), shapes, rows, bool(marks))}
+
+
+def _layout(start: float, end: float, shapes: list[Figure], rows: list[str], has_events: bool) -> Figure:
+    """Six rows from top to bottom; those without content get no room."""
+    ribbon = 22.0 * len(rows)
+    heights = [22.0 if has_events else 0.0, 120.0, 120.0, 120.0, 105.0, ribbon]
+    gap = 20.0
+    total = sum(heights) + gap * sum(1 for height in heights[1:] if height)
+    titles = ["", "speed<br>[m/s]", "steer<br>[deg]", "acceleration<br>[m/s²]", "1 / TTC<br>[1/s]", ""]
+    layout: Figure = {
+        "height": round(total + 66), "margin": {"l": 86, "r": 12, "t": 26, "b": 40}, "barmode": "overlay",
+        "hovermode": "x", "showlegend": True, "dragmode": "zoom", "shapes": shapes,
+        "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "font": {"size": 11}},
+        "font": {"size": 11.5, "family": "system-ui, sans-serif"},
+        "xaxis": {"title": {"text": "time [s]"}, "range": [start, end], "anchor": "free", "position": 0,
+                  "zeroline": False},
+    }  # fmt: skip
+    top = total
+    for index, (height, title) in enumerate(zip(heights, titles, strict=True)):
+        bottom = top - height
+        axis: Figure = {"domain": [max(bottom / total, 0.0), top / total], "title": {"text": title, "standoff": 6}}
+        axis |= {"fixedrange": True, "zeroline": index in (2, 3), "anchor": "x", "automargin": False}
+        if index == 0 or not height:
+            axis |= {"visible": False, "range": [0, 1]}
+        if index == 0:
+            axis["domain"] = [bottom / total, 1.0]
+        if index == 4:
+            axis["rangemode"] = "tozero"
+        if index == 5 and height:
+            axis |= {"type": "category", "categoryorder": "array", "categoryarray": rows[::-1], "showgrid": False}
+            axis |= {"range": [-0.5, len(rows) - 0.5], "tickfont": {"size": 10.5}}
+        layout["yaxis" if index == 0 else f"yaxis{index + 1}"] = axis
+        top = bottom - (gap if height or index == 0 else 0.0)
+    return layout

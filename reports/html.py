@@ -1,0 +1,187 @@
+"""The report of one run: a single file without network access, for a browser of today.
+
+Everything that comes from a user's file is data: it reaches the page through Jinja's escaping or inside one JSON block
+whose `<`, `>` and `&` are escaped, and the page's scripts write it with `textContent`. A content security policy with
+the hashes of our own three scripts stands behind that.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from reports.figures import timeline
+from reports.scene import scene
+from reports.verdicts import Row, headline, pretty_unit, rows
+
+MAX_SCENE_BYTES = 2_600_000  # leaves the whole page below 8 MB beside 4.8 MB of plotly.js
+
+STATUS_SIGNS = {"PASS": "✓", "FAIL": "✗", "INCONCLUSIVE": "?", "ERROR": "!"}
+
+
+def write_run_report(
+    path: str | Path,
+    result: Mapping[str, Any],
+    columns: Mapping[str, NDArray[np.float64]],
+    objects: Sequence[Mapping[str, Any]],
+    detections: Mapping[str, Any],
+    paths: Sequence[tuple[float, NDArray[np.float64]]],
+    events: Sequence[Mapping[str, Any]],
+    road: Sequence[Mapping[str, Any]],
+    meta: Mapping[str, Any],
+) -> None:
+    """Write the report of one finished run; same input, same bytes. The file appears whole or not at all.
+
+    Args:
+        result: {"status", "scenario", "stage", "seed", "verdicts": [mapping], "metrics": {name: {"value", "unit", "t",
+            "object", "valid", "series": {"t", "value"} or None}}}.
+        columns: equally long arrays by name: `t` [s], `x`, `y` [m], `yaw` [rad], `v` [m/s], ... NaN = not measured.
+        objects: true boxes: name, kind, length, width [m] and arrays t [s], x, y (box centre [m]), yaw [rad].
+        detections: table of detected boxes: arrays t, kind, x, y, yaw, length, width.
+        paths: (t [s], points (n, 2) [m]) of the planned path whenever it changed.
+        events: mappings with t [s], kind, element, text, file, line.
+        road: mappings with kind ("edge", "lane", "centre", "crosswalk") and points (n, 2) [m].
+        meta: conditions of the run, JSON-able.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    page = render_run_report(result, columns, objects, detections, paths, events, road, meta)
+    _write_whole(Path(path), page)
+
+
+def render_run_report(
+    result: Mapping[str, Any],
+    columns: Mapping[str, NDArray[np.float64]],
+    objects: Sequence[Mapping[str, Any]],
+    detections: Mapping[str, Any],
+    paths: Sequence[tuple[float, NDArray[np.float64]]],
+    events: Sequence[Mapping[str, Any]],
+    road: Sequence[Mapping[str, Any]],
+    meta: Mapping[str, Any],
+) -> str:
+    """The page as text; arguments as in `write_run_report`."""
+    table = rows(result.get("verdicts", ()))
+    metrics = result.get("metrics", {})
+    ttc = metrics.get("max_ttc_inverse") or {}
+    figure = None
+    if len(columns.get("t", ())):
+        bound = next((row.bound for row in table if row.metric == "max_ttc_inverse"), None)
+        figure = timeline(columns, ttc_inverse=ttc.get("series"), ttc_bound=bound, events=events)
+    stride = 1
+    while True:
+        data = scene(columns, objects, detections, paths, events, road, meta, ttc.get("series"), stride)
+        data |= {"figure": figure, "marks": [row.mark() for row in table if row.t is not None]}
+        text = embed(data)
+        if len(text) <= MAX_SCENE_BYTES or stride >= 64:
+            break
+        stride *= 2
+    scripts = [plotly_js(), _asset("view.js"), _asset("run.js")]
+    return _template().render(
+        result=result,
+        title=f"{result.get('scenario', '')} · {result.get('stage', '')}",
+        sign=STATUS_SIGNS.get(str(result.get("status")), "?"),
+        signs=STATUS_SIGNS,
+        headline=headline(str(result.get("status", "")), table),
+        rows=table,
+        metrics=_metric_rows(metrics, table),
+        conditions=conditions(meta),
+        duration=float(columns["t"][-1]) if len(columns.get("t", ())) else 0.0,
+        data=Markup(text),
+        style=Markup(_asset("run.css")),
+        scripts=[Markup(script) for script in scripts],
+        policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
+    )
+
+
+def embed(data: Any) -> str:
+    """JSON that may stand inside a script element: no `<`, `>`, `&`, no line separators, no NaN."""
+    text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"), default=str)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def conditions(meta: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]]]:
+    """(heading, rows) of what the run was made of, in reading order; what has no group of its own comes last."""
+    single: list[tuple[str, str]] = []
+    groups: list[tuple[str, list[tuple[str, str]]]] = []
+    names = {"parameters": "Scenario parameters", "P": "ADS parameters (P)", "S": "Simulator parameters (S)",
+             "task": "Task", "ego": "Ego", "versions": "Versions", "model": "Vehicle model"}  # fmt: skip
+    for key in [*(key for key in names if key in meta), *(key for key in meta if key not in names)]:
+        value = meta[key]
+        if isinstance(value, Mapping):
+            groups.append((names.get(key, key), [(str(name), _text(entry)) for name, entry in value.items()]))
+        else:
+            single.append((names.get(key, key), _text(value)))
+    return [("Run", single), *groups] if single else groups
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_text(entry)}" for key, entry in value.items())
+    if isinstance(value, (list, tuple)):
+        return ", ".join(_text(entry) for entry in value)
+    return str(value)
+
+
+def _metric_rows(metrics: Mapping[str, Mapping[str, Any]], table: Sequence[Row]) -> list[dict[str, Any]]:
+    """Metrics that no gate looks at: they are shown, not judged."""
+    gated = {row.metric for row in table}
+    return [{"name": name, **value} for name, value in sorted(metrics.items()) if name not in gated]
+
+
+@cache
+def plotly_js() -> str:
+    """plotly.js as the Python package brings it: the full bundle, as it has no smaller one."""
+    text = files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")
+    return text.replace("</script", "<\\/script")
+
+
+@cache
+def _asset(name: str) -> str:
+    return files("reports").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+@cache
+def _digest(script: str) -> str:
+    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+
+
+@cache
+def _template() -> Any:
+    environment = Environment(
+        loader=PackageLoader("reports"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["unit"] = pretty_unit
+    environment.filters["short"] = lambda value: "–" if value is None else f"{value:.4g}"
+    return environment.get_template("run.html")
+
+
+def _write_whole(path: Path, text: str) -> None:
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+        os.chmod(name, 0o644)
+        os.replace(name, path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise

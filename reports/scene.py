@@ -1,0 +1,107 @@
+"""What the top view of a run report draws, as JSON-able numbers of a size a page can carry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reports.figures import NET_PREFIX, event_label, is_shown, numbers, place_intervals
+
+RATE = 20.0  # Hz, of the ego in the top view; boxes come at their own rate
+PATH_PERIOD = 0.2  # s, least time between two planned paths that are shown
+PATH_POINTS = 60
+
+
+def scene(
+    columns: Mapping[str, NDArray[np.float64]],
+    objects: Sequence[Mapping[str, Any]],
+    detections: Mapping[str, Any],
+    paths: Sequence[tuple[float, NDArray[np.float64]]],
+    events: Sequence[Mapping[str, Any]],
+    road: Sequence[Mapping[str, Any]],
+    meta: Mapping[str, Any],
+    ttc_inverse: Mapping[str, Any] | None,
+    stride: int = 1,
+) -> dict[str, Any]:
+    """Ego, boxes, detections, paths, road and events; every `stride`-th sample of what moves (1 = all)."""
+    ego = meta.get("ego") or {}
+    return {
+        "ego": {
+            "name": str(ego.get("name", "Ego")),
+            "length": float(ego.get("length", 4.0)),
+            "width": float(ego.get("width", 1.8)),
+            "center_x": float(ego.get("center_x", 1.3)),
+            **_ego_track(columns, stride),
+        },
+        "ttc": None if not ttc_inverse else _series(ttc_inverse, stride),
+        "objects": [_object(entry, stride) for entry in objects],
+        "detections": _detections(detections, stride),
+        "paths": _paths(paths, stride),
+        "road": [{"kind": str(line["kind"]), "points": _points(line["points"])} for line in road],
+        "events": [
+            {"t": float(event["t"]), "kind": str(event["kind"]), "label": event_label(event)}
+            for event in events
+            if is_shown(event)
+        ],
+        "places": _places(columns),
+    }
+
+
+def _ego_track(columns: Mapping[str, NDArray[np.float64]], stride: int) -> dict[str, list[float | None]]:
+    t = columns.get("t")
+    if t is None or len(t) == 0:
+        return {"t": []}
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
+    every = max(1, round(1.0 / (RATE * step))) * stride if step > 0 else stride
+    keep = np.unique(np.append(np.arange(0, len(t), every), len(t) - 1))
+    wanted = {"t": 3, "x": 3, "y": 3, "yaw": 4, "v": 3, "steer": 4, "ax": 3, "ads.x": 3, "ads.y": 3}
+    return {name: numbers(columns[name][keep], digits) for name, digits in wanted.items() if name in columns}
+
+
+def _series(series: Mapping[str, Any], stride: int) -> dict[str, list[float | None]]:
+    return {"t": numbers(series["t"], 3)[::stride], "value": numbers(series["value"], 4)[::stride]}
+
+
+def _object(entry: Mapping[str, Any], stride: int) -> dict[str, Any]:
+    track = {name: numbers(np.asarray(entry[name])[::stride], 3) for name in ("t", "x", "y", "yaw")}
+    size = {name: float(entry[name]) for name in ("length", "width")}
+    return {"name": str(entry.get("name", "")), "kind": str(entry.get("kind", "misc")), **size, **track}
+
+
+def _detections(table: Mapping[str, Any], stride: int) -> dict[str, Any]:
+    """Grouped by time stamp: times, and the boxes of each as flat lists x, y, yaw, length, width."""
+    if not table or len(table.get("t", ())) == 0:
+        return {"t": [], "boxes": []}
+    t = np.round(np.asarray(table["t"], dtype=np.float64), 3)
+    fields = [np.asarray(table[name], dtype=np.float64) for name in ("x", "y", "yaw", "length", "width")]
+    flat = np.round(np.stack(fields, axis=1), 3) + 0.0
+    times, starts = np.unique(t, return_index=True)
+    groups = np.split(flat, starts[1:]) if np.all(np.diff(t) >= 0) else [flat[t == time] for time in times]
+    return {"t": times[::stride].tolist(), "boxes": [numbers(group.ravel(), 3) for group in groups[::stride]]}
+
+
+def _paths(paths: Sequence[tuple[float, NDArray[np.float64]]], stride: int) -> dict[str, Any]:
+    times: list[float] = []
+    shapes: list[list[list[float | None]]] = []
+    for index, (t, points) in enumerate(paths):
+        due = not times or t - times[-1] >= PATH_PERIOD * stride - 1e-9
+        if due or index == len(paths) - 1:
+            times.append(round(float(t), 3))
+            shapes.append(_points(points, PATH_POINTS, 2))
+    return {"t": times, "points": shapes}
+
+
+def _points(points: ArrayLike, limit: int = 2000, digits: int = 2) -> list[list[float | None]]:
+    array = np.asarray(points, dtype=np.float64).reshape(-1, np.asarray(points).shape[-1])[:, :2]
+    if len(array) > limit:
+        array = array[np.unique(np.linspace(0, len(array) - 1, limit).round().astype(int))]
+    return [numbers(row, digits) for row in array]
+
+
+def _places(columns: Mapping[str, NDArray[np.float64]]) -> list[list[Any]]:
+    if not any(name.startswith(NET_PREFIX) for name in columns):
+        return []
+    return [[net, place, round(start, 3), round(end, 3)] for net, place, start, end in place_intervals(columns)]

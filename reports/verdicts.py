@@ -1,0 +1,134 @@
+"""Verdicts in the order a reader wants them: what failed first, then what came closest to failing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+SEVERITY = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One verdict as the table shows it; value, bound and margin in `unit`, time in [s]."""
+
+    metric: str
+    status: str
+    value: float | None
+    bound: float | None
+    sign: str  # "≤" or "≥"
+    unit: str
+    margin: float | None
+    t: float | None
+    object: str
+    message: str
+    place: str
+
+    @property
+    def used(self) -> float | None:
+        """Share of the bound that is used up, 1 = at the bound; None where a share has no meaning (bound 0, counts)."""
+        if self.value is None or not self.bound or self.is_count:
+            return None
+        if self.sign == "≥":
+            return self.bound / self.value if self.value > 0 else None
+        return self.value / self.bound
+
+    @property
+    def is_count(self) -> bool:
+        """A yes-no or counting gate, such as no collision: at its bound is where it should be."""
+        return self.bound == 0 or (self.bound is not None and float(self.bound).is_integer() and self.unit == "")
+
+    @property
+    def used_percent(self) -> float:
+        """Length of the bar in the table [%]; 100 = at the bound."""
+        share = self.used
+        if share is None:
+            return 0.0 if self.status == "PASS" else 125.0
+        return max(0.0, min(share, 1.25)) * 100.0
+
+    @property
+    def order(self) -> tuple[float, ...]:
+        share = self.used
+        return (SEVERITY.get(self.status, 0), -share if share is not None else (0.5 if self.status == "PASS" else -1e9))
+
+    @property
+    def shown_margin(self) -> float | None:
+        """Margin, unless the gate only asks whether, and it did."""
+        return None if self.is_count and self.status == "PASS" else self.margin
+
+    @property
+    def limit(self) -> str:
+        return "" if self.bound is None else f"{self.sign} {self.bound:g}"
+
+    def mark(self) -> dict[str, Any]:
+        """What the scrubber shows at the worst moment."""
+        return {"t": self.t, "metric": self.metric, "status": self.status, "object": self.object}
+
+
+def rows(verdicts: Iterable[Mapping[str, Any]]) -> list[Row]:
+    """The verdicts, worst first."""
+    return sorted((_row(verdict) for verdict in verdicts), key=lambda row: row.order)
+
+
+def headline(status: str, table: Sequence[Row]) -> str:
+    """One sentence: did it pass, and what was closest to failing, when and by whom."""
+    bad = [row for row in table if row.status != "PASS"]
+    if not table:
+        return "No gate was judged."
+    if bad:
+        worst = bad[0]
+        count = f"{len(bad)} of {len(table)} gates did not pass." if len(table) > 1 else "The gate did not pass."
+        return f"{count} Worst: {_moment(worst)}"
+    counted = "The gate passed." if len(table) == 1 else f"All {len(table)} gates passed."
+    closest = next((row for row in table if row.used is not None), None)
+    if closest is None:
+        return counted if status == "PASS" else f"{counted} Status: {status}."
+    return f"{counted} Closest to failing: {_moment(closest)}"
+
+
+def _moment(row: Row) -> str:
+    text = row.metric
+    if row.value is not None:
+        text += f" {row.value:.3g} {row.unit}".rstrip()
+    if row.bound is not None:
+        text += f" (must be {row.limit})"
+    if row.t is not None:
+        text += f" at {row.t:.2f} s"
+    if row.object:
+        text += f", {row.object}"
+    return text + "."
+
+
+def pretty_unit(unit: object) -> str:
+    """A unit as a reader writes it: m/s^3 -> m/s³, and nothing for none."""
+    return "" if unit in (None, "-") else str(unit).replace("^2", "²").replace("^3", "³")
+
+
+def _number(value: Any) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        return float(value) if isinstance(value, bool) else None
+    return float(value)
+
+
+def _row(verdict: Mapping[str, Any]) -> Row:
+    gate = verdict.get("gate")
+    text = str(gate or "")
+    at_least = ">" in text or "≥" in text
+    place = str(verdict.get("file") or "")
+    if place and verdict.get("line"):
+        place += f":{verdict['line']}"
+    return Row(
+        metric=str(verdict.get("metric", "")),
+        status=str(verdict.get("status", "ERROR")),
+        value=_number(verdict.get("value")),
+        bound=_number(verdict.get("bound")),
+        sign="≥" if at_least else "≤",
+        unit=pretty_unit(verdict.get("unit")),
+        margin=_number(verdict.get("margin")),
+        t=_number(verdict.get("t")),
+        object=str(verdict.get("object") or ""),
+        message=str(verdict.get("message") or ""),
+        place=place,
+    )

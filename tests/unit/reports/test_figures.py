@@ -1,0 +1,67 @@
+"""Figures as dicts: plotly accepts them, and thinning loses no extreme."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from reports.figures import is_shown, numbers, place_intervals, thin, timeline
+
+MakeRun = Callable[..., dict[str, Any]]
+
+
+def test_plotly_accepts_the_timeline(make_run: MakeRun) -> None:
+    run = make_run()
+    series = run["result"]["metrics"]["max_ttc_inverse"]["series"]
+    figure = timeline(run["columns"], ttc_inverse=series, ttc_bound=0.5, events=run["events"])
+    go.Figure(figure)  # raises on an unknown property or value
+
+
+def test_thinning_keeps_a_single_spike() -> None:
+    t = np.arange(100_000) * 0.01
+    y = np.zeros_like(t)
+    y[54_321] = 7.0
+    kept_t, kept_y = thin(t, y, 1000)
+    assert len(kept_t) <= 1000 + 2
+    assert kept_y.max() == 7.0
+    assert kept_t[kept_y.argmax()] == t[54_321]
+
+
+def test_thinning_leaves_short_curves_alone() -> None:
+    t = np.arange(10.0)
+    assert thin(t, t * 2, 10)[1].tolist() == (t * 2).tolist()
+
+
+def test_thinning_keeps_gaps_out_of_the_extremes() -> None:
+    y = np.full(1000, np.nan)
+    y[500] = -3.0
+    assert np.nanmin(thin(np.arange(1000.0), y, 100)[1]) == -3.0
+
+
+def test_what_is_not_finite_is_none() -> None:
+    assert numbers([1.0, np.nan, np.inf, -0.0]) == [1.0, None, None, 0.0]
+
+
+def test_places_become_intervals_in_seconds() -> None:
+    t = np.arange(0.0, 1.0, 0.1)
+    active = np.array([0, 0, 1, 1, 1, 0, 0, 1, 1, 1], dtype=float)
+    columns = {"t": t, "ads.net.crossing.wait": active}
+    spans = [(net, place, round(a, 3), round(b, 3)) for net, place, a, b in place_intervals(columns)]
+    assert spans == [("crossing", "wait", 0.2, 0.5), ("crossing", "wait", 0.7, 0.9)]
+
+
+def test_places_active_together_get_rows_of_their_own() -> None:
+    t = np.arange(0.0, 1.0, 0.1)
+    columns = {"t": t, "v": t, "ads.net.n.a": np.ones(10), "ads.net.n.b": np.ones(10)}
+    bars = next(trace for trace in timeline(columns)["data"] if trace["type"] == "bar")
+    assert len(set(bars["y"])) == 2
+
+
+def test_only_firing_storyboard_events_are_marked() -> None:
+    fired = {"kind": "story.event", "text": "standbyState -> runningState"}
+    ended = {"kind": "story.event", "text": "runningState -> completeState"}
+    assert is_shown(fired)
+    assert not is_shown(ended)

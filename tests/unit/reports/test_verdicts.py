@@ -1,0 +1,56 @@
+"""What the reader sees first: what failed, else what came closest to it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from reports.verdicts import headline, rows
+
+
+def verdict(metric: str, value: float | None, bound: float, status: str = "PASS", **more: Any) -> dict[str, Any]:
+    sign = more.pop("sign", "<=")
+    unit = more.pop("unit", "m")
+    return {"gate": f"{metric} {sign} {bound}", "metric": metric, "value": value, "bound": bound, "status": status,
+            "unit": unit, "margin": None, **more}  # fmt: skip
+
+
+def test_failed_gate_comes_first() -> None:
+    table = rows([verdict("near", 0.99, 1.0), verdict("broken", 1.1, 1.0, "FAIL")])
+    assert [row.metric for row in table] == ["broken", "near"]
+
+
+def test_gates_that_passed_come_by_the_share_of_their_bound() -> None:
+    table = rows([verdict("far", 1.0, 10.0), verdict("near", 9.0, 10.0), verdict("middle", 2.0, 4.0)])
+    assert [row.metric for row in table] == ["near", "middle", "far"]
+
+
+def test_no_collision_is_not_close_to_failing() -> None:
+    table = rows([verdict("collision", 0.0, 0.0, unit="-"), verdict("rmse", 0.3, 0.4)])
+    assert [row.metric for row in table] == ["rmse", "collision"]
+
+
+def test_least_value_uses_its_bound_the_other_way() -> None:
+    (row,) = rows([verdict("mncc", 1.0, 0.5, sign=">=", unit="x")])
+    assert row.used == 0.5
+    assert row.limit == "≥ 0.5"
+
+
+def test_inconclusive_stands_before_passes() -> None:
+    table = rows([verdict("passed", 0.99, 1.0), verdict("unknown", None, 1.0, "INCONCLUSIVE")])
+    assert table[0].metric == "unknown"
+
+
+def test_headline_of_a_pass_names_the_closest() -> None:
+    table = rows([verdict("jerk", 3.9, 4.0, t=7.42, object="Target", unit="m/s^3"), verdict("rmse", 0.1, 0.4)])
+    assert headline("PASS", table) == (
+        "All 2 gates passed. Closest to failing: jerk 3.9 m/s³ (must be ≤ 4) at 7.42 s, Target."
+    )
+
+
+def test_headline_of_a_failure_names_the_worst() -> None:
+    table = rows([verdict("jerk", 9.0, 4.0, "FAIL", unit="m/s^3"), verdict("rmse", 0.1, 0.4)])
+    assert headline("FAIL", table) == "1 of 2 gates did not pass. Worst: jerk 9 m/s³ (must be ≤ 4)."
+
+
+def test_headline_without_gates_claims_nothing() -> None:
+    assert headline("INCONCLUSIVE", []) == "No gate was judged."
