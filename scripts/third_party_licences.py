@@ -33,8 +33,8 @@ SPDX = {
 HEADER = """# Third-party licences
 
 Made by `python -m scripts.third_party_licences`; do not edit. What pytest-dvp needs at run time, directly or through
-others, with the versions of `constraints.txt`. Nothing of it is part of this repository; but each report of a run carries a
-copy of plotly.js (MIT, its notice at the head of the script).
+others, with the versions of `constraints.txt`. Nothing of it is part of this repository, but each report of a run
+carries a copy of plotly.js (MIT, its notice at the head of the script).
 
 | package | version | licence | home page |
 |---|---|---|---|
