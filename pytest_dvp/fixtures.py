@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from pytest_dvp.run import RunResult
 
 SETTINGS_KEY = pytest.StashKey[Settings]()
+ITEM_KEY = pytest.StashKey[pytest.Item]()
 RESULTS_KEY = pytest.StashKey[list["dict[str, Any]"]]()
 
 
@@ -41,7 +42,8 @@ class Gate(Protocol):
     def __call__(self, result: RunResult, metrics: Sequence[str] | None = None) -> None: ...
 
 
-@pytest.fixture
+# Session scope: the factory keeps nothing between calls, and so `@given` may use it without complaint.
+@pytest.fixture(scope="session")
 def run(request: pytest.FixtureRequest) -> Run:
     """Factory: `run("overtaking.xosc", parameters={...})` drives the scenario and returns its RunResult.
 
@@ -50,13 +52,13 @@ def run(request: pytest.FixtureRequest) -> Run:
     """
     from pytest_dvp.session import Session
 
-    return Session(request.config, request.node).run
+    return Session(request.config).run
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def gate(request: pytest.FixtureRequest) -> Gate:
     """Judge: `gate(result)` raises unless all verdicts are PASS; `metrics=[...]` looks at those gates only."""
-    node = request.node
+    config = request.config
 
     def judge(result: RunResult, metrics: Sequence[str] | None = None) -> None:
         __tracebackhide__ = True
@@ -65,7 +67,7 @@ def gate(request: pytest.FixtureRequest) -> Gate:
         plain = result.as_dict()
         message = failure(plain, metrics)
         if message is not None:
-            note(node, plain)
+            note(current_item(config), plain)
             raise GateFailed(message, plain)
 
     return judge
@@ -74,6 +76,11 @@ def gate(request: pytest.FixtureRequest) -> Gate:
 def settings_of(config: pytest.Config) -> Settings:
     """The session's settings, as the plugin read them."""
     return config.stash[SETTINGS_KEY]
+
+
+def current_item(config: pytest.Config) -> pytest.Item:
+    """The test that runs now."""
+    return config.stash[ITEM_KEY]
 
 
 def note(node: pytest.Item, result: Mapping[str, Any]) -> None:

@@ -16,17 +16,23 @@ def declared_names(path: Path) -> tuple[str, ...]:
 
 
 def check_overrides(path: Path, assignments: Assignments, option: str = "--set") -> None:
-    """Raises SettingError for an unknown name (with the nearest one) or a value of P or S outside its range.
-
-    Values of scenario parameters are checked against type and constraints when the scenario is read.
-    """
+    """Raises SettingError for an unknown name (with the nearest one) or a value outside its range or constraints."""
     if assignments.scenario:
-        known = declared_names(path)
-        for name in assignments.scenario:
-            if name not in known:
-                raise SettingError(f"{option} {name}: {unknown(f'parameter of {path.name}', name, known)}")
+        _check_declared(path, assignments.scenario, option)
     check_stack_parameters(assignments.P, option)
     check_simulator_parameters(assignments.S, option)
+
+
+def _check_declared(path: Path, values: Mapping[str, str], option: str) -> None:
+    from openscenario.parameters import allows, constraints
+    from openscenario.read import read_declarations
+
+    declared = {declaration.name: declaration for declaration in read_declarations(path)}
+    for name, value in values.items():
+        if name not in declared:
+            raise SettingError(f"{option} {name}: {unknown(f'parameter of {path.name}', name, declared)}")
+        if not allows(declared[name], value):
+            raise SettingError(f"{option} {name}: found {value}; allowed: {constraints(declared[name])}")
 
 
 def check_stack_parameters(values: Mapping[str, str | float], option: str = "--set") -> None:

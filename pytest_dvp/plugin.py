@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -69,6 +70,8 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFi
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if "hypothesis" in sys.modules:
+        _lift_deadlines(items)
     settings = config.stash[SETTINGS_KEY]
     if settings.set.scenario and any(_is_scenario(item) for item in items):
         from pytest_dvp import collect
@@ -77,6 +80,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             collect.check_parameters(items, settings)
         except SettingError as error:
             raise pytest.UsageError(str(error)) from None
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    item.config.stash[fixtures.ITEM_KEY] = item
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> list[str]:
@@ -125,6 +133,19 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
             summary.append_table(Path(step_summary), cases)
 
 
+def _lift_deadlines(items: list[pytest.Item]) -> None:
+    """A run takes longer than the 200 ms that Hypothesis grants an example by default; an own deadline stays."""
+    from hypothesis import settings
+
+    for item in items:
+        test = getattr(item, "obj", None)
+        if "run" not in getattr(item, "fixturenames", ()) or not getattr(test, "is_hypothesis_test", False):
+            continue
+        chosen = getattr(test, "_hypothesis_internal_use_settings", None) or settings.default
+        if chosen is not None and chosen.deadline == settings.default.deadline:
+            test._hypothesis_internal_use_settings = settings(chosen, deadline=None)  # type: ignore[union-attr]
+
+
 def _is_scenario(item: pytest.Item) -> bool:
     return hasattr(item, "dvp_stage")
 
@@ -141,7 +162,7 @@ def _settings(config: pytest.Config) -> Settings:
         if wrong:
             raise pytest.UsageError(wrong)
     try:
-        return from_sources(
+        found = from_sources(
             ALL,
             [
                 (lambda s: config.getoption(s.ini), lambda s: f"--dvp-{s.name}", here),
@@ -150,6 +171,12 @@ def _settings(config: pytest.Config) -> Settings:
             ],
             config.rootpath,
         )
+        if found.set.P or found.set.S:
+            from pytest_dvp import override
+
+            override.check_stack_parameters(found.set.P, "--dvp-set")
+            override.check_simulator_parameters(found.set.S, "--dvp-set")
+        return found
     except SettingError as error:
         raise pytest.UsageError(str(error)) from None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib.metadata
+import itertools
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from openscenario.model.entities import ScenarioObject
 from openscenario.model.scenario import Scenario
 from openscenario.read import read_scenario
 from openscenario.road.network import RoadNetwork, load_network
+from openscenario.road.route import RouteError
 from openscenario.storyboard.engine import Storyboard
 from pytest_dvp.body import fitted_model
 from pytest_dvp.ego import EgoTask, find_ego, task_of
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
     from pytest_dvp.loop import Driver
     from pytest_dvp.run import DriverFactory
 
-KEPT_LANE = 2000.0  # m of reference line ahead of an ego without a goal
+KEPT_LANE = 2000  # m of reference line ahead of an ego without a goal, a point every metre
 
 
 @dataclasses.dataclass(frozen=True)
@@ -76,7 +78,7 @@ def prepare(request: Request, ads: DriverFactory | None) -> Ready:
     from ads.parameters import preset
 
     gates, gate_folder = _gates(request)
-    parameters = {**_pedestrian(request), **request.parameters}
+    parameters = {**_of_the_scenario(request), **request.parameters}
     scenario = read_scenario(request.path, library=request.library, rootdir=request.rootdir, parameters=parameters)
     network = network_of(scenario)
     ego = find_ego(scenario, request.ego)
@@ -113,7 +115,8 @@ def prepare(request: Request, ads: DriverFactory | None) -> Ready:
         "task": _task_meta(task),
         **about,
     }
-    recorder = LogRecorder(meta, reference=reference_line(network, task), road=network.boundaries(1.0))
+    road = [{"kind": border.kind, "points": border.points} for border in network.boundaries(1.0)]
+    recorder = LogRecorder(meta, reference=_reference(network, task, gates.file), road=road)
     traffic = None
     if gates.traffic is not None:
         from pytest_dvp.sumo import SumoTraffic
@@ -145,10 +148,24 @@ def _network(path: Path, changed: int, size: int) -> RoadNetwork:
 def reference_line(network: RoadNetwork, task: EgoTask) -> FloatArray:
     """Centre line (n, 2) of the task's route in driving direction; without a goal, of the lane as far as it leads."""
     if task.goal is not None:
-        route = network.route(task.start, task.goal)
-    else:
-        route = network.follow_lane(task.start, KEPT_LANE)
-    return np.ascontiguousarray(network.centreline(route)[:, :2])
+        points = (task.start, *task.route, task.goal)
+        legs = [network.centreline(network.route(a, b))[:, :2] for a, b in itertools.pairwise(points)]
+        return np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
+    pose = network.lane_pose(*task.start)
+    place = network.locate(pose.x, pose.y, pose.h)._replace(road=task.start.road, lane=task.start.lane, s=task.start.s)
+    line = [(pose.x, pose.y)]
+    while len(line) < KEPT_LANE and not network.dead_end(place):
+        place = network.advance(place._replace(offset=0.0), 1.0)
+        pose = network.lane_pose(place.road, place.lane, place.s)
+        line.append((pose.x, pose.y))
+    return np.array(line)
+
+
+def _reference(network: RoadNetwork, task: EgoTask, file: str) -> FloatArray:
+    try:
+        return reference_line(network, task)
+    except RouteError as error:
+        raise ScenarioError([Finding("dvp.task", "error", file, None, "task", text=str(error))]) from None
 
 
 def check_place(network: RoadNetwork, place: RoadPoint, file: str) -> None:
@@ -192,12 +209,13 @@ def _gates(request: Request) -> tuple[GateFile, Path]:
     return (read_gates(path), path.parent) if path is not None else (default_gates(), request.path.parent)
 
 
-def _pedestrian(request: Request) -> dict[str, str | float]:
-    """PEDESTRIAN_speed is a parameter S of the paper, but it is the scenario that moves the pedestrian."""
-    speed = request.S.get("PEDESTRIAN_speed")
-    if speed is None or "pedestrian_speed" not in declared_names(request.path):
-        return {}
-    return {"pedestrian_speed": speed}
+def _of_the_scenario(request: Request) -> dict[str, str]:
+    """Parameters S of the paper that the scenario declares: it is the scenario that moves the pedestrian."""
+    from vehicle.model.parameters import scenario_parameters
+
+    values = scenario_parameters(request.S)
+    declared = declared_names(request.path) if values else ()
+    return {name: repr(value) for name, value in values.items() if name in declared}
 
 
 def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]]:
@@ -206,8 +224,7 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
     from vehicle.twin import Twin
 
     model, about = fitted_model(request.model, ego)
-    S = {name: float(value) for name, value in request.S.items()}
-    model, sensors = apply_s(model, default_sensors(), S)
+    model, sensors = apply_s(model, default_sensors(car=model.car), request.S)
     twin = Twin(model, sensors, request.seed)
     d = twin.description
     size = {"length": d.length, "width": d.width, "height": d.height, "center_x": d.center_x, "wheelbase": d.wheelbase}

@@ -62,7 +62,7 @@ class RunResult:
             "ending": self.ending,
             "simulated": self.log.duration,
             "set": dict(self.set),
-            "verdicts": [plain(verdict) for verdict in self.verdicts],
+            "verdicts": [verdict.as_dict() for verdict in self.verdicts],
             "metrics": dict(self.metrics),
             "folder": None if self.folder is None else shown(self.folder),
             "replay": self.replay,
@@ -134,10 +134,9 @@ def run(
 
 def _judged(request: Any, ready: Any, ending: Ending, error: str | None, replay: str, log_dir: Path | None) -> RunResult:
     from pytest_dvp.gates import judge, overall
-    from pytest_dvp.results import save_run
 
     log = ready.recorder.finish()
-    verdicts = tuple(judge(ready.gates.gates, log))
+    verdicts = tuple(judge(ready.gates, log))
     status = "ERROR" if ending in ("fault", "wall") else overall(verdicts)
     result = RunResult(
         log=log,
@@ -156,8 +155,9 @@ def _judged(request: Any, ready: Any, ending: Ending, error: str | None, replay:
     )
     if log_dir is None:
         return result
-    folder = save_run(result, log_dir)
-    return dataclasses.replace(result, folder=folder)
+    from pytest_dvp.results import save_run
+
+    return dataclasses.replace(result, folder=save_run(result, log_dir))
 
 
 def assigned(request: Any) -> dict[str, str]:
@@ -179,11 +179,6 @@ def replay_command(request: Any, duration: float | None) -> str:
     words += ["--ego", request.ego] if request.ego is not None else []
     words += ["--duration", f"{duration:g}"] if duration is not None else []
     return shlex.join(words)
-
-
-def plain(verdict: Verdict) -> dict[str, Any]:
-    """A verdict as a dict of scalars."""
-    return dataclasses.asdict(verdict)
 
 
 def shown(path: Path) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from pytest_dvp.fixtures import note, settings_of
+from pytest_dvp.fixtures import current_item, note, settings_of
 from pytest_dvp.settings import SettingError
 
 if TYPE_CHECKING:
@@ -17,11 +17,10 @@ if TYPE_CHECKING:
 
 
 class Session:
-    """Runs of one test: paths resolved from where the test stands, the session's settings as defaults."""
+    """Runs of tests: paths resolved from where the running test stands, the session's settings as defaults."""
 
-    def __init__(self, config: pytest.Config, node: pytest.Item) -> None:
+    def __init__(self, config: pytest.Config) -> None:
         self._config = config
-        self._node = node
         self._settings = settings_of(config)
 
     def run(self, scenario: str | Path | Variant, **options: Any) -> RunResult:
@@ -30,7 +29,7 @@ class Session:
         from pytest_dvp.fuzz import Variant, keep, searching
         from pytest_dvp.run import run
 
-        settings = self._settings
+        settings, node = self._settings, current_item(self._config)
         variant = scenario if isinstance(scenario, Variant) else None
         path = variant.scenario if variant else self.find(Path(scenario))  # type: ignore[arg-type]
         parameters: dict[str, Any] = dict(_declared_only(path, settings.set.scenario))
@@ -55,11 +54,11 @@ class Session:
             result = run(path, parameters=parameters, **defaults)
         except BaseException as error:
             if variant is not None:
-                error.add_note(f"replay: {keep(variant, settings, defaults['seed'], self._node.name)}")
+                error.add_note(f"replay: {keep(variant, settings, defaults['seed'], node.name)}")
             raise
         if variant is not None and result.status != "PASS":
-            result = result.with_replay(keep(variant, settings, result.seed, self._node.name))
-        note(self._node, result.as_dict())
+            result = result.with_replay(keep(variant, settings, result.seed, node.name))
+        note(node, result.as_dict())
         return result
 
     def find(self, path: Path) -> Path:
@@ -67,7 +66,7 @@ class Session:
 
         Raises SettingError naming the folders that were looked in.
         """
-        folders = [self._node.path.parent, self._settings.rootdir, *self._settings.scenarios]
+        folders = [current_item(self._config).path.parent, self._settings.rootdir, *self._settings.scenarios]
         for folder in folders:
             if (folder / path).is_file():
                 return folder / path
@@ -79,7 +78,7 @@ def _declared_only(path: Path, assignments: Mapping[str, str]) -> Mapping[str, s
     """Assignments of `--dvp-set` hold for the scenarios that declare the name; that one does, collection checked."""
     if not assignments:
         return {}
-    from openscenario.read import read_declarations
+    from pytest_dvp.override import declared_names
 
-    declared = {declaration.name for declaration in read_declarations(path)}
+    declared = declared_names(path)
     return {name: value for name, value in assignments.items() if name in declared}

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-Kind = Literal["int", "float", "str", "path", "flag", "assignments", "paths"]
+Kind = Literal["int", "float", "str", "path", "file", "flag", "assignments", "paths"]
 
 LISTS: tuple[Kind, ...] = ("assignments", "paths")
 STAGES: tuple[str, ...] = ("dt", "pe", "rw")
@@ -59,12 +59,12 @@ class Setting:
 
 SETTINGS: tuple[Setting, ...] = (
     Setting("seed", "int", 7, "seed of every random number of a run", "N", 0),
-    Setting("model", "path", None, "vehicle model (TOML); default: the TABBY EVO", "FILE"),
-    Setting("gates", "path", None, "gate file; default: NAME.gates.toml beside the scenario", "FILE"),
+    Setting("model", "file", None, "vehicle model (TOML); default: the TABBY EVO", "FILE"),
+    Setting("gates", "file", None, "gate file; default: NAME.gates.toml beside the scenario", "FILE"),
     Setting("library", "paths", (), "folder that scenarios may refer to, besides their own and the rootdir", "DIR"),
     Setting("ego", "str", None, "entity that the ADS drives; default: Ego", "NAME"),
     Setting("set", "assignments", (), "NAME=VALUE of a declared parameter, P.NAME=VALUE (ADS), S.NAME=VALUE", "A"),
-    Setting("duration", "float", 60.0, "longest simulated time [s]", "SECONDS", 0.05),
+    Setting("duration", "float", None, "longest simulated time [s]; default: 60, with a goal 300", "SECONDS", 0.05),
     Setting("wall-limit", "float", 600.0, "longest wall time of one run [s]", "SECONDS", 0.1),
     Setting(
         "after-collision", "float", 1.0, "simulated time from a collision to the end of the run [s]", "SECONDS", 0.0
@@ -107,7 +107,7 @@ class Settings:
     library: tuple[Path, ...] = ()
     ego: str | None = None
     set: Assignments = dataclasses.field(default_factory=Assignments)
-    duration: float = 60.0
+    duration: float | None = None
     wall_limit: float = 600.0
     after_collision: float = 1.0
     runs: Path | None = None
@@ -176,6 +176,8 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
         return _number(setting, text, origin)
     if setting.kind == "path":
         return (base / text).absolute()
+    if setting.kind == "file":
+        return _file(base / text, origin)
     return text
 
 
@@ -237,6 +239,12 @@ def _number(setting: Setting, text: str, origin: str) -> int | float:
     if not math.isfinite(value) or (setting.least is not None and value < setting.least):
         raise SettingError(f"{origin} is {text}, expected {what} >= {setting.least:g}")
     return value
+
+
+def _file(path: Path, origin: str) -> Path:
+    if not path.is_file():
+        raise SettingError(f"{origin}: no file {path}")
+    return path.absolute()
 
 
 def _folder(path: Path, origin: str) -> Path:

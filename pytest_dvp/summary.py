@@ -24,18 +24,12 @@ def clean(text: object) -> str:
 
 def reason(verdict: Mapping[str, Any]) -> str:
     """One phrase: `max_ttc_inverse 1.31 1/s > 1.00 at t=7.42 s (target)`."""
-    value, bound, unit = verdict.get("value"), verdict.get("bound"), verdict.get("unit") or ""
-    if not _finite(value) or not _finite(bound):
-        return clean(f"{verdict['gate']}: {verdict.get('message') or verdict['status']}")
-    assert value is not None and bound is not None
-    failed = verdict["status"] != "PASS"
-    sign = (">" if value > bound else "<" if value < bound else "=") if failed else ("<=" if value <= bound else ">=")
-    words = [str(verdict["metric"]), _number(value), "" if unit == "-" else unit, sign, _number(bound)]
-    if _finite(verdict.get("t")):
-        words.append(f"at t={verdict['t']:.2f} s")
-    if verdict.get("object"):
-        words.append(f"({verdict['object']})")
-    return clean(" ".join(word for word in words if word))
+    return clean(verdict["short"])
+
+
+def worst_first(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Verdicts by status, then by margin."""
+    return sorted(verdicts, key=_urgency)
 
 
 def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
@@ -46,9 +40,11 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
     status = result["status"] if metrics is None else ("PASS" if verdicts and not missing else "INCONCLUSIVE")
     if not bad and status == "PASS":
         return None
-    lines = [reason(bad[0]) if bad else _no_verdict(status, missing)]
+    broken = str(result.get("error") or "").strip().split("\n")
+    lines = [clean(broken[-1]) or (reason(bad[0]) if bad else _no_verdict(status, missing))]
+    lines += [f"  {clean(line)}" for line in broken[:-1]]
     for verdict in bad:
-        lines.append(f"  {verdict['status']} {_where(verdict)}{reason(verdict)}{_margin(verdict)}")
+        lines.append(f"  {verdict['status']} {clean(verdict['message'])}")
     passed = sum(v["status"] == "PASS" for v in verdicts)
     lines.append(f"  {passed} of {len(verdicts)} gates passed; {conditions(result)}")
     if result.get("folder"):
@@ -140,13 +136,6 @@ def _no_verdict(status: str, missing: Sequence[str]) -> str:
     if missing:
         return f"{status}: no gate on {', '.join(missing)}"
     return f"{status}: no gate was judged, and nothing judged is never a PASS"
-
-
-def _where(verdict: Mapping[str, Any]) -> str:
-    if not verdict.get("file"):
-        return ""
-    line = f":{verdict['line']}" if verdict.get("line") else ""
-    return clean(f"{verdict['file']}{line}: ")
 
 
 def _margin(verdict: Mapping[str, Any]) -> str:

@@ -31,7 +31,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout and nothing else")
 
 
-def settings_from(arguments: argparse.Namespace, scenario: Path | None = None) -> Settings:
+def settings_from(arguments: argparse.Namespace) -> Settings:
     """Settings of a command: command line before environment. Raises SettingError."""
     here = Path.cwd()
 
@@ -42,13 +42,13 @@ def settings_from(arguments: argparse.Namespace, scenario: Path | None = None) -
         (given, lambda setting: f"--{setting.name}", here),
         (environment_lookup(), lambda setting: f"environment {setting.environment}", here),
     ]
-    return from_sources(SETTINGS, sources, root_of(scenario or here))
+    return from_sources(SETTINGS, sources, root_here())
 
 
-def root_of(path: Path) -> Path:
-    """The folder pytest would take as rootdir for a run from here: the nearest one above with a configuration.
+def root_here() -> Path:
+    """The nearest folder from the current one upwards that has a configuration, as pytest finds its rootdir.
 
-    Looked for above the current folder; a scenario elsewhere does not widen what may be read.
+    A scenario elsewhere does not widen what may be read.
     """
     here = Path.cwd()
     for folder in (here, *here.parents):

@@ -24,18 +24,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     path = existing(arguments.scenario, "scenario")
-    settings = settings_from(arguments, path)
+    settings = settings_from(arguments)
     dt = _step(arguments.dt)
     from openscenario.read import read_scenario
     from openscenario.storyboard.play import play
     from pytest_dvp.override import check_overrides
-    from pytest_dvp.run import network_of
+    from pytest_dvp.prepare import network_of
 
-    check_overrides(path, settings.set.scenario)
+    check_overrides(path, settings.set)
     scenario = read_scenario(
         path, library=settings.library, rootdir=settings.rootdir, parameters=settings.set.scenario
     )
-    played = play(scenario, network_of(scenario), dt, settings.duration)
+    played = play(scenario, network_of(scenario), dt, settings.duration or 60.0)
     if arguments.csv:
         rows = ((_six(r.time), r.entity, _six(r.x), _six(r.y), _six(_turn(r.h)), _six(r.speed)) for r in played.rows)
         _write(arguments.csv, ("time", "entity", "x", "y", "h", "speed"), rows)

@@ -1,0 +1,225 @@
+"""Variants of a scenario as a Hypothesis strategy, and a failing one as a file that runs."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from hypothesis import strategies as st
+
+from pytest_dvp.settings import Settings
+
+if TYPE_CHECKING:
+    from openscenario.model.declarations import ParameterDeclaration, ValueConstraint, ValueConstraintGroup
+
+Value: TypeAlias = float | int | str | bool
+
+_STEPS = 200  # least number of values between the ends of a range: fine enough to find, coarse enough to read
+_STRINGS = ("string", "dateTime", "boolean")
+
+
+class FuzzError(ValueError):
+    """A scenario that cannot be varied; one line."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Variant:
+    """A scenario with some of its declared parameters changed; `values` holds only those that are not nominal."""
+
+    scenario: Path
+    values: Mapping[str, Value]
+
+    def __repr__(self) -> str:
+        changed = "".join(f", {name}={value!r}" for name, value in self.values.items())
+        return f"Variant({self.scenario.name}{changed})"
+
+
+@dataclasses.dataclass(frozen=True)
+class Range:
+    """Allowed values of a number: low to high, both included; `whole` for integers."""
+
+    low: float
+    high: float
+    whole: bool
+
+
+def scenario_variants(scenario: str | Path, only: Sequence[str] | None = None) -> st.SearchStrategy[Variant]:
+    """Strategy over the declared parameters of a scenario that have constraint groups; shrinks to the nominal variant.
+
+    scenario: a path; a relative one is looked for beside the calling test, in the current folder, and among the
+    scenarios that ship. only: names of the parameters to vary; default all. Values of a constrained number lie on a
+    round grid around its nominal value, which is the simplest one.
+
+    Raises FuzzError when drawn from: no such file, nothing to vary, a name in `only` that is not declared.
+    """
+    caller = sys._getframe(1).f_globals.get("__file__")
+    beside = Path(caller).parent if caller else Path.cwd()
+
+    def build() -> st.SearchStrategy[Variant]:
+        path = _find(Path(scenario), beside)
+        strategies, nominal = _strategies(path, only)
+        return st.fixed_dictionaries(strategies).map(lambda values: _variant(path, values, nominal))
+
+    return st.deferred(build)
+
+
+def searching() -> bool:
+    """True inside a `@given` test: many runs, of which only a failing one is worth a folder."""
+    hypothesis = sys.modules.get("hypothesis")
+    return bool(hypothesis is not None and hypothesis.currently_in_test_context())
+
+
+def keep(variant: Variant, settings: Settings, seed: int, test: str) -> str:
+    """Write the variant as a runnable .xosc below the runs folder and return the command that replays it.
+
+    One file a test: Hypothesis ends with the smallest failing variant, and that is the one that stays.
+    """
+    from pytest_dvp.run import shown
+
+    command = ["dvp", "run"]
+    options = ["--seed", str(seed)]
+    folder = settings.runs_folder / "variants"
+    target = folder / f"{re.sub(r'[^A-Za-z0-9_]+', '-', test).strip('-')[:60]}-{variant.scenario.stem}.xosc"
+    try:
+        _write(variant, target, settings)
+        command.append(shown(target))
+        if not variant.scenario.parent.resolve().is_relative_to(settings.rootdir.resolve()):
+            options += ["--library", shown(variant.scenario.parent)]
+        gates = settings.gates or variant.scenario.with_name(f"{variant.scenario.stem}.gates.toml")
+        options += ["--gates", shown(gates)] if gates.is_file() else []
+    except (OSError, ValueError):
+        # A file that cannot be written must not hide the failure; the values alone replay it as well.
+        command.append(shown(variant.scenario))
+        options += [word for name, value in variant.values.items() for word in ("--set", f"{name}={_text(value)}")]
+    for group, values in (("P", settings.set.P), ("S", settings.set.S)):
+        options += [word for name, value in values.items() for word in ("--set", f"{group}.{name}={value}")]
+    options += [word for path in settings.library for word in ("--library", shown(path))]
+    return shlex.join(command + options)
+
+
+def _write(variant: Variant, target: Path, settings: Settings) -> None:
+    from openscenario.read import read_scenario
+    from openscenario.write import write_scenario
+
+    texts = {name: _text(value) for name, value in variant.values.items()}
+    scenario = read_scenario(variant.scenario, library=settings.library, rootdir=settings.rootdir, parameters=texts)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    write_scenario(scenario, target)
+
+
+def _variant(path: Path, values: Mapping[str, Value], nominal: Mapping[str, Value]) -> Variant:
+    return Variant(path, {name: value for name, value in values.items() if value != nominal[name]})
+
+
+def _find(scenario: Path, beside: Path) -> Path:
+    for folder in (beside, Path.cwd()):
+        if (folder / scenario).is_file():
+            return folder / scenario
+    from scenarios import path
+
+    try:
+        return path(scenario.as_posix())
+    except FileNotFoundError:
+        raise FuzzError(f"no scenario {scenario}; looked in {beside}, {Path.cwd()} and what ships") from None
+
+
+def _strategies(
+    path: Path, only: Sequence[str] | None
+) -> tuple[dict[str, st.SearchStrategy[Any]], dict[str, Value]]:
+    from openscenario.read import read_declarations
+    from pytest_dvp.settings import unknown
+
+    declared = {declaration.name: declaration for declaration in read_declarations(path)}
+    for name in only or ():
+        if name not in declared:
+            raise FuzzError(f"{path.name}: {unknown('parameter', name, declared)}")
+    varied = [d for d in declared.values() if d.constraint_groups and (only is None or d.name in only)]
+    if not varied:
+        raise FuzzError(f"{path.name}: no parameter has a ConstraintGroup, so there is nothing to vary")
+    strategies: dict[str, st.SearchStrategy[Any]] = {}
+    nominal: dict[str, Value] = {}
+    for declaration in varied:
+        nominal[declaration.name], strategies[declaration.name] = _values(declaration)
+    return strategies, nominal
+
+
+def _values(declaration: ParameterDeclaration) -> tuple[Value, st.SearchStrategy[Any]]:
+    """Nominal value and strategy of one parameter; its nominal value is what the strategy shrinks to."""
+    if declaration.parameter_type in _STRINGS:
+        words = [c.value for group in declaration.constraint_groups for c in group.value_constraints]
+        return declaration.value, st.sampled_from(list(dict.fromkeys([declaration.value, *words])))
+    whole = declaration.parameter_type not in ("double", "float")
+    nominal: Value = int(declaration.value) if whole else float(declaration.value)
+    ranges = [_range(group, whole, declaration) for group in declaration.constraint_groups]
+    home = [r for r in ranges if r.low <= float(nominal) <= r.high]
+    # one_of shrinks to its first: the group that holds the nominal value.
+    ordered = home + [r for r in ranges if r not in home]
+    return nominal, st.one_of([_grid(r, float(nominal)) for r in ordered])
+
+
+def _range(group: ValueConstraintGroup, whole: bool, declaration: ParameterDeclaration) -> Range:
+    low, high = -math.inf, math.inf
+    for constraint in group.value_constraints:
+        value = float(constraint.value)
+        inside = 1.0 if whole else max(abs(value), 1.0) * 1e-9  # the nearest value that a strict bound allows
+        low, high = _narrowed(constraint, value, inside, low, high)
+    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+        at = declaration.at
+        raise FuzzError(f"{at.file}:{at.line}: constraints of {declaration.name} bound no range: {low:g} to {high:g}")
+    return Range(low, high, whole)
+
+
+def _narrowed(
+    constraint: ValueConstraint, value: float, inside: float, low: float, high: float
+) -> tuple[float, float]:
+    match constraint.rule:
+        case "equalTo":
+            return max(low, value), min(high, value)
+        case "greaterOrEqual":
+            return max(low, value), high
+        case "greaterThan":
+            return max(low, value + inside), high
+        case "lessOrEqual":
+            return low, min(high, value)
+        case "lessThan":
+            return low, min(high, value - inside)
+    return low, high  # notEqualTo takes one point out of a range; drawing it is as good as impossible
+
+
+def _grid(allowed: Range, nominal: float) -> st.SearchStrategy[Any]:
+    """Values on a grid of round steps from the nominal value (or the end nearest to it), with both ends."""
+    home = min(max(nominal, allowed.low), allowed.high)
+    step = 1.0 if allowed.whole else _round_step((allowed.high - allowed.low) / _STEPS)
+    if step <= 0.0:
+        return st.just(int(home) if allowed.whole else home)
+    digits = 0 if allowed.whole else max(0, -math.floor(math.log10(step)))
+
+    def value(k: int) -> Value:
+        raw = min(max(home + k * step, allowed.low), allowed.high)
+        if allowed.whole:
+            return round(raw)
+        rounded = round(raw, digits)
+        return rounded if k and allowed.low <= rounded <= allowed.high else raw
+
+    # integers shrink towards 0, and 0 is the nominal value.
+    first = -math.ceil((home - allowed.low) / step - 1e-9)
+    last = math.ceil((allowed.high - home) / step - 1e-9)
+    return st.integers(first, last).map(value)
+
+
+def _round_step(step: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above `step`."""
+    if step <= 0.0:
+        return 0.0
+    power = 10.0 ** math.floor(math.log10(step))
+    return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= step * (1 + 1e-12))
+
+
+def _text(value: Value) -> str:
+    return str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, float) else str(value)

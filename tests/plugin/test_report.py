@@ -1,0 +1,118 @@
+"""What a session says: verdicts, reasons, numbers for JUnit, annotations for GitHub."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from tests.plugin.conftest import write_scenario
+
+
+def test_pe_and_rw_are_skipped_with_a_reason(project: pytest.Pytester) -> None:
+    result = project.runpytest_inprocess("-rs", "good.xosc")
+    result.assert_outcomes(passed=1, skipped=2)
+    result.stdout.fnmatch_lines(["SKIPPED*vehicle adapter*"])
+
+
+def test_the_short_summary_says_why(project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
+    result = project.runpytest_inprocess("bad.xosc")
+    result.stdout.fnmatch_lines(["FAILED bad.xosc::dt - max_ttc_inverse 1.31 1/s > 1.00 at t=7.42 s (Target)"])
+
+
+def test_a_failure_ends_with_the_command_to_replay(project: pytest.Pytester) -> None:
+    result = project.runpytest_inprocess("bad.xosc", "-rN", "-p", "no:terminalreporter")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    shown = project.runpytest_inprocess("bad.xosc")
+    shown.stdout.fnmatch_lines(["*gate x.toml:3*", "*replay: dvp run bad.xosc --seed 7"])
+    assert "Traceback" not in shown.stdout.str()
+
+
+def test_the_section_shows_the_worst_margin_first_and_ends_with_an_action(project: pytest.Pytester) -> None:
+    result = project.runpytest_inprocess(".")
+    lines = result.outlines
+    start = next(i for i, line in enumerate(lines) if line.strip("= ") == "dvp")
+    assert lines[start + 1] == "2 runs, 2 gates: 1 FAIL, 1 PASS"
+    assert lines[start + 2].startswith("FAIL         bad.xosc::dt")
+    assert lines[start + 3].startswith("PASS         good.xosc::dt")
+    assert lines[start + 4] == "replay the worst: dvp run bad.xosc --seed 7"
+
+
+def test_a_session_without_scenarios_says_nothing_of_dvp(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("def test_one(): pass")
+    result = pytester.runpytest_inprocess()
+    result.stdout.no_fnmatch_line("*dvp:*")
+    result.stdout.no_fnmatch_line("= dvp =")
+
+
+def test_the_header_tells_the_conditions(project: pytest.Pytester) -> None:
+    result = project.runpytest_inprocess("good.xosc", "--dvp-seed", "11")
+    result.stdout.fnmatch_lines(["dvp: 1 scenarios, stage dt, pe, rw, vehicle twin, seed 11, model tabby_evo.toml"])
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")])
+def test_numbers_reach_junit(project: pytest.Pytester, workers: tuple[str, ...]) -> None:
+    project.runpytest_subprocess("--junitxml=out.xml", *workers, ".")
+    cases = {case.get("classname"): case for case in ET.parse(project.path / "out.xml").iter("testcase") if case.get("name") == "dt"}
+    properties = {p.get("name"): p.get("value") for p in cases["bad.xosc"].iter("property")}
+    assert properties["max_ttc_inverse"] == "1.31"
+    assert properties["verdict"] == "FAIL"
+
+
+def test_results_survive_workers(project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
+    result = project.runpytest_subprocess("-n", "2", ".")
+    result.assert_outcomes(passed=1, failed=1, skipped=4)
+    result.stdout.fnmatch_lines(
+        [
+            "2 runs, 2 gates: 1 FAIL, 1 PASS",
+            "replay the worst: dvp run bad.xosc --seed 7",
+            "FAILED bad.xosc::dt - max_ttc_inverse 1.31 1/s > 1.00 at t=7.42 s (Target)",
+        ]
+    )
+
+
+def test_github_gets_an_annotation_at_the_line_and_a_table(
+    project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    table = tmp_path / "summary.md"
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(table))
+    result = project.runpytest_inprocess(".")
+    (line,) = [line for line in result.outlines if line.startswith("::error")]
+    assert line.startswith("::error file=bad.xosc,line=40,title=bad.xosc%3A%3Adt::max_ttc_inverse 1.31 1/s > 1.00")
+    assert line.endswith("%0Areplay: dvp run bad.xosc --seed 7")
+    assert "| bad.xosc | dt | max_ttc_inverse &lt;= 1.00 1/s | FAIL | 1.31 1/s | 1 1/s | -0.31 |" in table.read_text()
+
+
+def test_at_most_twenty_lines(project: pytest.Pytester) -> None:
+    for k in range(30):
+        write_scenario(project.path, f"good{k:02}.xosc")
+    lines = project.runpytest_inprocess("-m", "dt", ".").outlines
+    start = next(i for i, line in enumerate(lines) if line.strip("= ") == "dvp")
+    end = next(i for i, line in enumerate(lines) if line.startswith("replay the worst"))
+    assert end - start == 20
+
+
+def test_a_test_of_ones_own_uses_run_and_gate(project: pytest.Pytester) -> None:
+    project.makepyfile(
+        """
+        def test_good(run, gate):
+            gate(run("good.xosc"))
+
+        def test_bad(run, gate):
+            gate(run("bad.xosc", seed=3))
+        """
+    )
+    result = project.runpytest_inprocess("test_a_test_of_ones_own_uses_run_and_gate.py")
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(["*- replay -*", "dvp run bad.xosc --seed 3"])
+
+
+def test_a_missing_gate_never_passes(project: pytest.Pytester) -> None:
+    project.makepyfile("def test_it(run, gate): gate(run('good.xosc'), metrics=['tet'])")
+    result = project.runpytest_inprocess("test_a_missing_gate_never_passes.py")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*no gate on tet*"])

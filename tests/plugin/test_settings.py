@@ -1,0 +1,92 @@
+"""Settings: where they come from, which wins, and what a wrong one says."""
+
+from __future__ import annotations
+
+import pytest
+
+PRINT_SEED = """
+from pytest_dvp.fixtures import settings_of
+
+def test_settings(request):
+    settings = settings_of(request.config)
+    print("seed", settings.seed, "duration", settings.duration, "set", settings.set.words())
+"""
+
+
+@pytest.fixture
+def told(pytester: pytest.Pytester) -> pytest.Pytester:
+    pytester.makepyfile(test_told=PRINT_SEED)
+    return pytester
+
+
+def seed(pytester: pytest.Pytester, *arguments: str) -> str:
+    result = pytester.runpytest_inprocess("-s", *arguments)
+    assert result.ret == pytest.ExitCode.OK
+    return next(line for line in result.outlines if "seed" in line).split("seed ")[1]
+
+
+def test_the_defaults(told: pytest.Pytester) -> None:
+    assert seed(told).startswith("7 duration None set []")
+
+
+def test_an_ini_key_is_read(told: pytest.Pytester) -> None:
+    told.makeini("[pytest]\ndvp_seed = 11")
+    assert seed(told).startswith("11 ")
+
+
+def test_the_environment_wins_over_the_ini_file(told: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    told.makeini("[pytest]\ndvp_seed = 11")
+    monkeypatch.setenv("DVP_SEED", "12")
+    assert seed(told).startswith("12 ")
+
+
+def test_the_command_line_wins_over_the_environment(told: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DVP_SEED", "12")
+    assert seed(told, "--dvp-seed=13").startswith("13 ")
+
+
+def test_assignments_add_up(told: pytest.Pytester) -> None:
+    found = seed(told, "--dvp-set=a=1", "--dvp-set=P.LQR_q11=30", "--dvp-set=S.EGO_mass=900")
+    assert found.endswith("set ['a=1', 'P.LQR_q11=30', 'S.EGO_mass=900']")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--dvp-seed=x",), "*--dvp-seed is 'x', expected a whole number*"),
+        (("--dvp-seed=-1",), "*--dvp-seed is -1, expected a whole number >= 0*"),
+        (("--dvp-duration=nan",), "*--dvp-duration is nan, expected a number >= 0.05*"),
+        (("--dvp-set=nothing",), "*--dvp-set 'nothing': expected NAME=VALUE*"),
+        (("--dvp-library=nowhere",), "*--dvp-library: no folder*nowhere*"),
+        (("--dvp-model=nowhere.toml",), "*--dvp-model: no file*nowhere.toml*"),
+        (("--dvp-set=P.LQR_q1=30",), "*unknown ADS parameter 'LQR_q1'*LQR_q11*"),
+        (("--dvp-set=P.LQR_q11=-1",), "*LQR_q11*outside its range*"),
+        (("--dvp-set=S.EGO_mas=900",), "*EGO_mass*"),
+    ],
+)
+def test_a_wrong_option_is_a_usage_error(
+    pytester: pytest.Pytester, arguments: tuple[str, ...], message: str
+) -> None:
+    result = pytester.runpytest_inprocess(*arguments)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([message])
+
+
+def test_a_misspelt_ini_key_names_the_right_one(pytester: pytest.Pytester) -> None:
+    pytester.makeini("[pytest]\ndvp_sed = 7")
+    result = pytester.runpytest_inprocess()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*unknown setting 'dvp_sed', did you mean 'dvp_seed'?"])
+
+
+def test_a_misspelt_variable_names_the_right_one(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DVP_SED", "7")
+    result = pytester.runpytest_inprocess()
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*unknown setting 'DVP_SED', did you mean 'DVP_SEED'?"])
+
+
+def test_a_parameter_that_no_scenario_declares_names_the_nearest(project: pytest.Pytester) -> None:
+    result = project.runpytest_inprocess("--dvp-set=ego_sped=3", ".")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*unknown parameter 'ego_sped', did you mean 'ego_speed'?"])
