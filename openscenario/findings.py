@@ -86,3 +86,42 @@ def listed(names: Sequence[str], most: int = 12) -> str:
     """Names for the `allowed` part of a message, cut after `most`."""
     head = ", ".join(names[:most])
     return f"{head}, ... ({len(names)} in all)" if len(names) > most else head
+
+
+class Findings:
+    """Collects findings while a file is read, so that one pass reports them all."""
+
+    __slots__ = ("found",)
+
+    MOST = 1_000  # a file with more defects than this has one: it is not what it claims to be
+
+    def __init__(self) -> None:
+        self.found: list[Finding] = []
+
+    def add(
+        self,
+        code: str,
+        file: str,
+        line: int | None,
+        element: str,
+        text: str,
+        *,
+        found: str = "",
+        allowed: str = "",
+        hint: str = "",
+        severity: Severity = "error",
+    ) -> None:
+        """Notes one finding."""
+        if len(self.found) < self.MOST:
+            self.found.append(Finding(code, severity, file, line, element, found, allowed, hint, text))
+
+    @property
+    def errors(self) -> tuple[Finding, ...]:
+        """Those that forbid using the file."""
+        return tuple(finding for finding in self.found if finding.severity == "error")
+
+    def in_order(self) -> tuple[Finding, ...]:
+        """All, without repetition, ordered by file (as first met) and line."""
+        files = {finding.file: number for number, finding in reversed(list(enumerate(self.found)))}
+        unique = dict.fromkeys(self.found)
+        return tuple(sorted(unique, key=lambda finding: (files[finding.file], finding.line or 0)))

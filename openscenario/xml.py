@@ -109,7 +109,7 @@ def read_xml(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> Doc
         ScenarioError: no such file, too big, not well formed, wrong encoding, a DOCTYPE, too deep.
     """
     file = os.fspath(path)
-    data = _bytes(Path(file), file, max_bytes)
+    data = read_bytes(Path(file), file, max_bytes)
     return parse_xml(data, file)
 
 
@@ -126,7 +126,8 @@ def parse_xml(data: bytes, file: str) -> Document:
     return Document(file, _parse(clean, file), hashlib.sha256(data).hexdigest())
 
 
-def _bytes(path: Path, file: str, max_bytes: int) -> bytes:
+def read_bytes(path: Path, file: str, max_bytes: int) -> bytes:
+    """The bytes of a regular file of at most that size; else ScenarioError."""
     try:
         info = path.stat()
         if not stat.S_ISREG(info.st_mode):

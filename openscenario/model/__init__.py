@@ -83,6 +83,13 @@ from openscenario.model.appearance import (
     VehicleComponent,
     VehicleLight,
 )
+from openscenario.model.catalogs import (
+    CatalogLocation,
+    CatalogLocations,
+    CatalogReference,
+    Directory,
+    ParameterAssignment,
+)
 from openscenario.model.conditions import (
     AccelerationCondition,
     AngleCondition,
@@ -119,6 +126,7 @@ from openscenario.model.conditions import (
     VariableCondition,
 )
 from openscenario.model.declarations import (
+    NO_PROPERTIES,
     CustomContent,
     File,
     FileHeader,
@@ -313,6 +321,7 @@ from openscenario.model.trajectories import (
 
 __all__ = [
     "NOWHERE",
+    "NO_PROPERTIES",
     "AbsoluteSpeed",
     "AbsoluteTargetLane",
     "AbsoluteTargetLaneOffset",
@@ -347,6 +356,9 @@ __all__ = [
     "ByObjectType",
     "ByType",
     "ByValueCondition",
+    "CatalogLocation",
+    "CatalogLocations",
+    "CatalogReference",
     "Center",
     "CentralSwarmObject",
     "Clothoid",
@@ -375,6 +387,7 @@ __all__ = [
     "Dimensions",
     "DirectionOfTravelDistribution",
     "DirectionalDimension",
+    "Directory",
     "DisconnectTrailerAction",
     "DistanceCondition",
     "DomeImage",
@@ -447,6 +460,7 @@ __all__ = [
     "OverrideThrottleAction",
     "ParameterAction",
     "ParameterAddValueRule",
+    "ParameterAssignment",
     "ParameterCondition",
     "ParameterDeclaration",
     "ParameterModifyAction",

@@ -38,11 +38,11 @@ from openscenario.model.trajectories import TimeReference, Trajectory
 
 @dataclass(frozen=True, slots=True)
 class TransitionDynamics(Element):
-    """How a change happens: shape over `value` seconds, metres, or at `value` per second (peak rate)."""
+    """How a change happens: shape over `value` seconds, metres, or at `value` per second (peak rate, a magnitude)."""
 
     dynamics_shape: DynamicsShape
     dynamics_dimension: DynamicsDimension
-    value: NonNegative
+    value: Number
     following_mode: FollowingMode | None = None
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from openscenario.model.enums import ParameterType, Rule
-from openscenario.model.kinds import Element, xml
+from openscenario.model.kinds import Element, RawText, xml
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class FileHeader(Element):
 @dataclass(frozen=True, slots=True)
 class ValueConstraint(Element):
     rule: Rule
-    value: str
+    value: RawText
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ class ParameterDeclaration(Element):
 
     name: str
     parameter_type: ParameterType
-    value: str
+    value: RawText
     constraint_groups: tuple[ValueConstraintGroup, ...] = field(metadata=xml("ConstraintGroup"), default=())
 
 

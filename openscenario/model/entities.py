@@ -25,6 +25,7 @@ from openscenario.model.kinds import (
     Metre,
     NonNegativeRadian,
     PositiveLength,
+    TrailerName,
     xml,
 )
 
@@ -98,7 +99,9 @@ class TrailerCoupler(Element):
 
 @dataclass(frozen=True, slots=True)
 class TrailerRef(Element):
-    entity_ref: EntityName
+    """Names the entity that hangs behind; catalogues name trailers that a scenario may well not have."""
+
+    entity_ref: TrailerName
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,7 +49,12 @@ class Moment:
     """A date and time in ISO 8601."""
 
 
-RefKind = Literal["entity", "parameter", "variable", "monitor", "signal_controller", "storyboard"]
+@dataclass(frozen=True, slots=True)
+class Raw:
+    """Text that is kept as written: parameters in it are resolved later, in the scope that it opens."""
+
+
+RefKind = Literal["entity", "trailer", "parameter", "variable", "monitor", "signal_controller", "storyboard"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,8 +113,10 @@ Number: TypeAlias = Annotated[float, Quantity("1")]
 NonNegative: TypeAlias = Annotated[float, Quantity("1", low=0.0)]
 Count: TypeAlias = Annotated[int, Quantity("1", low=0.0)]
 
+RawText: TypeAlias = Annotated[str, Raw()]
 DateTime: TypeAlias = Annotated[str, Moment()]
 EntityName: TypeAlias = Annotated[str, Ref("entity")]
+TrailerName: TypeAlias = Annotated[str, Ref("trailer")]
 ParameterName: TypeAlias = Annotated[str, Ref("parameter")]
 VariableName: TypeAlias = Annotated[str, Ref("variable")]
 MonitorName: TypeAlias = Annotated[str, Ref("monitor")]

@@ -1,0 +1,98 @@
+"""Which files a scenario may reach: those below its own folder and below folders that the user named, nothing else."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+from urllib.parse import unquote
+
+from openscenario.findings import nearest
+
+_SCHEME: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]+:")
+_DRIVE: Final = re.compile(r"[A-Za-z]:")
+_LONGEST: Final = 4_096
+
+
+class PathError(ValueError):
+    """A path may not be opened, or leads nowhere; `code` and `hint` go into the finding."""
+
+    def __init__(self, code: str, text: str, allowed: str = "", hint: str = "") -> None:
+        super().__init__(text)
+        self.code = code
+        self.text = text
+        self.allowed = allowed
+        self.hint = hint
+
+
+@dataclass(frozen=True, slots=True)
+class Roots:
+    """The allowed folders: `base` (the scenario's own, relative paths start there), then the declared ones."""
+
+    base: Path
+    folders: tuple[Path, ...]
+    real: tuple[Path, ...]
+
+    @classmethod
+    def of(cls, base: Path, others: Sequence[Path] = ()) -> Roots:
+        """Roots from the scenario's folder and declared folders."""
+        folders = tuple(Path(os.path.abspath(folder)) for folder in (base, *others))
+        return cls(folders[0], folders, tuple(Path(os.path.realpath(folder)) for folder in folders))
+
+    def find(self, written: str, base: Path, *, folder: bool = False) -> Path:
+        """What a path written in a file at `base` leads to, symlinks resolved.
+
+        Raises:
+            PathError: a scheme, outside the allowed folders (then the disk is not even asked), missing, not regular.
+        """
+        place = self.inside(written, base)
+        try:
+            mode = place.stat().st_mode
+        except (OSError, ValueError):
+            raise PathError("path.not_found", f"no such file: {place}", "", self._near(place)) from None
+        if not (stat.S_ISDIR(mode) if folder else stat.S_ISREG(mode)):
+            raise PathError("path.not_a_file", f"not a {'folder' if folder else 'regular file'}: {place}")
+        return place
+
+    def inside(self, written: str, base: Path) -> Path:
+        """The same without asking whether it exists."""
+        if len(written) > _LONGEST:
+            raise PathError("path.too_long", f"longer than {_LONGEST} characters")
+        if _SCHEME.match(written):
+            raise PathError("path.scheme_forbidden", "a URL is refused", "a path to a local file")
+        plain = written.replace("\\", "/")
+        if _DRIVE.match(plain):
+            raise self._outside()
+        once = unquote(plain)
+        # a path that climbs only when decoded is meant to climb: refused before anything looks at the disk
+        for variant in dict.fromkeys((unquote(once), once, plain)):
+            lexical = Path(os.path.normpath(os.path.join(base, variant)))
+            if not _under(lexical, (*self.folders, *self.real)):
+                raise self._outside()
+        real = Path(os.path.realpath(lexical))
+        if not _under(real, self.real):
+            raise self._outside()
+        return real
+
+    def _outside(self) -> PathError:
+        return PathError(
+            "path.outside_root",
+            "the path leaves the allowed folders",
+            "below the scenario's folder or a declared library folder",
+            "declare the folder with --library",
+        )
+
+    def _near(self, place: Path) -> str:
+        try:
+            names = sorted(entry.name for entry in os.scandir(place.parent)) if _under(place.parent, self.real) else []
+        except OSError:
+            return f"no such folder: {place.parent}"
+        return nearest(place.name, names)
+
+
+def _under(path: Path, folders: Sequence[Path]) -> bool:
+    return any(path == folder or folder in path.parents for folder in folders)

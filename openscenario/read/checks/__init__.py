@@ -1,0 +1,8 @@
+"""Checks of single elements beyond names and numbers; one file a family, found through the `check` decorator."""
+
+from __future__ import annotations
+
+from openscenario.read.checks import actions, conditions, entities, positions, shapes, storyboard
+from openscenario.read.checks.registry import CHECKS, check
+
+__all__ = ["CHECKS", "actions", "check", "conditions", "entities", "positions", "shapes", "storyboard"]

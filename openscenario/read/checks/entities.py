@@ -1,0 +1,55 @@
+"""Entities: axles, trailers, distributions of traffic."""
+
+from __future__ import annotations
+
+from openscenario.model.entities import Axles, EntitySelection, Trailer
+from openscenario.model.traffic import Range, TrafficArea
+from openscenario.read.checks.registry import check, exactly_one
+from openscenario.read.context import Context
+
+
+@check(Axles)
+def wheelbase(axles: Axles, context: Context) -> None:
+    """The front axle lies before the rear axle: all vehicle models divide by the distance."""
+    front, rear = axles.front_axle, axles.rear_axle
+    if front is not None and front.position_x <= rear.position_x:
+        context.error(
+            "value.out_of_range",
+            front.at,
+            "@positionX",
+            "the wheelbase is not positive",
+            found=f"{front.position_x:g}",
+            allowed=f"> {rear.position_x:g} m, the position of the rear axle",
+        )
+
+
+@check(Trailer)
+def one_trailer(trailer: Trailer, context: Context) -> None:
+    exactly_one(trailer, context, "", Trailer=trailer.trailer, TrailerRef=trailer.trailer_ref)
+
+
+@check(EntitySelection)
+def some_members(selection: EntitySelection, context: Context) -> None:
+    if not selection.members:
+        context.error(
+            "xml.missing_element", selection.selected.at, "", "the selection is empty", allowed="EntityRef, ByType"
+        )
+
+
+@check(Range)
+def limits_in_order(limits: Range, context: Context) -> None:
+    if limits.upper_limit < limits.lower_limit:
+        context.error(
+            "value.out_of_range",
+            limits.at,
+            "@upperLimit",
+            "the upper limit lies below the lower",
+            found=f"{limits.upper_limit:g}",
+            allowed=f">= {limits.lower_limit:g}",
+        )
+
+
+@check(TrafficArea)
+def some_area(area: TrafficArea, context: Context) -> None:
+    if area.polygon is None and not area.road_ranges:
+        context.error("xml.missing_element", area.at, "", "the area is empty", allowed="Polygon, RoadRange")

@@ -1,0 +1,249 @@
+"""Reading one element into its dataclass, by the plan of its class."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any, Final
+
+from openscenario.catalogs import CatalogError
+from openscenario.expressions import ExpressionError
+from openscenario.findings import ScenarioError, nearest
+from openscenario.model.catalogs import CatalogReference
+from openscenario.model.declarations import ParameterDeclaration
+from openscenario.model.kinds import At
+from openscenario.parameters import BrokenParameter, Given, Scope, declare, resolve
+from openscenario.read.checks import CHECKS
+from openscenario.read.context import Context, Reference
+from openscenario.read.plan import AttributePlan, ElementPlan, Leaf, Table, plan_of
+from openscenario.values import BadValue
+from openscenario.xml import Node
+
+_SIMPLE_NAME: Final = re.compile(r"[\w .:+\-]{1,60}")
+_DEEPEST_CATALOG: Final = 8  # catalogue entries that refer to catalogue entries
+_NOTHING_GIVEN: Final[Mapping[str, Given]] = {}
+
+Values = dict[str, Any]
+
+
+class ElementReader:
+    """Reads elements of one file; what is wrong goes to the context, and None comes back."""
+
+    __slots__ = ("context", "file")
+
+    def __init__(self, context: Context, file: str) -> None:
+        self.context = context
+        self.file = file
+
+    def read(
+        self,
+        plan: ElementPlan,
+        node: Node,
+        scope: Scope,
+        path: str,
+        given: Mapping[str, Given] = _NOTHING_GIVEN,
+    ) -> Any:
+        """The element as an instance of the plan's class, or None if something in it is wrong.
+
+        Args:
+            path: of the element, for its findings and its `at`.
+            given: values for the parameters that the element declares.
+        """
+        name = node.attributes.get("name")
+        if name and _SIMPLE_NAME.fullmatch(name):
+            path = f"{path}[{name}]"
+        at = At(self.file, node.line, path)
+        values: Values = {}
+        if plan.declares:
+            scope = self._declarations(node, scope, path, given, values)
+        whole = self._attributes(plan, node, scope, at, values)
+        if plan.names and values.get("name"):
+            self.context.names.setdefault(plan.names, []).append((values["name"], at))
+        if plan.text_field:
+            values[plan.text_field] = node.text.strip()
+        if node.children:
+            whole = self._children(plan.children, node, scope, path, values) and whole
+        for field_name, wrapper, allowed in plan.required_children:
+            if not values.get(field_name):
+                whole = False
+                if field_name not in values:
+                    self._missing_child(node, at, wrapper, allowed)
+        if not whole:
+            return None
+        for field_name in plan.unset:
+            values.setdefault(field_name, None)
+        element = plan.cls(at=at, **{key: tuple(v) if type(v) is list else v for key, v in values.items()})
+        for check in CHECKS.get(plan.cls, ()):
+            check(element, self.context)
+        return element
+
+    def _attributes(self, plan: ElementPlan, node: Node, scope: Scope, at: At, values: Values) -> bool:
+        whole = True
+        known = plan.attributes
+        for name, raw in node.attributes.items():
+            attribute = known.get(name)
+            if attribute is None:
+                whole = False
+                hint = nearest(name, known)
+                allowed = ", ".join(sorted({entry.name for entry in known.values()})) or "no attribute"
+                self.context.error(
+                    "xml.unknown_attribute", at, f"@{name}", "unknown attribute", found=name, allowed=allowed, hint=hint
+                )
+                continue
+            text = raw
+            if "$" in raw and not attribute.raw:
+                resolved = self._resolved(attribute, raw, scope, at)
+                if resolved is None:
+                    whole = False
+                    values[attribute.field] = None
+                    continue
+                text = resolved
+            try:
+                values[attribute.field] = attribute.convert(text)
+            except BadValue as error:
+                whole = False
+                values[attribute.field] = None
+                hint = nearest(text, attribute.allowed) if attribute.allowed else ""
+                found = (text if text == raw else f"{raw} = {text}") or "nothing"
+                self.context.error(
+                    error.code, at, f"@{name}", error.text, found=found, allowed=error.allowed, hint=hint
+                )
+                continue
+            if attribute.ref is not None:
+                self.context.references.append(Reference(attribute.ref, text, at, name))
+        for field_name, name in plan.required_attributes:
+            if field_name not in values:
+                whole = False
+                self.context.error(
+                    "xml.missing_attribute", at, f"@{name}", "a required attribute is missing", allowed=name
+                )
+        return whole
+
+    def _resolved(self, attribute: AttributePlan, raw: str, scope: Scope, at: At) -> str | None:
+        try:
+            return resolve(raw, scope.text, as_text=attribute.text)
+        except ExpressionError as error:
+            self.context.error(error.code, at, f"@{attribute.name}", error.text, found=raw, hint=error.hint)
+        except BrokenParameter:
+            pass  # its declaration has the finding
+        return None
+
+    def _declarations(self, node: Node, scope: Scope, path: str, given: Mapping[str, Given], values: Values) -> Scope:
+        raw: list[ParameterDeclaration] = []
+        plan = plan_of(ParameterDeclaration)
+        for group in node.children:
+            if group.tag == "ParameterDeclarations":
+                below = f"{path}/ParameterDeclarations"
+                for child in group.children:
+                    if child.tag == "ParameterDeclaration":
+                        declaration = self.read(plan, child, scope, f"{below}/ParameterDeclaration")
+                        if declaration is not None:
+                            raw.append(declaration)
+        declared, scope = declare(raw, scope, given, self.context.findings)
+        if declared:
+            values["parameter_declarations"] = declared
+        return scope
+
+    def _children(self, table: Table, node: Node, scope: Scope, path: str, values: Values) -> bool:
+        whole = True
+        for child in node.children:
+            tag = child.tag
+            entry = table.get(tag)
+            below = f"{path}/{tag}"
+            if isinstance(entry, Leaf):
+                if entry.field == "parameter_declarations":
+                    continue  # read before everything else, as it opens the scope
+                value: Any = (
+                    self.read(entry.plan, child, scope, below)
+                    if entry.variants is None
+                    else self._catalog_entry(entry, child, scope, below)
+                )
+                whole = self._fill(entry, value, child, below, values) and whole
+            elif entry is not None:
+                if child.attributes:
+                    whole = False
+                    name = next(iter(child.attributes))
+                    at = At(self.file, child.line, below)
+                    self.context.error("xml.unknown_attribute", at, f"@{name}", "unknown attribute", found=name)
+                whole = self._children(entry, child, scope, below, values) and whole
+            else:
+                whole = False
+                self.context.error(
+                    "xml.unknown_element",
+                    At(self.file, child.line, below),
+                    "",
+                    "unknown element here",
+                    found=tag,
+                    allowed=", ".join(sorted(table)) or "nothing",
+                    hint=nearest(tag, table),
+                )
+        return whole
+
+    def _fill(self, entry: Leaf, value: Any, child: Node, path: str, values: Values) -> bool:
+        if entry.many:
+            values.setdefault(entry.field, [])
+            if value is not None and values[entry.field] is not None:
+                values[entry.field].append(value)
+            return value is not None
+        if entry.field in values:
+            self.context.error(
+                "xml.too_many",
+                At(self.file, child.line, path),
+                "",
+                "only one element of its kind may stand here",
+                found=child.tag,
+            )
+            return False
+        values[entry.field] = value
+        return value is not None
+
+    def _missing_child(self, node: Node, at: At, wrapper: str, allowed: str) -> None:
+        inside = node.find(wrapper) if wrapper else None
+        if inside is not None:
+            at = At(self.file, inside.line, f"{at.element}/{wrapper}")
+        self.context.error("xml.missing_element", at, "", "a required element is missing", allowed=allowed)
+
+    def _catalog_entry(self, leaf: Leaf, node: Node, scope: Scope, path: str) -> Any:
+        reference: CatalogReference | None = self.read(leaf.plan, node, scope, path)
+        context = self.context
+        if reference is None or context.catalogs is None or leaf.variants is None:
+            return None
+        if context.nested_catalogs >= _DEEPEST_CATALOG:
+            context.error("catalog.too_deep", reference.at, "", "catalogue entries refer to each other too deep")
+            return None
+        try:
+            entry = context.catalogs.entry(reference, tuple(leaf.variants))
+        except CatalogError as error:
+            context.error(
+                error.code, error.at or reference.at, error.attribute, error.text, found=error.found, hint=error.hint
+            )
+            return None
+        except ScenarioError as error:
+            context.findings.found.extend(error.findings)
+            return None
+        given = self._assignments(reference, entry.node)
+        context.nested_catalogs += 1
+        try:
+            inner = ElementReader(context, entry.file)
+            return inner.read(leaf.variants[entry.node.tag], entry.node, Scope(), entry.element, given)
+        finally:
+            context.nested_catalogs -= 1
+
+    def _assignments(self, reference: CatalogReference, entry: Node) -> dict[str, Given]:
+        group = entry.find("ParameterDeclarations")
+        names = [] if group is None else [child.get("name") for child in group.children]
+        given: dict[str, Given] = {}
+        for assignment in reference.parameter_assignments:
+            name = assignment.parameter_ref.removeprefix("$")
+            if name not in names:
+                self.context.error(
+                    "param.undefined",
+                    assignment.at,
+                    "@parameterRef",
+                    f"catalogue entry '{reference.entry_name}' declares no such parameter",
+                    found=name,
+                    allowed=", ".join(names) or "none",
+                    hint=nearest(name, names),
+                )
+            given[name] = Given(assignment.value, assignment.at)
+        return given

@@ -1,0 +1,45 @@
+"""File header: the version decides whether the rest can be understood."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from openscenario.model.declarations import FileHeader
+from openscenario.model.kinds import At
+from openscenario.parameters import Scope
+from openscenario.read.elements import ElementReader
+from openscenario.read.plan import plan_of
+from openscenario.xml import Node
+
+VERSIONS: Final = ((1, 0), (1, 1), (1, 2), (1, 3))
+
+
+def read_header(node: Node | None, reader: ElementReader, root: At) -> FileHeader | None:
+    """The header, or None if there is none or its version is unknown: then nothing else is worth a finding."""
+    context = reader.context
+    if node is None:
+        context.error(
+            "xml.fileheader_is_present", root, "", "the file header is missing", allowed="<FileHeader> in the root"
+        )
+        return None
+    at = At(reader.file, node.line, f"{root.element}/FileHeader")
+    major, minor = node.get("revMajor").strip(), node.get("revMinor").strip()
+    supported = ", ".join(f"{a}.{b}" for a, b in VERSIONS)
+    if not (major.isascii() and major.isdigit() and minor.isascii() and minor.isdigit()):
+        context.error(
+            "xml.version_is_defined",
+            at,
+            "",
+            "revMajor and revMinor must be numbers",
+            found=f"{major or 'nothing'}.{minor or 'nothing'}",
+            allowed=supported,
+        )
+        return None
+    if (int(major[:9]), int(minor[:9])) not in VERSIONS:
+        attribute = "@revMinor" if major == "1" else "@revMajor"
+        context.error(
+            "version.unsupported", at, attribute, "unsupported version", found=f"{major}.{minor}", allowed=supported
+        )
+        return None
+    header: FileHeader | None = reader.read(plan_of(FileHeader), node, Scope(), at.element)
+    return header
