@@ -68,7 +68,9 @@ class Loop:
         self._folder = ready.scenario.path.parent.absolute()
         self._goal = GoalZone(ready.network, ready.task.goal) if ready.task.goal is not None else None
         self._task: Task | None = ready.task.message()
-        self._held = {"on_road": 1.0}
+        d = ready.vehicle.description
+        ahead, behind, side = d.center_x + 0.5 * d.length, d.center_x - 0.5 * d.length, 0.5 * d.width
+        self._corners = ((ahead, side), (behind, side), (behind, -side), (ahead, -side))
         self._transitions = 0
         self.error: str | None = None
 
@@ -93,7 +95,7 @@ class Loop:
             if ending is not None:
                 return self._end(t, ending)
             try:
-                rows = self._advance(t, around)
+                rows = self._advance(t, around, state)
             except Exception as error:  # the thing under test broke: a finding of this run, not of the harness
                 self.error = traceback.format_exc()
                 self._recorder.event(t, "fault", type(error).__name__, str(error).split("\n")[0])
@@ -106,7 +108,7 @@ class Loop:
         _, x, y, z, yaw, speed, _, _, _, ax, _, _ = state.tolist()
         self._storyboard.place(self._ego, x, y, z, yaw, speed, ax)
 
-    def _advance(self, t: float, around: Surroundings) -> FloatArray:
+    def _advance(self, t: float, around: Surroundings, state: FloatArray) -> FloatArray:
         observation = self._vehicle.observe(around)
         if self._task is not None:
             observation = msgspec.structs.replace(observation, task=self._task)
@@ -121,12 +123,20 @@ class Loop:
             surroundings=around,
             detections=driver.detections,
             path=driver.path,
+            held={"on_road": 1.0 if self._on_road(state) else 0.0},
         )
         self._storyboard.step(TICK)
         self._drain(t)
         rows = self._vehicle.step(TICK)
         self._recorder.ego_rows(rows)
         return rows
+
+    def _on_road(self, state: FloatArray) -> bool:
+        """Whether all corners of the ego's box are on drivable lanes."""
+        x, y, yaw = float(state[1]), float(state[2]), float(state[4])
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        locate = self._network.locate
+        return all(locate(x + cos * u - sin * v, y + sin * u + cos * v).on_road for u, v in self._corners)
 
     def _drain(self, t: float) -> None:
         """Storyboard transitions and requests of this tick into the log; requests into the next observation."""

@@ -130,13 +130,13 @@ def prepare(request: Request, ads: DriverFactory | None) -> Ready:
 def network_of(scenario: Scenario) -> RoadNetwork:
     """The road of a scenario. Raises ScenarioError if it names none or a broken one."""
     file = scenario.road_network.logic_file
-    if file is None or file.path is None:
+    if file is None:
         at = scenario.road_network.at
         text = "the scenario names no road network (RoadNetwork/LogicFile)"
         finding = Finding("dvp.no_road", "error", str(scenario.path), at.line or None, "RoadNetwork", text=text)
         raise ScenarioError([finding])
-    stat = file.path.stat()
-    return _network(file.path, stat.st_mtime_ns, stat.st_size)
+    stat = file.stat()
+    return _network(file, stat.st_mtime_ns, stat.st_size)
 
 
 @functools.lru_cache(maxsize=4)
