@@ -9,12 +9,15 @@ from numba import njit
 
 from pytest_dvp.log import FloatArray
 
+PAD = 6.0
+"""Periods of the cut-off; the start of the recursion has faded to exp(-sqrt(2) pi PAD) = 3e-12 by then."""
+
 
 def low_pass(values: FloatArray, step: float, cutoff: float) -> FloatArray:
     """Butterworth of order 2 with -3 dB at `cutoff` [Hz], run forwards and backwards over samples `step` [s] apart.
 
     Both runs together: no phase, gain 1 / (1 + (f/cutoff)^4) (bilinear, frequency prewarped). The ends are extended
-    by odd reflection over three periods of the cut-off, as scipy.signal.filtfilt does with padtype "odd".
+    by odd reflection, as scipy.signal.filtfilt does with padtype "odd", over PAD periods of the cut-off.
 
     Raises ValueError unless 0 < cutoff < half the sampling rate.
     """
@@ -25,7 +28,7 @@ def low_pass(values: FloatArray, step: float, cutoff: float) -> FloatArray:
     b0 = k * k * scale
     a1 = 2.0 * (k * k - 1.0) * scale
     a2 = (1.0 - math.sqrt(2.0) * k + k * k) * scale
-    pad = min(len(values) - 1, math.ceil(3.0 / (cutoff * step)))
+    pad = min(len(values) - 1, math.ceil(PAD / (cutoff * step)))
     front = 2.0 * values[0] - values[pad:0:-1]
     back = 2.0 * values[-1] - values[-2 : -pad - 2 : -1]
     extended = np.concatenate((front, values, back))

@@ -1,0 +1,160 @@
+"""Gate files: what is read, and one clear line with its place for what is wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from results_logs import relaxed
+
+from pytest_dvp.gates import GateError, check_gates, read_gates
+from vehicle.messages import RoadPoint
+
+GOOD = """\
+# bounds
+[task]
+goal = { road = "1", lane = -1, s = 420.0 }
+lane = -1
+
+[[gate]]        # first
+metric = "max_ttc_inverse"
+max = 1.0
+stages = ["dt", "pe"]
+
+[[ gate ]]
+metric = "mncc"
+signal = "v"
+between = ["dt", "rw"]
+min = 0.995
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "a.gates.toml"
+
+
+def write(file: Path, text: str) -> Path:
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_gates_are_read_with_their_lines(file: Path) -> None:
+    first, second = read_gates(write(file, GOOD)).gates
+    assert (first.metric, first.max, first.min, first.stages, first.line) == (
+        "max_ttc_inverse",
+        1.0,
+        None,
+        ("dt", "pe"),
+        6,
+    )
+    assert (second.between, second.options, second.min, second.line) == (("dt", "rw"), {"signal": "v"}, 0.995, 11)
+
+
+def test_task_is_read(file: Path) -> None:
+    task = read_gates(write(file, GOOD)).task
+    assert task is not None
+    assert (task.goal, task.start, task.lane) == (RoadPoint("1", -1, 420.0), None, -1)
+
+
+def test_header_inside_a_text_is_no_gate(file: Path) -> None:
+    text = '[[gate]]\nmetric = "mncc"\nmin = 0.9\nbetween = ["dt", "rw"]\nsignal = """\n[[gate]]\n"""\n\n[[gate]]\n'
+    gates = read_gates(write(file, text + 'metric = "collision"\nmax = 0\n')).gates
+    assert [gate.line for gate in gates] == [1, 9]
+
+
+def test_gates_in_an_inline_array_have_the_line_of_the_array(file: Path) -> None:
+    gates = read_gates(write(file, '\ngate = [\n  { metric = "collision", max = 0 },\n]\n')).gates
+    assert [gate.line for gate in gates] == [2]
+
+
+def gate(body: str) -> str:
+    return f"[[gate]]\n{body}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "code", "said"),
+    [
+        (
+            gate('metric = "max_jrk"\nmax = 1'),
+            2,
+            "unknown_metric",
+            "unknown metric 'max_jrk' (did you mean 'max_jerk'?)",
+        ),
+        (gate('metric = "tet"\nmax = nan'), 3, "bound", "max must be a finite number; found 'nan'"),
+        (gate('metric = "tet"\nmax = inf'), 3, "bound", "max must be a finite number; found 'inf'"),
+        (gate('metric = "tet"\nmax = "1"'), 3, "bound", "max must be a finite number; found '1'"),
+        (gate('metric = "tet"\nmax = true'), 3, "bound", "max must be a finite number; found 'True'"),
+        (gate('metric = "tet"'), 1, "no_bound", "a gate needs a bound; allowed: max, min or both"),
+        (gate('metric = "tet"\nmax = 1\nmin = 2'), 4, "min_over_max", "min 2 is greater than max 1"),
+        (gate("max = 1"), 1, "no_metric", 'a gate needs a metric: metric = "collision"'),
+        (gate('metric = "tet"\nmax = 1\nstages = ["dtt"]'), 4, "unknown_stage", "did you mean 'dt'?"),
+        (gate('metric = "tet"\nmax = 1\nstages = []'), 4, "stages", "stages must be a list of stages"),
+        (gate('metric = "tet"\nmax = 1\nmaxx = 2'), 4, "unknown_key", "did you mean 'max'?"),
+        (gate('metric = "tet"\nmax = 1\ncritcal = 2.0'), 4, "unknown_key", "did you mean 'critical'?"),
+        (gate('metric = "tet"\nmax = 1\ncritical = nan'), 4, "option", "must be a finite number"),
+        (gate('metric = "mncc"\nmin = 0.9\nsignal = "v"'), 1, "between", 'say which, between = ["dt", "rw"]'),
+        (gate('metric = "mncc"\nmin = 0.9\nbetween = ["dt", "rw"]'), 1, "option", "needs the option 'signal'"),
+        (gate('metric = "tet"\nmax = 1\nbetween = ["dt", "rw"]'), 4, "between", "a metric of one log"),
+        (gate('metric = "mncc"\nmin = 0\nsignal = "v"\nbetween = ["dt", "dt"]'), 5, "between", "two different stages"),
+        ("", 1, "no_gate", "a file without gates judges nothing"),
+        ("gate = 3", 1, "not_a_table", "gates are written as [[gate]] tables"),
+        ("\n[gates]\nx = 1", 2, "unknown_key", "unknown table or key 'gates' (did you mean 'gate'?)"),
+        ("[[gate]\n", 1, "not_toml", "not TOML: "),
+        ('a = "\n', 1, "not_toml", "not TOML: "),
+        ("[task]\ngoal = 3\n", 2, "place", "goal must be a place"),
+        ('[task]\ngoal = { road = "1", lane = 0, s = 1 }\n', 2, "value", "lane must be a lane id; found '0'"),
+        ('[task]\ngoal = { road = "1", lane = 1, s = nan }\n', 2, "value", "s must be a distance; found 'nan'"),
+        ("[task]\ngoal = { road = 1, lane = 1, s = 3 }\n", 2, "value", "road must be an id in quotes; found '1'"),
+        ("[task]\nlane = 1.5\n", 2, "value", "lane must be a lane id; found '1.5'"),
+        ("[task]\ngaol = 1\n", 2, "unknown_key", "did you mean 'goal'?"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_line(text: str, line: int, code: str, said: str, file: Path) -> None:
+    finding = check_gates(write(file, text))[0]
+    assert (finding.line, finding.code, finding.file) == (line, f"dvp.gates.{code}", str(file))
+    assert said in finding.message
+
+
+def test_all_defects_are_told_at_once(file: Path) -> None:
+    text = gate('metric = "max_jrk"\nmax = 1') + gate('metric = "tet"\nmax = nan')
+    assert [finding.line for finding in check_gates(write(file, text))] == [2, 6]
+
+
+def test_error_is_one_line_with_file_and_line(file: Path) -> None:
+    with pytest.raises(GateError) as caught:
+        read_gates(write(file, gate('metric = "max_jrk"\nmax = nan')))
+    assert str(caught.value).startswith(f"{file}:2: error dvp.gates.unknown_metric gate[1].metric: unknown metric")
+    assert str(caught.value).endswith("(and 1 more)")
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(GateError, match=r"absent\.gates\.toml: error dvp\.gates\.unreadable .*No such file"):
+        read_gates(tmp_path / "absent.gates.toml")
+
+
+def test_file_that_is_not_utf8_has_a_line(file: Path) -> None:
+    file.write_bytes(b"# a\n# \xff\n")
+    assert [(f.line, f.code) for f in check_gates(file)] == [(2, "dvp.gates.not_utf8")]
+
+
+def test_deep_nesting_is_a_finding(file: Path) -> None:
+    assert check_gates(write(file, "a = " + "[" * 5000 + "]" * 5000))[0].code == "dvp.gates.too_deep"
+
+
+@relaxed
+@given(
+    data=st.one_of(st.binary(max_size=60), st.text(alphabet="[]gate=\"max'#{},\n 1.n-", max_size=60).map(str.encode))
+)
+def test_no_text_raises_anything_but_findings(data: bytes, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.getbasetemp() / "noise.gates.toml"
+    path.write_bytes(data)
+    assert all("\n" not in str(finding) for finding in check_gates(path))
+
+
+def test_gate_files_that_ship_are_valid(scenarios_dir: Path) -> None:
+    files = sorted(scenarios_dir.glob("*.gates.toml"))
+    assert [finding for file in files for finding in check_gates(file)] == []

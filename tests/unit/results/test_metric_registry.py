@@ -1,0 +1,121 @@
+"""The catalogue: complete, documented, open to others; and no way for an undefined value to pass."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from results_logs import drive_straight, log_of
+
+from pytest_dvp.metrics import Measured, MetricError, compute, find_metric, known_metrics, metric, registry
+from pytest_dvp.metrics.base import Metric
+
+PAPER = {"max_ttc_inverse", "tet", "max_jerk", "max_yaw_rate", "completion_time", "lateral_rmse", "mncc", "lag", "gain"}
+OURS = {"lateral_rmse_path", "collision", "road_departure", "events_fired", "goal_reached", "scenario_ended"}
+
+
+@pytest.fixture
+def fresh_catalogue() -> Iterator[None]:
+    known_metrics.cache_clear()
+    yield
+    known_metrics.cache_clear()
+
+
+def test_metrics_of_the_paper_and_ours_are_there() -> None:
+    assert known_metrics().keys() >= PAPER | OURS
+
+
+@pytest.mark.parametrize("name", sorted(PAPER | OURS))
+def test_metric_states_unit_and_definition(name: str) -> None:
+    found = find_metric(name)
+    assert found.unit
+    assert len(found.definition) > 40
+
+
+def test_unknown_metric_names_the_nearest() -> None:
+    with pytest.raises(MetricError, match="unknown metric 'max_jrk'; nearest is 'max_jerk'"):
+        compute("max_jrk", log_of())
+
+
+def test_unknown_option_names_the_nearest() -> None:
+    with pytest.raises(MetricError, match="metric 'max_jerk' has no option 'cutof'; nearest is 'cutoff'"):
+        compute("max_jerk", log_of(), cutof=2.0)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, "2", True])
+def test_option_must_be_a_finite_number(value: object) -> None:
+    with pytest.raises(MetricError, match="option 'critical' of metric 'tet' must be a finite number"):
+        compute("tet", log_of(), critical=value)
+
+
+def test_option_without_default_is_required() -> None:
+    with pytest.raises(MetricError, match="metric 'mncc' needs the option 'signal'"):
+        compute("mncc", log_of(), log_of())
+
+
+def test_metric_of_another_package_is_one_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh_catalogue: None
+) -> None:
+    (tmp_path / "others.py").write_text(
+        "from pytest_dvp.metrics import Measured, metric\n"
+        '@metric(name="max_speed", unit="m/s", bigger_is_worse=True)\n'
+        "def max_speed(log):\n"
+        '    "Greatest speed of the run."\n'
+        '    worst = log["v"].argmax()\n'
+        '    return Measured(log["v"][worst], t=log.t[worst])\n'
+    )
+    _declare(tmp_path, "others")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert compute("max_speed", drive_straight(7.5)).value == 7.5
+
+
+def test_package_that_cannot_be_loaded_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh_catalogue: None
+) -> None:
+    _declare(tmp_path, "absent_package")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(MetricError, match=r"entry point 'mine' of pytest_dvp\.metrics cannot be loaded"):
+        known_metrics()
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_value_that_is_not_finite_is_never_valid(value: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    @metric(name="odd", unit="-", bigger_is_worse=True)
+    def odd(log: object) -> Measured:
+        """A value."""
+        return Measured(value)
+
+    _know(monkeypatch, odd)
+    result = compute("odd", log_of())
+    assert (result.value, result.valid) == (None, False)
+
+
+@pytest.mark.parametrize("name", sorted(PAPER | OURS))
+def test_log_without_samples_defines_no_metric(name: str) -> None:
+    chosen = find_metric(name)
+    empty = log_of(0.0)
+    options = {"signal": "v"} if "signal" in chosen.options else {}
+    result = compute(name, empty, empty if chosen.logs == 2 else None, **options)
+    assert (result.valid, result.reason) == (False, "the log has no samples")
+
+
+def test_column_that_is_not_there_makes_a_metric_undefined() -> None:
+    log = log_of()
+    del log.columns["yaw_rate"]
+    result = compute("max_yaw_rate", log)
+    assert not result.valid
+    assert result.reason.startswith("no column 'yaw_rate'")
+
+
+def _declare(folder: Path, module: str) -> None:
+    info = folder / "others-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: others\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[pytest_dvp.metrics]\nmine = {module}\n")
+
+
+def _know(monkeypatch: pytest.MonkeyPatch, *more: Metric) -> None:
+    table = {**known_metrics(), **{one.name: one for one in more}}
+    monkeypatch.setattr(registry, "known_metrics", lambda: table)

@@ -1,0 +1,107 @@
+"""MNCC, lag and gain of two logs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from results_logs import log_of, relaxed, times, track
+
+from pytest_dvp.log import FloatArray
+from pytest_dvp.metrics import compute
+from pytest_dvp.metrics.similarity import likeness
+
+
+def bump(t: FloatArray, at: float) -> FloatArray:
+    """A signal without mean that is zero at both ends, so that neither a shift nor the mean removal costs anything."""
+
+    def wave(place: float, width: float) -> FloatArray:
+        return -(t - place) / width * np.exp(-(((t - place) / width) ** 2))
+
+    return wave(at, 1.5) - 0.4 * wave(at + 4.0, 0.7)
+
+
+T = times(40.0)
+
+
+def test_signal_is_like_itself() -> None:
+    log = log_of(40.0, columns={"v": bump(T, 15.0)})
+    assert compute("mncc", log, log, signal="v").value == pytest.approx(1.0, abs=1e-12)
+    assert compute("lag", log, log, signal="v").value == 0.0
+    assert compute("gain", log, log, signal="v").value == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("delay", [0.3, -0.3, 2.0, 4.9])
+def test_lag_is_positive_when_the_measurement_comes_later(delay: float) -> None:
+    model = log_of(40.0, columns={"steer": bump(T, 15.0)})
+    measured = log_of(40.0, columns={"steer": bump(T, 15.0 + delay)})
+    assert compute("lag", model, measured, signal="steer").value == pytest.approx(delay, abs=1e-9)
+    assert compute("mncc", model, measured, signal="steer").value == pytest.approx(1.0, abs=1e-6)
+
+
+def test_gain_is_measured_over_model_and_mncc_is_blind_to_it() -> None:
+    model = log_of(40.0, columns={"steer": bump(T, 15.0)})
+    measured = log_of(40.0, columns={"steer": 7.0 + 0.75 * bump(T, 15.3)})
+    result = compute("mncc", model, measured, signal="steer")
+    assert result.value == pytest.approx(1.0, abs=1e-6)
+    assert result.extra["gain"] == pytest.approx(0.75, rel=1e-6)
+    assert result.extra["lag"] == pytest.approx(0.3)
+
+
+def test_lag_beyond_the_window_is_not_looked_for() -> None:
+    model, measured = bump(T, 12.0), bump(T, 20.0)
+    assert abs(likeness(model, measured, 0.01, max_lag=5.0).lag) <= 5.0
+    assert likeness(model, measured, 0.01, max_lag=10.0).lag == pytest.approx(8.0)
+
+
+@relaxed
+@given(seed=st.integers(0, 10**6), n=st.integers(3, 120))
+def test_fft_correlation_is_the_defining_sum(seed: int, n: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, y = rng.normal(size=(2, n))
+    result = likeness(x, y, 0.1)
+    x0, y0 = x - x.mean(), y - y.mean()
+    norm = math.sqrt(x0 @ x0) * math.sqrt(y0 @ y0)
+    for lag, value in zip(np.round(result.lags / 0.1).astype(int), result.correlation, strict=True):
+        pairs = [(x0[i], y0[i + lag]) for i in range(n) if 0 <= i + lag < n]
+        assert value == pytest.approx(sum(a * b for a, b in pairs) / norm, abs=1e-10)
+
+
+def test_signals_of_opposite_sign_are_not_alike() -> None:
+    assert likeness(T, -T, 0.01, max_lag=0.0).mncc == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize("name", ["mncc", "lag", "gain"])
+def test_constant_signal_is_undefined(name: str) -> None:
+    log = log_of(10.0, columns={"v": 5.1})
+    result = compute(name, log, log, signal="v")
+    assert (result.valid, result.reason) == (False, "the signal is constant")
+
+
+def test_without_the_other_log_it_is_undefined() -> None:
+    result = compute("mncc", log_of(10.0), signal="v")
+    assert (result.valid, result.reason) == (False, "the log to compare with is not there")
+
+
+def test_logs_of_other_rate_and_start_are_compared_where_they_overlap() -> None:
+    model = log_of(40.0, columns={"v": bump(T, 15.0)})
+    other = log_of(40.0, columns={"v": bump(T, 15.0)})
+    for name in other.columns:
+        other.columns[name] = other.columns[name][200:3801:2]
+    assert compute("mncc", model, other, signal="v").value == pytest.approx(1.0, abs=1e-4)
+    assert compute("lag", model, other, signal="v").value == 0.0
+
+
+def test_motion_of_an_object_can_be_compared() -> None:
+    t = T[::5]
+    model = log_of(40.0, objects={"car": track(t, bump(t, 15.0), 0.0)})
+    measured = log_of(40.0, objects={"car": track(t, bump(t, 15.5), 0.0)})
+    assert compute("lag", model, measured, signal="object.car.x").value == pytest.approx(0.5)
+
+
+def test_object_that_is_not_there_is_undefined() -> None:
+    log = log_of(10.0)
+    assert compute("mncc", log, log, signal="object.car.x").reason == "no object.car.x in the log"
