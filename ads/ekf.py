@@ -86,7 +86,7 @@ def correct(m: FloatArray, p: FloatArray, h: FloatArray, innovation: float, vari
 
 @njit(cache=True, error_model="numpy")
 def correct_gnss(m: FloatArray, p: FloatArray, row: FloatArray, lever: float, counts: FloatArray) -> None:
-    """Antenna position `lever` [m] ahead of the rear axle, and heading; counts[0] rejected in a row, counts[1] in all."""
+    """Antenna position, `lever` [m] ahead of the rear axle, and heading; counts: rejected in a row, rejected in all."""
     c, s = math.cos(m[YAW]), math.sin(m[YAW])
     hx, hy = np.zeros(6), np.zeros(6)
     hx[X], hx[YAW] = 1.0, -lever * s

@@ -83,7 +83,8 @@ class MapMonitor:
         while self._at > 0 and s < spans[self._at].s_from:
             self._at -= 1
         here = spans[self._at]
-        distance, lanes = math.inf, []
+        distance = math.inf
+        lanes: list[Leg] = []
         for span in spans[self._at :]:
             if span.junction:
                 if not lanes:

@@ -21,6 +21,10 @@ class ParameterError(ValueError):
     """A name, value or preset that P does not have; the message is one line and says what is allowed."""
 
 
+_Row: TypeAlias = tuple[float, float, float]
+_Presets: TypeAlias = tuple[_Row, _Row, _Row]
+
+
 class Declaration(NamedTuple):
     """One parameter: closed range [low, high] in `unit`; `presets` are rows of ITERATIONS, columns of STAGES."""
 
@@ -29,10 +33,10 @@ class Declaration(NamedTuple):
     low: float
     high: float
     meaning: str
-    presets: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+    presets: _Presets
 
 
-def _same(first: float, fifth: float, tenth: float) -> tuple[tuple[float, float, float], ...]:
+def _same(first: float, fifth: float, tenth: float) -> _Presets:
     return ((first,) * 3, (fifth,) * 3, (tenth,) * 3)
 
 
@@ -50,7 +54,7 @@ DECLARATIONS: tuple[Declaration, ...] = (
                 ((3.5, 2.75, 2.75), (2.75,) * 3, (2.75,) * 3)),
     Declaration("DECISION_PC_d_max", "m", 0.0, 200.0, "distance to a crossing at which the ego slows to crossing speed",
                 _same(30.0, 30.0, 40.0)),
-    Declaration("DECISION_PC_d_min", "m", 0.0, 100.0, "distance to the middle of an occupied crossing at which it stops",
+    Declaration("DECISION_PC_d_min", "m", 0.0, 100.0, "distance to the middle of an occupied crossing where it stops",
                 ((10.0,) * 3, (10.0, 15.0, 15.0), (15.0,) * 3)),
     Declaration("DECISION_OT_d_max", "m", 0.0, 200.0, "distance to the obstacle at which overtaking may start",
                 ((40.0,) * 3, (40.0, 30.0, 30.0), (30.0,) * 3)),

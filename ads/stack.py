@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, Literal
 
 from ads.control.longitudinal import ComfortSpeedControl, SpeedControl
 from ads.control.pedals import Pedals, PiPedals
-from ads.control.spline import X, Y
+from ads.control.spline import SPEED, X, Y, project
 from ads.control.steering import LqrSteering, Steering
 from ads.localization import EkfLocalizer, Localizer
 from ads.parameters import Parameters
+from ads.perception.pipeline import Perception, TrackingPerception
+from ads.planning.behaviour import Behaviour, Planner
 from ads.planning.navigator import Navigator
 from ads.planning.route import Map
 from vehicle.messages import Command, Detection, FloatArray, Observation, VehicleDescription
@@ -30,6 +32,8 @@ class Stack:
         vehicle: VehicleDescription,
         *,
         localizer: Localizer | None = None,
+        perception: Perception | Literal["default"] | None = "default",
+        planner: Planner | None = None,
         steering: Steering | None = None,
         speed_control: SpeedControl | None = None,
         pedals: Pedals | None = None,
@@ -37,10 +41,14 @@ class Stack:
         self.parameters = parameters
         self.vehicle = vehicle
         self.navigator = Navigator(parameters, network)
-        self.localizer = localizer or EkfLocalizer(vehicle, self.navigator.heading_hint)
-        self.steering = steering or LqrSteering(parameters, vehicle)
-        self.speed_control = speed_control or ComfortSpeedControl(vehicle, TICK)
-        self.pedals = pedals or PiPedals(vehicle)
+        self.localizer: Localizer = localizer or EkfLocalizer(vehicle, self.navigator.heading_hint)
+        self.perception: Perception | None = (
+            TrackingPerception(parameters, vehicle) if perception == "default" else perception
+        )
+        self.planner: Planner = planner or Behaviour(parameters, vehicle)
+        self.steering: Steering = steering or LqrSteering(parameters, vehicle)
+        self.speed_control: SpeedControl = speed_control or ComfortSpeedControl(vehicle, TICK)
+        self.pedals: Pedals = pedals or PiPedals(vehicle)
         self.trace: dict[str, float] = {}
         self.detections: tuple[Detection, ...] = ()
         self._path: FloatArray | None = None
@@ -54,20 +62,20 @@ class Stack:
     def tick(self, observation: Observation) -> Command:
         """One step of the stack. Call it every TICK seconds with all that arrived since the last call."""
         t = observation.t
-        navigator = self.navigator
+        navigator, planner = self.navigator, self.planner
         if observation.task is not None:
             navigator.assign(observation.task)
         estimate = self.localizer.update(observation)
-        if estimate is None:
+        if estimate is None:  # nothing is known yet: keep rolling, straight on
             return Command(t, 0.0, 0.0, 0.0, 0.0)
-        if navigator.update(estimate, True):
-            self._use(navigator.path)
-        path, index, s = self._path, navigator.index, navigator.s
-        assert path is not None
-        limits: list[tuple[float, float]] = []
-        if navigator.goal_s < 1e9:
-            limits.append((navigator.goal_s - s, 0.0))
-        accel, standing = self.speed_control.step(estimate, path, index, s, limits, 0.0)
+        if self.perception is not None:
+            self.detections = self.perception.update(observation, estimate)
+        new = navigator.update(estimate, planner.may_replan())
+        decision = planner.step(estimate, navigator, new, self.detections, observation.signals)
+        path, index, s = decision.path, navigator.index, navigator.s
+        if path is not self._path:
+            self._path, self._shape = path, path[:, X : Y + 1].copy()
+        accel, standing = self.speed_control.step(estimate, path, index, s, decision.limits, decision.brake)
         steer = self.steering.steer(estimate, path, index)
         throttle, brake = self.pedals.press(accel, estimate.v, standing, TICK)
         self.trace = {
@@ -75,12 +83,9 @@ class Stack:
             "y": estimate.y,
             "yaw": estimate.yaw,
             "v": estimate.v,
-            "path_error": navigator.lateral,
-            "target_speed": float(path[index, 5]),
+            "position_sigma": estimate.position_sigma,
+            "path_error": float(project(path, estimate.x, estimate.y, index, 10)[2]),
+            "target_speed": float(path[index, SPEED]),
+            **planner.trace,
         }
         return Command(t, steer, accel, throttle, brake)
-
-    def _use(self, path: FloatArray | None) -> None:
-        assert path is not None
-        self._path = path
-        self._shape = path[:, X : Y + 1].copy()

@@ -37,7 +37,8 @@ class Pose(NamedTuple):
     def apply(self, points: FloatArray) -> FloatArray:
         """Points (n, 2) of this frame [m] in its parent, (n, 2)."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return np.asarray(points) @ np.array([[c, s], [-s, c]]) + np.array([self.x, self.y])
+        there: FloatArray = np.asarray(points) @ np.array([[c, s], [-s, c]]) + np.array([self.x, self.y])
+        return there
 
 
 @njit(cache=True, error_model="numpy")

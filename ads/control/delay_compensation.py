@@ -34,8 +34,8 @@ def predicted_pose(
     from the measured one and changes as the kinematic model with understeer says.
     """
     n = len(times)
-    steps = max(int(math.ceil(delay / 0.025)), 0)
-    if steps == 0:
+    steps = math.ceil(delay / 0.025)
+    if steps <= 0:
         return x, y, yaw, v
     dt = delay / steps
     gain = 1.0 / (1.0 + (v / CHARACTERISTIC_SPEED) ** 2)

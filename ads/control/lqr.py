@@ -3,7 +3,7 @@
 Kinematic error model at the rear axle, sampled at DT: e' = v th, th' = v/L (delta - delta_ff), with e the lateral
 error [m], th the heading error [rad]. Cost: q11 e^2 + q22 th^2 + r11 (v/V_0)^4 delta^2 above V_0, that is, at speed the
 effort is priced by the lateral acceleration it causes, which keeps the bandwidth where tyres and actuators can follow.
-Source: Rajamani, Vehicle Dynamics and Control (2012), sec. 2.5-3.1; the Riccati equation is iterated to its fixed point.
+Source: Rajamani, Vehicle Dynamics and Control (2012), sec. 2.5-3.1. The Riccati equation is iterated until it stands.
 """
 
 from __future__ import annotations

@@ -65,10 +65,8 @@ class Navigator:
     def update(self, estimate: Estimate, may_replan: bool) -> bool:
         """Progress along the path; True if the reference path is a new one."""
         new = False
-        if self.path is None or (self._stale and may_replan):
-            self._plan(estimate)
-            new = True
-        elif may_replan and self._end - self.s < self._reach() * 0.4:
+        ends_soon = self._end - self.s < self._reach() * 0.4
+        if self.path is None or (may_replan and (self._stale or ends_soon)):
             self._plan(estimate)
             new = True
         assert self.path is not None

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import pytest
-
 from ads_loop import SEDAN, TABBY, Car, drive, new_stack
 from ads_plane import PlaneMap
+
 from vehicle.messages import RoadPoint, Task
 
 

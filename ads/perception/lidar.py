@@ -1,0 +1,207 @@
+"""LiDAR: crop, ground removal, clustering and oriented boxes by L-shape fit, all in the car's base frame.
+
+Sources: L-shape by the closeness criterion of Zhang, Xu, Dong, Dolan, Efficient L-shape fitting for vehicle detection
+using laser scanners, IEEE IV 2017, algorithm 3. Clusters are connected cells of a grid.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vehicle.messages import FloatArray
+
+CELL = 0.4  # m; returns in neighbouring cells belong together
+FAR = 25.0  # m; beyond it one empty cell between two returns is forgiven
+CLEARANCE = 0.15  # m above the ground plane; lower returns are ground
+CEILING = 3.0  # m; higher returns are no obstacle
+GROUND_BAND = 0.3  # m around the base plane in which ground is looked for
+SMALL = 0.9  # m; a cluster no larger has no orientation to fit
+MOST_POINTS = 40  # of a cluster in the fit, evenly picked
+CLOSENESS_FLOOR = 0.05  # m
+MOST_BOXES = 64
+BOX = 7
+"""Columns of a box: x, y [m], yaw [rad], length (along yaw), width, top [m], number of points."""
+
+
+@njit(cache=True, error_model="numpy")
+def ground_plane(points: FloatArray) -> tuple[float, float, float]:
+    """Least-squares plane z = c + a x + b y through the returns near z = 0 of `points` (n, 3); zeros if too few."""
+    n = 0
+    sx = sy = sz = sxx = syy = sxy = sxz = syz = 0.0
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        if abs(z) > GROUND_BAND:
+            continue
+        n += 1
+        sx, sy, sz = sx + x, sy + y, sz + z
+        sxx, syy, sxy = sxx + x * x, syy + y * y, sxy + x * y
+        sxz, syz = sxz + x * z, syz + y * z
+    if n < 30:
+        return 0.0, 0.0, 0.0
+    mx, my, mz = sx / n, sy / n, sz / n
+    vxx, vyy, vxy = sxx / n - mx * mx, syy / n - my * my, sxy / n - mx * my
+    vxz, vyz = sxz / n - mx * mz, syz / n - my * mz
+    det = vxx * vyy - vxy * vxy
+    if vxx < 4.0 or vyy < 1.0 or det < 0.2 * vxx * vyy:
+        return 0.0, 0.0, 0.0
+    a, b = (vyy * vxz - vxy * vyz) / det, (vxx * vyz - vxy * vxz) / det
+    c = mz - a * mx - b * my
+    if abs(a) > 0.1 or abs(b) > 0.1 or abs(c) > 0.2:
+        return 0.0, 0.0, 0.0
+    return c, a, b
+
+
+@njit(cache=True, error_model="numpy")
+def obstacle_points(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: float, abs_y_max: float) -> FloatArray:
+    """Returns (n, 3) of a scan in the base frame, inside the crop and above the ground.
+
+    `scan` (m, 3) in the sensor frame; crop |x| <= x_max, |y| <= abs_y_max [m] seen from the sensor.
+    """
+    inside = np.empty((len(scan), 3))
+    n = 0
+    for i in range(len(scan)):
+        if abs(scan[i, 0]) <= x_max and abs(scan[i, 1]) <= abs_y_max:
+            inside[n, 0], inside[n, 1], inside[n, 2] = scan[i, 0] + lidar_x, scan[i, 1], scan[i, 2] + lidar_z
+            n += 1
+    inside = inside[:n]
+    c, a, b = ground_plane(inside)
+    k = 0
+    for i in range(n):
+        height = inside[i, 2] - (c + a * inside[i, 0] + b * inside[i, 1])
+        if CLEARANCE < height < CEILING:
+            inside[k, 0], inside[k, 1], inside[k, 2] = inside[i, 0], inside[i, 1], height
+            k += 1
+    return inside[:k]
+
+
+@njit(cache=True, error_model="numpy")
+def root(parent: NDArray[np.int64], i: int) -> int:
+    """Representative of a set of points (union-find with path halving)."""
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@njit(cache=True, error_model="numpy")
+def clusters(points: FloatArray) -> NDArray[np.int64]:
+    """Label (n,) of each point (n, >= 2): the index of its cluster's first point."""
+    n = len(points)
+    parent = np.arange(n)
+    if n == 0:
+        return parent
+    x0, y0 = points[:, 0].min() - 3 * CELL, points[:, 1].min() - 3 * CELL
+    nx = int((points[:, 0].max() - x0) / CELL) + 4
+    ny = int((points[:, 1].max() - y0) / CELL) + 4
+    first = np.full(nx * ny, -1, np.int64)
+    cell = np.empty(n, np.int64)
+    for i in range(n):
+        c = int((points[i, 0] - x0) / CELL) * ny + int((points[i, 1] - y0) / CELL)
+        cell[i] = c
+        if first[c] < 0:
+            first[c] = i
+        else:
+            parent[i] = first[c]
+    for i in range(n):
+        if first[cell[i]] != i:
+            continue
+        reach = 2 if points[i, 0] ** 2 + points[i, 1] ** 2 > FAR * FAR else 1
+        for dx in range(-reach, reach + 1):
+            for dy in range(-reach, reach + 1):
+                j = first[cell[i] + dx * ny + dy]
+                if j >= 0:
+                    a, b = root(parent, i), root(parent, j)
+                    if a != b:
+                        parent[max(a, b)] = min(a, b)
+    for i in range(n):
+        parent[i] = root(parent, i)
+    return parent
+
+
+@njit(cache=True, error_model="numpy")
+def closeness(points: FloatArray, angle: float) -> float:
+    """How well a rectangle at `angle` [rad] fits: sum over points of 1 / distance to the nearer visible edge."""
+    c, s = math.cos(angle), math.sin(angle)
+    low1 = low2 = 1e300
+    high1 = high2 = -1e300
+    for i in range(len(points)):
+        p, q = points[i, 0] * c + points[i, 1] * s, -points[i, 0] * s + points[i, 1] * c
+        low1, high1, low2, high2 = min(low1, p), max(high1, p), min(low2, q), max(high2, q)
+    near1 = far1 = near2 = far2 = 0.0
+    for i in range(len(points)):
+        p, q = points[i, 0] * c + points[i, 1] * s, -points[i, 0] * s + points[i, 1] * c
+        near1, far1 = near1 + p - low1, far1 + high1 - p
+        near2, far2 = near2 + q - low2, far2 + high2 - q
+    total = 0.0
+    for i in range(len(points)):
+        p, q = points[i, 0] * c + points[i, 1] * s, -points[i, 0] * s + points[i, 1] * c
+        d1 = p - low1 if near1 < far1 else high1 - p
+        d2 = q - low2 if near2 < far2 else high2 - q
+        total += 1.0 / max(min(d1, d2), CLOSENESS_FLOOR)
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def box_angle(points: FloatArray) -> float:
+    """Angle [rad] in [0, pi/2) of the rectangle that fits `points` (n, >= 2) best; to 1 degree."""
+    best, angle = -1.0, 0.0
+    for k in range(18):
+        value = closeness(points, math.radians(5.0 * k))
+        if value > best:
+            best, angle = value, math.radians(5.0 * k)
+    coarse = angle
+    for k in range(-4, 5):
+        a = coarse + math.radians(1.0 * k)
+        value = closeness(points, a)
+        if value > best:
+            best, angle = value, a
+    return angle % (0.5 * math.pi)
+
+
+@njit(cache=True, error_model="numpy")
+def lidar_boxes(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: float, abs_y_max: float) -> FloatArray:
+    """Boxes (k, BOX) in the base frame that a scan (n, 3) in the sensor frame shows, at most MOST_BOXES.
+
+    A box spans what was seen of the object, which may be one face of it only.
+    """
+    points = obstacle_points(scan, lidar_x, lidar_z, x_max, abs_y_max)
+    label = clusters(points)
+    n = len(points)
+    boxes = np.zeros((MOST_BOXES, BOX))
+    k = 0
+    member = np.empty((n, 3))
+    few = np.empty((MOST_POINTS, 3))
+    for i in range(n):
+        if label[i] != i or k == MOST_BOXES:
+            continue
+        m = 0
+        for j in range(i, n):
+            if label[j] == i:
+                member[m] = points[j]
+                m += 1
+        if m < 2:
+            continue
+        cluster = member[:m]
+        extent = max(cluster[:, 0].max() - cluster[:, 0].min(), cluster[:, 1].max() - cluster[:, 1].min())
+        angle = 0.0
+        if extent > SMALL and m > 3:
+            take = min(m, MOST_POINTS)
+            for j in range(take):
+                few[j] = cluster[j * m // take]
+            angle = box_angle(few[:take])
+        c, s = math.cos(angle), math.sin(angle)
+        low1 = low2 = 1e300
+        high1 = high2 = top = -1e300
+        for j in range(m):
+            p, q = cluster[j, 0] * c + cluster[j, 1] * s, -cluster[j, 0] * s + cluster[j, 1] * c
+            low1, high1, low2, high2 = min(low1, p), max(high1, p), min(low2, q), max(high2, q)
+            top = max(top, cluster[j, 2])
+        p, q = 0.5 * (low1 + high1), 0.5 * (low2 + high2)
+        boxes[k, 0], boxes[k, 1], boxes[k, 2] = p * c - q * s, p * s + q * c, angle
+        boxes[k, 3], boxes[k, 4], boxes[k, 5], boxes[k, 6] = high1 - low1, high2 - low2, top, m
+        k += 1
+    return boxes[:k]

@@ -1,0 +1,131 @@
+"""Perception: from LiDAR scans and camera frames to tracked objects in the map."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+
+from ads.localization import Estimate
+from ads.parameters import Parameters
+from ads.perception.camera import SEEN, camera_objects
+from ads.perception.fusion import fuse
+from ads.perception.lidar import BOX, lidar_boxes
+from ads.perception.tracking import (
+    CONFIRM,
+    HITS,
+    ID,
+    MOST_TRACKS,
+    PP,
+    SCORE,
+    TL,
+    TRACK,
+    TW,
+    TX,
+    TY,
+    TYAW,
+    UNSEEN,
+    VX,
+    VY,
+    predict_tracks,
+    track_kind,
+    update_tracks,
+)
+from vehicle.messages import (
+    OBJECT_KINDS,
+    CameraFrame,
+    Detection,
+    FloatArray,
+    LidarScan,
+    Observation,
+    VehicleDescription,
+)
+
+CAMERA_MEMORY = 0.15  # s; a camera frame older than this is not paired with a scan
+LIDAR_SILENCE = 0.25  # s without a scan until camera frames are tracked on their own
+
+
+class Perception(Protocol):
+    """Turns observations into detections in the map frame, moved to the time of the tick."""
+
+    def update(self, observation: Observation, estimate: Estimate) -> tuple[Detection, ...]:
+        """Objects known at `observation.t`."""
+
+
+class TrackingPerception:
+    """LiDAR clusters and camera boxes, late fusion, tracking."""
+
+    def __init__(self, parameters: Parameters, car: VehicleDescription) -> None:
+        self._parameters = parameters
+        self._car = car
+        self._tracks = np.zeros((MOST_TRACKS, TRACK))
+        self._n = 0
+        self._next_id = 1
+        self._t = -math.inf  # time that the tracks are at
+        self._last_scan = -math.inf
+        self._seen = np.zeros((0, SEEN))
+        self._seen_t = -math.inf
+        self._seen_pose = (0.0, 0.0, 0.0)
+        self._no_boxes = np.zeros((0, BOX))
+        self._nothing = np.zeros((0, SEEN))
+
+    def update(self, observation: Observation, estimate: Estimate) -> tuple[Detection, ...]:
+        """See Perception."""
+        if observation.camera is not None:
+            self._take_camera(observation.camera, estimate)
+        if observation.lidar is not None:
+            self._take_scan(observation.lidar, estimate)
+        elif observation.camera is not None and observation.t - self._last_scan > LIDAR_SILENCE:
+            self._fuse(self._no_boxes, self._seen_pose, self._seen_t)
+        return self._detections(observation.t)
+
+    def _take_camera(self, frame: CameraFrame, estimate: Estimate) -> None:
+        self._seen = camera_objects(frame, self._car)
+        self._seen_t = frame.t
+        self._seen_pose = estimate.pose_at(frame.t)
+
+    def _take_scan(self, scan: LidarScan, estimate: Estimate) -> None:
+        p, car = self._parameters, self._car
+        boxes = lidar_boxes(scan.points, car.lidar_x, car.lidar_z, p.LIDAR_x_max, p.LIDAR_abs_y_max)
+        self._last_scan = scan.t
+        self._fuse(boxes, estimate.pose_at(scan.t), scan.t)
+
+    def _fuse(self, boxes: FloatArray, pose: tuple[float, float, float], t: float) -> None:
+        seen = self._seen if abs(t - self._seen_t) <= CAMERA_MEMORY else self._nothing
+        rows = fuse(boxes, pose, seen, self._seen_pose, self._parameters.FUSION_min_dist)
+        self._seen, self._seen_t = self._nothing, -math.inf  # a frame counts once
+        if t > self._t:
+            if self._n:
+                self._n = predict_tracks(self._tracks, self._n, t - self._t)
+            self._t = t
+        lever = self._car.lidar_x
+        sensor = (pose[0] + lever * math.cos(pose[2]), pose[1] + lever * math.sin(pose[2]), pose[2])
+        if len(rows) or self._n:
+            self._n, self._next_id = update_tracks(self._tracks, self._n, rows, sensor, self._next_id)
+
+    def _detections(self, t: float) -> tuple[Detection, ...]:
+        found = []
+        dt = t - self._t if self._n else 0.0
+        for i in range(self._n):
+            track = self._tracks[i]
+            if track[HITS] < CONFIRM or track[UNSEEN] + dt > 1.5:
+                continue
+            row = track.tolist()
+            found.append(
+                Detection(
+                    t,
+                    OBJECT_KINDS[track_kind(track)],
+                    row[TX] + row[VX] * dt,
+                    row[TY] + row[VY] * dt,
+                    row[TYAW],
+                    row[TL],
+                    row[TW],
+                    row[VX],
+                    row[VY],
+                    row[SCORE],
+                    row[PP],
+                    int(row[ID]),
+                )
+            )
+        return tuple(found)

@@ -1,0 +1,211 @@
+"""Tracking: objects with identity, velocity and size; coasts through short occlusion.
+
+Constant-velocity Kalman filter, both axes alike. A measurement's box is what was seen of the object; its middle is
+moved away from the sensor until the box has the track's size: the near face of a car is not its middle.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from ads.perception.assignment import FORBIDDEN, assign
+from ads.perception.fusion import CAMERA, PEDESTRIAN, TYPICAL, VEHICLE, kind_by_size
+from ads.transforms import wrap_angle
+from vehicle.messages import FloatArray
+
+TRACK = 20
+(ID, TX, TY, VX, VY, PP, PV, VV, TYAW, TL, TW, VOTE_VEHICLE, VOTE_PEDESTRIAN, VOTE_BICYCLE, VOTE_MISC, HITS, UNSEEN,
+ AGE, SCORE, SIZED) = range(TRACK)  # fmt: skip
+"""Columns: id, position, velocity, covariance (pp, pv, vv), yaw, length, width, votes per kind, hits, time unseen [s],
+age [s], score, longest side ever seen [m]."""
+
+MOST_TRACKS = 48
+ACCELERATION = np.array([1.2, 1.2, 1.2, 0.8])  # m/s^2 per kind, process noise
+COAST = np.array([1.5, 1.0, 1.0, 1.0])  # s unseen until a track is dropped
+CONFIRM = 3  # hits
+SIDE = 2.3  # m; no car is wider, so a longer face is a side
+GATE = 9.2  # chi-square, 2 degrees of freedom, 99 %
+
+
+@njit(cache=True, error_model="numpy")
+def track_kind(track: FloatArray) -> int:
+    """Index into messages.OBJECT_KINDS with the most votes."""
+    best = 0
+    for k in range(1, 4):
+        if track[VOTE_VEHICLE + k] > track[VOTE_VEHICLE + best]:
+            best = k
+    return best
+
+
+@njit(cache=True, error_model="numpy")
+def settle_box(row: FloatArray, kind: int, yaw_hint: float, known_length: float, known_width: float) -> tuple[
+    float, float, float, float, float
+]:  # fmt: skip
+    """Yaw, visible length and width of a measured box with its length axis chosen, and the size to assume."""
+    yaw, length, width = row[2], row[3], row[4]
+    if kind == PEDESTRIAN:
+        return yaw_hint, length, width, max(0.5, min(length, 1.0)), max(0.5, min(width, 1.0))
+    turn = False
+    if max(length, width) > SIDE:
+        turn = width > length
+    else:
+        turn = abs(math.sin(yaw - yaw_hint)) > math.sqrt(0.5)
+    if turn:
+        yaw, length, width = yaw + 0.5 * math.pi, width, length
+    if math.cos(yaw - yaw_hint) < 0.0:
+        yaw += math.pi
+    return wrap_angle(yaw), length, width, max(length, known_length), max(width, known_width)
+
+
+@njit(cache=True, error_model="numpy")
+def middle(
+    row: FloatArray, yaw: float, seen: float, whole: float, sensor_x: float, sensor_y: float
+) -> tuple[float, float]:
+    """Shift [m] of the box's middle along `yaw` when it grows from `seen` to `whole` [m], away from the sensor."""
+    ux, uy = math.cos(yaw), math.sin(yaw)
+    dx, dy = row[0] - sensor_x, row[1] - sensor_y
+    share = (dx * ux + dy * uy) / max(math.hypot(dx, dy), 0.1)
+    if abs(share) < 0.3:  # looked at squarely: it may be hidden on either side
+        return 0.0, 0.0
+    shift = math.copysign(0.5 * max(whole - seen, 0.0), share)
+    return shift * ux, shift * uy
+
+
+@njit(cache=True, error_model="numpy")
+def predict_tracks(tracks: FloatArray, n: int, dt: float) -> int:
+    """Move the first `n` tracks by `dt` [s] in place, drop those unseen too long; returns how many are left."""
+    left = 0
+    for i in range(n):
+        track = tracks[i]
+        kind = track_kind(track)
+        q = ACCELERATION[kind] ** 2
+        track[TX] += track[VX] * dt
+        track[TY] += track[VY] * dt
+        track[PP] += 2.0 * dt * track[PV] + dt * dt * track[VV] + q * dt**4 / 4.0
+        track[PV] += dt * track[VV] + q * dt**3 / 2.0
+        track[VV] += q * dt * dt
+        track[UNSEEN] += dt
+        track[AGE] += dt
+        patience = COAST[kind] if track[HITS] >= CONFIRM else 0.25
+        if track[UNSEEN] <= patience:
+            if left != i:
+                tracks[left] = track
+            left += 1
+    return left
+
+
+@njit(cache=True, error_model="numpy")
+def update_tracks(
+    tracks: FloatArray, n: int, rows: FloatArray, sensor: tuple[float, float, float], next_id: int
+) -> tuple[int, int]:
+    """Match measurements (m, MEASURE) to the first `n` tracks and update both; returns the number of tracks, next id.
+
+    `sensor`: x, y [m] of the sensor in the map and the yaw [rad] that objects are assumed to have when in doubt.
+    """
+    m = len(rows)
+    cost = np.full((n, m), FORBIDDEN)
+    for i in range(n):
+        track = tracks[i]
+        kind = track_kind(track)
+        for j in range(m):
+            row = rows[j]
+            camera = row[8] == CAMERA
+            dx, dy = row[0] - track[TX], row[1] - track[TY]
+            # the middle of a partly seen car may be off by half its length
+            loose = 1.0 if kind != VEHICLE else 4.0
+            spread = track[PP] + row[7] + (0.25 * loose if not camera else 0.5)
+            d = (dx * dx + dy * dy) / spread
+            if d > GATE:
+                continue
+            if row[5] >= 0.0 and int(row[5]) != kind and track[VOTE_VEHICLE + kind] > 3.0:
+                d += 6.0
+            cost[i, j] = d
+    pair = assign(cost)
+    used = np.zeros(m, np.uint8)
+    for i in range(n):
+        j = pair[i]
+        if j < 0:
+            continue
+        used[j] = 1
+        track, row = tracks[i], rows[j]
+        vote(track, row)
+        kind = track_kind(track)
+        x, y = row[0], row[1]
+        if row[8] != CAMERA:
+            length, width = assumed_size(track, kind)
+            yaw, seen_l, seen_w, whole_l, whole_w = settle_box(row, kind, track[TYAW], length, width)
+            if kind != PEDESTRIAN:
+                ax, ay = middle(row, yaw, seen_l, whole_l, sensor[0], sensor[1])
+                bx, by = middle(row, yaw + 0.5 * math.pi, seen_w, whole_w, sensor[0], sensor[1])
+                x, y = x + ax + bx, y + ay + by
+                track[TYAW] += 0.25 * wrap_angle(yaw - track[TYAW])
+            track[SIZED] = max(track[SIZED], seen_l)
+            track[TL] = whole_l
+            track[TW] += 0.3 * (whole_w - track[TW]) if whole_w > track[TW] else 0.0
+        total = track[PP] + row[7]
+        gain, gain_v = track[PP] / total, track[PV] / total
+        ex, ey = x - track[TX], y - track[TY]
+        track[TX] += gain * ex
+        track[TY] += gain * ey
+        track[VX] += gain_v * ex
+        track[VY] += gain_v * ey
+        track[VV] -= gain_v * track[PV]
+        track[PV] *= 1.0 - gain
+        track[PP] *= 1.0 - gain
+        track[HITS] += 1.0
+        track[UNSEEN] = 0.0
+        track[SCORE] += 0.3 * (row[6] - track[SCORE])
+        speed = math.hypot(track[VX], track[VY])
+        if speed > 1.5:
+            track[TYAW] += 0.3 * wrap_angle(math.atan2(track[VY], track[VX]) - track[TYAW])
+    for j in range(m):
+        if used[j] == 1 or n == MOST_TRACKS:
+            continue
+        begin(tracks[n], rows[j], sensor, next_id)
+        n += 1
+        next_id += 1
+    return n, next_id
+
+
+@njit(cache=True, error_model="numpy")
+def vote(track: FloatArray, row: FloatArray) -> None:
+    """Count what a measurement says of a track's kind; a camera's word weighs more than a cluster's size."""
+    for k in range(4):
+        track[VOTE_VEHICLE + k] *= 0.95
+    if row[5] >= 0.0:
+        track[VOTE_VEHICLE + int(row[5])] += row[6]
+    else:
+        track[VOTE_VEHICLE + kind_by_size(row[3], row[4])] += 0.15
+
+
+@njit(cache=True, error_model="numpy")
+def assumed_size(track: FloatArray, kind: int) -> tuple[float, float]:
+    """Length and width [m] of a track: what was seen of its side, else what is typical of its kind."""
+    if track[SIZED] > SIDE:
+        return track[SIZED], max(track[TW], TYPICAL[kind, 1])
+    return TYPICAL[kind, 0], max(track[TW], TYPICAL[kind, 1])
+
+
+@njit(cache=True, error_model="numpy")
+def begin(track: FloatArray, row: FloatArray, sensor: tuple[float, float, float], number: int) -> None:
+    """Fill a new track from a measurement."""
+    track[:] = 0.0
+    vote(track, row)
+    kind = track_kind(track)
+    length, width = TYPICAL[kind, 0], TYPICAL[kind, 1]
+    track[ID], track[TX], track[TY], track[TYAW] = number, row[0], row[1], sensor[2]
+    if row[8] != CAMERA:
+        yaw, seen_l, seen_w, whole_l, whole_w = settle_box(row, kind, sensor[2], length, width)
+        if kind != PEDESTRIAN:
+            ax, ay = middle(row, yaw, seen_l, whole_l, sensor[0], sensor[1])
+            bx, by = middle(row, yaw + 0.5 * math.pi, seen_w, whole_w, sensor[0], sensor[1])
+            track[TX], track[TY] = row[0] + ax + bx, row[1] + ay + by
+            track[TYAW] = yaw
+        track[SIZED] = seen_l
+        length, width = whole_l, whole_w
+    track[TL], track[TW] = length, width
+    track[PP], track[VV] = row[7], 9.0 if kind == VEHICLE else 3.0
+    track[HITS], track[SCORE] = 1.0, row[6]

@@ -1,0 +1,381 @@
+"""Behaviour: turns the scene into facts, runs the nets, and turns marked places into limits and paths."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Protocol
+
+from ads.control.spline import shifted
+from ads.localization import Estimate
+from ads.map_monitor import Crossing, MapMonitor
+from ads.parameters import Parameters
+from ads.planning.navigator import Navigator
+from ads.planning.nets import NETS
+from ads.planning.overtaking import WAIT_GAP, Neighbour, Obstacle, Overtaking
+from ads.planning.petri_net import NetSystem
+from ads.planning.scene import first_contact, objects_of, place
+from vehicle.messages import Detection, FloatArray, SignalState, VehicleDescription
+
+CROSSING_SPEED = 0.7  # of the set speed
+CROSSING_LEAST = 2.0  # m/s
+CROSSING_BAND = 1.5  # m before and behind the crosswalk in which a pedestrian counts
+CROSSING_TIME = 10.0  # s; a pedestrian farther than this from the lane does not cross yet
+CROSSING_SIDE = 0.9  # m beside the car that a pedestrian must be clear of
+CROSSING_LATE = 2.0  # m/s^2; a stop that needs more is left to the emergency net
+FOLLOW_GAP = 3.0  # m between bumpers at standstill
+FOLLOW_TIME = 1.5  # s
+LANE_MARGIN = 0.35  # m beside the car that belongs to its path
+STANDING_FOR = 0.6  # s until a standing vehicle is an obstacle to pass
+PARKED_AFTER = 10.0  # s; a vehicle that was seen moving is waited for so long
+DANGER_HORIZON = 3.5  # s
+DANGER_DECELERATION = 3.2  # m/s^2; when a collision needs more, it is an emergency
+DANGER_MARGIN = 0.15  # m beside the car
+SIGNAL_GAP = 1.0  # m before a signal
+AMBER_DECELERATION = 2.0  # m/s^2; amber is a stop if this much suffices
+GOAL_NEAR = 1.0  # m
+FREE = 1e6  # m
+
+
+class Decision(NamedTuple):
+    """What the controls are to do: limits (distance ahead [m], speed there [m/s]) and emergency braking [m/s^2]."""
+
+    limits: list[tuple[float, float]]
+    brake: float
+    path: FloatArray  # (n, spline.COLUMNS); the same object until planned anew
+
+
+class Planner(Protocol):
+    """Decides from the objects, the map and the signals."""
+
+    trace: dict[str, float]
+
+    def step(
+        self,
+        estimate: Estimate,
+        navigator: Navigator,
+        new_reference: bool,
+        detections: tuple[Detection, ...],
+        signals: tuple[SignalState, ...],
+    ) -> Decision:
+        """One tick."""
+
+    def may_replan(self) -> bool:
+        """Whether the reference path may change now."""
+
+
+class _Memory:
+    """What is known of a track over time."""
+
+    __slots__ = ("first", "moved_at", "seen", "still_since")
+
+    def __init__(self, t: float) -> None:
+        self.first = t
+        self.seen = t
+        self.still_since = t
+        self.moved_at = -math.inf
+
+
+class Behaviour:
+    """Planner by hierarchical Petri nets (ads.planning.nets)."""
+
+    def __init__(self, parameters: Parameters, car: VehicleDescription) -> None:
+        self._parameters = parameters
+        self._car = car
+        self._front = car.center_x + 0.5 * car.length
+        self._nets = NetSystem(NETS)
+        self.trace = self._nets.trace
+        self._overtaking = Overtaking(parameters, car)
+        self._path: FloatArray | None = None
+        self._memory: dict[int, _Memory] = {}
+        self._signals: dict[str, str] = {}
+        self._obstacle: Obstacle | None = None
+        self._obstacle_seen = -math.inf
+
+    def may_replan(self) -> bool:
+        """Only in its lane: the offset belongs to the points of the reference path."""
+        return self._overtaking.offsets is None
+
+    def step(
+        self,
+        estimate: Estimate,
+        navigator: Navigator,
+        new_reference: bool,
+        detections: tuple[Detection, ...],
+        signals: tuple[SignalState, ...],
+    ) -> Decision:
+        """See Planner."""
+        assert navigator.path is not None
+        t, s, v = estimate.t, navigator.s, max(estimate.v, 0.0)
+        if new_reference or self._path is None:
+            self._path = navigator.path
+            self._overtaking.reset()
+        for signal in signals:
+            self._signals[signal.id] = signal.state
+        self._remember(t, detections)
+        objects = objects_of(detections)
+        placed = place(navigator.path, navigator.index, objects).tolist() if detections else []
+        contact = first_contact(
+            self._path, navigator.index, s, v, 0.5 * self._car.length, 0.5 * self._car.width + DANGER_MARGIN,
+            self._car.center_x, objects, DANGER_HORIZON,
+        )  # fmt: skip
+        monitor = navigator.monitor
+        needed = self._needed_deceleration(v, contact)
+        lead = self._lead(s, v, detections, placed)
+        crossing = self._next_crossing(s, monitor)
+        stop_light = self._stop_light(s, v, monitor)
+        self._find_obstacle(t, s, detections, placed, monitor)
+        facts = {
+            "located": True,
+            "danger": needed > DANGER_DECELERATION,
+            "averted": contact > 2.0 or v < 0.05,
+            "at_goal": navigator.goal_s - s < GOAL_NEAR and v < 0.2,
+            "light_stop": stop_light < FREE,
+            "crossing_near": crossing is not None,
+            "crossing_occupied": crossing is not None and self._occupied(crossing, s, v, detections, placed),
+            "lead": lead is not None,
+            **self._overtaking_facts(t, s, v, navigator, detections, placed),
+        }
+        self._nets.step(facts)
+        self._act_on_path(t, s, navigator)
+        limits = self._limits(s, v, navigator, lead, crossing, stop_light)
+        brake = 0.0
+        if self._nets.marked("main", "emergency"):
+            brake = max(4.0, 1.3 * needed)
+        return Decision(limits, brake, self._path)
+
+    # what is seen ---------------------------------------------------------------------------------------------------
+
+    def _remember(self, t: float, detections: tuple[Detection, ...]) -> None:
+        memory = self._memory
+        for d in detections:
+            known = memory.get(d.track)
+            if known is None:
+                known = memory[d.track] = _Memory(t)
+            known.seen = t
+            speed_2 = d.vx * d.vx + d.vy * d.vy
+            if speed_2 > 0.36:
+                known.still_since = t
+                if speed_2 > 1.0 and t - known.first > 1.0 and d.position_variance < 0.5:
+                    known.moved_at = t
+        if len(memory) > 64:
+            for track in [k for k, m in memory.items() if t - m.seen > 5.0]:
+                del memory[track]
+
+    def _needed_deceleration(self, v: float, contact: float) -> float:
+        if contact > DANGER_HORIZON or v < 0.1:
+            return 0.0
+        distance = v * contact - v * (self._car.drive_delay + 0.15) - 0.4
+        return v * v / (2.0 * max(distance, 0.1))
+
+    def _lead(
+        self, s: float, v: float, detections: tuple[Detection, ...], placed: list[list[float]]
+    ) -> tuple[float, float] | None:
+        """Limit from the nearest thing ahead in the planned path: distance to keep free [m], its speed [m/s]."""
+        half = 0.5 * self._car.width + LANE_MARGIN
+        offset = self._overtaking.offset
+        best: tuple[float, float] | None = None
+        worst = math.inf
+        for row, detection in zip(placed, detections, strict=True):
+            s_from, s_to, l_from, l_to, along, across = row
+            if s_to < s + self._front or s_from > s + 150.0:
+                continue
+            o = offset(s_from)
+            drift = across if along > 1.0 and detection.kind != "pedestrian" else 0.0
+            if not (
+                (l_from - o < half and l_to - o > -half) or (l_from + drift - o < half and l_to + drift - o > -half)
+            ):
+                continue
+            gap = s_from - s - self._front
+            speed = max(along, 0.0)
+            free = gap - FOLLOW_GAP - FOLLOW_TIME * speed
+            if speed > v + 1.0 and free > 0.0:
+                continue
+            urgency = free + speed * 3.0
+            if urgency < worst:
+                worst, best = urgency, (free, speed)
+        return best
+
+    def _next_crossing(self, s: float, monitor: MapMonitor | None) -> Crossing | None:
+        """The next crossing within DECISION_PC_d_max that the car has not passed."""
+        if monitor is None:
+            return None
+        for crossing in monitor.crossings:
+            if s < crossing.s_to and crossing.s_middle - s < self._parameters.DECISION_PC_d_max:
+                return crossing
+            if crossing.s_from > s + 200.0:
+                break
+        return None
+
+    def _stop_distance(self, crossing: Crossing, s: float, v: float) -> float:
+        """Distance [m] to where the rear axle stops for an occupied crossing.
+
+        DECISION_PC_d_min before its middle; a car that is already nearer stops with the bumper 1 m before its edge.
+        """
+        d_min = self._parameters.DECISION_PC_d_min
+        wanted = crossing.s_middle - d_min - s
+        if v * v <= 2.0 * 1.3 * max(wanted, 0.0) or (v < 0.3 and wanted > -1.0):
+            return wanted
+        at_edge = crossing.s_middle - crossing.s_from + self._front + 1.0
+        last = crossing.s_middle - min(d_min, at_edge) - s
+        gentle = v * v / (2.0 * 1.3)  # as soon as comfort allows, but before the crossing
+        return min(max(wanted, gentle), max(last, wanted))
+
+    def _occupied(
+        self, crossing: Crossing, s: float, v: float, detections: tuple[Detection, ...], placed: list[list[float]]
+    ) -> bool:
+        stop = self._stop_distance(crossing, s, v)
+        if stop < -1.0 or (stop < 0.5 and v * v > 2.0 * CROSSING_LATE * max(stop, 0.05) and v > 1.0):
+            return False  # too late for a stop before it
+        half = 0.5 * self._car.width + CROSSING_SIDE
+        for row, detection in zip(placed, detections, strict=True):
+            if detection.kind not in ("pedestrian", "bicycle"):
+                continue
+            s_from, s_to, l_from, l_to, _, across = row
+            if s_to < crossing.s_from - CROSSING_BAND or s_from > crossing.s_to + CROSSING_BAND:
+                continue
+            if l_from < half and l_to > -half:
+                return True
+            middle = 0.5 * (l_from + l_to)
+            towards = -math.copysign(1.0, middle) * across
+            if towards > 0.3 and abs(middle) - half < towards * CROSSING_TIME:
+                return True
+        return False
+
+    def _stop_light(self, s: float, v: float, monitor: MapMonitor | None) -> float:
+        """Distance [m] to where the rear axle stops for a signal; FREE if none asks for it."""
+        if monitor is None or not self._signals:
+            return FREE
+        for signal in monitor.signals:
+            distance = signal.s - s - self._front - SIGNAL_GAP
+            if distance < -SIGNAL_GAP or distance > 150.0:
+                continue
+            state = self._signals.get(signal.id, "green").lower()
+            if "red" in state and "amber" not in state:
+                return distance
+            if ("amber" in state or "yellow" in state) and v * v < 2.0 * AMBER_DECELERATION * max(distance, 0.0):
+                return distance
+        return FREE
+
+    # overtaking -----------------------------------------------------------------------------------------------------
+
+    def _find_obstacle(
+        self,
+        t: float,
+        s: float,
+        detections: tuple[Detection, ...],
+        placed: list[list[float]],
+        monitor: MapMonitor | None,
+    ) -> None:
+        """Note the standing vehicles ahead in the lane, near ones taken together; keeps the last while it passes it."""
+        half = 0.5 * self._car.width + LANE_MARGIN
+        found: list[Obstacle] = []
+        for row, detection in zip(placed, detections, strict=True):
+            s_from, s_to, l_from, l_to, along, _ = row
+            if detection.kind not in ("vehicle", "misc") or abs(along) > 0.6:
+                continue
+            if l_from > half or l_to < -half or s_to < s - 3.0 or s_from > s + 100.0:
+                continue
+            known = self._memory[detection.track]
+            patience = PARKED_AFTER if known.moved_at > -math.inf else STANDING_FOR
+            if t - known.still_since >= patience:
+                found.append(Obstacle(detection.track, s_from, s_to, l_from, l_to))
+        if not found:
+            if t - self._obstacle_seen > 3.0 and not self._passing():
+                self._obstacle = None
+            return
+        found.sort(key=lambda o: o.s_from)
+        merged = found[0]
+        for other in found[1:]:
+            if other.s_from < merged.s_to + 25.0 and other.s_to - merged.s_from < 45.0:
+                merged = Obstacle(
+                    merged.track,
+                    merged.s_from,
+                    max(merged.s_to, other.s_to),
+                    min(merged.l_from, other.l_from),
+                    max(merged.l_to, other.l_to),
+                )
+        if self._passing() and self._obstacle is not None and merged.s_from > self._obstacle.s_to + 25.0:
+            return  # the next one, after this
+        self._obstacle, self._obstacle_seen = merged, t
+
+    def _passing(self) -> bool:
+        marked = self._nets.marked
+        return any(marked("overtaking", p) for p in ("out", "beside", "back", "abort"))
+
+    def _overtaking_facts(
+        self, t: float, s: float, v: float, navigator: Navigator, detections: tuple[Detection, ...],
+        placed: list[list[float]],
+    ) -> dict[str, bool]:  # fmt: skip
+        o, plan, monitor = self._obstacle, self._overtaking, navigator.monitor
+        facts = dict.fromkeys(("obstacle", "in_range", "gap_free", "way_around", "beside", "conflict", "passed"), False)
+        facts["in_lane"] = plan.offsets is None or (plan.back_in_lane(s) and abs(navigator.lateral) < 0.25)
+        if o is None or monitor is None:
+            return facts
+        gap = o.s_from - s - self._front
+        facts["obstacle"] = o.s_to > s
+        facts["in_range"] = gap <= self._parameters.DECISION_OT_d_max
+        facts["beside"] = gap < 3.0
+        facts["passed"] = s > plan.back_at(o)
+        if not facts["in_range"] or gap < -o.s_to + o.s_from:
+            return facts
+        wanted = plan.wanted_offset(o, monitor)
+        reachable = navigator.goal_s > plan.back_at(o) + 5.0
+        facts["way_around"] = wanted is not None and reachable and self._parameters.MPC_w > 0.0
+        if wanted is not None:
+            others = [
+                Neighbour(row[0], row[1], row[2], row[3], row[4], t - self._memory[d.track].still_since)
+                for row, d in zip(placed, detections, strict=True)
+            ]
+            facts["gap_free"] = plan.gap_free(s, v, o, monitor, wanted, others)
+        facts["conflict"] = not facts["gap_free"]
+        return facts
+
+    def _act_on_path(self, t: float, s: float, navigator: Navigator) -> None:
+        """Plan offsets as the places ask; a plan that cannot be made leaves the old path (and the lead rule stops)."""
+        marked, plan, monitor = self._nets.marked, self._overtaking, navigator.monitor
+        reference = navigator.path
+        assert reference is not None
+        if monitor is None:
+            return
+        new: bool | None = False
+        if marked("overtaking", "out") or marked("overtaking", "beside"):
+            if self._obstacle is not None and s < plan.back_at(self._obstacle):
+                new = plan.plan(t, s, reference, self._obstacle, monitor)
+        elif marked("overtaking", "abort"):
+            new = plan.plan(t, s, reference, None, monitor)
+        elif plan.offsets is not None and not marked("overtaking", "back") and plan.back_in_lane(s):
+            plan.reset()
+            self._path = reference
+            if marked("overtaking", "keep"):
+                self._obstacle = None
+        if new and plan.offsets is not None:
+            self._path = shifted(reference, 0, plan.offsets)
+            navigator.fill(self._path)
+
+    # what to do -----------------------------------------------------------------------------------------------------
+
+    def _limits(
+        self, s: float, v: float, navigator: Navigator, lead: tuple[float, float] | None, crossing: Crossing | None,
+        stop_light: float,
+    ) -> list[tuple[float, float]]:  # fmt: skip
+        marked, p = self._nets.marked, self._parameters
+        limits: list[tuple[float, float]] = []
+        if navigator.goal_s < FREE:
+            limits.append((navigator.goal_s - s, 0.0))
+        if lead is not None:
+            limits.append(lead)
+        if marked("light", "stop") and stop_light < FREE:
+            limits.append((stop_light, 0.0))
+        if crossing is not None and not marked("crossing", "clear"):
+            limits.append((0.0, max(CROSSING_SPEED * navigator.set_speed, CROSSING_LEAST)))
+            if marked("crossing", "stop"):
+                limits.append((self._stop_distance(crossing, s, v), 0.0))
+        obstacle = self._obstacle
+        if obstacle is not None:
+            if marked("overtaking", "wait"):
+                limits.append((obstacle.s_from - s - self._front - WAIT_GAP, 0.0))
+            elif marked("overtaking", "abort"):
+                limits.append((obstacle.s_from - s - self._front - 4.0, 0.0))
+        if self._passing():
+            limits.append((0.0, p.DECISION_OT_speed))
+        return limits

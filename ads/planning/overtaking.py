@@ -1,0 +1,188 @@
+"""Overtaking: which obstacle, is there a gap, and the offset plan around it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ads.control.mpc import N, OffsetPlanner, offset_at, write_offsets
+from ads.map_monitor import MapMonitor
+from ads.parameters import Parameters
+from vehicle.messages import FloatArray, VehicleDescription
+
+CLEARANCE = 0.5  # m between the car's side and the obstacle's, at least
+COMFORT_CLEARANCE = 0.8  # m, wanted
+WAIT_GAP = 15.0  # m between bumpers when waiting behind an obstacle; enough to swing out from
+SHORTEST_GAP = 3.0  # m; nearer than this the offset must clear the obstacle already
+SWING = 22.0  # m of path for a swing, wanted
+EDGE = 0.2  # m left between the car and the edge of the lane it passes in
+SETTLED = 6.0  # s; a vehicle in the other lane that stood so long will not set off
+UNKNOWN_SPEED = 5.0  # m/s assumed of one that may set off
+CONTACT_TIME = 3.0  # s kept to oncoming traffic when back in the lane
+CLOSE_TO_LANE = 0.8  # m of offset; less than this is back in the lane for oncoming traffic
+RESOLVE = 0.4  # s between two solutions
+LARGEST_BEND = 0.14  # 1/m
+NO_BOUND = 1e3  # m
+
+
+class Obstacle(NamedTuple):
+    """A standing object in the lane, in path coordinates [m]."""
+
+    track: int
+    s_from: float
+    s_to: float
+    l_from: float
+    l_to: float
+
+
+class Neighbour(NamedTuple):
+    """An object near the path: s_from, s_to, l_from, l_to [m], speed along the path [m/s], how long it stood [s]."""
+
+    s_from: float
+    s_to: float
+    l_from: float
+    l_to: float
+    speed: float
+    stood: float
+
+
+class Overtaking:
+    """Plans offsets around one obstacle. `offsets` belong to the points of the reference path it was reset to."""
+
+    def __init__(self, parameters: Parameters, car: VehicleDescription) -> None:
+        self._parameters = parameters
+        self._car = car
+        self._solver = OffsetPlanner()
+        self._front = car.center_x + 0.5 * car.length
+        self._rear = 0.5 * car.length - car.center_x
+        self._pieces: FloatArray | None = None
+        self._s_from = 0.0
+        self._step = 1.0
+        self._solved = -math.inf
+        self.offsets: FloatArray | None = None  # None: in the lane everywhere
+        self.s_end = -math.inf  # where the plan is back in the lane [m]
+        self.obstacle: Obstacle | None = None
+
+    def reset(self) -> None:
+        """Forget the plan: the reference path is a new one, or the manoeuvre is over."""
+        self._pieces = None
+        self.offsets = None
+        self.obstacle = None
+        self.s_end = -math.inf
+
+    def offset(self, s: float) -> float:
+        """Planned offset [m] at arc length `s` [m]."""
+        if self._pieces is None:
+            return 0.0
+        value: float = offset_at(self._pieces, self._s_from, self._step, s)[0]
+        return value
+
+    def needed_offset(self, obstacle: Obstacle, side: float, clearance: float) -> float:
+        """Offset [m] (positive, to `side`) that passes an obstacle with `clearance` [m]."""
+        edge = obstacle.l_to if side > 0.0 else -obstacle.l_from
+        return edge + 0.5 * self._car.width + clearance
+
+    def wanted_offset(self, obstacle: Obstacle, monitor: MapMonitor) -> float | None:
+        """Offset [m] to drive past an obstacle, positive to the passing side; None if the road is too narrow."""
+        room = monitor.room(0.5 * (obstacle.s_from + obstacle.s_to))
+        widest = room.half_width + room.side_width - 0.5 * self._car.width - EDGE
+        if self.needed_offset(obstacle, monitor.side, CLEARANCE) > widest:
+            return None
+        wanted = max(self._parameters.MPC_w, self.needed_offset(obstacle, monitor.side, COMFORT_CLEARANCE))
+        return min(wanted, widest)
+
+    def back_at(self, obstacle: Obstacle) -> float:
+        """Arc length [m] of the rear axle where the car may begin to return."""
+        return obstacle.s_to + self._rear + 2.0
+
+    def gap_free(
+        self, s: float, v: float, obstacle: Obstacle, monitor: MapMonitor, wanted: float, others: list[Neighbour]
+    ) -> bool:
+        """Whether the passing side stays free until the car is back in its lane."""
+        half = 0.5 * self._car.width + 0.5
+        low, high = wanted - half, wanted + half
+        speed = self._parameters.DECISION_OT_speed
+        back = self.back_at(obstacle) + SWING
+        time = max(back - s, 0.0) / (0.9 * speed) + 0.5 * max(speed - v, 0.0)
+        for other in others:
+            l_from, l_to = (other.l_from, other.l_to) if monitor.side > 0.0 else (-other.l_to, -other.l_from)
+            if l_to < low or l_from > high:
+                continue
+            if other.s_to < s - 1.0 and other.speed <= 0.0:
+                continue  # it has gone by
+            if other.speed > 0.5:  # same direction
+                closing = max(other.speed - v, 0.0)
+                if other.s_to > s - 8.0 - closing * time and other.s_from < back:
+                    return False
+                continue
+            away = other.speed
+            if away > -0.5:
+                if other.stood >= SETTLED:
+                    if other.s_from < back + 2.0 and other.s_to > s:
+                        return False
+                    continue
+                away = -UNKNOWN_SPEED
+            if other.s_from + 1.1 * away * time < back + self._front + CONTACT_TIME * (speed - away):
+                return False
+        return True
+
+    def plan(self, t: float, s: float, path: FloatArray, obstacle: Obstacle | None, monitor: MapMonitor) -> bool | None:
+        """Plan from arc length `s` [m] on around an obstacle, or back to the lane if there is none.
+
+        True: `offsets` are new; False: the old plan still holds; None: there is no plan that keeps the bounds.
+        """
+        if t - self._solved < RESOLVE - 1e-9 and self._pieces is not None:
+            same = (obstacle is None) == (self.obstacle is None)
+            if same:
+                return False
+        self._solved = t
+        start = (0.0, 0.0, 0.0)
+        if self._pieces is not None:
+            start = offset_at(self._pieces, self._s_from, self._step, s)
+        end = (self.back_at(obstacle) if obstacle is not None else s) + SWING + 2.0
+        step = max((end - s) / N, 0.8)
+        at = s + step * np.arange(1, N + 1)
+        wanted, low, high = np.zeros(N), np.full(N, -NO_BOUND), np.full(N, NO_BOUND)
+        side = monitor.side
+        if obstacle is not None:
+            goal = self.wanted_offset(obstacle, monitor)
+            if goal is None:
+                return None
+            gap = obstacle.s_from - (s + self._front)
+            early = min(max(0.45 * gap, SHORTEST_GAP), 12.0)
+            full_from, full_to = obstacle.s_from - self._front - early, self.back_at(obstacle)
+            wanted[(at >= full_from) & (at <= full_to)] = side * goal
+            floor = self.needed_offset(obstacle, side, CLEARANCE)
+            bound = (at >= obstacle.s_from - self._front - SHORTEST_GAP) & (at <= obstacle.s_to + self._rear + 0.5)
+            room = monitor.room(0.5 * (obstacle.s_from + obstacle.s_to))
+            ceiling = room.half_width + room.side_width - 0.5 * self._car.width
+            (low if side > 0.0 else high)[bound] = side * floor
+            (high if side > 0.0 else low)[:] = side * max(ceiling, floor)
+        bend = min(LARGEST_BEND, 0.85 * math.tan(self._car.max_steer) / self._car.wheelbase)
+        pieces = self._solver.solve(start, step, wanted, low, high, bend)
+        if pieces is None:
+            return None
+        self.obstacle = obstacle
+        if self._pieces is not None and self.offsets is not None:
+            check = np.linspace(s, end, 12)
+            change = max(
+                abs(offset_at(pieces, s, step, x)[0] - offset_at(self._pieces, self._s_from, self._step, x)[0])
+                for x in check
+            )
+            if change < 0.12:
+                return False
+        if self.offsets is None or len(self.offsets) != len(path):
+            self.offsets = np.zeros(len(path))
+        self._pieces, self._s_from, self._step, self.s_end = pieces, s, step, s + N * step
+        write_offsets(path, self.offsets, pieces, s, step)
+        return True
+
+    def back_in_lane(self, s: float) -> bool:
+        """Whether the plan is over at `s` [m]."""
+        return s >= self.s_end or (self._pieces is not None and self._is_flat(s))
+
+    def _is_flat(self, s: float) -> bool:
+        assert self._pieces is not None
+        return all(abs(self.offset(s + d)) < 0.03 for d in (0.0, 3.0, 8.0, 15.0, 25.0))
