@@ -13,8 +13,10 @@ from vehicle.messages import (
     VehicleDescription,
     VehicleState,
 )
+from vehicle.model.errors import ModelError
+from vehicle.model.kernel import ACCELERATION, PEDALS
 from vehicle.model.model import VehicleModel
-from vehicle.model.plant import STEP, Plant
+from vehicle.model.plant import STEP, Plant, input_mode
 from vehicle.sensors.suite import SensorSuite
 
 
@@ -22,12 +24,21 @@ class Twin:
     """A simulated car. Same model, sensors, seed and calls: same bytes.
 
     It integrates at 1 kHz and returns motion at 100 Hz. `seed` starts the generators of the sensors, one each.
-    Raises ModelError if the model cannot run at this step.
+    Raises ModelError if the model cannot run at this step or takes other inputs than a Command has.
     """
 
     is_real = False
 
     def __init__(self, model: VehicleModel, sensors: SensorSuite, seed: int = 0) -> None:
+        if input_mode(model.inputs.longitudinal) not in (ACCELERATION, PEDALS) or model.inputs.longitudinal == (
+            "motor_current",
+        ):
+            raise ModelError(
+                "a driving stack cannot drive this model",
+                key="inputs.longitudinal",
+                found=" + ".join(model.inputs.longitudinal),
+                allowed="accel_cmd, throttle_cmd + brake_cmd",
+            )
         self.model, self.sensors, self.seed = model, sensors, seed
         self._plant = Plant(model)
         self._description = sensors.describe(model.description())

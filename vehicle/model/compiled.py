@@ -14,11 +14,13 @@ from typing import Any
 import numba
 import numpy as np
 from numba import cfunc, types
+from numba.core.errors import NumbaError
 from numba.extending import register_jitable
 
 from vehicle.model import maths
 from vehicle.model.bus import BUS_FIELDS
 from vehicle.model.effect import Effect
+from vehicle.model.errors import ModelError, nearest_name
 
 BUS_DTYPE = np.dtype([(name, np.float64) for name in BUS_FIELDS])
 _BUS_TYPE = numba.from_dtype(BUS_DTYPE)
@@ -40,9 +42,32 @@ def memory_dtype(effect: Effect) -> np.dtype[Any]:
 
 @cache
 def compiled(effect: Effect) -> Any:
-    """The effect as a numba C function; `.address` is what the kernel calls. Compiled (or loaded) on first use."""
+    """The effect as a numba C function; `.address` is what the kernel calls. Compiled (or loaded) on first use.
+
+    Raises ModelError, naming file and effect, if the function cannot be compiled.
+    """
     signature = types.void(_BUS_TYPE, numba.from_dtype(parameter_dtype(effect)), numba.from_dtype(memory_dtype(effect)))
-    return cfunc(signature, cache=True, error_model="numpy")(effect.function)
+    try:
+        return _compile(signature, effect.function)
+    except (NumbaError, KeyError) as error:  # KeyError: numba's answer to a field that a record lacks
+        unknown = str(error.args[0]) if isinstance(error, KeyError) and error.args else ""
+        fields = (*BUS_FIELDS, *(k.name for k in effect.parameters), *(m.name for m in effect.memory))
+        reason = f"no such field: {unknown}" if unknown else " ".join(str(error).split())[:300]
+        raise ModelError(
+            f"effect cannot be compiled: {reason}",
+            file=effect.function.__code__.co_filename,
+            key=effect.name,
+            nearest=nearest_name(unknown, fields),
+        ) from error
+
+
+def _compile(signature: Any, function: Any) -> Any:
+    try:
+        return cfunc(signature, cache=True, error_model="numpy")(function)
+    except RuntimeError as error:
+        if "cannot cache" not in str(error):
+            raise
+        return cfunc(signature, error_model="numpy")(function)  # source that is no file on disk
 
 
 def doubles(dtype: np.dtype[Any]) -> int:

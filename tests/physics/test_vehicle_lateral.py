@@ -1,0 +1,186 @@
+"""Motion across the road against closed forms and an independent integration."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from vehicle_models import CAR, plant
+
+L = CAR["wheelbase"]
+A = CAR["cg_to_front_axle"]
+B = L - A
+M = CAR["mass"]
+INERTIA = CAR["yaw_inertia"]
+CF, CR = CAR["cornering_stiffness_front"], CAR["cornering_stiffness_rear"]
+UNDERSTEER = M / L * (B / CF - A / CR)  # rad s^2/m
+
+
+def test_kinematic_car_drives_the_circle_of_its_wheelbase() -> None:
+    steer, v = 0.2, 5.0
+    car = plant(v=v, steer=steer)
+    car.command(steer)
+    rows = car.advance(5000)
+    radius = L / math.tan(steer)
+    distance = np.hypot(rows[:, 1], rows[:, 2] - radius)
+    assert np.abs(distance - radius).max() < 1e-5
+    assert rows[-1, 4] == pytest.approx(v * 5.0 / radius, abs=1e-9)
+    assert rows[-1, 10] == pytest.approx(v * v / radius, abs=1e-9)
+
+
+@pytest.mark.parametrize("v", [3.0, 8.0, 20.0, 30.0])
+def test_steady_turn_of_the_dynamic_car_has_the_yaw_rate_of_its_understeer_gradient(v: float) -> None:
+    steer = 0.004
+    car = plant("dynamic_bicycle", v=v, every=10)
+    car.command(steer, accel=0.0)
+    row = car.advance(5000)[-1]
+    assert row[8] == pytest.approx(row[5] * steer / (L + UNDERSTEER * row[5] ** 2), rel=2e-4)
+
+
+def test_steady_turn_has_the_textbook_slip_of_the_rear_axle() -> None:
+    v, steer = 15.0, 0.01
+    car = plant("dynamic_bicycle", v=v, every=10)
+    car.command(steer)
+    row = car.advance(5000)[-1]
+    rear_force = M * A / L * row[5] * row[8]  # the rear axle carries a/L of the centripetal force
+    assert row[7] / row[5] == pytest.approx(-rear_force / CR, rel=1e-3)
+
+
+def _reference(v: float, steer_of_t: object, until: float) -> np.ndarray:
+    """The same single-track equations, written apart and integrated by DOP853 to 1e-10, at 100 Hz."""
+
+    def rate(t: float, state: np.ndarray) -> list[float]:
+        _x, _y, yaw, vx, vy, r = state
+        d = steer_of_t(t)  # type: ignore[operator]
+        front = CF * (d - math.atan2(vy + A * r, vx))
+        rear = CR * -math.atan2(vy - B * r, vx)
+        vy_rear = vy - B * r
+        return [
+            vx * math.cos(yaw) - vy_rear * math.sin(yaw),
+            vx * math.sin(yaw) + vy_rear * math.cos(yaw),
+            r,
+            r * vy - front * math.sin(d) / M,
+            (front * math.cos(d) + rear) / M - vx * r,
+            (A * front * math.cos(d) - B * rear) / INERTIA,
+        ]
+
+    t = np.arange(1, round(until * 100) + 1) / 100
+    found = solve_ivp(rate, (0.0, until), [0.0, 0.0, 0.0, v, 0.0, 0.0], "DOP853", t, rtol=1e-10, atol=1e-12)
+    return np.column_stack((t, found.y.T))
+
+
+@pytest.mark.parametrize("v", [4.0, 12.0, 25.0])
+def test_step_steer_transient_agrees_with_an_independent_integration(v: float) -> None:
+    car = plant("dynamic_bicycle", v=v, every=10)
+    car.command(0.03)
+    rows, truth = car.advance(3000), _reference(v, lambda t: 0.03, 3.0)
+    assert np.abs(rows[:, 8] - truth[:, 6]).max() < 2e-4  # rad/s
+    assert np.abs(rows[:, 5] - truth[:, 4]).max() < 1e-3  # m/s
+    assert np.hypot(rows[:, 1] - truth[:, 1], rows[:, 2] - truth[:, 2]).max() < 5e-3  # m
+
+
+def test_halving_the_step_halves_the_error_at_least() -> None:
+    truth = _reference(15.0, lambda t: 0.03, 2.0)
+    errors = []
+    for dt in (4e-3, 2e-3, 1e-3):
+        car = plant("dynamic_bicycle", v=15.0, dt=dt, every=round(0.02 / dt))
+        car.command(0.03)
+        rows = car.advance(round(2.0 / dt))
+        errors.append(np.abs(rows[:, 8] - truth[1::2, 6]).max())
+    assert errors[1] < 0.55 * errors[0]
+    assert errors[2] < 0.55 * errors[1]
+
+
+def test_a_coarse_step_of_20_ms_stays_stable_with_stiff_tyres_at_low_speed() -> None:
+    car = plant("dynamic_bicycle", v=2.5, dt=0.02, every=1)
+    car.command(0.1)
+    rows = car.advance(500)
+    steady = rows[-100:, 8] / rows[-100:, 5]
+    assert np.ptp(steady) < 1e-6
+    assert np.abs(rows[:, 8]).max() < 1.2 * steady.mean() * rows[:, 5].max()
+
+
+def test_below_one_metre_per_second_the_dynamic_car_is_kinematic() -> None:
+    kinematic, dynamic = plant(v=0.95, steer=0.3), plant("dynamic_bicycle", v=0.95, steer=0.3)
+    for car in (kinematic, dynamic):
+        car.command(0.3)
+    assert np.abs(kinematic.advance(3000) - dynamic.advance(3000)).max() < 1e-12
+
+
+def test_passing_the_blend_between_both_models_makes_no_jump() -> None:
+    car = plant("dynamic_bicycle", v=0.5, steer=0.2)
+    car.command(0.2, accel=0.5)
+    rows = car.advance(5000)
+    per_metre = rows[:, 8] / rows[:, 5]
+    assert np.abs(np.diff(per_metre)).max() < 2e-4  # 1/m a step; the curvature itself is 0.08
+
+
+def test_reverse_is_kinematic() -> None:
+    car = plant("dynamic_bicycle", v=-3.0, steer=0.2)
+    car.command(0.2)
+    assert car.advance(1000)[-1, 8] == pytest.approx(-3.0 * math.tan(0.2) / L, abs=1e-9)
+
+
+def test_tyres_never_add_energy_to_a_coasting_car() -> None:
+    car = plant("dynamic_bicycle", v=20.0)
+    car.command(0.08)
+    rows = car.advance(4000)
+    vy = rows[:, 7] + B * rows[:, 8]
+    energy = 0.5 * M * (rows[:, 5] ** 2 + vy**2) + 0.5 * INERTIA * rows[:, 8] ** 2
+    assert np.diff(energy).max() < 1e-5 * energy[0]
+    assert energy[-1] < energy[0]
+
+
+def test_saturated_tyres_hold_lateral_acceleration_below_their_limit() -> None:
+    car = plant("dynamic_bicycle", {"tyre_saturation": {"limit": 5.0}}, v=25.0)
+    car.command(0.3)
+    rows = car.advance(2000)
+    centre = rows[:, 10] + B * np.gradient(rows[:, 8], 1e-3)  # ay at the centre of gravity
+    assert np.abs(centre[10:]).max() < 5.0
+    assert np.abs(centre).max() > 4.0
+
+
+def test_steer_lag_follows_the_first_order_step_response() -> None:
+    tau = 0.2
+    car = plant(effects={"steer_lag": {"tau": tau}}, v=2.0)
+    car.command(0.1)
+    rows = car.advance(1000)
+    middle = rows[:, 0] - 0.5e-3  # the angle shown is the mean over the step
+    assert np.abs(rows[:, 11] - 0.1 * (1.0 - np.exp(-middle / tau))).max() < 1e-6
+
+
+def test_steer_delay_moves_the_whole_turn() -> None:
+    car = plant(effects={"steer_delay": {"T": 0.25}}, v=5.0)
+    car.command(0.1)
+    rows = car.advance(1000)
+    assert rows[-1, 4] == pytest.approx(5.0 * math.tan(0.1) / L * 0.75, abs=1e-9)
+
+
+def test_steer_delay_starts_from_the_angle_at_reset() -> None:
+    car = plant(effects={"steer_delay": {"T": 0.2}, "steer_lag": {"tau": 0.1}}, v=5.0, steer=0.15)
+    car.command(0.15)
+    assert (car.advance(500)[:, 11] == 0.15).all()
+
+
+def test_steer_rate_limit_ramps() -> None:
+    car = plant(effects={"steer_rate_limit": {"limit": 0.4}}, v=2.0)
+    car.command(0.3)
+    rows = car.advance(1000)
+    assert np.abs(rows[:, 11] - np.minimum(0.4 * rows[:, 0], 0.3)).max() < 1e-9
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_steer_angle_limit_is_an_end_stop_on_both_sides(sign: float) -> None:
+    car = plant(effects={"steer_angle_limit": {"limit": 0.35}, "steer_rate_limit": {"limit": 1.0}}, v=2.0)
+    car.command(sign * 2.0)
+    assert car.advance(1000)[-1, 11] == pytest.approx(sign * 0.35)
+    car.command(0.0)  # it leaves the stop at once: nothing wound up behind it
+    assert abs(car.advance(100)[-1, 11]) == pytest.approx(0.25)
+
+
+def test_bank_shows_on_the_accelerometer_at_rest() -> None:
+    car = plant()
+    car.road(0.0, bank=0.1)
+    assert car.advance(1)[0, 10] == pytest.approx(9.80665 * math.sin(0.1), abs=1e-9)

@@ -1,0 +1,96 @@
+"""Effects of others: a file, an installed package, and what goes wrong with them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vehicle.messages import VehicleState
+from vehicle.model.catalogue import effects_of_file
+from vehicle.model.errors import ModelError
+from vehicle.model.model_file import parse_model
+from vehicle.model.plant import Plant
+
+MINE = """
+from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.maths import clip
+
+@effect(
+    name="magnet", slot="force", physics="a magnet at the end of the road", equation="a = c t", source="none",
+    parameters=(Key("c", "m/s^3", 0.1, 1.0, neutral=0.0, least=0.05, meaning="pull"),), memory=(Memory("t"),),
+    reveals="wait",
+)
+def magnet(x, p, m):
+    m.t += x.dt
+    x.drag += p.c * clip(m.t, 0.0, 2.0) * x.mass
+"""
+MODEL = '[parameters]\nwheelbase = 2\n[[effect]]\nname = "magnet"\nparameters = { c = 0.5 }\n'
+
+
+def test_a_users_effect_acts_like_a_built_in_one(tmp_path: Path) -> None:
+    file = tmp_path / "my_effect.py"
+    file.write_text(MINE, encoding="utf-8")
+    car = Plant(parse_model(MODEL, extra=effects_of_file(file)))
+    car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+    assert car.advance(2000)[-1, 5] == pytest.approx(0.5 * 2.0**2 / 2.0, abs=2e-3)
+
+
+def test_an_installed_package_announces_its_effects(tmp_path: Path) -> None:
+    (tmp_path / "magnets.py").write_text(MINE, encoding="utf-8")
+    about = tmp_path / "magnets-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: magnets\nVersion: 1.0\n", encoding="utf-8")
+    (about / "entry_points.txt").write_text("[pytest_dvp.effects]\nmagnets = magnets\n", encoding="utf-8")
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n"
+    code += "from vehicle.model.catalogue import catalogue; print(catalogue()['magnet'].equation)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "a = c t"
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "says"),
+    [
+        ('slot="force"', 'slot="engine"', "no such slot"),
+        ("neutral=0.0", "neutral=float('nan')", "neutral value is wrong"),
+        ('Memory("t")', 'Memory("t", start="velocity")', "no such bus field"),
+        ("@effect", "@effetc", "NameError"),
+        ("def magnet(", "def magnet(:", "SyntaxError"),
+    ],
+)
+def test_a_faulty_description_is_a_model_error_naming_the_file(
+    tmp_path: Path, right: str, wrong: str, says: str
+) -> None:
+    file = tmp_path / "my_effect.py"
+    file.write_text(MINE.replace(right, wrong), encoding="utf-8")
+    with pytest.raises(ModelError, match=says) as caught:
+        effects_of_file(file)
+    assert str(file) in str(caught.value)
+
+
+def test_a_function_that_does_not_compile_is_a_model_error_naming_effect_and_file(tmp_path: Path) -> None:
+    file = tmp_path / "my_effect.py"
+    file.write_text(MINE.replace("x.drag", "x.drug"), encoding="utf-8")
+    model = parse_model(MODEL, extra=effects_of_file(file))
+    with pytest.raises(ModelError, match="drug") as caught:
+        Plant(model)
+    assert "magnet" in str(caught.value)
+    assert str(file) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_without_effects_and_a_missing_one_are_model_errors(tmp_path: Path) -> None:
+    file = tmp_path / "empty.py"
+    file.write_text("", encoding="utf-8")
+    with pytest.raises(ModelError, match="no function decorated"):
+        effects_of_file(file)
+    with pytest.raises(ModelError, match="no such file"):
+        effects_of_file(tmp_path / "absent.py")
+
+
+def test_a_dead_time_beyond_the_delay_line_is_refused(tmp_path: Path) -> None:
+    text = '[parameters]\nwheelbase = 2\n[[effect]]\nname = "drive_delay"\nparameters = { T = 0.5 }\n'
+    with pytest.raises(ModelError, match="too long for a step"):
+        Plant(parse_model(text), dt=1e-4)

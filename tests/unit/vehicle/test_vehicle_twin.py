@@ -1,0 +1,166 @@
+"""The twin behind the Vehicle protocol."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from vehicle.adapter import Vehicle
+from vehicle.messages import Command, Surroundings, Task, VehicleState, no_surroundings
+from vehicle.model.errors import ModelError
+from vehicle.model.model import VehicleModel
+from vehicle.model.model_file import read_model
+from vehicle.sensors import default_sensors
+from vehicle.twin import Twin
+
+START = VehicleState(t=0.0, x=3.0, y=4.0, yaw=0.5, v=5.0, z=1.5)
+
+
+@pytest.fixture
+def tabby(scenarios_dir: Path) -> VehicleModel:
+    return read_model(scenarios_dir / "models" / "tabby_evo.toml")
+
+
+@pytest.fixture
+def twin(tabby: VehicleModel) -> Twin:
+    car = Twin(tabby, default_sensors(), seed=7)
+    car.reset(START)
+    return car
+
+
+def test_it_is_a_vehicle_and_no_real_one(twin: Twin) -> None:
+    assert isinstance(twin, Vehicle)
+    assert not twin.is_real
+
+
+def test_reset_puts_it_where_it_is_told(twin: Twin) -> None:
+    state = twin.state
+    assert (state.t, state.x, state.y, state.z, state.yaw, state.v) == (0.0, 3.0, 4.0, 1.5, 0.5, 5.0)
+
+
+def test_a_step_gives_rows_at_100_hz(twin: Twin) -> None:
+    first, second = twin.step(0.05), twin.step(0.05)
+    assert first[:, 0] == pytest.approx([0.01, 0.02, 0.03, 0.04, 0.05], abs=1e-12)
+    assert second[0, 0] == pytest.approx(0.06, abs=1e-12)
+    assert (first[:, 3] == 1.5).all()
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.05, 0.0005, float("nan"), 0.00123])
+def test_a_step_that_is_no_multiple_of_a_millisecond_is_refused(twin: Twin, dt: float) -> None:
+    with pytest.raises(ValueError, match=r"multiple|NaN"):
+        twin.step(dt)
+
+
+def test_time_does_not_drift_over_an_hour(twin: Twin) -> None:
+    twin.apply(Command(0.0, 0.0, 0.0, 0.0, 1.0))
+    assert twin.step(3600.0)[-1, 0] == pytest.approx(3600.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("field", ["steer", "accel", "throttle", "brake"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_command_that_is_not_finite_is_refused_by_name(twin: Twin, field: str, value: float) -> None:
+    command = msgspec.structs.replace(Command(1.0, 0.0, 0.0, 0.0, 0.0), **{field: value})
+    with pytest.raises(ValueError, match=field):
+        twin.apply(command)
+
+
+def test_pedals_beyond_their_range_are_the_full_pedal(tabby: VehicleModel) -> None:
+    ends = []
+    for throttle in (1.0, 5.0):
+        car = Twin(tabby, default_sensors())
+        car.apply(Command(0.0, 0.0, 0.0, throttle, 0.0))
+        ends.append(car.step(2.0)[-1, 5])
+    assert ends[0] == ends[1] > 4.0
+
+
+def test_stop_brings_it_to_a_halt_and_keeps_it_there(twin: Twin) -> None:
+    twin.stop()
+    rows = twin.step(5.0)
+    assert rows[-1, 5] == 0.0
+    assert (rows[-100:, 1] == rows[-1, 1]).all()
+
+
+def test_full_throttle_ends_at_the_motors_top_speed(tabby: VehicleModel) -> None:
+    car = Twin(tabby, default_sensors())
+    car.apply(Command(0.0, 0.0, 0.0, 1.0, 0.0))
+    assert car.step(120.0)[-1, 5] == pytest.approx(tabby.car.max_speed, abs=0.1)
+
+
+def test_pedals_give_what_the_data_sheet_promises(tabby: VehicleModel) -> None:
+    about = tabby.description()
+    car = Twin(tabby, default_sensors())
+    car.apply(Command(0.0, 0.0, 0.0, 0.5, 0.0))
+    car.step(1.0)
+    rows = car.step(0.5)
+    gained = (rows[-1, 5] - rows[0, 5]) / (rows[-1, 0] - rows[0, 0])
+    assert gained == pytest.approx(0.5 * about.max_acceleration - 0.12, abs=0.03)
+
+
+def test_a_task_is_delivered_once(twin: Twin) -> None:
+    twin.give_task(Task(set_speed=5.0))
+    assert twin.observe(no_surroundings()).task == Task(set_speed=5.0)
+    assert twin.observe(no_surroundings()).task is None
+
+
+def test_the_road_under_it_is_felt(twin: Twin) -> None:
+    twin.stop()
+    twin.step(5.0)
+    twin.place_on_road(2.0, grade=0.1)
+    row = twin.step(0.1)[-1]
+    assert row[3] == 2.0
+    assert row[9] == pytest.approx(9.80665 * np.sin(0.1), abs=1e-9)
+    assert row[5] == 0.0
+
+
+def test_the_description_names_the_mounting_of_the_sensors(twin: Twin) -> None:
+    about = twin.description
+    assert about.gnss_x == pytest.approx(0.18)
+    assert about.camera_x == pytest.approx(1.58)
+    assert about.imu_x == about.lidar_x == pytest.approx(1.18)
+
+
+def test_a_model_that_no_command_drives_is_refused(tabby: VehicleModel) -> None:
+    for columns in (("v",), ("speed_cmd",), ("motor_current",)):
+        with pytest.raises(ModelError, match=r"inputs\.longitudinal"):
+            Twin(replace(tabby, inputs=replace(tabby.inputs, longitudinal=columns)), default_sensors())
+
+
+def drive(seed: int) -> str:
+    """Digest of everything a twin says in 10 s."""
+    root = Path(__file__).resolve().parents[3]
+    car = Twin(read_model(root / "scenarios" / "models" / "tabby_evo.toml"), default_sensors(), seed)
+    car.reset(START)
+    boxes = np.array([[20.0, 5.0, 0.7, 0.2, 4.0, 1.8, 1.4, 0.0, 0.0], [15.0, 9.0, 0.9, 0.0, 0.5, 0.5, 1.8, 0.0, 0.0]])
+    world = Surroundings(boxes, np.array([0, 1]), ("car", "walker"))
+    digest = hashlib.sha256()
+    for tick in range(200):
+        o = car.observe(world)
+        points = b"" if o.lidar is None else o.lidar.points.tobytes()
+        said = (o.gnss, o.odometry, o.imu, None if o.camera is None else o.camera.boxes)
+        digest.update(repr(said).encode() + points)
+        car.apply(Command(o.t, 0.1 * np.sin(tick / 20), 0.0, 0.3 if tick < 120 else 0.0, 0.2 if tick > 150 else 0.0))
+        digest.update(car.step(0.05).tobytes())
+    return digest.hexdigest()
+
+
+def test_same_seed_same_bytes_and_another_seed_others() -> None:
+    assert drive(7) == drive(7) != drive(8)
+
+
+def test_same_bytes_in_other_processes_whatever_the_hash_seed() -> None:
+    code = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+    code += "import test_vehicle_twin as t; print(t.drive(7))"
+    found = set()
+    for hash_seed in ("0", "1"):
+        env = {**os.environ, "PYTHONHASHSEED": hash_seed}
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=env)
+        found.add(done.stdout.strip())
+    assert found == {drive(7)}

@@ -1,0 +1,29 @@
+"""Speed controller inside the car, for cars that take a speed as command."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, Memory, effect
+
+
+@effect(
+    name="speed_controller",
+    slot="command",
+    order=10,
+    physics="the car's own controller turns a wanted speed into a wanted acceleration",
+    equation="a_c = kp e + ki int(e), e = speed_cmd - v",
+    source="K. J. Astrom, R. M. Murray, Feedback Systems, sec. 10.1 (PI)",
+    parameters=(
+        Key("kp", "1/s", 0.1, 5.0, neutral=0.0, least=0.05, minimum=0.0, meaning="proportional gain"),
+        Key("ki", "1/s^2", 0.0, 2.0, neutral=0.0, least=0.02, minimum=0.0, meaning="integral gain"),
+    ),
+    memory=(Memory("sum"),),
+    ties=("drive_lag",),
+    reveals="steps of the commanded speed up and down",
+)
+def speed_controller(x: Bus, p: Any, m: Any) -> None:
+    error = x.speed_cmd - x.vx
+    m.sum += p.ki * error * x.dt
+    x.accel += p.kp * error + m.sum
