@@ -92,8 +92,9 @@ class Catalogs:
                 continue
             for catalog in document.root.findall("Catalog"):
                 names.append(catalog.get("name"))
-                if names[-1] != reference.catalog_name:
+                if reference.catalog_name not in (names[-1], path.stem):  # esmini goes by the file's name
                     continue
+                names.append(reference.catalog_name)
                 for node in catalog.children:
                     if node.get("name") == reference.entry_name:
                         if node.tag in kinds:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from openscenario.expressions import ExpressionError, Value, concatenate, evaluate
-from openscenario.findings import Findings, listed, nearest
+from openscenario.findings import Findings, Severity, listed, nearest
 from openscenario.model.declarations import ParameterDeclaration, ValueConstraint
 from openscenario.model.kinds import At
 from openscenario.values import BadValue, check_type, spelled, to_bool, to_double
@@ -46,10 +46,14 @@ class Given:
 
 @dataclass(slots=True)
 class Scope:
-    """The parameters that can be seen from some element; None as text marks a declaration found wrong."""
+    """The parameters that can be seen from some element; None as text marks a declaration found wrong.
+
+    `lent`: a last resort for names that are not declared: a catalogue entry that leans on the scenario around it.
+    """
 
     parent: Scope | None = None
     texts: dict[str, str | None] = field(default_factory=dict)
+    lent: Callable[[str], str | None] | None = None
 
     def text(self, name: str) -> str:
         """The value of a parameter.
@@ -64,6 +68,9 @@ class Scope:
                 if text is None:
                     raise BrokenParameter
                 return text
+            lent = scope.lent(name) if scope.lent is not None else None
+            if lent is not None:
+                return lent
             scope = scope.parent
         raise undefined(name, self.names())
 
@@ -123,16 +130,24 @@ def declare(
     parent: Scope | None,
     given: Mapping[str, Given],
     findings: Findings,
+    *,
+    strict: bool = True,
 ) -> tuple[tuple[ParameterDeclaration, ...], Scope]:
     """Values of the declarations as read (raw) in their scope, given ones in place of the declared.
 
-    A declaration may refer to others of the same group and to outer ones; what is wrong becomes findings.
+    A declaration may refer to others of the same group and to outer ones; what is wrong becomes findings. Not `strict`:
+    a value that does not fit its type is a warning, for parameters that nothing here computes with.
     """
     scope = Scope(parent)
     by_name: dict[str, ParameterDeclaration] = {}
     for declaration in declarations:
-        if declaration.name in by_name:
-            _add(findings, "name.duplicate", declaration.at, "@name", "declared twice", declaration.name)
+        first = by_name.get(declaration.name)
+        if first is not None:
+            same = (first.value, first.parameter_type) == (declaration.value, declaration.parameter_type)
+            text = "declared twice" + (", with the same value" if same else " with different values")
+            found, hint = declaration.name, f"first declared in line {first.at.line}"
+            severity: Severity = "warning" if same else "error"
+            _add(findings, "name.duplicate", declaration.at, "@name", text, found, "", hint, severity)
         by_name.setdefault(declaration.name, declaration)
     open_names: list[str] = []
 
@@ -148,7 +163,7 @@ def declare(
     def settle(declaration: ParameterDeclaration) -> None:
         open_names.append(declaration.name)
         try:
-            scope.texts[declaration.name] = _value(declaration, given.get(declaration.name), text_of, findings)
+            scope.texts[declaration.name] = _value(declaration, given.get(declaration.name), text_of, findings, strict)
         finally:
             open_names.pop()
 
@@ -163,10 +178,10 @@ def declare(
             )
             for group in declaration.constraint_groups
         )
-        text = scope.texts[declaration.name]
-        finished = dataclasses.replace(declaration, value=declaration.value if text is None else text)
+        settled_text = scope.texts[declaration.name]
+        finished = dataclasses.replace(declaration, value=declaration.value if settled_text is None else settled_text)
         finished = dataclasses.replace(finished, constraint_groups=groups) if groups else finished
-        if text is not None and not allows(finished, text):
+        if settled_text is not None and not allows(finished, settled_text):
             given_at = _given_at(given.get(declaration.name))
             _add(
                 findings,
@@ -174,7 +189,7 @@ def declare(
                 given_at or declaration.at,
                 "@value",
                 f"the value of parameter '{declaration.name}' is outside its constraints",
-                text,
+                settled_text,
                 constraints(finished),
             )
         settled.append(finished)
@@ -216,7 +231,11 @@ def _constraint(constraint: ValueConstraint, text_of: Callable[[str], str], find
 
 
 def _value(
-    declaration: ParameterDeclaration, given: Given | None, text_of: Callable[[str], str], findings: Findings
+    declaration: ParameterDeclaration,
+    given: Given | None,
+    text_of: Callable[[str], str],
+    findings: Findings,
+    strict: bool,
 ) -> str | None:
     raw = declaration.value if given is None else given.value
     at = _given_at(given) or declaration.at
@@ -230,9 +249,9 @@ def _value(
     except BadValue as error:
         where = f"the value of parameter '{declaration.name}' is {error.text}"
         allowed = f"{error.allowed} ({declaration.parameter_type})"
-        found = raw if raw == text else f"{raw} = {text}"
-        _add(findings, error.code, at, "@value", where, found or "nothing", allowed)
-        return None
+        found = (raw if raw == text else f"{raw} = {text}") or "nothing"
+        _add(findings, error.code, at, "@value", where, found, allowed, "", "error" if strict else "warning")
+        return None if strict else text
     except BrokenParameter:
         return None
     return text
@@ -251,5 +270,7 @@ def _add(
     found: str = "",
     allowed: str = "",
     hint: str = "",
+    severity: Severity = "error",
 ) -> None:
-    findings.add(code, at.file, at.line, at.element + attribute, text, found=found, allowed=allowed, hint=hint)
+    element = at.element + attribute
+    findings.add(code, at.file, at.line, element, text, found=found, allowed=allowed, hint=hint, severity=severity)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from openscenario.model.kinds import Element, xml
+from openscenario.model.kinds import Element, RawText, xml
 
 
 @dataclass(frozen=True, slots=True)
 class ParameterAssignment(Element):
-    parameter_ref: str
+    parameter_ref: RawText
     value: str
 
 

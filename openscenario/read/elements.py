@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from openscenario.catalogs import CatalogError
@@ -11,7 +11,10 @@ from openscenario.expressions import ExpressionError
 from openscenario.findings import ScenarioError, nearest
 from openscenario.model.catalogs import CatalogReference
 from openscenario.model.declarations import ParameterDeclaration
+from openscenario.model.entities import Controller
+from openscenario.model.global_actions import CustomCommandAction
 from openscenario.model.kinds import At
+from openscenario.model.storyboard import Action
 from openscenario.parameters import BrokenParameter, Given, Scope, declare, resolve
 from openscenario.read.checks import CHECKS
 from openscenario.read.context import Context, Reference
@@ -55,7 +58,7 @@ class ElementReader:
         at = At(self.file, node.line, path)
         values: Values = {}
         if plan.declares:
-            scope = self._declarations(node, scope, path, given, values)
+            scope = self._declarations(plan, node, scope, path, given, values)
         whole = self._attributes(plan, node, scope, at, values)
         if plan.names and values.get("name"):
             self.context.names.setdefault(plan.names, []).append((values["name"], at))
@@ -63,6 +66,11 @@ class ElementReader:
             values[plan.text_field] = node.text.strip()
         if node.children:
             whole = self._children(plan.children, node, scope, path, values) and whole
+        if plan.cls is Action and "action" not in values and whole:
+            self.context.warning(
+                "storyboard.empty_action", at, "", "the action is empty: it does nothing and ends at once"
+            )
+            values["action"] = CustomCommandAction("", at=at)  # the schemas up to 1.2 allow it, and files use it
         for field_name, wrapper, allowed in plan.required_children:
             if not values.get(field_name):
                 whole = False
@@ -121,25 +129,36 @@ class ElementReader:
 
     def _resolved(self, attribute: AttributePlan, raw: str, scope: Scope, at: At) -> str | None:
         try:
-            return resolve(raw, scope.text, as_text=attribute.text)
+            text = resolve(raw, scope.text, as_text=attribute.text)
+            # `${1 and 1}` is a truth value; where a number is wanted it counts as one
+            return {"true": "1", "false": "0"}.get(text, text) if attribute.number else text
         except ExpressionError as error:
             self.context.error(error.code, at, f"@{attribute.name}", error.text, found=raw, hint=error.hint)
         except BrokenParameter:
             pass  # its declaration has the finding
         return None
 
-    def _declarations(self, node: Node, scope: Scope, path: str, given: Mapping[str, Given], values: Values) -> Scope:
+    def _declarations(
+        self,
+        plan: ElementPlan,
+        node: Node,
+        scope: Scope,
+        path: str,
+        given: Mapping[str, Given],
+        values: Values,
+    ) -> Scope:
         raw: list[ParameterDeclaration] = []
-        plan = plan_of(ParameterDeclaration)
+        row = plan_of(ParameterDeclaration)
         for group in node.children:
             if group.tag == "ParameterDeclarations":
                 below = f"{path}/ParameterDeclarations"
                 for child in group.children:
                     if child.tag == "ParameterDeclaration":
-                        declaration = self.read(plan, child, scope, f"{below}/ParameterDeclaration")
+                        declaration = self.read(row, child, scope, f"{below}/ParameterDeclaration")
                         if declaration is not None:
                             raw.append(declaration)
-        declared, scope = declare(raw, scope, given, self.context.findings)
+        # what a controller's parameters mean is between the file and its tool
+        declared, scope = declare(raw, scope, given, self.context.findings, strict=plan.cls is not Controller)
         if declared:
             values["parameter_declarations"] = declared
         return scope
@@ -225,9 +244,30 @@ class ElementReader:
         context.nested_catalogs += 1
         try:
             inner = ElementReader(context, entry.file)
-            return inner.read(leaf.variants[entry.node.tag], entry.node, Scope(), entry.element, given)
+            around = Scope(lent=self._lender(reference, scope, given))
+            return inner.read(leaf.variants[entry.node.tag], entry.node, around, entry.element, given)
         finally:
             context.nested_catalogs -= 1
+
+    def _lender(
+        self, reference: CatalogReference, scope: Scope, given: Mapping[str, Given]
+    ) -> Callable[[str], str | None]:
+        """Values for parameters that an entry uses and does not declare: assigned ones, then the scenario's."""
+
+        def lend(name: str) -> str | None:
+            try:
+                text = given[name].value if name in given else scope.text(name)
+            except ExpressionError:
+                return None
+            self.context.warning(
+                "parameters.valid_parameter_declaration_in_catalogs",
+                reference.at,
+                "",
+                f"entry '{reference.entry_name}' uses parameter '${name}' without declaring it",
+            )
+            return text
+
+        return lend
 
     def _assignments(self, reference: CatalogReference, entry: Node) -> dict[str, Given]:
         group = entry.find("ParameterDeclarations")
@@ -236,11 +276,11 @@ class ElementReader:
         for assignment in reference.parameter_assignments:
             name = assignment.parameter_ref.removeprefix("$")
             if name not in names:
-                self.context.error(
+                self.context.warning(
                     "param.undefined",
                     assignment.at,
                     "@parameterRef",
-                    f"catalogue entry '{reference.entry_name}' declares no such parameter",
+                    f"entry '{reference.entry_name}' declares no such parameter, the value has no effect",
                     found=name,
                     allowed=", ".join(names) or "none",
                     hint=nearest(name, names),

@@ -44,6 +44,7 @@ class AttributePlan:
     name: str
     convert: Convert
     text: bool  # a string: expressions may join words
+    number: bool
     raw: bool  # parameters in it are resolved later
     ref: RefKind | None
     allowed: tuple[str, ...] = ()
@@ -155,7 +156,7 @@ def _fill_attribute(
     ref = next((mark.kind for mark in meta if isinstance(mark, Ref)), None)
     raw = any(isinstance(mark, Raw) for mark in meta)
     allowed = typing.get_args(kind) if typing.get_origin(kind) is Literal else ()
-    entry = AttributePlan(name, attribute, _converter(kind, meta), kind is str, raw, ref, allowed)
+    entry = AttributePlan(name, attribute, _converter(kind, meta), kind is str, kind in (int, float), raw, ref, allowed)
     plan.attributes[attribute] = entry
     for former, _ in spelling.former:
         plan.attributes[former] = entry
@@ -193,7 +194,8 @@ def _fill_children(plan: ElementPlan, name: str, kind: Any, spelling: Xml, requi
         if spelling.catalog:
             table["CatalogReference"] = Leaf(name, many, plan_of(CatalogReference), variants)
     if required:
-        shown = sorted(variants) if union else [path[-1] if path else members[0].__name__]
+        starts = dict.fromkeys(tag_path(member)[0] for member in members)
+        shown = sorted(starts) if union else [path[-1] if path else members[0].__name__]
         plan.required_children.append((name, path[0] if path else "", ", ".join(shown)))
     item_path = path if path or union else tag_path(members[0])
     plan.fields.append(FieldPlan(name, "", item_path, spelling.former, many, union, False, default))
