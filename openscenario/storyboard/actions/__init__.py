@@ -1,0 +1,1 @@
+"""Actions, one file a family; found through `registry.action`."""

@@ -1,0 +1,55 @@
+"""Actions that are accepted and change no motion here; each says what it means to us."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from openscenario import model
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.registry import Instant, Runner, action
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+
+
+@action(model.ControllerAction)
+@action(model.ActivateControllerAction)
+def controller(element: object, entity: Entity, board: Storyboard) -> Runner:
+    """The entity stays with the default controller; the ego's controller is the driving stack under test."""
+    return Instant()
+
+
+@action(model.AppearanceAction)
+@action(model.VisibilityAction)
+def appearance(element: object, entity: Entity, board: Storyboard) -> Runner:
+    """Lights, animations and visibility change nothing that a sensor model here can see."""
+    return Instant()
+
+
+@action(model.EnvironmentAction)
+def environment(element: model.EnvironmentAction, entity: None, board: Storyboard) -> Runner:
+    """Kept in `board.world` for whoever wants to know; motion does not depend on it."""
+
+    def change() -> None:
+        board.world.environment = element.environment
+        board.world.environment_since = board.time
+
+    return Instant(change)
+
+
+@action(model.CustomCommandAction)
+def command(element: model.CustomCommandAction, entity: None, board: Storyboard) -> Runner:
+    """Kept in `board.world.commands`; never carried out: a scenario must not run programs."""
+    return Instant(lambda: board.world.commands.append((board.time, element.type, element.content)))
+
+
+@action(model.TrafficSignalStateAction)
+def signal_state(element: model.TrafficSignalStateAction, entity: None, board: Storyboard) -> Runner:
+    """The state of a traffic light, for TrafficSignalCondition."""
+    return Instant(lambda: board.world.signals.__setitem__(element.name, element.state))
+
+
+@action(model.SetMonitorAction)
+def monitor(element: model.SetMonitorAction, entity: None, board: Storyboard) -> Runner:
+    """Monitors are for whoever watches the simulation."""
+    return Instant()

@@ -1,0 +1,59 @@
+"""TeleportAction, and adding and deleting entities."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from openscenario import model
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.positions import resolver
+from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+
+
+class Teleport(Instant):
+    """Put the entity at the position; speed stays as it is."""
+
+    __slots__ = ("_board", "_entity", "_where")
+
+    def __init__(self, element: model.TeleportAction, entity: Entity, board: Storyboard) -> None:
+        super().__init__()
+        self._where = resolver(element.position, board)
+        self._entity = entity
+        self._board = board
+
+    def start(self) -> bool:
+        self._board.ground.set_place(self._entity, self._where())
+        self._entity.moved = True
+        return True
+
+    def ask(self) -> tuple[str, dict[str, Any], float]:
+        where = self._where()
+        return "teleport", {"x": where.x, "y": where.y, "z": where.z, "h": where.h}, 0.0
+
+
+@action(model.TeleportAction)
+def teleport(element: model.TeleportAction, entity: Entity, board: Storyboard) -> Runner:
+    return Teleport(element, entity, board)
+
+
+@action(model.EntityAction)
+def entity_action(element: model.EntityAction, entity: None, board: Storyboard) -> Runner:
+    target = board.entities.get(element.entity_ref)
+    if target is None:
+        raise Unsupported("no entity of this name", element.entity_ref, ", ".join(board.entities))
+    if isinstance(element.action, model.AddEntityAction):
+        where = resolver(element.action.position, board)
+
+        def add() -> None:
+            board.ground.set_place(target, where())
+            target.active = True
+
+        return Instant(add)
+
+    def delete() -> None:
+        target.active = False
+
+    return Instant(delete)

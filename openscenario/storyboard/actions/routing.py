@@ -1,0 +1,67 @@
+"""AssignRouteAction and AcquirePositionAction: which way to take where roads part."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from openscenario import model
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.places import Place
+from openscenario.storyboard.positions import Where, resolver
+from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
+from openscenario.storyboard.routes import way
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+
+
+class Route(Instant):
+    """Gives the entity a route; over at once, the route stays. The default controller follows it where roads part."""
+
+    __slots__ = ("_board", "_element", "_entity", "_from_here", "_waypoints")
+
+    def __init__(
+        self, element: model.Element, entity: Entity, board: Storyboard, waypoints: list[Where], *, from_here: bool
+    ) -> None:
+        super().__init__()
+        self._element = element
+        self._entity = entity
+        self._board = board
+        self._waypoints = waypoints
+        self._from_here = from_here
+        if board.network is None:
+            raise Unsupported("the scenario has no road network")
+
+    def _places(self) -> tuple[Place, ...]:
+        places = [waypoint() for waypoint in self._waypoints]
+        if self._from_here:
+            entity = self._entity
+            here = Place(entity.x, entity.y, entity.z, entity.h, road=self._board.ground.point(entity))
+            places.insert(0, here)
+        return tuple(places)
+
+    def start(self) -> bool:
+        entity, board = self._entity, self._board
+        entity.route = self._places()
+        entity.route_lanes = way(board, entity.route)
+        if len(entity.route) > 1 and not entity.route_lanes:
+            board.warn(self._element, "no-way", f"{entity.name}: no way leads along the waypoints of the route")
+        return True
+
+    def ask(self) -> tuple[str, dict[str, Any], float]:
+        self.start()
+        places = self._entity.route
+        points = tuple((place.x, place.y, place.h) for place in places)
+        return "route", {"waypoints": points, "places": places}, 0.0
+
+
+@action(model.AssignRouteAction)
+def assign_route(element: model.AssignRouteAction, entity: Entity, board: Storyboard) -> Runner:
+    waypoints = [resolver(waypoint.position, board) for waypoint in element.route.waypoints]
+    return Route(element, entity, board, waypoints, from_here=False)
+
+
+@action(model.AcquirePositionAction)
+def acquire_position(element: model.AcquirePositionAction, entity: Entity, board: Storyboard) -> Runner:
+    """At Init an external entity's position is its route's last waypoint, whatever way it takes."""
+    return Route(element, entity, board, [resolver(element.position, board)], from_here=True)

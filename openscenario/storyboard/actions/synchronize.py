@@ -1,0 +1,169 @@
+"""SynchronizeAction: be at the target position when the master is at its own, with a final speed if one is given.
+
+The way to go, s, and the master's time to its target, t, are taken anew in every step; the speed profile between now (v0) and
+the target (v1) consists of ramps of constant acceleration:
+ - one ramp if s = (v0 + v1) t / 2;
+ - two ramps of equal magnitude otherwise, first away from v1's line and back to it. With the speed vx between them
+   2 t vx^2 - 4 s vx + 2 s (v0 + v1) - t (v0^2 + v1^2) = 0, from x + y = t, (vx - v0) / x = (vx - v1) / y and the ways of both;
+ - if vx would be negative: brake to a stand with (v0^2 + v1^2) / (2 s), wait, and start when one ramp fits.
+A steady state takes its distance off s and its time off t. Without final speed the one ramp that arrives in time is taken.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Literal
+
+from openscenario import model
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.places import Place
+from openscenario.storyboard.positions import Where, resolver
+from openscenario.storyboard.registry import Runner, Unsupported, action
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+
+SMALL = 1e-6
+ON_RAMP = 0.1  # m/s: nearer than this to the final ramp counts as on it
+
+Phase = Literal["new", "two ramps", "last ramp", "stopped", "steady"]
+
+
+class Synchronize:
+    """See the module."""
+
+    __slots__ = (
+        "_board",
+        "_element",
+        "_entity",
+        "_final",
+        "_last",
+        "_last_master",
+        "_linger",
+        "_master",
+        "_master_target",
+        "_phase",
+        "_target",
+    )
+    domains: tuple[str, ...] = ("longitudinal",)
+
+    def __init__(self, element: model.SynchronizeAction, entity: Entity, board: Storyboard) -> None:
+        if element.master_entity_ref not in board.entities:
+            raise Unsupported("no entity of this name", element.master_entity_ref, ", ".join(board.entities))
+        self._element = element
+        self._entity = entity
+        self._board = board
+        self._master = board.entities[element.master_entity_ref]
+        self._master_target: Where = resolver(element.target_position_master, board)
+        self._target: Where = resolver(element.target_position, board)
+        self._final = element.final_speed
+        self._phase: Phase = "new"
+        self._linger = False  # slower first
+        self._last = self._last_master = math.inf
+
+    def start(self) -> bool:
+        return False
+
+    def stop(self) -> None:
+        return None
+
+    def _final_speed(self) -> float | None:
+        final = self._final
+        if final is None:
+            return None
+        if isinstance(final, model.AbsoluteSpeed):
+            return final.value
+        master = self._master.speed
+        return master + final.value if final.speed_target_value_type == "delta" else master * final.value
+
+    def _steady(self, final: float) -> tuple[float, float]:
+        """Way [m] and time [s] at the final speed before the target."""
+        state = self._final.steady_state if self._final is not None else None
+        if state is None or final <= SMALL:
+            return 0.0, 0.0
+        way = state.distance if isinstance(state, model.TargetDistanceSteadyState) else state.time * final
+        return way, way / final
+
+    def _way(self, entity: Entity, target: Place) -> float:
+        """Distance [m] an entity has to go: along the road, or straight where it follows a trajectory or no road leads there."""
+        straight = math.hypot(target.x - entity.x, target.y - entity.y)
+        ground = self._board.ground
+        if entity.lateral is not None and hasattr(entity.lateral, "follows_trajectory"):
+            return straight
+        if ground.network is None:
+            return straight
+        along = ground.distance(ground.position(entity), ground.position_of(target))
+        return abs(along) if along == along else straight
+
+    def step(self, dt: float) -> bool:
+        entity, element = self._entity, self._element
+        tolerance = element.target_tolerance or 0.0
+        tolerance_master = element.target_tolerance_master or 0.0
+        master_way = self._way(self._master, self._master_target())
+        way = self._way(entity, self._target())
+        final = self._final_speed()
+        missed = way > self._last + SMALL or master_way > self._last_master + SMALL
+        self._last, self._last_master = way, master_way
+        there = way < tolerance + SMALL or master_way < tolerance_master + SMALL
+        way = max(way - tolerance, SMALL)
+        time = (
+            max(master_way - tolerance_master, SMALL) / self._master.speed if self._master.speed > SMALL else math.inf
+        )
+        if there or missed or time < dt:
+            if final is not None:
+                entity.speed = final
+            return True
+        if final is None:
+            if time < math.inf:
+                # speed after dt on the ramp that covers the way in time
+                entity.speed = max(0.0, entity.speed + 2.0 * (way / time - entity.speed) / time * dt)
+            return False
+        entity.speed = max(0.0, self._next_speed(way, time, entity.speed, final, dt))
+        return False
+
+    def _next_speed(self, way: float, time: float, speed: float, final: float, dt: float) -> float:
+        steady_way, steady_time = self._steady(final)
+        if self._phase == "steady" or (steady_way > 0.0 and (way - steady_way < SMALL or time - steady_time < SMALL)):
+            self._phase = "steady"
+            return final
+        way -= steady_way
+        time -= steady_time
+        if time == math.inf:
+            # the master stands: wait for it
+            return 0.0 if self._phase in ("last ramp", "stopped") else speed
+        if self._phase == "stopped":
+            if final <= SMALL or time >= 2.0 * way / final:
+                return 0.0
+            self._phase = "last ramp"
+        on_ramp = 2.0 * way / time - final  # the speed that one ramp to the final speed begins with
+        if self._phase == "new":
+            self._phase = "two ramps"
+            self._linger = 0.5 * (speed + final) > way / time
+        elif self._phase == "two ramps" and abs(speed - on_ramp) < ON_RAMP:
+            self._phase = "last ramp"
+        if self._phase == "last ramp":
+            after = time - dt
+            return on_ramp + (final - on_ramp) * dt / time if after > 0.0 else final
+        return self._two_ramps(way, time, speed, final, dt)
+
+    def _two_ramps(self, way: float, time: float, speed: float, final: float, dt: float) -> float:
+        square = 4.0 * way * way - 2.0 * time * (2.0 * way * (speed + final) - time * (speed * speed + final * final))
+        root = math.sqrt(max(square, 0.0))
+        between = (2.0 * way + (-root if self._linger else root)) / (2.0 * time)
+        if between < 0.0:
+            rate = (speed * speed + final * final) / (2.0 * way)
+            if speed - rate * dt <= 0.0:
+                self._phase = "stopped"
+                return 0.0
+            return speed - rate * dt
+        apart = (between - speed) + (between - final)
+        first = time * (between - speed) / apart if abs(apart) > SMALL else 0.5 * time
+        if first <= dt:
+            self._phase = "last ramp"
+            return speed
+        return speed + (between - speed) / first * dt
+
+
+@action(model.SynchronizeAction)
+def synchronize(element: model.SynchronizeAction, entity: Entity, board: Storyboard) -> Runner:
+    return Synchronize(element, entity, board)

@@ -1,0 +1,135 @@
+"""FollowTrajectoryAction, with the trajectory's own time or with the entity's speed."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from openscenario import model
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.positions import place, resolver
+from openscenario.storyboard.registry import Runner, Unsupported, action
+from openscenario.storyboard.trajectories import Course, course
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+
+
+class FollowTrajectory:
+    """Moves the reference point along the trajectory.
+
+    With timing the trajectory's time stamps give the way along it, and the entity's speed follows from that; without, the entity goes
+    on with its own speed, which other actions may change meanwhile. The following modes differ in whether dynamics may keep the entity from
+    the trajectory; the default controller has no such limits, so both follow it exactly.
+    """
+
+    __slots__ = ("_board", "_clock", "_course", "_element", "_entity", "_s", "domains")
+    follows_trajectory = True
+
+    def __init__(self, element: model.FollowTrajectoryAction, entity: Entity, board: Storyboard) -> None:
+        self._element = element
+        self._entity = entity
+        self._board = board
+        timed = isinstance(element.time_reference, model.Timing)
+        self.domains: tuple[str, ...] = ("longitudinal", "lateral") if timed else ("lateral",)
+        self._course: Course | None = None
+        self._s = 0.0
+        self._clock = 0.0
+        shape = element.trajectory.shape
+        for position in _positions(shape):
+            resolver(position, board)
+        if timed and not _stamped(shape):
+            raise Unsupported(
+                "the trajectory has no time stamps, but its action asks for timing", element=element.trajectory
+            )
+
+    def _begin(self) -> Course:
+        board = self._board
+        along = course(self._element.trajectory, lambda position: place(position, board))
+        self._course = along
+        timing = self._element.time_reference
+        if isinstance(timing, model.Timing):
+            # domain relative: time stamps count from the start of the action
+            self._clock = 0.0 if timing.domain_absolute_relative == "relative" else board.time
+        return along
+
+    def start(self) -> bool:
+        along = self._begin()
+        self._s = min(self._element.initial_distance_offset, along.length)
+        if len(self.domains) > 1:
+            self._s = max(self._s, along.s_at(self._trajectory_time()))
+        self._go(along)
+        return along.length <= 0.0 and len(self.domains) == 1
+
+    def _trajectory_time(self) -> float:
+        timing = self._element.time_reference
+        assert isinstance(timing, model.Timing)
+        scale = timing.scale if timing.scale > 0.0 else 1.0
+        return (self._clock - timing.offset) / scale
+
+    def step(self, dt: float) -> bool:
+        entity, along = self._entity, self._course
+        assert along is not None
+        x, y = entity.x, entity.y
+        before = self._s
+        if len(self.domains) > 1:
+            self._clock += dt
+            time = self._trajectory_time()
+            self._s = along.s_at(time)
+            done = time >= along.end_time - 1e-9
+            if not done and time >= along.start_time:
+                speed = (self._s - before) / dt
+                entity.ax = (speed - entity.speed) / dt
+                entity.speed = math.copysign(speed, entity.speed) if entity.speed < 0.0 else speed
+            elif not done:
+                entity.speed = 0.0
+        else:
+            entity.ax = (entity.speed - entity.speed_before) / dt
+            self._s += 0.5 * (entity.speed + entity.speed_before) * dt
+            done = self._s >= along.length - 1e-9
+            self._s = max(self._s, 0.0)
+        self._go(along)
+        entity.moved = True
+        entity.travelled += abs(min(self._s, along.length) - before)
+        entity.vx, entity.vy = (entity.x - x) / dt, (entity.y - y) / dt
+        return done
+
+    def _go(self, along: Course) -> None:
+        entity = self._entity
+        x, y, z, h = along.at(self._s)
+        entity.put(x, y, z, h)
+
+    def stop(self) -> None:
+        return None
+
+    def ask(self) -> tuple[str, dict[str, Any], float]:
+        along = self._begin()
+        timed = len(self.domains) > 1
+        left = max(along.end_time - self._trajectory_time(), 0.0) if timed else 0.0
+        points = tuple(zip(along.x, along.y, along.h, strict=True))
+        return "trajectory", {"points": points, "times": tuple(along.t) if timed and along.t else None}, left
+
+
+def _positions(shape: model.Shape) -> list[model.Position]:
+    if isinstance(shape, model.Polyline):
+        return [vertex.position for vertex in shape.vertices]
+    if isinstance(shape, model.Clothoid):
+        return [shape.position]
+    if isinstance(shape, model.ClothoidSpline):
+        return [each.position_start for each in shape.segments if each.position_start is not None]
+    return [point.position for point in shape.control_points]
+
+
+def _stamped(shape: model.Shape) -> bool:
+    if isinstance(shape, model.Polyline):
+        return all(vertex.time is not None for vertex in shape.vertices)
+    if isinstance(shape, model.Clothoid):
+        return shape.start_time is not None and shape.stop_time is not None
+    if isinstance(shape, model.ClothoidSpline):
+        return shape.time_end is not None and all(each.time_start is not None for each in shape.segments)
+    return all(point.time is not None for point in shape.control_points)
+
+
+@action(model.FollowTrajectoryAction)
+def follow_trajectory(element: model.FollowTrajectoryAction, entity: Entity, board: Storyboard) -> Runner:
+    return FollowTrajectory(element, entity, board)

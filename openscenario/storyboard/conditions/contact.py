@@ -1,0 +1,63 @@
+"""Conditions on contact and on the road's end: collision, off road, end of road."""
+
+from __future__ import annotations
+
+import math
+
+from openscenario import model
+from openscenario.storyboard.distances import overlap
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.triggers import Test
+
+RESOLUTION = 1e-9  # s
+
+
+@condition(model.CollisionCondition)
+def collision(element: model.CollisionCondition, entity: Entity, scope: Scope) -> Test:
+    """Bounding boxes overlap, seen from above, with the entity or with any of the given type."""
+    entities = scope.board.entities
+    target = element.target
+    if isinstance(target, model.EntityRef):
+        if target.entity_ref not in entities:
+            raise Unsupported("no entity of this name", target.entity_ref, ", ".join(entities), target)
+        others = [entities[target.entity_ref]]
+    else:
+        kind = "misc" if target.type == "miscellaneous" else target.type
+        others = [other for other in entities.values() if other is not entity and other.kind == kind]
+
+    def test() -> bool:
+        reach = entity.length + entity.width + abs(entity.center_x)
+        for other in others:
+            near = reach + other.length + other.width + abs(other.center_x)
+            if not other.active or abs(other.x - entity.x) > near or abs(other.y - entity.y) > near:
+                continue
+            if overlap(entity.corners(), other.corners()):
+                return True
+        return False
+
+    return test
+
+
+@condition(model.EndOfRoadCondition)
+def end_of_road(element: model.EndOfRoadCondition, entity: Entity, scope: Scope) -> Test:
+    board, duration = scope.board, element.duration
+    return lambda: board.time - entity.end_since >= duration - RESOLUTION
+
+
+@condition(model.OffroadCondition)
+def off_road(element: model.OffroadCondition, entity: Entity, scope: Scope) -> Test:
+    """Off road is where no lane of any road holds the reference point."""
+    board, duration = scope.board, element.duration
+    since = math.inf
+
+    def test() -> bool:
+        nonlocal since
+        if board.ground.on_road(entity):
+            since = math.inf
+            return False
+        if since == math.inf:
+            since = board.time
+        return board.time - since >= duration - RESOLUTION
+
+    return test

@@ -1,0 +1,147 @@
+"""Conditions on distances: to an entity, to a position, and in time (headway, time to collision)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from openscenario import model
+from openscenario.storyboard.distances import Measure, measure
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.places import Place
+from openscenario.storyboard.positions import resolver
+from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.triggers import Test
+from openscenario.storyboard.values import COMPARISONS
+
+SLOW = 1e-6  # m/s: no time to anything at this speed
+
+
+def _other(name: str, scope: Scope) -> Entity:
+    entities = scope.board.entities
+    if name not in entities:
+        raise Unsupported("no entity of this name", name, ", ".join(entities))
+    return entities[name]
+
+
+def _system(system: str | None, along_route: bool | None) -> str | None:
+    """`alongRoute`, deprecated since 1.1, asked for the distance along the road."""
+    return "road" if system is None and along_route else system
+
+
+def _compare(distance: Measure, rule: str, value: float) -> Test:
+    holds = COMPARISONS[rule]
+
+    def test() -> bool:
+        now = distance()
+        return now is not None and holds(abs(now), value)
+
+    return test
+
+
+@condition(model.RelativeDistanceCondition)
+def relative_distance(element: model.RelativeDistanceCondition, entity: Entity, scope: Scope) -> Test:
+    distance = measure(
+        scope.board,
+        entity,
+        _other(element.entity_ref, scope),
+        kind=element.relative_distance_type,
+        system=element.coordinate_system,
+        free=element.freespace,
+    )
+    return _compare(distance, element.rule, element.value)
+
+
+@condition(model.DistanceCondition)
+def distance_to(element: model.DistanceCondition, entity: Entity, scope: Scope) -> Test:
+    system = _system(element.coordinate_system, element.along_route)
+    kind: str | None = element.relative_distance_type
+    if kind is None and system == "road" and element.along_route:
+        kind = "longitudinal"
+    where = resolver(element.position, scope.board)
+    distance = measure(scope.board, entity, where, kind=kind, system=system, free=element.freespace)
+    return _compare(distance, element.rule, element.value)
+
+
+@condition(model.ReachPositionCondition)
+def reach_position(element: model.ReachPositionCondition, entity: Entity, scope: Scope) -> Test:
+    where, tolerance = resolver(element.position, scope.board), element.tolerance
+
+    def test() -> bool:
+        there = where()
+        dx, dy = there.x - entity.x, there.y - entity.y
+        return dx * dx + dy * dy <= tolerance * tolerance
+
+    return test
+
+
+@condition(model.TimeHeadwayCondition)
+def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Scope) -> Test:
+    """Time the entity needs for its distance to the other one at its own speed; not defined if the other is behind or it stands."""
+    kind = element.relative_distance_type or "longitudinal"
+    system = _system(element.coordinate_system, element.along_route)
+    distance = measure(
+        scope.board, entity, _other(element.entity_ref, scope), kind=kind, system=system, free=element.freespace
+    )
+    holds, value = COMPARISONS[element.rule], element.value
+
+    def test() -> bool:
+        if entity.speed <= SLOW:
+            return False
+        apart = distance()
+        return apart is not None and apart >= 0.0 and holds(apart / entity.speed, value)
+
+    return test
+
+
+@condition(model.TimeToCollisionCondition)
+def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, scope: Scope) -> Test:
+    """Distance over closing speed; not defined while the two do not close in."""
+    target = element.time_to_collision_condition_target
+    other: Entity | Callable[[], Place]
+    if target.entity_ref is not None:
+        other = _other(target.entity_ref.entity_ref, scope)
+    elif target.position is not None:
+        other = resolver(target.position, scope.board)
+    else:
+        raise Unsupported("neither an entity nor a position to collide with")
+    kind = element.relative_distance_type or "euclidianDistance"
+    system = _system(element.coordinate_system, element.along_route)
+    distance = measure(scope.board, entity, other, kind=kind, system=system, free=element.freespace)
+    closing = _closing(entity, other, kind)
+    holds, value = COMPARISONS[element.rule], element.value
+
+    def test() -> bool:
+        apart = distance()
+        if apart is None:
+            return False
+        speed = closing(apart)
+        return speed > SLOW and holds(abs(apart) / speed, value)
+
+    return test
+
+
+def _closing(entity: Entity, other: Entity | Callable[[], Place], kind: str) -> Callable[[float], float]:
+    """Rate [m/s] at which the distance shrinks, of the sign of the distance (behind: the other must come from behind)."""
+    if kind == "longitudinal" or kind == "lateral":
+        turn = 0.0 if kind == "longitudinal" else 0.5 * math.pi
+
+        def along(apart: float) -> float:
+            axis = entity.h + turn
+            c, s = math.cos(axis), math.sin(axis)
+            vx, vy = (other.vx, other.vy) if isinstance(other, Entity) else (0.0, 0.0)
+            rate = (entity.vx - vx) * c + (entity.vy - vy) * s
+            return rate if apart >= 0.0 else -rate
+
+        return along
+
+    def straight(apart: float) -> float:
+        there = other if isinstance(other, Entity) else other()
+        dx, dy = there.x - entity.x, there.y - entity.y
+        length = math.hypot(dx, dy)
+        if length <= 0.0:
+            return 0.0
+        vx, vy = (other.vx, other.vy) if isinstance(other, Entity) else (0.0, 0.0)
+        return ((entity.vx - vx) * dx + (entity.vy - vy) * dy) / length
+
+    return straight

@@ -1,0 +1,79 @@
+"""Conditions on simulation time, parameters, variables, storyboard states and traffic lights."""
+
+from __future__ import annotations
+
+from openscenario import model
+from openscenario.storyboard.nodes import COMPLETE, RUNNING, STANDBY, find
+from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.triggers import Test
+from openscenario.storyboard.values import COMPARISONS, Values, compare
+
+RESOLUTION = 1e-9  # s: a sum of steps meets a time in spite of rounding
+
+
+@condition(model.SimulationTimeCondition)
+def simulation_time(element: model.SimulationTimeCondition, entity: None, scope: Scope) -> Test:
+    board = scope.board
+    rule, value = element.rule, element.value
+    if rule == "greaterOrEqual":
+        return lambda: board.time >= value - RESOLUTION
+    if rule == "greaterThan":
+        return lambda: board.time > value + RESOLUTION
+    if rule == "lessThan":
+        return lambda: board.time < value - RESOLUTION
+    if rule == "lessOrEqual":
+        return lambda: board.time <= value + RESOLUTION
+    if rule == "equalTo":
+        # a step rarely ends on the value: the step that passes it counts
+        return lambda: board.time - board.dt < value - RESOLUTION <= board.time or abs(board.time - value) < RESOLUTION
+    return lambda: abs(board.time - value) > RESOLUTION
+
+
+@condition(model.ParameterCondition)
+def parameter(element: model.ParameterCondition, entity: None, scope: Scope) -> Test:
+    return _named(scope.board.parameters, element.parameter_ref, element.rule, element.value)
+
+
+@condition(model.VariableCondition)
+def variable(element: model.VariableCondition, entity: None, scope: Scope) -> Test:
+    return _named(scope.board.variables, element.variable_ref, element.rule, element.value)
+
+
+def _named(values: Values, name: str, rule: str, text: str) -> Test:
+    if name not in values:
+        raise Unsupported("not declared", name, ", ".join(values.names()))
+    wanted = values.parse(name, text)
+    return lambda: compare(rule, values.get(name), wanted)
+
+
+@condition(model.StoryboardElementStateCondition)
+def element_state(element: model.StoryboardElementStateCondition, entity: None, scope: Scope) -> Test:
+    """States hold while they last; transitions in the step they happen in, or in the one after (seen once)."""
+    board = scope.board
+    node = find(board.root, element.storyboard_element_type, element.storyboard_element_ref, scope.node)
+    if node is None:
+        raise Unsupported(f"no {element.storyboard_element_type} of this name", element.storyboard_element_ref)
+    wanted = element.state
+    if wanted in (STANDBY, RUNNING, COMPLETE):
+        return lambda: node.state == wanted
+    seen = -1
+
+    def happened() -> bool:
+        nonlocal seen
+        step = node.changes.get(wanted, -1)
+        if step > seen and step >= board.steps - 1:
+            seen = step
+            return True
+        return False
+
+    return happened
+
+
+@condition(model.TrafficSignalCondition)
+def traffic_signal(element: model.TrafficSignalCondition, entity: None, scope: Scope) -> Test:
+    signals = scope.board.world.signals
+    name, state = element.name, element.state
+    return lambda: signals.get(name) == state
+
+
+__all__ = ["COMPARISONS"]

@@ -1,0 +1,176 @@
+"""Distances between entities, or to a place, in the standard's coordinate systems.
+
+Source: ASAM OpenSCENARIO XML 1.3, section "Distances". A signed distance is positive ahead of (left of) the entity it is measured from;
+`free` distances are those between the bounding boxes, 0 where they overlap in that direction. Distances along the road follow
+the reference lines; None where no road leads from one to the other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from openscenario.road.positions import RoadPosition
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.places import Place
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.ground import Ground
+
+Corners = tuple[tuple[float, float], ...]
+Measure = Callable[[], float | None]
+"""Signed distance [m] now; None where it is not defined."""
+
+
+class Span(NamedTuple):
+    """Extent of a box along an axis."""
+
+    low: float
+    high: float
+
+
+def gap(ours: Span, theirs: Span) -> float:
+    """Signed distance between two intervals, 0 where they overlap."""
+    if theirs.low > ours.high:
+        return theirs.low - ours.high
+    if theirs.high < ours.low:
+        return theirs.high - ours.low
+    return 0.0
+
+
+def extent(corners: Corners, x: float, y: float, axis: float) -> Span:
+    """Extent of a box along the direction `axis` [rad], from the point (x, y)."""
+    c, s = math.cos(axis), math.sin(axis)
+    along = [(u - x) * c + (v - y) * s for u, v in corners]
+    return Span(min(along), max(along))
+
+
+def box_distance(a: Corners, b: Corners) -> float:
+    """Smallest distance [m] between two convex boxes, 0 where they overlap."""
+    if overlap(a, b):
+        return 0.0
+    return min(min(_to_edges(point, b) for point in a), min(_to_edges(point, a) for point in b))
+
+
+def overlap(a: Corners, b: Corners) -> bool:
+    """Whether two boxes overlap (separating axis test)."""
+    for box in (a, b):
+        for i in (0, 1):
+            nx, ny = box[i][1] - box[i + 1][1], box[i + 1][0] - box[i][0]
+            first = [nx * u + ny * v for u, v in a]
+            second = [nx * u + ny * v for u, v in b]
+            if max(first) < min(second) or max(second) < min(first):
+                return False
+    return True
+
+
+def _to_edges(point: tuple[float, float], box: Corners) -> float:
+    px, py = point
+    best = math.inf
+    for i, (x, y) in enumerate(box):
+        u, v = box[(i + 1) % len(box)]
+        dx, dy = u - x, v - y
+        square = dx * dx + dy * dy
+        share = min(max(((px - x) * dx + (py - y) * dy) / square, 0.0), 1.0) if square > 0.0 else 0.0
+        best = min(best, math.hypot(px - x - share * dx, py - y - share * dy))
+    return best
+
+
+def measure(
+    board: Storyboard,
+    entity: Entity,
+    target: Entity | Callable[[], Place],
+    *,
+    kind: str | None,
+    system: str | None,
+    free: bool,
+) -> Measure:
+    """How to measure from `entity` to another one or to a place.
+
+    kind: longitudinal, lateral, euclidianDistance (cartesianDistance) or None (euclidian); system: entity, lane, road, trajectory, world
+    or None (entity). Trajectory coordinates count as road coordinates; lane ones too along the road.
+    """
+    if kind in (None, "euclidianDistance", "cartesianDistance"):
+        return _euclidian(entity, target, free)
+    lateral = kind == "lateral"
+    if system in ("road", "lane", "trajectory") and board.network is not None:
+        return _along_road(board.ground, entity, target, lateral, free)
+    if system == "world":
+        return _along_axis(entity, target, free, lambda: 0.5 * math.pi if lateral else 0.0)
+    return _along_axis(entity, target, free, lambda: entity.h + (0.5 * math.pi if lateral else 0.0))
+
+
+def _corners(target: Entity | Place) -> Corners:
+    return target.corners() if isinstance(target, Entity) else ((target.x, target.y),)
+
+
+def _now(target: Entity | Callable[[], Place]) -> Callable[[], Entity | Place]:
+    return (lambda: target) if isinstance(target, Entity) else target
+
+
+def _euclidian(entity: Entity, target: Entity | Callable[[], Place], free: bool) -> Measure:
+    now = _now(target)
+
+    def run() -> float:
+        there = now()
+        if not free:
+            return math.hypot(there.x - entity.x, there.y - entity.y)
+        ours = entity.corners()
+        if isinstance(there, Entity):
+            return box_distance(ours, there.corners())
+        point = (there.x, there.y)
+        inside = overlap(ours, (point, point, point, point))
+        return 0.0 if inside else _to_edges(point, ours)
+
+    return run
+
+
+def _along_axis(entity: Entity, target: Entity | Callable[[], Place], free: bool, axis: Callable[[], float]) -> Measure:
+    now = _now(target)
+
+    def run() -> float:
+        there = now()
+        direction = axis()
+        if not free:
+            return (there.x - entity.x) * math.cos(direction) + (there.y - entity.y) * math.sin(direction)
+        ours = extent(entity.corners(), entity.x, entity.y, direction)
+        return gap(ours, extent(_corners(there), entity.x, entity.y, direction))
+
+    return run
+
+
+def _along_road(
+    ground: Ground, entity: Entity, target: Entity | Callable[[], Place], lateral: bool, free: bool
+) -> Measure:
+    now = _now(target)
+
+    def run() -> float | None:
+        there = now()
+        here = ground.position(entity)
+        goal = ground.position(there) if isinstance(there, Entity) else ground.position_of(there)
+        sign = entity.sense
+        if lateral:
+            apart = goal.t - here.t
+        else:
+            apart = ground.distance(here, goal)
+            if apart != apart:
+                return None
+            apart *= sign
+        if not free:
+            return apart if not lateral else sign * apart
+        turn = 0.5 * math.pi if lateral else 0.0
+        if lateral:
+            apart *= sign
+        facing = 0.0 if sign > 0.0 else math.pi
+        ours = extent(entity.corners(), entity.x, entity.y, here.h_road + facing + turn)
+        # the other road may run the other way: what counts is its direction as seen from here
+        same = math.cos(goal.h_road - here.h_road) >= 0.0 or here.road != goal.road
+        theirs = extent(_corners(there), there.x, there.y, goal.h_road + facing + turn + (0.0 if same else math.pi))
+        return gap(ours, Span(apart + theirs.low, apart + theirs.high))
+
+    return run
+
+
+__all__ = ["Measure", "RoadPosition", "box_distance", "extent", "gap", "measure", "overlap"]

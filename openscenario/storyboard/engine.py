@@ -1,0 +1,378 @@
+"""The storyboard as it runs: states, triggers, priorities and execution counts; one `step` moves everything by dt.
+
+A step goes from t to t + dt. Conditions see time and poses at t, actions that they start act over the whole step, and what is over with
+the step ends at t + dt. Source: ASAM OpenSCENARIO XML 1.3, sections "Storyboard", "Event priority", "Conflicting actions".
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Collection
+from typing import Any, NamedTuple
+
+from openscenario import model
+from openscenario.findings import Finding, ScenarioError
+from openscenario.road.network import RoadNetwork
+from openscenario.storyboard.build import Builder
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.ground import Ground
+from openscenario.storyboard.motion import move
+from openscenario.storyboard.nodes import (
+    COMPLETE,
+    END,
+    INIT,
+    RUNNING,
+    SKIP,
+    STANDBY,
+    START,
+    STOP,
+    TO_STANDBY,
+    Node,
+    Transition,
+)
+from openscenario.storyboard.registry import Instant, Runner, action_factories
+from openscenario.storyboard.report import report
+from openscenario.storyboard.requests import Asked, Request
+from openscenario.storyboard.values import Values
+from openscenario.storyboard.world import World
+
+STILL = 1e-3  # m/s: slower is standing
+
+
+class Held(NamedTuple):
+    """A runner and the entity it acts on."""
+
+    runner: Runner
+    entity: Entity | None
+
+
+class Storyboard:
+    """A scenario under way on a road network.
+
+    `external`: names of entities that something else moves (the ego in the closed loop): after Init, actions on them become `requests`.
+    Raises ScenarioError if the scenario holds an element that cannot run.
+    """
+
+    def __init__(
+        self, scenario: model.Scenario, network: RoadNetwork | None, *, external: Collection[str] = (), seed: int = 0
+    ) -> None:
+        self.scenario = scenario
+        self.network = network
+        self.ground = Ground(network)
+        self.random = random.Random(seed)
+        self.time = 0.0
+        self.dt = 0.0
+        self.steps = 0
+        self.done = False
+        self.running = False  # Init is over
+        self.entities: dict[str, Entity] = {
+            each.name: Entity(each, external=each.name in external) for each in scenario.entities
+        }
+        self.selections = _selections(scenario)
+        self.parameters = Values(
+            (each.name, each.parameter_type, each.value) for each in scenario.parameter_declarations
+        )
+        self.variables = Values((each.name, each.variable_type, each.value) for each in scenario.variable_declarations)
+        self.world = World()
+        self.transitions: list[Transition] = []
+        self.requests: list[Request] = []
+        self.warnings: list[Finding] = []
+        self.triggering: dict[str, Entity] = {}  # entities that made the trigger under evaluation true
+        self.root = Node("storyboard", "storyBoard", None, scenario.storyboard.at)
+        self._active: list[tuple[Node, list[Held]]] = []
+        self._movers = [entity for entity in self.entities.values() if not entity.external]
+        self._externals = [entity for entity in self.entities.values() if entity.external]
+        builder = Builder(self)
+        self._init = builder.init_nodes(scenario.storyboard.init.actions, self.root)
+        builder.stories(scenario.storyboard.stories, self.root)
+        if scenario.storyboard.stop_trigger is not None:
+            self.root.stop = builder.trigger(self.root, scenario.storyboard.stop_trigger)
+        if builder.findings:
+            raise ScenarioError(builder.findings)
+
+    # --- from outside
+
+    def start(self) -> None:
+        """Carry out the Init actions at t = 0, start the stories and evaluate the triggers once."""
+        for node, entity in self._init:
+            self._begin(node, [entity])
+        self.running = True
+        self._enter(self.root)
+        for entity in self.entities.values():
+            self._note_rest(entity)
+        self._evaluate(self.root)
+        self._end_finished()
+
+    def place(self, name: str, x: float, y: float, z: float, h: float, speed: float, ax: float = 0.0) -> None:
+        """The true pose of an external entity's reference point [m, rad, m/s, m/s^2], before a step."""
+        entity = self.entities[name]
+        entity.ax = ax
+        self.ground.place(entity, x, y, z, h, speed)
+        self._note_rest(entity)
+
+    def step(self, dt: float) -> None:
+        """Go on by `dt` [s]."""
+        if self.done:
+            return
+        self.dt = dt
+        self._evaluate(self.root)
+        if self._active:
+            self._end_finished()
+        if self.done:
+            return
+        self.time = round(self.time + dt, 9)
+        self.steps += 1
+        for entity in self._movers:
+            entity.speed_before = entity.speed
+            entity.moved = False
+        if self._active:
+            self._step_actions(dt)
+        ground = self.ground
+        for entity in self._movers:
+            if entity.active:
+                if not entity.moved:
+                    move(entity, dt, ground)
+                self._note_rest(entity)
+        for entity in self._externals:
+            entity.travelled += abs(entity.speed) * dt
+        if self._active:
+            self._end_finished()
+
+    def _note_rest(self, entity: Entity) -> None:
+        """Since when the entity has been standing, or at the end of its road."""
+        if -STILL < entity.speed < STILL:
+            if entity.still_since == math.inf:
+                entity.still_since = self.time
+        else:
+            entity.still_since = math.inf
+        if entity.end_of_road:
+            if entity.end_since == math.inf:
+                entity.end_since = self.time
+        elif entity.end_since != math.inf:
+            entity.end_since = math.inf
+
+    def report(self) -> tuple[Finding, ...]:
+        """What should make a reader doubt the scenario: events that never fired, edges true from the start, acts that never ended."""
+        return (*self.warnings, *report(self.root))
+
+    def warn(self, element: model.Element, code: str, text: str) -> None:
+        """Something that went otherwise than the scenario wants; part of `report()`."""
+        at = element.at
+        self.warnings.append(
+            Finding(code=code, severity="warning", file=at.file, line=at.line or None, element=at.element, text=text)
+        )
+
+    def request(self, entity: Entity, kind: str, values: dict[str, Any]) -> None:
+        """Ask whoever moves an external entity for something."""
+        self.requests.append(Request(self.time, entity.name, kind, values))
+
+    # --- states
+
+    def _change(self, node: Node, transition: str, state: str) -> None:
+        at = node.at
+        self.transitions.append(
+            Transition(self.time, node.name, node.kind, transition, node.state, state, at.file, at.line)
+        )
+        node.state = state
+        node.changes[transition] = self.steps
+
+    def _enter(self, node: Node) -> None:
+        """The parent has started: wait for the own start trigger, or start."""
+        if node.start is not None or node.kind == "event":
+            self._change(node, TO_STANDBY, STANDBY)
+        else:
+            self._start(node)
+
+    def _start(self, node: Node) -> None:
+        if node.kind == "event":
+            self._start_event(node)
+            return
+        node.executions += 1
+        self._change(node, START, RUNNING)
+        for child in node.children:
+            self._enter(child)
+        self._completed(node)
+
+    def _evaluate(self, node: Node) -> None:
+        if node.state == RUNNING and node.stop is not None and node.stop.evaluate(self.time):
+            self._stop(node)
+            if node is self.root:
+                self.done = True
+            elif node.parent is not None:
+                self._completed(node.parent)
+            return
+        if node.state == STANDBY:
+            if node.start is None:
+                self.triggering.clear()
+                self._start(node)
+            else:
+                self.triggering.clear()
+                if node.start.evaluate(self.time):
+                    self._start(node)
+        if node.state == RUNNING and node.kind != "event":
+            for child in node.children:
+                if child.state != COMPLETE:
+                    self._evaluate(child)
+
+    def _start_event(self, node: Node) -> None:
+        maneuver = node.parent
+        assert maneuver is not None
+        if node.priority == "skip" and maneuver.event_running():
+            self._change(node, SKIP, STANDBY)
+            return
+        if node.priority == "override":
+            for sibling in maneuver.children:
+                if sibling is not node and sibling.state == RUNNING:
+                    self._stop(sibling)
+        actors = self._actors(node)
+        node.executions += 1
+        self._change(node, START, RUNNING)
+        for child in node.children:
+            self._begin(child, actors)
+        self._completed(node)
+
+    def _actors(self, event: Node) -> list[Entity | None]:
+        """Who carries out an event: the group's actors and, if it says so, the entities that triggered."""
+        group = event.parent.parent if event.parent else None
+        actors = group.actors if group else None
+        if actors is None:
+            return []
+        names: list[str] = []
+        for reference in actors.entity_refs:
+            names.extend(self.selections.get(reference.entity_ref, (reference.entity_ref,)))
+        if actors.select_triggering_entities:
+            names.extend(self.triggering)
+        return [self.entities[name] for name in dict.fromkeys(names)]
+
+    # --- actions
+
+    def _begin(self, node: Node, actors: list[Entity | None]) -> None:
+        """Start an action for all actors; over at once if nothing is left to do."""
+        element = node.element
+        node.executions += 1
+        self._change(node, START, RUNNING)
+        factory = action_factories()[type(element)]
+        held: list[Held] = []
+        private = type(element).XML.startswith("PrivateAction")  # type: ignore[attr-defined]
+        for entity in actors if private else (None,):
+            runner: Runner = factory(element, entity, self)
+            if entity is not None:
+                if not entity.active:
+                    continue
+                if entity.external and self.running:
+                    runner = Asked(runner, element, entity, self)
+                else:
+                    self._displace(entity, runner)
+            if not runner.start():
+                held.append(Held(runner, entity))
+                self._hold(entity, runner)
+        self._active.append((node, held))
+
+    def _hold(self, entity: Entity | None, runner: Runner) -> None:
+        if entity is not None:
+            for domain in runner.domains:
+                setattr(entity, domain, runner)
+
+    def _release(self, held: Held) -> None:
+        if held.entity is not None:
+            for domain in held.runner.domains:
+                if getattr(held.entity, domain) is held.runner:
+                    setattr(held.entity, domain, None)
+
+    def _displace(self, entity: Entity, runner: Runner) -> None:
+        """A new action in a domain ends the one that runs there."""
+        for domain in runner.domains:
+            old = getattr(entity, domain)
+            if old is None:
+                continue
+            for node, held in list(self._active):
+                mine = [each for each in held if each.runner is old]
+                for each in mine:
+                    each.runner.stop()
+                    self._release(each)
+                    held.remove(each)
+                if mine and not held:
+                    self._drop(node)
+                    self._change(node, STOP, COMPLETE)
+                    if node.parent is not None and node.parent.kind == "event":
+                        self._completed(node.parent)
+
+    def _drop(self, node: Node) -> None:
+        self._active = [each for each in self._active if each[0] is not node]
+
+    def _step_actions(self, dt: float) -> None:
+        """Step what runs. Speeds change before positions: lateral actions use the new speed."""
+        for lateral in (False, True):
+            for _, held in list(self._active):
+                for each in list(held):
+                    if (each.runner.domains == ("lateral",)) is lateral and each in held and each.runner.step(dt):
+                        self._release(each)
+                        held.remove(each)
+
+    def _end_finished(self) -> None:
+        """End the actions of which nothing runs any more."""
+        for node, held in list(self._active):
+            if not held and node.state == RUNNING:
+                self._drop(node)
+                self._change(node, END, COMPLETE)
+                if node.parent is not None and node.parent.kind == "event":
+                    self._completed(node.parent)
+
+    # --- endings
+
+    def _completed(self, node: Node) -> None:
+        """End a node whose children are all complete, and go on with its parent."""
+        if node.kind == "storyboard" or node.state != RUNNING or not node.finished():
+            return
+        if node.kind in ("event", "maneuverGroup") and node.executions < node.maximum:
+            self._change(node, END, STANDBY)
+            for child in node.children:
+                child.reset()
+            if node.start is not None:
+                node.start.reset()
+            return
+        self._change(node, END, COMPLETE)
+        if node.parent is not None:
+            self._completed(node.parent)
+
+    def _stop(self, node: Node) -> None:
+        """Stop a node and everything below it."""
+        for child in node.children:
+            if child.state != COMPLETE:
+                self._stop(child)
+        if node.kind == "action":
+            for active, held in list(self._active):
+                if active is node:
+                    for each in held:
+                        each.runner.stop()
+                        self._release(each)
+                    self._drop(node)
+        if node is self.root:
+            for active, held in self._active:  # Init actions that still run
+                for each in held:
+                    each.runner.stop()
+                active.state = COMPLETE
+            self._active = []
+        if node.state == INIT:
+            node.state = COMPLETE
+        else:
+            self._change(node, STOP, COMPLETE)
+
+
+def _selections(scenario: model.Scenario) -> dict[str, tuple[str, ...]]:
+    """Selection name -> names of its members."""
+    found: dict[str, tuple[str, ...]] = {}
+    for selection in scenario.entity_selections:
+        names: list[str] = []
+        for member in selection.members:
+            if isinstance(member, model.EntityRef):
+                names.append(member.entity_ref)
+            else:
+                wanted = "misc" if member.object_type == "miscellaneous" else member.object_type
+                names.extend(each.name for each in scenario.entities if each.kind == wanted)
+        found[selection.name] = tuple(dict.fromkeys(names))
+    return found
+
+
+__all__ = ["Instant", "Request", "Storyboard", "Transition"]

@@ -1,0 +1,134 @@
+"""One object of the scenario while it runs: its size, its pose, and who moves it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from openscenario.road.route import RouteLane
+from openscenario.storyboard.places import Place, wrap
+
+if TYPE_CHECKING:
+    from openscenario import model
+    from openscenario.storyboard.registry import Runner
+
+
+class Entity:
+    """Name, kind, size [m] and mutable state (SI, world frame, reference point).
+
+    `external`: moved from outside by `Storyboard.place`; actions never move it once Init is over.
+    The road state (road, lane, s, offset, sense) holds while `tracked`: the lane the entity keeps, which during a lane change
+    is already the target lane. `sense` is +1 where the entity faces increasing s. `drift` is the heading it takes from moving
+    sideways, `twist` the heading that its last placing left it with, both against its lane.
+    """
+
+    __slots__ = (
+        "active",
+        "ax",
+        "category",
+        "center_x",
+        "center_y",
+        "center_z",
+        "drift",
+        "end_of_road",
+        "end_since",
+        "external",
+        "h",
+        "height",
+        "kind",
+        "lane",
+        "lateral",
+        "length",
+        "longitudinal",
+        "max_acceleration",
+        "max_deceleration",
+        "max_speed",
+        "moved",
+        "name",
+        "offset",
+        "offset_rate",
+        "pitch",
+        "road",
+        "roll",
+        "route",
+        "route_lanes",
+        "s",
+        "sense",
+        "set_speed",
+        "speed",
+        "speed_before",
+        "still_since",
+        "tracked",
+        "travelled",
+        "twist",
+        "vx",
+        "vy",
+        "wheelbase",
+        "width",
+        "x",
+        "y",
+        "z",
+    )
+
+    def __init__(self, scenario_object: model.ScenarioObject, *, external: bool) -> None:
+        self.name = scenario_object.name
+        self.kind: str = scenario_object.kind
+        self.category = scenario_object.category
+        box = scenario_object.bounding_box
+        self.length = box.dimensions.length if box else 0.0
+        self.width = box.dimensions.width if box else 0.0
+        self.height = box.dimensions.height if box else 0.0
+        self.center_x = box.center.x if box else 0.0
+        self.center_y = box.center.y if box else 0.0
+        self.center_z = box.center.z if box else 0.0
+        performance = getattr(scenario_object.entity, "performance", None)
+        self.max_speed: float = performance.max_speed if performance else math.inf
+        self.max_acceleration: float = performance.max_acceleration if performance else math.inf
+        self.max_deceleration: float = performance.max_deceleration if performance else math.inf
+        front = axles.front_axle if (axles := getattr(scenario_object.entity, "axles", None)) else None
+        self.wheelbase: float = front.position_x if front else 0.0
+        self.external = external
+        self.active = True
+        self.x = self.y = self.z = self.h = self.pitch = self.roll = 0.0
+        self.speed = self.vx = self.vy = self.ax = 0.0
+        self.speed_before = 0.0
+        self.tracked = False
+        self.road = ""
+        self.lane = 0
+        self.s = self.offset = 0.0
+        self.sense = 1.0
+        self.twist = self.drift = self.offset_rate = 0.0
+        self.end_of_road = False
+        self.travelled = 0.0
+        self.still_since = math.inf  # time [s] since when it has been standing
+        self.end_since = math.inf  # ... or at the end of its road
+        self.moved = False  # its pose was set in this step by an action
+        self.set_speed: float | None = None  # what the last speed action wants
+        self.route: tuple[Place, ...] = ()
+        self.route_lanes: tuple[RouteLane, ...] = ()  # the way along the route, in driving order
+        self.longitudinal: Runner | None = None
+        self.lateral: Runner | None = None
+
+    def jump_to_speed(self, speed: float) -> None:
+        """A step in speed: holds from the beginning of the step on."""
+        self.speed = speed
+        self.speed_before = speed
+
+    def put(self, x: float, y: float, z: float, h: float) -> None:
+        """Set the pose; the road state is found again when it is needed."""
+        self.x = x
+        self.y = y
+        self.z = z
+        self.h = wrap(h)
+        self.tracked = False
+        self.drift = self.offset_rate = 0.0
+
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """The four corners of the bounding box on the ground [m], world frame, counter-clockwise from front left."""
+        c, s = math.cos(self.h), math.sin(self.h)
+        front, rear = self.center_x + 0.5 * self.length, self.center_x - 0.5 * self.length
+        left, right = self.center_y + 0.5 * self.width, self.center_y - 0.5 * self.width
+        return tuple(
+            (self.x + c * u - s * v, self.y + s * u + c * v)
+            for u, v in ((front, left), (rear, left), (rear, right), (front, right))
+        )

@@ -1,0 +1,150 @@
+"""The road under the entities: keeping their lane, finding it again, moving along it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from openscenario.road.network import RoadNetwork
+from openscenario.road.positions import Pose, RoadPosition
+from openscenario.storyboard.places import Place, RoadPoint, wrap
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.entity import Entity
+
+
+class Ground:
+    """A road network as the storyboard uses it; without one (`network` None) entities move over open ground."""
+
+    __slots__ = ("network",)
+
+    def __init__(self, network: RoadNetwork | None) -> None:
+        self.network = network
+
+    def set_place(self, entity: Entity, place: Place) -> None:
+        """Put an entity somewhere; a place given in road coordinates keeps the road and lane it names."""
+        entity.put(place.x, place.y, place.z, place.h)
+        entity.pitch, entity.roll = place.pitch, place.roll
+        entity.end_of_road = False
+        if place.road is not None:
+            entity.road, entity.lane, entity.s, entity.offset = place.road
+            self._face(entity)
+
+    def place(self, entity: Entity, x: float, y: float, z: float, h: float, speed: float) -> None:
+        """The true pose of an entity that something else moves; its road state is found when asked for."""
+        entity.x, entity.y, entity.z, entity.h = x, y, z, wrap(h)
+        entity.speed = speed
+        entity.vx, entity.vy = speed * math.cos(h), speed * math.sin(h)
+        entity.tracked = False
+
+    def track(self, entity: Entity) -> bool:
+        """Make the road state of an entity valid; False where there is no road at all."""
+        if entity.tracked:
+            return True
+        if self.network is None:
+            return False
+        hint = RoadPosition(entity.road, entity.lane, entity.s, 0.0, entity.offset, 0.0, True) if entity.road else None
+        found = self.network.locate(entity.x, entity.y, entity.h, hint)
+        entity.road, entity.lane, entity.s, entity.offset = found.road, found.lane, found.s, found.offset
+        self._face(entity)
+        return True
+
+    def _face(self, entity: Entity) -> None:
+        assert self.network is not None
+        pose = self.network.lane_pose(entity.road, entity.lane, entity.s, entity.offset)
+        against = wrap(entity.h - pose.h)
+        entity.sense = 1.0 if abs(against) <= 0.5 * math.pi else -1.0
+        entity.twist = against if entity.sense > 0.0 else wrap(against - math.pi)
+        entity.tracked = True
+
+    def point(self, entity: Entity) -> RoadPoint | None:
+        """Where an entity is in road coordinates."""
+        if not self.track(entity):
+            return None
+        return RoadPoint(entity.road, entity.lane, entity.s, entity.offset)
+
+    def position(self, entity: Entity) -> RoadPosition:
+        """Road position of an entity, t and road heading included."""
+        self.track(entity)
+        return self._complete(entity.road, entity.lane, entity.s, entity.x, entity.y, entity.offset)
+
+    def position_of(self, place: Place) -> RoadPosition:
+        """Road position of a place: the one it was given in, else the nearest lane."""
+        network = self.network
+        assert network is not None
+        if place.road is None:
+            return network.locate(place.x, place.y, place.h)
+        return self._complete(place.road.road, place.road.lane, place.road.s, place.x, place.y, place.road.offset)
+
+    def _complete(self, road: str, lane: int, s: float, x: float, y: float, offset: float) -> RoadPosition:
+        network = self.network
+        assert network is not None
+        line = network.road_pose(road, s, 0.0)
+        t = -(x - line.x) * math.sin(line.h) + (y - line.y) * math.cos(line.h)
+        return RoadPosition(road, lane, s, t, offset, line.h, True)
+
+    def distance(self, here: RoadPosition, goal: RoadPosition) -> float:
+        """Way [m] along the reference lines, positive with increasing s of the first; NaN without a way."""
+        if here.road == goal.road:
+            return goal.s - here.s
+        network = self.network
+        assert network is not None
+        return network.driving_sign(here.road, here.lane, here.s) * network.distance(here, goal)
+
+    def on_road(self, entity: Entity) -> bool:
+        """Whether a lane of any kind holds the reference point."""
+        network = self.network
+        if network is None:
+            return False
+        return network.locate(entity.x, entity.y, entity.h, drivable=False).on_road
+
+    def drive(self, entity: Entity, distance: float) -> None:
+        """Move a tracked entity `distance` [m] the way it faces, at its offset from its lane's middle, and set its pose."""
+        network = self.network
+        assert network is not None
+        if distance != 0.0:
+            here = RoadPosition(entity.road, entity.lane, entity.s, 0.0, entity.offset, 0.0, True)
+            sign = entity.sense * network.driving_sign(entity.road, entity.lane, entity.s)
+            there = network.advance(here, sign * distance, 0.0, entity.route_lanes)
+            if there.road != entity.road:
+                # the way one faces is kept, whatever way the next road runs
+                heading = entity.h - entity.twist - entity.drift
+                sense = 1.0 if math.cos(heading - there.h_road) >= 0.0 else -1.0
+                entity.sense = sense
+                entity.end_of_road = False
+            elif there.s == entity.s:
+                # as far as the road goes
+                entity.end_of_road = True
+                entity.speed = 0.0
+            else:
+                entity.end_of_road = False
+            entity.road, entity.lane, entity.s = there.road, there.lane, there.s
+            entity.offset = there.offset
+        self.settle(entity, network.lane_pose(entity.road, entity.lane, entity.s, entity.offset))
+
+    def ahead(self, entity: Entity, distance: float, *, along_lane: bool) -> RoadPoint:
+        """Road coordinates `distance` [m] ahead of a tracked entity the way it faces, along its lane or the reference line."""
+        network = self.network
+        assert network is not None
+        offset = entity.offset
+        if not along_lane:
+            # at this offset from the lane's middle the way travelled is that along the reference line
+            middle = network.lane_pose(entity.road, entity.lane, entity.s, 0.0)
+            reference = network.road_pose(entity.road, entity.s, 0.0)
+            offset = (middle.x - reference.x) * math.sin(reference.h) - (middle.y - reference.y) * math.cos(reference.h)
+        here = RoadPosition(entity.road, entity.lane, entity.s, 0.0, offset, 0.0, True)
+        sign = entity.sense * network.driving_sign(entity.road, entity.lane, entity.s)
+        there = network.advance(here, sign * distance, 0.0, entity.route_lanes)
+        return RoadPoint(there.road, there.lane, there.s, entity.offset)
+
+    @staticmethod
+    def settle(entity: Entity, pose: Pose) -> None:
+        """Take over the pose of the lane, turned the way the entity faces, twist and drift on top."""
+        turned = entity.twist + entity.drift
+        if entity.sense > 0.0:
+            entity.h = wrap(pose.h + turned)
+            entity.pitch, entity.roll = pose.pitch, pose.roll
+        else:
+            entity.h = wrap(pose.h + math.pi + turned)
+            entity.pitch, entity.roll = -pose.pitch, -pose.roll
+        entity.x, entity.y, entity.z = pose.x, pose.y, pose.z

@@ -1,0 +1,72 @@
+"""Play: the storyboard alone, all entities moved by it, no driving stack; rows for a table."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from openscenario import model
+from openscenario.findings import Finding
+from openscenario.road.network import RoadNetwork
+from openscenario.storyboard.engine import Storyboard
+from openscenario.storyboard.nodes import Transition
+
+ROW_STEP = 0.05  # s
+
+
+class Row(NamedTuple):
+    """Pose of one entity's reference point: time [s], x, y [m], h [rad, 0 to 2 pi), speed [m/s]."""
+
+    time: float
+    entity: str
+    x: float
+    y: float
+    h: float
+    speed: float
+
+
+class Played(NamedTuple):
+    """What a storyboard did: rows at multiples of 0.05 s, entities in file order; transitions; doubts afterwards."""
+
+    rows: list[Row]
+    transitions: list[Transition]
+    findings: tuple[Finding, ...]
+    stopped: bool
+    time: float
+
+
+def play(
+    scenario: model.Scenario, network: RoadNetwork | None, dt: float = 0.01, duration: float = 60.0, *, seed: int = 0
+) -> Played:
+    """Run a scenario until its stop trigger or for `duration` [s], in steps of `dt` [s].
+
+    Raises ScenarioError if the scenario holds an element that cannot run.
+    """
+    board = Storyboard(scenario, network, seed=seed)
+    board.start()
+    entities = tuple(board.entities.values())
+    rows: list[Row] = []
+
+    def record(time: float) -> None:
+        for entity in entities:
+            if entity.active:
+                rows.append(Row(time, entity.name, entity.x, entity.y, turned(entity.h), entity.speed))
+
+    record(0.0)
+    steps = int(round(duration / dt))
+    due = 1
+    for _ in range(steps):
+        board.step(dt)
+        if board.done:
+            break
+        # the step that comes nearest to a multiple of 0.05 s, whatever dt is
+        if board.time >= due * ROW_STEP - 0.5 * dt + 1e-9 or dt > ROW_STEP:
+            record(round(due * ROW_STEP, 9) if dt <= ROW_STEP else board.time)
+            due = int(math.floor(board.time / ROW_STEP + 0.5)) + 1
+    return Played(rows, board.transitions, board.report(), board.done, board.time)
+
+
+def turned(angle: float) -> float:
+    """The angle [rad] in [0, 2 pi)."""
+    turn = angle % (2.0 * math.pi)
+    return 0.0 if turn >= 2.0 * math.pi else turn

@@ -1,0 +1,125 @@
+"""How actions and conditions are found: a decorated factory in any module of `actions` or `conditions`.
+
+A new one is one function in one file:
+
+    @action(model.SpeedAction)
+    def speed(element: model.SpeedAction, entity: Entity | None, board: Storyboard) -> Runner: ...
+
+    @condition(model.SpeedCondition)
+    def speed(element: model.SpeedCondition, entity: Entity | None, scope: Scope) -> Test: ...
+
+A factory may raise `Unsupported` for an option it cannot do; the storyboard turns it into a finding before anything runs.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import pkgutil
+from collections.abc import Callable, Mapping
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.nodes import Node
+
+Factory = TypeVar("Factory", bound=Callable[..., Any])
+
+
+class Scope(NamedTuple):
+    """Where a condition stands: the storyboard, and the element whose trigger it belongs to."""
+
+    board: Storyboard
+    node: Node
+
+
+class Unsupported(Exception):
+    """An element, or an option of it, that this storyboard cannot run; `found` and `allowed` as in a Finding."""
+
+    def __init__(self, text: str, found: str = "", allowed: str = "", element: object = None) -> None:
+        super().__init__(text)
+        self.text = text
+        self.found = found
+        self.allowed = allowed
+        self.element = element
+
+
+class Runner(Protocol):
+    """A running action of one actor. `domains`: what it takes hold of, of "longitudinal" and "lateral"."""
+
+    domains: tuple[str, ...]
+
+    def start(self) -> bool:
+        """Take hold; True if that was all."""
+
+    def step(self, dt: float) -> bool:
+        """Go on by `dt` [s]; True when done."""
+
+    def stop(self) -> None:
+        """Let go before the end."""
+
+
+class Instant:
+    """An action that is over as soon as it has begun."""
+
+    __slots__ = ("_do",)
+    domains: tuple[str, ...] = ()
+
+    def __init__(self, do: Callable[[], object] | None = None) -> None:
+        self._do = do
+
+    def start(self) -> bool:
+        if self._do is not None:
+            self._do()
+        return True
+
+    def step(self, dt: float) -> bool:
+        return True
+
+    def stop(self) -> None:
+        return None
+
+
+def action(kind: type) -> Callable[[Factory], Factory]:
+    """Mark a factory as the one for model actions of `kind`."""
+    return _mark("__runs_action__", kind)
+
+
+def condition(kind: type) -> Callable[[Factory], Factory]:
+    """Mark a factory as the one for model conditions of `kind`."""
+    return _mark("__tests_condition__", kind)
+
+
+def _mark(attribute: str, kind: type) -> Callable[[Factory], Factory]:
+    def mark(factory: Factory) -> Factory:
+        setattr(factory, attribute, (*getattr(factory, attribute, ()), kind))
+        return factory
+
+    return mark
+
+
+@functools.cache
+def action_factories() -> Mapping[type, Callable[..., Runner]]:
+    """Model class -> factory, of all modules in `openscenario.storyboard.actions`."""
+    from openscenario.storyboard import actions
+
+    return _collect(actions, "__runs_action__")
+
+
+@functools.cache
+def condition_factories() -> Mapping[type, Callable[..., Callable[[], bool]]]:
+    """Model class -> factory, of all modules in `openscenario.storyboard.conditions`."""
+    from openscenario.storyboard import conditions
+
+    return _collect(conditions, "__tests_condition__")
+
+
+def _collect(package: ModuleType, attribute: str) -> dict[type, Callable[..., Any]]:
+    found: dict[type, Callable[..., Any]] = {}
+    for entry in sorted(pkgutil.iter_modules(package.__path__), key=lambda each: each.name):
+        module = importlib.import_module(f"{package.__name__}.{entry.name}")
+        for factory in vars(module).values():
+            for kind in getattr(factory, attribute, ()):
+                found[kind] = factory
+    return found

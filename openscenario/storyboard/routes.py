@@ -1,0 +1,71 @@
+"""Routes: the way along lanes through waypoints, and places along it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from openscenario import model
+from openscenario.road.route import RouteError, RouteLane
+from openscenario.storyboard.places import Place, RoadPoint
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+
+
+def way(board: Storyboard, places: Sequence[Place]) -> tuple[RouteLane, ...]:
+    """Stretches of lanes through the places, in driving order; cut at the first place that no way leads to."""
+    network = board.network
+    if network is None:
+        return ()
+    stretches: list[RouteLane] = []
+    points = [_point(board, place) for place in places]
+    for start, goal in zip(points, points[1:], strict=False):
+        if stretches and stretches[-1].road == start.road:
+            # go on in the lane that the last stretch ended in
+            start = RoadPoint(start.road, stretches[-1].lane, start.s, 0.0)
+        try:
+            piece = network.route((start.road, start.lane, start.s), (goal.road, goal.lane, goal.s))
+        except RouteError:
+            break
+        stretches.extend(piece)
+    return tuple(stretches)
+
+
+def _point(board: Storyboard, place: Place) -> RoadPoint:
+    """The drivable lane of a place: the one it names, or the nearest."""
+    network = board.network
+    assert network is not None
+    if place.road is not None:
+        return place.road
+    found = network.locate(place.x, place.y, place.h if place.has_heading else None)
+    return RoadPoint(found.road, found.lane, found.s, found.offset)
+
+
+def along_route(
+    board: Storyboard,
+    places: Sequence[Place],
+    inside: model.PositionInLaneCoordinates | model.PositionInRoadCoordinates,
+) -> RoadPoint:
+    """The place `path_s` [m] along the route, measured along the reference lines, in the lane or at the t that `inside` names."""
+    left = inside.path_s
+    stretches = way(board, places)
+    first = _point(board, places[0])
+    road, s, lane = first.road, first.s, first.lane
+    for stretch in stretches:
+        length = abs(stretch.s_to - stretch.s_from)
+        road, lane = stretch.road, stretch.lane
+        sign = 1.0 if stretch.s_to >= stretch.s_from else -1.0
+        s = stretch.s_from + sign * min(left, length)
+        if left <= length:
+            break
+        left -= length
+    if isinstance(inside, model.PositionInLaneCoordinates):
+        return RoadPoint(road, inside.lane_id, s, inside.lane_offset)
+    network = board.network
+    assert network is not None
+    pose = network.road_pose(road, s, inside.t)
+    middle = network.lane_pose(road, lane, s, 0.0)
+    offset = -(pose.x - middle.x) * math.sin(pose.h) + (pose.y - middle.y) * math.cos(pose.h)
+    return RoadPoint(road, lane, s, offset)

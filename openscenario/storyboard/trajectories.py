@@ -1,0 +1,253 @@
+"""Trajectories as tables over their arc length: polyline, clothoid, clothoid spline, NURBS; with or without time stamps.
+
+A `Course` answers where one is after s metres and how far one has come after t seconds. Curves are sampled at 0.1 m or finer
+once, when the action starts; a step costs two bisections.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+
+from openscenario import model
+from openscenario.storyboard.places import Place, wrap
+
+Resolve = Callable[[model.Position], Place]
+
+SAMPLING = 0.1  # m: a chord of a 5 m radius is then 0.25 mm off the arc
+MOST_SAMPLES = 200_000
+CORNER = 4.0  # m: how far before and after a vertex a vehicle turns into the next straight
+
+
+class Course:
+    """Points along a curve. s, x, y, z: columns [m]; h: headings [rad], unwrapped; t: time stamps [s] or None."""
+
+    __slots__ = ("_corners", "h", "length", "s", "t", "x", "y", "z")
+
+    def __init__(
+        self,
+        points: Sequence[tuple[float, float, float, float]],
+        times: Sequence[float] | None = None,
+        *,
+        corners: bool = False,
+    ) -> None:
+        self.x: list[float] = []
+        self.y: list[float] = []
+        self.z: list[float] = []
+        self.h: list[float] = []
+        self.s: list[float] = []
+        self.t: list[float] | None = None if times is None else list(times)
+        self._corners = corners
+        length = 0.0
+        for x, y, z, h in points:
+            if self.x:
+                length += math.hypot(x - self.x[-1], y - self.y[-1])
+                h = self.h[-1] + wrap(h - self.h[-1])
+            self.x.append(x)
+            self.y.append(y)
+            self.z.append(z)
+            self.h.append(h)
+            self.s.append(length)
+        self.length = length
+
+    def at(self, s: float) -> tuple[float, float, float, float]:
+        """x, y, z, heading after `s` metres; beyond an end the curve stands still there."""
+        where = self.s
+        last = len(where) - 1
+        if last == 0:
+            return self.x[0], self.y[0], self.z[0], self.h[0]
+        if s <= 0.0:
+            s = 0.0
+        elif s >= self.length:
+            s = self.length
+        i = min(max(bisect_right(where, s) - 1, 0), last - 1)
+        step = where[i + 1] - where[i]
+        u = (s - where[i]) / step if step > 0.0 else 1.0
+        if self._corners:
+            h = self._turning(i, s, last)
+        else:
+            h = self.h[i] + u * (self.h[i + 1] - self.h[i])
+        x = self.x[i] + u * (self.x[i + 1] - self.x[i])
+        y = self.y[i] + u * (self.y[i + 1] - self.y[i])
+        z = self.z[i] + u * (self.z[i + 1] - self.z[i])
+        return x, y, z, h
+
+    def _turning(self, i: int, s: float, last: int) -> float:
+        """Heading along straight pieces: their own, blended linearly within CORNER metres of a vertex."""
+        here = self.h[i]
+        into, left = s - self.s[i], self.s[i + 1] - s
+        radius = min(CORNER, self.s[i + 1] - self.s[i])
+        if radius <= 0.0:
+            return here
+        if left < radius and left <= into and i + 1 < last:
+            return here + 0.5 * (1.0 - left / radius) * (self.h[i + 1] - here)
+        if into < radius and i > 0:
+            return here - 0.5 * (1.0 - into / radius) * (here - self.h[i - 1])
+        return here
+
+    def s_at(self, t: float) -> float:
+        """Arc length [m] reached at trajectory time `t` [s]; stands at its ends outside the time stamps."""
+        times = self.t
+        if times is None:
+            return 0.0
+        if t <= times[0]:
+            return self.s[0]
+        if t >= times[-1]:
+            return self.length
+        i = bisect_right(times, t) - 1
+        step = times[i + 1] - times[i]
+        u = (t - times[i]) / step if step > 0.0 else 1.0
+        return self.s[i] + u * (self.s[i + 1] - self.s[i])
+
+    @property
+    def start_time(self) -> float:
+        return self.t[0] if self.t else 0.0
+
+    @property
+    def end_time(self) -> float:
+        return self.t[-1] if self.t else 0.0
+
+
+def course(trajectory: model.Trajectory, resolve: Resolve) -> Course:
+    """The course of a trajectory; `resolve` turns a model position into a place.
+
+    Raises nothing for what the reader lets through: a single point is a course of length 0.
+    """
+    shape = trajectory.shape
+    if isinstance(shape, model.Polyline):
+        return _polyline(shape, trajectory.closed, resolve)
+    if isinstance(shape, model.Clothoid):
+        return _clothoid(shape, resolve)
+    if isinstance(shape, model.ClothoidSpline):
+        return _clothoid_spline(shape, resolve)
+    return _nurbs(shape, resolve)
+
+
+def _polyline(shape: model.Polyline, closed: bool, resolve: Resolve) -> Course:
+    vertices = list(shape.vertices)
+    places = [resolve(vertex.position) for vertex in vertices]
+    times = [vertex.time for vertex in vertices]
+    if closed and len(places) > 1 and math.hypot(places[0].x - places[-1].x, places[0].y - places[-1].y) > 1e-6:
+        places.append(places[0])
+        times.append(None)
+    stamps = None if any(time is None for time in times) else [float(time or 0.0) for time in times]
+    tangents = _tangents([(place.x, place.y) for place in places], places[0].h)
+    corners = not any(place.has_heading for place in places)
+    if corners:
+        headings = tangents
+    else:
+        headings = [p.h if p.has_heading else tangents[i] for i, p in enumerate(places)]
+    points = [(p.x, p.y, p.z, h) for p, h in zip(places, headings, strict=True)]
+    return Course(points, stamps, corners=corners)
+
+
+def _tangents(points: Sequence[tuple[float, float]], first: float) -> list[float]:
+    """Heading of the piece that starts at each point; the last one keeps the heading it arrives with."""
+    headings: list[float] = []
+    for i, (x, y) in enumerate(points):
+        heading = headings[-1] if headings else first
+        if i + 1 < len(points):
+            dx, dy = points[i + 1][0] - x, points[i + 1][1] - y
+            if dx * dx + dy * dy > 1e-18:
+                heading = math.atan2(dy, dx)
+        headings.append(heading)
+    return headings
+
+
+def _arc(
+    x: float, y: float, z: float, h: float, curvature: float, change: float, length: float
+) -> list[tuple[float, float, float, float]]:
+    """A clothoid piece; the heading is exact, the position by the midpoint rule on short steps."""
+    count = min(max(int(math.ceil(length / SAMPLING)), 1), MOST_SAMPLES)
+    step = length / count
+    points = [(x, y, z, h)]
+    for i in range(count):
+        middle = (i + 0.5) * step
+        along = h + curvature * middle + 0.5 * change * middle * middle
+        # the chord of an arc is shorter than the arc
+        half = 0.5 * step * (curvature + change * middle)
+        chord = step * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+        x += chord * math.cos(along)
+        y += chord * math.sin(along)
+        end = (i + 1) * step
+        points.append((x, y, z, h + curvature * end + 0.5 * change * end * end))
+    return points
+
+
+def _stamped(points: list[tuple[float, float, float, float]], start: float | None, stop: float | None) -> Course:
+    if start is None or stop is None:
+        return Course(points)
+    last = max(len(points) - 1, 1)
+    return Course(points, [start + (stop - start) * i / last for i in range(len(points))])
+
+
+def _clothoid(shape: model.Clothoid, resolve: Resolve) -> Course:
+    place = resolve(shape.position)
+    points = _arc(place.x, place.y, place.z, place.h, shape.curvature, shape.curvature_prime, shape.length)
+    return _stamped(points, shape.start_time, shape.stop_time)
+
+
+def _clothoid_spline(shape: model.ClothoidSpline, resolve: Resolve) -> Course:
+    points: list[tuple[float, float, float, float]] = []
+    times: list[float] = []
+    x = y = z = h = 0.0
+    segments = shape.segments
+    for i, segment in enumerate(segments):
+        if segment.position_start is not None:
+            place = resolve(segment.position_start)
+            x, y, z, h = place.x, place.y, place.z, place.h
+        change = (segment.curvature_end - segment.curvature_start) / segment.length if segment.length > 0.0 else 0.0
+        piece = _arc(x, y, z, h + segment.h_offset, segment.curvature_start, change, segment.length)
+        begin = segment.time_start
+        end = segments[i + 1].time_start if i + 1 < len(segments) else shape.time_end
+        if begin is not None and end is not None:
+            last = len(piece) - 1
+            times.extend(begin + (end - begin) * k / last for k in range(len(piece)))
+        points.extend(piece)
+        x, y, z, h = piece[-1]
+    return Course(points, times if len(times) == len(points) else None)
+
+
+def _nurbs(shape: model.Nurbs, resolve: Resolve) -> Course:
+    """Rational B-spline by de Boor's algorithm; tangent headings; time stamps interpolated like a coordinate."""
+    places = [resolve(point.position) for point in shape.control_points]
+    knots = [knot.value for knot in shape.knots]
+    degree = shape.order - 1
+    timed = all(point.time is not None for point in shape.control_points)
+    control = [
+        (
+            place.x * point.weight,
+            place.y * point.weight,
+            place.z * point.weight,
+            (point.time or 0.0) * point.weight,
+            point.weight,
+        )
+        for place, point in zip(places, shape.control_points, strict=True)
+    ]
+    low, high = knots[degree], knots[len(control)]
+    rough = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in zip(places, places[1:], strict=False))
+    count = min(max(int(math.ceil(rough / SAMPLING)), 50), MOST_SAMPLES)
+    samples = [_de_boor(control, knots, degree, low + (high - low) * i / count) for i in range(count + 1)]
+    pieces = _tangents([(x, y) for x, y, _, _ in samples], places[0].h)
+    # tangent at a sample: mean of the chords before and after it
+    headings = [pieces[0]]
+    for before, after in zip(pieces, pieces[1:], strict=False):
+        headings.append(before + 0.5 * wrap(after - before))
+    points = [(x, y, z, h) for (x, y, z, _), h in zip(samples, headings, strict=True)]
+    return Course(points, [time for _, _, _, time in samples] if timed else None)
+
+
+def _de_boor(
+    control: Sequence[tuple[float, float, float, float, float]], knots: Sequence[float], degree: int, u: float
+) -> tuple[float, float, float, float]:
+    k = min(max(bisect_right(knots, u) - 1, degree), len(control) - 1)
+    d = [list(control[j + k - degree]) for j in range(degree + 1)]
+    for r in range(1, degree + 1):
+        for j in range(degree, r - 1, -1):
+            left = knots[j + k - degree]
+            width = knots[j + 1 + k - r] - left
+            a = (u - left) / width if width > 0.0 else 0.0
+            d[j] = [(1.0 - a) * p + a * q for p, q in zip(d[j - 1], d[j], strict=True)]
+    x, y, z, time, weight = d[degree]
+    return x / weight, y / weight, z / weight, time / weight

@@ -1,0 +1,17 @@
+"""What of the world belongs to no entity: weather, time of day, states of traffic lights."""
+
+from __future__ import annotations
+
+from openscenario import model
+
+
+class World:
+    """Environment last set, states of traffic signals by id, commands for whoever listens."""
+
+    __slots__ = ("commands", "environment", "environment_since", "signals")
+
+    def __init__(self) -> None:
+        self.environment: model.Environment | None = None
+        self.environment_since = 0.0
+        self.signals: dict[str, str] = {}
+        self.commands: list[tuple[float, str, str]] = []
