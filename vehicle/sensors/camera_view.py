@@ -17,8 +17,11 @@ ACROSS, DOWN = 7, 5  # sample points on each box for occlusion
 @njit(cache=True, error_model="numpy")
 def _entry(box: Any, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float) -> float:
     """Ray parameter where the ray o + t d enters an upright box, infinite if it misses."""
-    c, s = math.cos(box[3]), math.sin(box[3])
     px, py, pz = ox - box[0], oy - box[1], oz - box[2]
+    beside = dx * py - dy * px
+    if 4.0 * beside * beside > (box[4] * box[4] + box[5] * box[5]) * (dx * dx + dy * dy):
+        return np.inf  # passes the box's circumscribed circle
+    c, s = math.cos(box[3]), math.sin(box[3])
     near, far = 0.0, np.inf
     for axis in range(3):
         if axis == 0:

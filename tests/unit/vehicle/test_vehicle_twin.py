@@ -59,9 +59,9 @@ def test_a_step_that_is_no_multiple_of_a_millisecond_is_refused(twin: Twin, dt: 
         twin.step(dt)
 
 
-def test_time_does_not_drift_over_an_hour(twin: Twin) -> None:
+def test_time_does_not_drift_over_ten_minutes(twin: Twin) -> None:
     twin.apply(Command(0.0, 0.0, 0.0, 0.0, 1.0))
-    assert twin.step(3600.0)[-1, 0] == pytest.approx(3600.0, abs=1e-9)
+    assert twin.step(600.0)[-1, 0] == pytest.approx(600.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("field", ["steer", "accel", "throttle", "brake"])
