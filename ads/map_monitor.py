@@ -127,12 +127,13 @@ class MapMonitor:
 
 
 def _spans(network: Map, legs: tuple[Leg, ...], path: FloatArray) -> tuple[LaneSpan, ...]:
-    ends = [0.0]
-    hint = -1
+    begin = network.lane_pose(legs[0].road, legs[0].lane, legs[0].s_from)
+    hint, s, _ = project(path, begin.x, begin.y, 0, 80)
+    ends = [float(s)]
     for leg in legs:
         pose = network.lane_pose(leg.road, leg.lane, leg.s_to)
         ahead = int(abs(leg.s_to - leg.s_from) / 0.4) + 40
-        hint, s, _ = project(path, pose.x, pose.y, max(hint, 0), ahead)
+        hint, s, _ = project(path, pose.x, pose.y, hint, ahead)
         ends.append(max(float(s), ends[-1]))
     return tuple(LaneSpan(leg, _is_junction(network, leg.road), ends[i], ends[i + 1]) for i, leg in enumerate(legs))
 

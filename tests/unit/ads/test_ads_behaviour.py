@@ -1,0 +1,136 @@
+"""Behaviours in a closed loop with a perception that sees everything as it is."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from ads_loop import SEDAN, TABBY, Car, drive, new_stack
+from ads_plane import PlaneMap
+from ads_traffic import Actor, SeeingAll, Watch, parked
+
+from ads.parameters import Parameters
+from vehicle.messages import RoadPoint, SignalState, Task
+
+GOAL = Task(goal=RoadPoint("1", -1, 150.0))
+
+
+def run(actors, network=None, car=None, duration=60.0, task=GOAL, sense=None, **more):
+    network = network or PlaneMap([(300.0, 0.0)])
+    car = car or Car(TABBY, 5.0, -1.75, 0.0, 5.0)
+    stack = new_stack(network, car.description, perception=SeeingAll(actors), **more)
+    watch = Watch(actors)
+    return drive(stack, car, duration, task, sense, watch), watch
+
+
+def test_drives_around_a_standing_vehicle_and_on_to_the_goal():
+    log, watch = run([parked(70.0)])
+    assert watch.least > 0.5
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+    assert log.v[-1] == 0.0
+    assert watch.inverse_ttc < 0.5
+    assert log.jerk() < 2.5
+    assert log.rmse() < 0.15
+
+
+def test_waits_for_an_oncoming_vehicle_before_it_overtakes():
+    oncoming = Actor("vehicle", 130.0, 1.75, math.pi, 4.4, 1.8, 5.0)
+    log, watch = run([parked(70.0), oncoming])
+    assert watch.least > 0.5
+    assert watch.inverse_ttc < 1.0
+    assert log.v[100:].min() < 1.0
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
+def test_an_oncoming_vehicle_that_only_sets_off_later_is_not_trusted():
+    oncoming = Actor("vehicle", 95.0, 1.75, math.pi, 4.4, 1.8, 5.0, start=7.0)
+    log, watch = run([parked(70.0), oncoming])
+    assert watch.least > 0.5
+    assert watch.inverse_ttc < 1.0
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
+def test_stops_behind_a_box_it_cannot_pass():
+    network = PlaneMap([(300.0, 0.0)])
+    wall = Actor("misc", 70.0, 0.0, 0.0, 2.0, 7.0)
+    log, watch = run([wall], network, duration=40.0)
+    assert log.v[-1] == 0.0
+    assert 2.0 < watch.least < 17.0
+    assert watch.inverse_ttc < 0.5
+
+
+def test_stops_for_a_pedestrian_on_the_crossing_and_goes_on_when_it_is_free():
+    network = PlaneMap([(300.0, 0.0)], crosswalk_at=60.0)
+    pedestrian = Actor("pedestrian", 60.0, 8.0, -math.pi / 2, 0.5, 0.6, 2.0, start=6.0)
+    log, watch = run([pedestrian], network)
+    assert watch.inverse_ttc <= 0.5
+    assert watch.least > 1.0
+    assert log.v[100:300].min() < 0.5
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+    assert log.jerk() < 2.5
+
+
+def test_waits_15_m_before_the_middle_of_an_occupied_crossing():
+    network = PlaneMap([(300.0, 0.0)], crosswalk_at=60.0)
+    standing = Actor("pedestrian", 60.0, -1.75, -math.pi / 2, 0.5, 0.6)
+    log, _ = run([standing], network, duration=30.0)
+    assert log.v[-1] == 0.0
+    assert log.rows[-1][1] == pytest.approx(45.0, abs=1.0)
+
+
+def test_without_stop_distance_the_crossing_is_not_safe():
+    network = PlaneMap([(300.0, 0.0)], crosswalk_at=60.0)
+    pedestrian = Actor("pedestrian", 60.0, 8.0, -math.pi / 2, 0.5, 0.6, 2.0, start=8.5)
+    spoilt = Parameters().with_values({"DECISION_PC_d_min": 0.0})
+    _, good = run([pedestrian], network)
+    _, bad = run([pedestrian], network, parameters=spoilt)
+    assert good.inverse_ttc <= 0.5 < bad.inverse_ttc
+
+
+def test_brakes_for_a_pedestrian_away_from_any_crossing():
+    pedestrian = Actor("pedestrian", 60.0, -6.0, math.pi / 2, 0.5, 0.6, 1.5, start=6.0)
+    _, watch = run([pedestrian], duration=30.0)
+    assert watch.least > 0.3
+
+
+def test_brakes_for_a_pedestrian_at_16_m_per_s():
+    pedestrian = Actor("pedestrian", 200.0, -6.0, math.pi / 2, 0.5, 0.6, 1.5, start=9.7)
+    network = PlaneMap([(600.0, 0.0)])
+    _, watch = run([pedestrian], network, Car(SEDAN, 5.0, -1.75, 0.0, 16.0), 20.0, Task(set_speed=16.0))
+    assert watch.least > 0.0
+
+
+def test_follows_a_slower_vehicle_at_its_speed():
+    lead = Actor("vehicle", 40.0, -1.75, 0.0, 4.4, 1.8, 3.0)
+    log, watch = run([lead], PlaneMap([(600.0, 0.0)]), duration=40.0, task=Task())
+    assert log.v[-1] == pytest.approx(3.0, abs=0.1)
+    assert watch.least > 5.0
+
+
+def test_stops_at_a_red_light_and_goes_at_green():
+    network = PlaneMap([(300.0, 0.0)], signal_at=60.0)
+
+    def lights(t, car):
+        return {"signals": (SignalState("lamp", "red" if t < 25.0 else "green"),)}
+
+    log, _ = run([], network, sense=lights)
+    waiting = log.rows[480]
+    assert waiting[3] == 0.0
+    assert waiting[1] + TABBY.center_x + TABBY.length / 2 == pytest.approx(59.0, abs=0.8)
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
+def test_without_perception_it_drives_into_the_obstacle():
+    network = PlaneMap([(300.0, 0.0)])
+    actors = [parked(70.0)]
+    stack = new_stack(network, perception=None)
+    watch = Watch(actors)
+    drive(stack, Car(TABBY, 5.0, -1.75, 0.0, 5.0), 20.0, GOAL, watch=watch)
+    assert watch.least < 0.0
+
+
+def test_without_gain_it_leaves_the_lane():
+    network = PlaneMap([(40.0, 0.0), (25.0, 1 / 15), (80.0, 0.0)])
+    spoilt = Parameters().with_values({"LQR_q11": 0.0, "LQR_q22": 0.0})
+    log, _ = run([], network, Car(TABBY, 5.0, -1.75, 0.03, 5.0), 25.0, Task(), parameters=spoilt)
+    assert log.rmse() > 0.4
