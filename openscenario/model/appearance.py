@@ -14,7 +14,7 @@ from openscenario.model.enums import (
     VehicleComponentType,
     VehicleLightType,
 )
-from openscenario.model.kinds import Duration, Element, NonNegative, Second, Share, xml
+from openscenario.model.kinds import Duration, Element, NonNegative, Second, Share, TransitionTime, xml
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ class LightState(Element):
 class LightStateAction(Element):
     light_type: LightType
     light_state: LightState
-    transition_time: Duration = 0.0
+    transition_time: TransitionTime = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,12 +36,13 @@ class Element:
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Unit and bounds of a number: low <= x <= high, x > above."""
+    """Unit and bounds of a number: low <= x <= high, x > above; `rule`: the ASAM rule that says so, if there is one."""
 
     unit: str
     low: float | None = None
     high: float | None = None
     above: float | None = None
+    rule: str = "value.out_of_range"
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +98,10 @@ Length: TypeAlias = Annotated[float, Quantity("m", low=0.0)]
 PositiveLength: TypeAlias = Annotated[float, Quantity("m", above=0.0)]
 Second: TypeAlias = Annotated[float, Quantity("s")]
 Duration: TypeAlias = Annotated[float, Quantity("s", low=0.0)]
+PhaseDuration: TypeAlias = Annotated[float, Quantity("s", low=0.0, rule="data_type.positive_duration_in_phase")]
+TransitionTime: TypeAlias = Annotated[
+    float, Quantity("s", low=0.0, rule="data_type.non_negative_transition_time_in_light_state_action")
+]
 Speed: TypeAlias = Annotated[float, Quantity("m/s", low=-1e4, high=1e4)]
 MaxSpeed: TypeAlias = Annotated[float, Quantity("m/s", low=0.0)]
 Acceleration: TypeAlias = Annotated[float, Quantity("m/s^2")]

@@ -7,7 +7,18 @@ from dataclasses import dataclass, field
 from openscenario.model.declarations import Properties
 from openscenario.model.entities import Controller, EntityObject, ObjectController
 from openscenario.model.enums import Role, VehicleCategory
-from openscenario.model.kinds import Count, Duration, Element, EntityName, Length, NonNegative, Speed, Weight, xml
+from openscenario.model.kinds import (
+    Count,
+    Duration,
+    Element,
+    EntityName,
+    Length,
+    NonNegative,
+    PhaseDuration,
+    Speed,
+    Weight,
+    xml,
+)
 from openscenario.model.positions import Position
 
 
@@ -25,7 +36,7 @@ class TrafficSignalGroupState(Element):
 @dataclass(frozen=True, slots=True)
 class Phase(Element):
     name: str
-    duration: Duration
+    duration: PhaseDuration
     traffic_signal_states: tuple[TrafficSignalState, ...] = ()
     traffic_signal_group_state: TrafficSignalGroupState | None = field(
         metadata=xml(former=(("TrafficeSignalGroupState", 3),)), default=None

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from openscenario.catalogs import Catalogs
 from openscenario.findings import Findings, Severity
-from openscenario.model.conditions import StoryboardElementStateCondition
+from openscenario.model.conditions import StoryboardElementStateCondition, TrafficSignalCondition
+from openscenario.model.global_actions import TrafficSignalStateAction
 from openscenario.model.kinds import At, RefKind
+from openscenario.model.positions import LanePosition, RoadPosition
+
+OnRoad: TypeAlias = LanePosition | RoadPosition | TrafficSignalStateAction | TrafficSignalCondition
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +34,8 @@ class Context:
     references: list[Reference] = field(default_factory=list)
     names: dict[str, list[tuple[str, At]]] = field(default_factory=dict)  # kind or storyboard type -> name, place
     state_conditions: list[StoryboardElementStateCondition] = field(default_factory=list)
+    on_road: list[OnRoad] = field(default_factory=list)  # what must exist on the road
+    starts: set[At] = field(default_factory=set)  # positions that entities are put on
     nested_catalogs: int = 0
 
     def named(self, *kinds: str) -> dict[str, None]:

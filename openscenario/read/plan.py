@@ -272,7 +272,7 @@ def _bounded(convert: Convert, quantity: Quantity) -> Convert:
     def checked(text: str) -> Any:
         value = convert(text)
         if not (low <= value <= high and value > above):
-            raise BadValue("value.out_of_range", "out of range", allowed)
+            raise BadValue(quantity.rule, "out of range", allowed)
         return value
 
     return checked

@@ -1,12 +1,36 @@
-"""The road file that a scenario names: where it lies, and whether positions and signals of the scenario exist on it."""
+"""The road file that a scenario names: where it lies, and whether roads, lanes and signals of the scenario exist on it.
+
+Only lengths, lane numbers and signal ids are looked at, which takes about as long as reading the XML; the geometry is
+for `openscenario.road` to read.
+"""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
 
+from openscenario.findings import ScenarioError, listed, nearest
+from openscenario.model.positions import LanePosition, RoadPosition
 from openscenario.model.scenario import RoadNetwork
 from openscenario.paths import PathError, Roots
 from openscenario.read.context import Context
+from openscenario.xml import MAX_BYTES, Node, parse_xml, read_bytes
+
+_TOLERANCE: Final = 0.01  # m; lengths in files are rounded
+_SHARED_BYTES: Final = 1 << 20  # facts of larger files are not kept
+
+
+@dataclass(frozen=True, slots=True)
+class RoadFacts:
+    """Length [m] and lanes (start of the section [m], lane numbers) by road id; ids and names of signals."""
+
+    lengths: Mapping[str, float]
+    lanes: Mapping[str, tuple[tuple[float, frozenset[int]], ...]]
+    signals: frozenset[str]
 
 
 def with_road(network: RoadNetwork | None, roots: Roots, context: Context) -> RoadNetwork | None:
@@ -18,13 +42,112 @@ def with_road(network: RoadNetwork | None, roots: Roots, context: Context) -> Ro
         path = roots.find(logic.filepath, roots.base)
     except PathError as error:
         context.error(
-            error.code,
-            logic.at,
-            "@filepath",
-            error.text,
-            found=logic.filepath,
-            allowed=error.allowed,
-            hint=error.hint,
+            error.code, logic.at, "@filepath", error.text, found=logic.filepath, allowed=error.allowed, hint=error.hint
         )
         return None
     return dataclasses.replace(network, logic=dataclasses.replace(logic, path=path))
+
+
+def check_on_road(network: RoadNetwork | None, context: Context) -> None:
+    """Notes positions beyond a road or lane that exists, and signals that nothing shows."""
+    path = None if network is None else network.logic_file
+    if network is None or path is None or not context.on_road:
+        return
+    try:
+        facts = road_facts(path)
+    except ScenarioError as error:
+        context.findings.found.extend(error.findings)
+        return
+    if facts is None:
+        return
+    phases = [phase for controller in network.traffic_signals for phase in controller.phases]
+    signals = facts.signals | {state.traffic_signal_id for phase in phases for state in phase.traffic_signal_states}
+    for element in context.on_road:
+        if isinstance(element, LanePosition | RoadPosition):
+            _check_position(element, facts, context)
+        elif element.name not in signals:
+            context.error(
+                "reference_control.resolvable_signal_id_in_traffic_signal_state_action",
+                element.at,
+                "@name",
+                "the road has no such signal",
+                found=element.name,
+                allowed=listed(sorted(signals)) or "none",
+            )
+
+
+def road_facts(path: Path) -> RoadFacts | None:
+    """The facts of an OpenDRIVE file, or None if its numbers are wrong: reading the road reports them.
+
+    Raises:
+        ScenarioError: no XML.
+    """
+    data = read_bytes(path, str(path), MAX_BYTES)
+    read: Callable[[bytes, str], RoadFacts | None] = _kept_facts if len(data) <= _SHARED_BYTES else _facts
+    return read(data, str(path))
+
+
+def _facts(data: bytes, file: str) -> RoadFacts | None:
+    root = parse_xml(data, file).root
+    roads = root.findall("road")
+    signals = {
+        signal.get(key)
+        for road in roads
+        for group in road.findall("signals")
+        for signal in group.children
+        for key in ("id", "name")
+    }
+    signals |= {controller.get(key) for controller in root.findall("controller") for key in ("id", "name")}
+    try:
+        lengths = {road.get("id"): float(road.get("length")) for road in roads}
+        lanes = {road.get("id"): tuple(_sections(road)) for road in roads}
+    except ValueError:
+        return None
+    return RoadFacts(lengths, lanes, frozenset(signals - {""}))
+
+
+_kept_facts = functools.lru_cache(maxsize=8)(_facts)
+
+
+def _sections(road: Node) -> Iterator[tuple[float, frozenset[int]]]:
+    for lanes in road.findall("lanes"):
+        for section in lanes.findall("laneSection"):
+            numbers = {int(lane.get("id")) for side in section.children for lane in side.findall("lane")}
+            yield float(section.get("s")), frozenset(numbers)
+
+
+def _check_position(position: LanePosition | RoadPosition, facts: RoadFacts, context: Context) -> None:
+    length = facts.lengths.get(position.road_id)
+    if length is None:
+        context.error(
+            "ref.unknown_road",
+            position.at,
+            "@roadId",
+            "no such road",
+            found=position.road_id,
+            allowed=listed(sorted(facts.lengths)),
+            hint=nearest(position.road_id, facts.lengths),
+        )
+    elif position.s > length + _TOLERANCE:
+        # nothing can be put there; as a place to drive to, the end of the road stands for it
+        note = context.error if position.at in context.starts else context.warning
+        note(
+            "road.s_out_of_range",
+            position.at,
+            "@s",
+            "beyond the end of the road",
+            found=f"{position.s:g}",
+            allowed=f"0 ... {length:g} m on road {position.road_id[:40]}",
+        )
+    elif isinstance(position, LanePosition):
+        here = [numbers for start, numbers in facts.lanes[position.road_id] if start <= position.s + _TOLERANCE]
+        lanes = here[-1] if here else frozenset[int]()
+        if position.lane_id not in lanes:
+            context.error(
+                "ref.unknown_lane",
+                position.at,
+                "@laneId",
+                f"road {position.road_id[:40]} has no such lane at s = {position.s:g} m",
+                found=str(position.lane_id),
+                allowed=", ".join(str(number) for number in sorted(lanes)) or "none",
+            )

@@ -30,7 +30,7 @@ from openscenario.read.elements import ElementReader
 from openscenario.read.header import read_header
 from openscenario.read.plan import plan_of
 from openscenario.read.references import check_entity_names, check_references
-from openscenario.read.road import with_road
+from openscenario.read.road import check_on_road, with_road
 from openscenario.values import BadValue, check_type, spelled
 from openscenario.xml import Document, Node, read_xml
 
@@ -142,6 +142,7 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
     storyboard = _section(reading, sections, Storyboard, scope)
     check_entity_names(context)
     check_references(context)
+    check_on_road(network, context)
     if context.findings.errors or network is None or entities is None or storyboard is None:
         return None
     return Scenario(

@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
-from openscenario.model.positions import GeoPosition, RelativeLanePosition
+from openscenario.model.actions import TeleportAction
+from openscenario.model.conditions import TrafficSignalCondition
+from openscenario.model.global_actions import AddEntityAction, TrafficSignalStateAction
+from openscenario.model.positions import GeoPosition, LanePosition, RelativeLanePosition, RoadPosition
 from openscenario.read.checks.registry import check, exactly_one
-from openscenario.read.context import Context
+from openscenario.read.context import Context, OnRoad
+
+
+@check(LanePosition, RoadPosition, TrafficSignalStateAction, TrafficSignalCondition)
+def on_road(element: OnRoad, context: Context) -> None:
+    """Compared with the road once its file is known."""
+    context.on_road.append(element)
+
+
+@check(TeleportAction, AddEntityAction)
+def start(action: TeleportAction | AddEntityAction, context: Context) -> None:
+    """A position that an entity is put on, not only measured from or driven to."""
+    context.starts.add(action.position.at)
 
 
 @check(RelativeLanePosition)
