@@ -36,14 +36,19 @@ def _collect(found: Iterable[tuple[Effect, str]]) -> dict[str, Effect]:
 def catalogue() -> Mapping[str, Effect]:
     """All effects by name: built-in ones and those announced under the entry point `pytest_dvp.effects`.
 
-    An entry point names a module with decorated functions, or one effect. Raises ModelError on a name used twice.
+    An entry point names a module with decorated functions, or one effect. Raises ModelError on a name used twice and
+    on a package whose effects do not load.
     """
     found: list[tuple[Effect, str]] = []
     for info in sorted(pkgutil.iter_modules(effects_package.__path__), key=lambda i: i.name):
         module = importlib.import_module(f"{effects_package.__name__}.{info.name}")
         found += [(e, module.__name__) for e in _effects_of(module)]
     for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda p: (p.name, p.value)):
-        loaded = point.load()
+        try:
+            loaded = point.load()
+        except Exception as error:
+            reason = f"announced effects cannot be loaded: {type(error).__name__}: {error}"
+            raise ModelError(reason, key=point.value, file=point.dist.name if point.dist else "") from error
         items = [loaded] if isinstance(loaded, Effect) else _effects_of(loaded)
         found += [(e, point.value) for e in items]
     return MappingProxyType(_collect(found))

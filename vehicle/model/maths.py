@@ -1,4 +1,7 @@
-"""Small functions that effects share. Plain Python here; the compiler learns them in `vehicle.model.compiled`."""
+"""Small functions that effects share. Plain Python here; the compiler learns them in `vehicle.model.compiled`.
+
+Compiled effects are cached by their own file: after editing this one, remove the `__pycache__` of the effects.
+"""
 
 from __future__ import annotations
 

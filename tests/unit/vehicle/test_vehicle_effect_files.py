@@ -94,3 +94,16 @@ def test_a_dead_time_beyond_the_delay_line_is_refused(tmp_path: Path) -> None:
     text = '[parameters]\nwheelbase = 2\n[[effect]]\nname = "drive_delay"\nparameters = { T = 0.5 }\n'
     with pytest.raises(ModelError, match="too long for a step"):
         Plant(parse_model(text), dt=1e-4)
+
+
+def test_an_installed_package_that_does_not_load_is_named(tmp_path: Path) -> None:
+    (tmp_path / "broken_magnets.py").write_text("import absent_module_of_nobody", encoding="utf-8")
+    about = tmp_path / "broken_magnets-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: broken-magnets\nVersion: 1.0\n", encoding="utf-8")
+    (about / "entry_points.txt").write_text("[pytest_dvp.effects]\nm = broken_magnets\n", encoding="utf-8")
+    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n"
+    code += "from vehicle.model.catalogue import catalogue\n"
+    code += "try:\n    catalogue()\nexcept ValueError as error:\n    print(error)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("broken-magnets: broken_magnets: announced effects cannot be loaded")
