@@ -27,7 +27,7 @@ class PiPedals:
 
     def __init__(self, vehicle: VehicleDescription) -> None:
         self._vehicle = vehicle
-        self._expected = 0.0
+        self._expected: float | None = None
         self._integral = 0.0
         # wanted accelerations still on their way through the actuator
         self._pending = [0.0] * (round(vehicle.drive_delay / 0.05) + 1)
@@ -38,9 +38,11 @@ class PiPedals:
             self._expected, self._integral = v, 0.0
             self._pending = [0.0] * len(self._pending)
             return 0.0, HOLD_BRAKE
+        expected = v if self._expected is None else self._expected
         self._pending.append(accel)
-        self._expected += self._pending.pop(0) * dt + (v - self._expected) * dt / FORGET
-        error = self._expected - v
+        expected += self._pending.pop(0) * dt + (v - expected) * dt / FORGET
+        error = expected - v
+        self._expected = expected
         car = self._vehicle
         demand = accel + KP * error + self._integral + ROLLING + DRAG_AREA * v * v / car.mass
         throttle = min(max(demand / car.max_acceleration, 0.0), 1.0)

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from ads.perception.assignment import FORBIDDEN, assign
 from ads.perception.fusion import CAMERA, PEDESTRIAN, TYPICAL, VEHICLE, kind_by_size
@@ -106,11 +107,15 @@ def update_tracks(
     `sensor`: x, y [m] of the sensor in the map and the yaw [rad] that objects are assumed to have when in doubt.
     """
     m = len(rows)
+    used = np.zeros(m, np.uint8)
+    owner = gather_fragments(tracks, n, rows, used)
     cost = np.full((n, m), FORBIDDEN)
     for i in range(n):
         track = tracks[i]
         kind = track_kind(track)
         for j in range(m):
+            if used[j] == 1:
+                continue
             row = rows[j]
             camera = row[8] == CAMERA
             dx, dy = row[0] - track[TX], row[1] - track[TY]
@@ -124,7 +129,6 @@ def update_tracks(
                 d += 6.0
             cost[i, j] = d
     pair = assign(cost)
-    used = np.zeros(m, np.uint8)
     for i in range(n):
         j = pair[i]
         if j < 0:
@@ -162,12 +166,92 @@ def update_tracks(
         if speed > 1.5:
             track[TYAW] += 0.3 * wrap_angle(math.atan2(track[VY], track[VX]) - track[TYAW])
     for j in range(m):
-        if used[j] == 1 or n == MOST_TRACKS:
+        if used[j] == 1 or owner[j] >= 0 or n == MOST_TRACKS:
             continue
         begin(tracks[n], rows[j], sensor, next_id)
         n += 1
         next_id += 1
-    return n, next_id
+    return without_doubles(tracks, n), next_id
+
+
+@njit(cache=True, error_model="numpy")
+def inside(track: FloatArray, x: float, y: float, margin: float) -> bool:
+    """Whether a point [m] lies in a track's box grown by `margin` [m]."""
+    c, s = math.cos(track[TYAW]), math.sin(track[TYAW])
+    dx, dy = x - track[TX], y - track[TY]
+    return abs(c * dx + s * dy) < 0.5 * track[TL] + margin and abs(c * dy - s * dx) < 0.5 * track[TW] + margin
+
+
+@njit(cache=True, error_model="numpy")
+def gather_fragments(tracks: FloatArray, n: int, rows: FloatArray, used: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """Join LiDAR boxes that lie in one vehicle track: a side seen at a grazing angle falls into pieces.
+
+    The joint box replaces the first piece in `rows`, the others are marked in `used`. Returns the track (m,) that each
+    row lies in, -1 for none.
+    """
+    m = len(rows)
+    owner = np.full(m, -1, np.int64)
+    for j in range(m):
+        row = rows[j]
+        if row[8] == CAMERA or (row[5] >= 0.0 and int(row[5]) != VEHICLE):
+            continue
+        most = 0.0
+        for i in range(n):
+            margin = 0.4 + 2.0 * math.sqrt(tracks[i, PP])
+            if (
+                track_kind(tracks[i]) == VEHICLE
+                and tracks[i, HITS] > most
+                and inside(tracks[i], row[0], row[1], margin)
+            ):
+                owner[j], most = i, tracks[i, HITS]
+    for i in range(n):
+        count, first = 0, -1
+        for j in range(m):
+            if owner[j] == i:
+                count += 1
+                first = j if first < 0 else first
+        if count < 2:
+            continue
+        c, s = math.cos(tracks[i, TYAW]), math.sin(tracks[i, TYAW])
+        low1 = low2 = 1e300
+        high1 = high2 = -1e300
+        for j in range(m):
+            if owner[j] != i:
+                continue
+            row = rows[j]
+            cr, sr = math.cos(row[2]), math.sin(row[2])
+            for corner in range(4):
+                a = 0.5 * row[3] * (1.0 if corner & 1 else -1.0)
+                b = 0.5 * row[4] * (1.0 if corner & 2 else -1.0)
+                x, y = row[0] + cr * a - sr * b, row[1] + sr * a + cr * b
+                p, q = c * x + s * y, c * y - s * x
+                low1, high1, low2, high2 = min(low1, p), max(high1, p), min(low2, q), max(high2, q)
+            if j != first:
+                used[j] = 1
+                rows[first, 5], rows[first, 8] = max(rows[first, 5], row[5]), max(rows[first, 8], row[8])
+                rows[first, 6] = max(rows[first, 6], row[6])
+        p, q = 0.5 * (low1 + high1), 0.5 * (low2 + high2)
+        rows[first, 0], rows[first, 1], rows[first, 2] = c * p - s * q, s * p + c * q, tracks[i, TYAW]
+        rows[first, 3], rows[first, 4] = high1 - low1, high2 - low2
+    return owner
+
+
+@njit(cache=True, error_model="numpy")
+def without_doubles(tracks: FloatArray, n: int) -> int:
+    """Drop tracks whose middle lies in a vehicle track with more hits; returns how many are left."""
+    left = 0
+    for i in range(n):
+        double = False
+        for j in range(n):
+            if j != i and tracks[j, HITS] > tracks[i, HITS] and track_kind(tracks[j]) == VEHICLE:
+                same = track_kind(tracks[i]) == VEHICLE or tracks[i, HITS] < CONFIRM
+                if same and inside(tracks[j], tracks[i, TX], tracks[i, TY], 0.2):
+                    double = True
+        if not double:
+            if left != i:
+                tracks[left] = tracks[i]
+            left += 1
+    return left
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from ads_loop import Car
 
 from ads.localization import Estimate
-from ads_loop import Car
 from vehicle.messages import Detection, Observation
 
 
@@ -89,7 +89,16 @@ class SeeingAll:
                 v = a.speed if t >= a.start else 0.0
                 found.append(
                     Detection(
-                        t, a.kind, x, y, a.yaw, a.length, a.width, v * math.cos(a.yaw), v * math.sin(a.yaw), track=i  # type: ignore[arg-type]
+                        t,
+                        a.kind,
+                        x,
+                        y,
+                        a.yaw,
+                        a.length,
+                        a.width,
+                        v * math.cos(a.yaw),
+                        v * math.sin(a.yaw),
+                        track=i,  # type: ignore[arg-type]
                     )
                 )
         return tuple(found)
