@@ -23,6 +23,8 @@ BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, YELLOW = (
 )  # fmt: skip
 RIBBONS = (SKY, ORANGE, GREEN, PURPLE, YELLOW, VERMILION, BLUE)
 MAX_POINTS = 3000  # a curve; more than the pixels of any screen it is drawn on
+PLOT_WIDTH = 520.0  # px that a time axis has at least on a page of 1280 px
+LETTER = 6.3  # px, width of a letter in the small labels
 NET_PREFIX = "ads.net."
 SHOWN_EVENTS = ("story.event", "collision", "request", "goal", "stop", "timeout", "fault")
 
@@ -101,10 +103,12 @@ def _ribbon_rows(intervals: Iterable[tuple[str, str, float, float]]) -> list[tup
 
 
 def ribbons(columns: Columns, axis: str) -> list[Figure]:
-    """Active Petri-net places as horizontal bars over time, labelled; colours repeat with the order of the places."""
+    """Active Petri-net places as horizontal bars over time, labelled where there is room; colours repeat with the order
+    of the places."""
     rows = _ribbon_rows(place_intervals(columns))
     if not rows:
         return []
+    scale = _scale(columns["t"])
     colour: dict[tuple[str, str], str] = {}
     for _, net, place, _, _ in rows:
         of_net = sum(1 for known, _ in colour if known == net)
@@ -113,7 +117,8 @@ def ribbons(columns: Columns, axis: str) -> list[Figure]:
         "type": "bar", "orientation": "h", "name": "places", "xaxis": "x", "yaxis": axis, "showlegend": False,
         "y": [row for row, *_ in rows], "base": numbers([row[3] for row in rows], 3),
         "x": numbers([row[4] - row[3] for row in rows], 3), "width": 0.86,
-        "text": [plain(place) for _, _, place, _, _ in rows], "textposition": "inside", "insidetextanchor": "start",
+        "text": [plain(place) if (b - a) * scale > LETTER * len(place) + 4 else "" for _, _, place, a, b in rows],
+        "textposition": "inside", "insidetextanchor": "start",
         "textangle": 0, "constraintext": "none", "cliponaxis": True,
         "textfont": {"size": 10.5, "color": "#111111"}, "insidetextfont": {"color": "#111111"},
         "marker": {"color": [colour[net, place] for _, net, place, _, _ in rows], "opacity": 0.85},
@@ -122,24 +127,29 @@ def ribbons(columns: Columns, axis: str) -> list[Figure]:
     }]  # fmt: skip
 
 
+def _scale(t: ArrayLike) -> float:
+    """Least px a second of the time axis."""
+    times = np.asarray(t, dtype=np.float64)
+    return PLOT_WIDTH / max(float(times[-1] - times[0]), 1e-3)
+
+
 def plain(text: str) -> str:
     """`text` for plotly, which reads a little HTML in labels: its angle brackets are shown, not obeyed."""
     return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
-def event_marks(events: Sequence[Mapping[str, Any]], axis: str) -> tuple[list[Figure], list[Figure]]:
+def event_marks(events: Sequence[Mapping[str, Any]], t: ArrayLike, axis: str) -> tuple[list[Figure], list[Figure]]:
     """A row of diamonds with the events' names, all of them on hover, and a thin line for each through all rows."""
-    shown = [event for event in events if is_shown(event)]
+    shown = sorted((event for event in events if is_shown(event)), key=lambda event: float(event["t"]))
     if not shown:
         return [], []
-    end = max(float(event["t"]) for event in events)
+    names, sides = _labels([float(event["t"]) for event in shown], [short_name(event) for event in shown], t)
     kinds = {"story.event": BLUE, "request": SKY, "goal": GREEN, "stop": "#888888", "collision": VERMILION}
     colours = [kinds.get(str(event["kind"]), PURPLE) for event in shown]
     times = numbers([event["t"] for event in shown], 3)
     marks = {
         "type": "scatter", "mode": "markers+text", "name": "events", "xaxis": "x", "yaxis": axis, "showlegend": False,
-        "text": [plain(short_name(event)) for event in shown], "textfont": {"size": 10.5},
-        "textposition": ["middle left" if float(event["t"]) > 0.7 * end else "middle right" for event in shown],
+        "text": [plain(name) for name in names], "textfont": {"size": 10.5}, "textposition": sides,
         "x": times, "y": [0.5] * len(shown), "hoverinfo": "text", "cliponaxis": False,
         "hovertext": [plain(event_label(event)) for event in shown],
         "marker": {"symbol": "diamond", "size": 10, "color": colours},
@@ -150,6 +160,25 @@ def event_marks(events: Sequence[Mapping[str, Any]], axis: str) -> tuple[list[Fi
         for t, colour in zip(times, colours, strict=True)
     ]  # fmt: skip
     return [marks], lines
+
+
+def _labels(at: Sequence[float], names: Sequence[str], t: ArrayLike) -> tuple[list[str], list[str]]:
+    """Names beside marks at the ascending times `at` [s], on the side with room; empty where there is none."""
+    times = np.asarray(t, dtype=np.float64)
+    scale, start, end = _scale(times), float(times[0]), float(times[-1])
+    left_px, right_px = 0.0, (end - start) * scale  # room that is still free, from the left
+    shown: list[str] = []
+    sides: list[str] = []
+    for index, (time, name) in enumerate(zip(at, names, strict=True)):
+        x = (time - start) * scale
+        width = LETTER * len(name) + 10.0
+        following = (at[index + 1] - start) * scale - 8.0 if index + 1 < len(at) else right_px + 8.0
+        to_the_right = x + width <= following
+        to_the_left = x - width >= left_px
+        shown.append(name if to_the_right or to_the_left else "")
+        sides.append("middle right" if to_the_right or not to_the_left else "middle left")
+        left_px = x + (width if to_the_right else 8.0)
+    return shown, sides
 
 
 def is_shown(event: Mapping[str, Any]) -> bool:
@@ -191,7 +220,7 @@ def timeline(
     """
     t = columns["t"]
     traces: list[Figure] = []
-    marks, shapes = event_marks(events, "y")
+    marks, shapes = event_marks(events, t, "y")
     traces += marks
     degree = 180.0 / math.pi
     for axis, name, label, unit, scale, colour, dash, legend in (

@@ -90,7 +90,7 @@ def render_run_report(
             break
         stride *= 2
     scripts = [plotly_js(), _asset("view.js"), _asset("run.js")]
-    return _template().render(
+    page: str = _template().render(
         result=result,
         title=f"{result.get('scenario', '')} · {result.get('stage', '')}",
         sign=STATUS_SIGNS.get(str(result.get("status")), "?"),
@@ -105,6 +105,7 @@ def render_run_report(
         scripts=[Markup(script) for script in scripts],
         policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
     )
+    return page
 
 
 def embed(data: Any) -> str:
@@ -122,13 +123,16 @@ def conditions(meta: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]
     for key in [*(key for key in names if key in meta), *(key for key in meta if key not in names)]:
         value = meta[key]
         if isinstance(value, Mapping):
-            groups.append((names.get(key, key), [(str(name), _text(entry)) for name, entry in value.items()]))
+            entries = [(str(name), _text(entry)) for name, entry in value.items()]
+            groups.append((names.get(key, key), entries or [("all at their defaults", "")]))
         else:
             single.append((names.get(key, key), _text(value)))
     return [("Run", single), *groups] if single else groups
 
 
 def _text(value: Any) -> str:
+    if value is None or value in ("", (), []):
+        return "–"
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, Mapping):

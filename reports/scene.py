@@ -12,7 +12,8 @@ from reports.figures import NET_PREFIX, event_label, is_shown, numbers, place_in
 
 RATE = 20.0  # Hz, of the ego in the top view; boxes come at their own rate
 PATH_PERIOD = 0.2  # s, least time between two planned paths that are shown
-PATH_POINTS = 60
+TURN = 0.04  # rad, and
+STRIDE = 15.0  # m: a polyline is thinned to a point each, which leaves it within some mm of the original
 
 
 def scene(
@@ -90,15 +91,21 @@ def _paths(paths: Sequence[tuple[float, NDArray[np.float64]]], stride: int) -> d
         due = not times or t - times[-1] >= PATH_PERIOD * stride - 1e-9
         if due or index == len(paths) - 1:
             times.append(round(float(t), 3))
-            shapes.append(_points(points, PATH_POINTS, 2))
+            shapes.append(_points(points))
     return {"t": times, "points": shapes}
 
 
-def _points(points: ArrayLike, limit: int = 2000, digits: int = 2) -> list[list[float | None]]:
-    array = np.asarray(points, dtype=np.float64).reshape(-1, np.asarray(points).shape[-1])[:, :2]
+def _points(points: ArrayLike, limit: int = 2000) -> list[list[float | None]]:
+    array = np.asarray(points, dtype=np.float64)[:, :2]
+    if len(array) > 2 and np.isfinite(array).all():
+        step = np.diff(array, axis=0)
+        turn = np.abs(np.diff(np.unwrap(np.arctan2(step[:, 1], step[:, 0]))))
+        way = np.hypot(step[1:, 0], step[1:, 1])
+        mark = np.floor(np.cumsum(turn / TURN + way / STRIDE))
+        array = array[np.concatenate([[True], np.diff(mark, prepend=0.0) > 0, [True]])]
     if len(array) > limit:
         array = array[np.unique(np.linspace(0, len(array) - 1, limit).round().astype(int))]
-    return [numbers(row, digits) for row in array]
+    return [numbers(row, 2) for row in array]
 
 
 def _places(columns: Mapping[str, NDArray[np.float64]]) -> list[list[Any]]:
