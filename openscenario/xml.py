@@ -30,6 +30,9 @@ _ENCODINGS: Final = re.compile(
     r"|gb2312|gbk|gb18030|big5|shift_jis|euc-jp|euc-kr|koi8-r",
     re.IGNORECASE,
 )
+_ESCAPES: Final = str.maketrans(
+    {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+)
 _BOMS: Final = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -124,6 +127,36 @@ def parse_xml(data: bytes, file: str) -> Document:
     # the declaration has done its work, and a wrong one must not confuse the parser; its line breaks stay for the count
     clean = "\n" * text.count("\n", 0, body) + text[body:]
     return Document(file, _parse(clean, file), hashlib.sha256(data).hexdigest())
+
+
+def write_xml(root: Node, path: Path) -> None:
+    """Writes a tree of nodes as UTF-8, by rename: the file appears whole or not at all."""
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>']
+    _render(root, 0, lines)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _render(node: Node, depth: int, lines: list[str]) -> None:
+    indent = "  " * depth
+    attributes = "".join(f' {name}="{_escaped(value)}"' for name, value in node.attributes.items())
+    if node.children:
+        lines.append(f"{indent}<{node.tag}{attributes}>")
+        for child in node.children:
+            _render(child, depth + 1, lines)
+        lines.append(f"{indent}</{node.tag}>")
+    elif node.text:
+        lines.append(f"{indent}<{node.tag}{attributes}>{_escaped(node.text)}</{node.tag}>")
+    else:
+        lines.append(f"{indent}<{node.tag}{attributes}/>")
+
+
+def _escaped(text: str) -> str:
+    return text.translate(_ESCAPES)
 
 
 def read_bytes(path: Path, file: str, max_bytes: int) -> bytes:

@@ -226,7 +226,7 @@ class TrajectoryFollowingMode(Element):
 class FollowTrajectoryAction(Element):
     XML = "PrivateAction/RoutingAction/FollowTrajectoryAction"
 
-    trajectory: Trajectory = field(metadata=xml("TrajectoryRef/Trajectory", former=(("Trajectory", 1),), catalog=True))
+    trajectory: Trajectory = field(metadata=xml("TrajectoryRef/Trajectory", former=("Trajectory",), catalog=True))
     time_reference: TimeReference
     trajectory_following_mode: TrajectoryFollowingMode
     initial_distance_offset: Length = 0.0
@@ -401,7 +401,7 @@ class ActivateControllerAction(Element):
 
     XML = "PrivateAction/ActivateControllerAction"
 
-    object_controller_ref: str | None = field(metadata=xml(former=(("controllerRef", 3),)), default=None)
+    object_controller_ref: str | None = field(metadata=xml(former=("controllerRef",)), default=None)
     lateral: bool | None = None
     longitudinal: bool | None = None
     animation: bool | None = None

@@ -49,8 +49,10 @@ class License(Element):
 
 @dataclass(frozen=True, slots=True)
 class FileHeader(Element):
+    """`rev_minor`: the version the file was written in; what older versions spell otherwise reads the same."""
+
     rev_major: int
-    rev_minor: int
+    rev_minor: int = field(compare=False)
     date: str
     description: str
     author: str

@@ -70,12 +70,12 @@ class Xml:
     """How a field is spelled in the file, where its name does not say it.
 
     `path`: tags below the element (`TrajectoryRef/Trajectory`), or the attribute's name; `former`: older spellings,
-    each with the minor version from which it is out of use; `inline`: the union's elements stand directly in it;
-    `catalog`: a CatalogReference may stand in their place; `text`: the text between the tags.
+    read and not written; `inline`: the union's elements stand directly in it; `catalog`: a CatalogReference may stand
+    in their place; `text`: the text between the tags.
     """
 
     path: str = ""
-    former: tuple[tuple[str, int], ...] = ()
+    former: tuple[str, ...] = ()
     inline: bool = False
     catalog: bool = False
     text: bool = False
@@ -84,7 +84,7 @@ class Xml:
 def xml(
     path: str = "",
     *,
-    former: tuple[tuple[str, int], ...] = (),
+    former: tuple[str, ...] = (),
     inline: bool = False,
     catalog: bool = False,
     text: bool = False,

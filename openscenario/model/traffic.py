@@ -39,7 +39,7 @@ class Phase(Element):
     duration: PhaseDuration
     traffic_signal_states: tuple[TrafficSignalState, ...] = ()
     traffic_signal_group_state: TrafficSignalGroupState | None = field(
-        metadata=xml(former=(("TrafficeSignalGroupState", 3),)), default=None
+        metadata=xml(former=("TrafficeSignalGroupState",)), default=None
     )
 
 
@@ -137,7 +137,7 @@ class TrafficSourceAction(Element):
     radius: Length
     rate: NonNegative
     position: Position
-    speed: Speed | None = field(metadata=xml(former=(("velocity", 2),)), default=None)
+    speed: Speed | None = field(metadata=xml(former=("velocity",)), default=None)
     traffic_definition: TrafficDefinition | None = None
     traffic_distribution: TrafficDistribution | None = None
 

@@ -27,7 +27,7 @@ class Clothoid(Element):
     """`curvature_prime` [1/m^2]: change of curvature along the arc (called curvatureDot in 1.0 and 1.1)."""
 
     curvature: Curvature
-    curvature_prime: Number = field(metadata=xml(former=(("curvatureDot", 2),)))
+    curvature_prime: Number = field(metadata=xml(former=("curvatureDot",)))
     length: Length
     position: Position
     start_time: Second | None = None

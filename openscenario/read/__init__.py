@@ -41,7 +41,7 @@ def read_scenario(
     if reading is not None:
         scenario = read_sections(reading, texts(parameters or {}))
     if scenario is None:
-        raise ScenarioError(findings.in_order())
+        raise ScenarioError(sorted(findings.in_order(), key=lambda finding: finding.severity))  # errors first
     return scenario
 
 

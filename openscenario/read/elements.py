@@ -16,9 +16,9 @@ from openscenario.model.global_actions import CustomCommandAction
 from openscenario.model.kinds import At
 from openscenario.model.storyboard import Action
 from openscenario.parameters import BrokenParameter, Given, Scope, declare, resolve
+from openscenario.plan import AttributePlan, ElementPlan, Leaf, Table, plan_of
 from openscenario.read.checks import CHECKS
 from openscenario.read.context import Context, Reference
-from openscenario.read.plan import AttributePlan, ElementPlan, Leaf, Table, plan_of
 from openscenario.values import BadValue
 from openscenario.xml import Node
 

@@ -7,8 +7,8 @@ from typing import Final
 from openscenario.model.declarations import FileHeader
 from openscenario.model.kinds import At
 from openscenario.parameters import Scope
+from openscenario.plan import plan_of
 from openscenario.read.elements import ElementReader
-from openscenario.read.plan import plan_of
 from openscenario.xml import Node
 
 VERSIONS: Final = ((1, 0), (1, 1), (1, 2), (1, 3))

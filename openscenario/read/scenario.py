@@ -25,10 +25,10 @@ from openscenario.model.storyboard import Maneuver, Storyboard
 from openscenario.model.trajectories import Trajectory
 from openscenario.parameters import Given, Scope, declare
 from openscenario.paths import Roots
+from openscenario.plan import plan_of
 from openscenario.read.context import Context
 from openscenario.read.elements import ElementReader
 from openscenario.read.header import read_header
-from openscenario.read.plan import plan_of
 from openscenario.read.references import check_entity_names, check_references
 from openscenario.read.road import check_on_road, with_road
 from openscenario.values import BadValue, check_type, spelled

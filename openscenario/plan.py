@@ -70,11 +70,11 @@ class FieldPlan:
     name: str
     attribute: str  # name, if it is an attribute
     path: tuple[str, ...]  # tags below the element, the last one the item's; empty for inline unions
-    former: tuple[tuple[str, int], ...]
     many: bool
     union: bool
     text: bool
     default: Any
+    required: bool = False
 
 
 @dataclass(slots=True)
@@ -142,7 +142,7 @@ def _fill(plan: ElementPlan) -> None:
         default = None if entry.default is dataclasses.MISSING else entry.default
         if spelling.text:
             plan.text_field = entry.name
-            plan.fields.append(FieldPlan(entry.name, "", (), (), False, False, True, default))
+            plan.fields.append(FieldPlan(entry.name, "", (), False, False, True, default))
         elif _is_scalar(kind):
             _fill_attribute(plan, entry.name, kind, meta, spelling, required, default)
         else:
@@ -158,11 +158,11 @@ def _fill_attribute(
     allowed = typing.get_args(kind) if typing.get_origin(kind) is Literal else ()
     entry = AttributePlan(name, attribute, _converter(kind, meta), kind is str, kind in (int, float), raw, ref, allowed)
     plan.attributes[attribute] = entry
-    for former, _ in spelling.former:
+    for former in spelling.former:
         plan.attributes[former] = entry
     if required:
         plan.required_attributes.append((name, attribute))
-    plan.fields.append(FieldPlan(name, attribute, (), spelling.former, False, False, False, default))
+    plan.fields.append(FieldPlan(name, attribute, (), False, False, False, default, required))
 
 
 def _fill_children(plan: ElementPlan, name: str, kind: Any, spelling: Xml, required: bool, default: Any) -> None:
@@ -181,7 +181,7 @@ def _fill_children(plan: ElementPlan, name: str, kind: Any, spelling: Xml, requi
         path = (pascal(name),)
     else:
         path = (members[0].__name__,) if many else (pascal(name),)
-    for spelled in (path, *(tuple(former.split("/")) for former, _ in spelling.former)):
+    for spelled in (path, *(tuple(former.split("/")) for former in spelling.former)):
         table = plan.children
         if union or not spelled:
             table = _descend(table, spelled)
@@ -197,8 +197,7 @@ def _fill_children(plan: ElementPlan, name: str, kind: Any, spelling: Xml, requi
         starts = dict.fromkeys(tag_path(member)[0] for member in members)
         shown = sorted(starts) if union else [path[-1] if path else members[0].__name__]
         plan.required_children.append((name, path[0] if path else "", ", ".join(shown)))
-    item_path = path if path or union else tag_path(members[0])
-    plan.fields.append(FieldPlan(name, "", item_path, spelling.former, many, union, False, default))
+    plan.fields.append(FieldPlan(name, "", path, many, union or not path, False, default))
 
 
 def _descend(table: Table, steps: tuple[str, ...]) -> Table:
