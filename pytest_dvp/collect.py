@@ -59,10 +59,11 @@ class ScenarioItem(pytest.Function):
         if not isinstance(excinfo.value, GateFailed) and not is_users_mistake(excinfo.value):
             return super().repr_failure(excinfo)
         # The message alone: it names file and line, and a traceback through our code helps nobody.
-        shown = excinfo.getrepr(style="value")
-        if shown.reprcrash is not None:
-            shown.reprcrash = type(shown.reprcrash)(str(self.path), self.dvp_line, str(excinfo.value))
-        return shown
+        report = excinfo.getrepr(style="value")
+        crash = report.reprcrash
+        if crash is not None:  # what the short summary shows, also from a worker
+            crash.path, crash.lineno, crash.message = str(self.path), self.dvp_line, str(excinfo.value)
+        return report
 
 
 class Sight:

@@ -6,6 +6,11 @@ from pathlib import Path
 
 import pytest
 
+# pytester forgets what an inner session imports; numpy cannot be loaded twice, and the rest would be slow every time.
+import openscenario.read
+import pytest_dvp.collect
+import vehicle.model.parameters  # noqa: F401
+
 XODR = """<?xml version="1.0"?>
 <OpenDRIVE>
   <header revMajor="1" revMinor="6" name="straight" date="2026-01-01T00:00:00"/>
