@@ -34,6 +34,7 @@ class ContactDetector:
         self._mass = mass
         self._masses = dict(masses)
         self._ego = _box(length, width)
+        self._ego_body = self._ego.body  # a pymunk shape refers to its body weakly
         self._others: dict[str, tuple[pymunk.Poly, pymunk.Space, float]] = {}
         self._touching: set[str] = set()
 
