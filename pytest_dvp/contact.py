@@ -33,14 +33,12 @@ class ContactDetector:
         self._radius = math.hypot(length, width) / 2
         self._mass = mass
         self._masses = dict(masses)
-        self._ego = _box(length, width)
-        self._ego_body = self._ego.body  # a pymunk shape refers to its body weakly
+        self._ego_body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)  # kept: a shape refers to its body weakly
+        self._ego = pymunk.Poly.create_box(self._ego_body, (length, width))
         self._others: dict[str, tuple[pymunk.Poly, pymunk.Space, float]] = {}
         self._touching: set[str] = set()
 
-    def check(
-        self, rows: FloatArray, names: Sequence[str], before: FloatArray, after: FloatArray
-    ) -> list[Contact]:
+    def check(self, rows: FloatArray, names: Sequence[str], before: FloatArray, after: FloatArray) -> list[Contact]:
         """New contacts within a tick.
 
         rows    (n, 6) t, x, y, yaw in the map frame and vx, vy in the body frame of the ego, in time order; n >= 1
@@ -92,14 +90,11 @@ class ContactDetector:
     def _shape(self, name: str, length: float, width: float) -> tuple[pymunk.Poly, pymunk.Space, float]:
         known = self._others.get(name)
         if known is None:
-            shape, space = _box(length, width), pymunk.Space()
-            space.add(shape.body, shape)
+            body, space = pymunk.Body(body_type=pymunk.Body.KINEMATIC), pymunk.Space()
+            shape = pymunk.Poly.create_box(body, (length, width))
+            space.add(body, shape)
             known = self._others[name] = (shape, space, self._masses.get(name, 1000.0))
         return known
-
-
-def _box(length: float, width: float) -> pymunk.Poly:
-    return pymunk.Poly.create_box(pymunk.Body(body_type=pymunk.Body.KINEMATIC), (length, width))
 
 
 def _place(shape: pymunk.Poly, x: float, y: float, yaw: float) -> None:
