@@ -6,6 +6,7 @@ import math
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numba import njit
 
 from openscenario.road.lanes import centre_offset, outer_border
 from openscenario.road.pose import surface_pose
@@ -40,17 +41,16 @@ def make_boundaries(tables: Tables, step: float) -> list[Boundary]:
             start, end = float(spans[section, 0]), float(spans[section, 1])
             if end - start < 1e-6:
                 continue
-            stations = np.linspace(start, end, max(2, math.ceil((end - start) / step) + 1))
+            count = max(2, math.ceil((end - start) / step) + 1)
             for border in range(int(sections[section, SECTION_LEFT]), -int(sections[section, SECTION_RIGHT]) - 1, -1):
                 kind = _kind(tables, section, border)
                 if kind is not None:
-                    points = [_point(tables, road, section, border, float(s)) for s in stations]
-                    found.append(Boundary(kind, np.array(points)))
+                    found.append(Boundary(kind, border_points(tables, road, section, border, start, end, count)))
     return found
 
 
 def _kind(tables: Tables, section: int, border: int) -> Kind | None:
-    """Kind of the border away from the centre of lane `border` (0: the centre line); None where no vehicle drives beside it."""
+    """Kind of the outer border of lane `border` (0: the centre line); None where no vehicle drives beside it."""
     lanes = tables[6]
     centre = int(tables[5][section, SECTION_CENTRE])
     left, right = int(tables[5][section, SECTION_LEFT]), int(tables[5][section, SECTION_RIGHT])
@@ -66,10 +66,16 @@ def _kind(tables: Tables, section: int, border: int) -> Kind | None:
     return "lane" if lanes[drivable[0], LANE_DIRECTION] == lanes[drivable[1], LANE_DIRECTION] else "centre"
 
 
-def _point(tables: Tables, road: int, section: int, border: int, s: float) -> tuple[float, float]:
-    value = centre_offset(tables, road, s)
+@njit(cache=True, error_model="numpy")
+def border_points(tables: Tables, road: int, section: int, border: int, start: float, end: float, count: int) -> Floats:
+    """x, y [m] of `count` points on a border between two s [m], shape (count, 2)."""
+    points = np.empty((count, 2))
     side = 1 if border > 0 else -1
-    for step in range(1, abs(border) + 1):
-        value = outer_border(tables, int(tables[5][section, SECTION_CENTRE]) - side * step, side, s, value)
-    x, y = surface_pose(tables, road, s, value[0], 0.0, 0.0)[:2]
-    return x, y
+    for number in range(count):
+        s = start + (end - start) * number / (count - 1)
+        value = centre_offset(tables, road, s)
+        for step in range(1, abs(border) + 1):
+            value = outer_border(tables, tables[5][section, SECTION_CENTRE] - side * step, side, s, value)
+        pose = surface_pose(tables, road, s, value[0], 0.0, 0.0)
+        points[number, 0], points[number, 1] = pose[0], pose[1]
+    return points

@@ -53,7 +53,9 @@ def copies(item: RoadObject) -> Iterator[RoadObject]:
             middle = repeat.s + 0.5 * repeat.length
             width = item.width if math.isinf(repeat.width_start) else 0.5 * (repeat.width_start + repeat.width_end)
             t = 0.5 * (repeat.t_start + repeat.t_end)
-            yield msgspec.structs.replace(item, s=middle, t=t, length=repeat.length, width=width, repeats=(), outlines=())
+            yield msgspec.structs.replace(
+                item, s=middle, t=t, length=repeat.length, width=width, repeats=(), outlines=()
+            )
             continue
         count = min(int(repeat.length / repeat.distance + 1e-9) + 1, MAX_COPIES)
         for index in range(count):
@@ -61,7 +63,8 @@ def copies(item: RoadObject) -> Iterator[RoadObject]:
             share = along / repeat.length if repeat.length > 0.0 else 0.0
             t = repeat.t_start + share * (repeat.t_end - repeat.t_start)
             shifted = tuple(
-                tuple(_shifted(corner, repeat.s + along - item.s, t - item.t) for corner in ring) for ring in item.outlines
+                tuple(_shifted(corner, repeat.s + along - item.s, t - item.t) for corner in ring)
+                for ring in item.outlines
             )
             yield msgspec.structs.replace(item, s=repeat.s + along, t=t, repeats=(), outlines=shifted)
 

@@ -17,7 +17,7 @@ _JOINT = 1e-9  # m, length of a joint between roads: 0 would be no edge to scipy
 
 
 class RoadDistances:
-    """Shortest ways between road ends; node 2 r is the start of road r, node 2 r + 1 its end. Rows are found when asked for."""
+    """Shortest ways between road ends; node 2 r is the start of road r, 2 r + 1 its end. Found when asked for."""
 
     def __init__(self, tables: Tables, links: Mapping[LaneEnd, Iterable[LaneEnd]]) -> None:
         self._lengths = [float(length) for length in tables[2]]
@@ -38,7 +38,7 @@ class RoadDistances:
             own = node ^ 1
             matrix = self._matrix.copy()
             matrix[node, own] = matrix[own, node] = math.inf
-            self._rows[node] = np.asarray(dijkstra(matrix, indices=node))
+            self._rows[node] = dijkstra(matrix, indices=[node])[0]
         return self._rows[node]
 
     def between(self, road: int, s: float, goal: int, goal_s: float) -> float:

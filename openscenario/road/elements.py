@@ -14,8 +14,10 @@ Rule = Literal["RHT", "LHT"]
 
 # Lane types that a motor vehicle may drive on (ASAM OpenDRIVE 1.8, table "lane types").
 DRIVABLE = frozenset(
-    "driving bidirectional entry exit onRamp offRamp connectingRamp slipLane mwyEntry mwyExit bus taxi HOV special1 special2 "
-    "special3 shared stop".split()
+    (
+        *("driving", "bidirectional", "shared", "stop", "bus", "taxi", "HOV", "special1", "special2", "special3"),
+        *("entry", "exit", "onRamp", "offRamp", "connectingRamp", "slipLane", "mwyEntry", "mwyExit"),
+    )
 )
 
 
@@ -30,7 +32,10 @@ class Cubic(msgspec.Struct, frozen=True):
 
 
 class Geometry(msgspec.Struct, frozen=True):
-    """One geometry of a reference line; `values` by kind: arc curvature; spiral curvStart, curvEnd; poly3 a-d; paramPoly3 aU-dV."""
+    """One geometry of a reference line.
+
+    `values` by kind: arc curvature; spiral curvStart, curvEnd; poly3 a to d; paramPoly3 aU to dU, aV to dV.
+    """
 
     s: float
     x: float
@@ -232,3 +237,9 @@ class OpenDrive(msgspec.Struct, frozen=True):
     geo_offset: tuple[float, float, float, float]
     roads: tuple[Road, ...]
     junctions: tuple[Junction, ...]
+
+
+def lane_direction(lane: int, rule: int, reversed_: bool = False) -> int:
+    """+1 if traffic on the lane runs with increasing s; rule is +1 for right-hand traffic, -1 for left-hand."""
+    sign = rule if lane <= 0 else -rule
+    return -sign if reversed_ else sign

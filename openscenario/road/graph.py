@@ -31,8 +31,8 @@ CHANGE_COST = 30.0  # m of detour that one lane change is worth
 class LaneGraph:
     """nodes (n, 3): road number, section row, lane id; edges (m, 2): node numbers; costs (m,) [m].
 
-    An edge along the road costs the length of the node it leaves; a lane change CHANGE_COST. `rows` (n,) are lane rows of
-    the tables, `node_of` (lanes,) the node of a lane row or -1, `changes` (m,) marks lane changes.
+    An edge along the road costs the length of the node it leaves; a lane change CHANGE_COST. `rows` (n,) are lane rows
+    of the tables, `node_of` (lanes,) the node of a lane row or -1, `changes` (m,) marks lane changes.
     """
 
     nodes: Ints

@@ -12,10 +12,10 @@ from typing import TypeAlias
 import numpy as np
 from numba import njit
 
-from openscenario.road.geometry import KIND, LENGTH, LINE, S
 from openscenario.road.lanes import nearest_lane, outer_border, section_at
 from openscenario.road.pose import reference, slopes
 from openscenario.road.profile import Floats, Ints
+from openscenario.road.shapes import KIND, LENGTH, LINE, S
 from openscenario.road.tables import (
     LANE_DIRECTION,
     ROAD_FLAT,
@@ -61,7 +61,7 @@ def reach(tables: Tables, road: int, s: float) -> float:
 def chord_count(tables: Tables, road: int, row: int) -> int:
     """Number of chords for a geometry row."""
     geometry = tables[0]
-    length = geometry[row, LENGTH]
+    length = float(geometry[row, LENGTH])
     step = CHORD
     if geometry[row, KIND] != LINE:
         most = 0.0
@@ -69,7 +69,7 @@ def chord_count(tables: Tables, road: int, row: int) -> int:
             most = max(most, abs(reference(tables, road, geometry[row, S] + 0.2499 * part * length)[3]))
         if most > 0.0:
             step = min(CHORD, max(0.3, math.sqrt(8.0 * SAGITTA / most)))
-    return max(1, int(math.ceil(length / step)))
+    return max(1, math.ceil(length / step))
 
 
 @njit(cache=True, error_model="numpy")
@@ -155,7 +155,7 @@ def make_index(tables: Tables) -> Index:
 
 @njit(cache=True, error_model="numpy")
 def project(tables: Tables, road: int, x: float, y: float, s: float) -> tuple[float, float, float, float]:
-    """s, t [m] of the point (x, y) near s on a road, what is left along the road beyond its ends [m], road heading [rad]."""
+    """s, t [m] of a point (x, y) near s on a road, how far [m] it lies beyond the road's ends, road heading [rad]."""
     length = tables[2][road]
     flat = tables[3][road, ROAD_FLAT]
     t = along = heading = 0.0
@@ -183,7 +183,7 @@ def project(tables: Tables, road: int, x: float, y: float, s: float) -> tuple[fl
 def match(
     tables: Tables, road: int, x: float, y: float, z: float, h: float, s: float, drivable: bool
 ) -> tuple[float, int, float, float, float, float, float]:
-    """How well the point fits on a road near s: cost, lane, s, t, t of the lane's middle, heading, distance outside [m]."""
+    """How a point fits on a road near s: cost, lane, s, t, t of the lane's middle, heading, distance outside [m]."""
     s, t, beyond, heading = project(tables, road, x, y, s)
     lane, middle, width, outside = nearest_lane(tables, road, s, t, drivable)
     outside = math.sqrt(outside * outside + beyond * beyond)

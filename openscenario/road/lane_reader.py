@@ -72,7 +72,9 @@ def read_section(attributes: Attributes, node: Node) -> LaneSection:
 def _read_lane(attributes: Attributes, node: Node) -> Lane:
     parts = by_tag(node)
     heights = tuple(
-        LaneHeight(attributes.number(h, "sOffset", 0.0), attributes.number(h, "inner", 0.0), attributes.number(h, "outer", 0.0))
+        LaneHeight(
+            attributes.number(h, "sOffset", 0.0), attributes.number(h, "inner", 0.0), attributes.number(h, "outer", 0.0)
+        )
         for h in parts.get("height", ())
     )
     speeds = []

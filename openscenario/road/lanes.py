@@ -46,7 +46,9 @@ def lane_row(tables: Tables, section: int, lane: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def outer_border(tables: Tables, row: int, side: int, s: float, inner: tuple[float, float, float]) -> tuple[float, float, float]:
+def outer_border(
+    tables: Tables, row: int, side: int, s: float, inner: tuple[float, float, float]
+) -> tuple[float, float, float]:
     """t [m] of the border of a lane away from the centre, with two derivatives by s, from that of its inner border.
 
     side: +1 left of the reference line, -1 right of it.

@@ -1,7 +1,7 @@
 """Links: which lane ends meet, over road links, junctions and their connecting roads.
 
-A lane end is (road number, lane id, at_end): the end of the lane's last section at the road's end, or the beginning of its
-first section at the road's start. Meeting is mutual; which way traffic may pass follows from the lanes' directions.
+A lane end is (road number, lane id, at_end): the end of the lane's last section at the road's end, or the beginning of
+its first section at the road's start. Meeting is mutual; which way traffic may pass follows from the lanes' directions.
 """
 
 from __future__ import annotations
@@ -35,6 +35,8 @@ def make_links(roads: Sequence[Road], junctions: Iterable[Junction]) -> dict[Lan
         for at_end, link in ((False, road.predecessor), (True, road.successor)):
             if link is None or link.id not in numbers or link.kind != "road" or link.s is not None:
                 continue
+            if not _answered(road, roads[numbers[link.id]], link):
+                continue
             for a, b in _road_link(roads, number, at_end, numbers[link.id], link):
                 join(a, b)
     for junction in by_id.values():
@@ -42,6 +44,14 @@ def make_links(roads: Sequence[Road], junctions: Iterable[Junction]) -> dict[Lan
             for a, b in _connection(roads, numbers, junction, connection):
                 join(a, b)
     return {end: tuple(others) for end, others in found.items()}
+
+
+def _answered(road: Road, other: Road, link: RoadLink) -> bool:
+    """Whether the other road's own link there agrees, or it has none; a connecting road is named by its junction."""
+    back = other.successor if link.contact == "end" else other.predecessor
+    if back is None or not link.contact:
+        return True
+    return back.id == (road.id if back.kind == "road" else road.junction)
 
 
 def end_lanes(road: Road, at_end: bool) -> tuple[Lane, ...]:
@@ -91,7 +101,7 @@ def _connection(
 
 
 def _end_at_junction(roads: Sequence[Road], incoming: int, connecting: int, there: bool, junction: str) -> bool:
-    """Which end of the incoming road lies at the junction: as the connecting road says, else as the incoming one does."""
+    """Which end of the incoming road lies at the junction: as the connecting road says, else as its own link does."""
     back = roads[connecting].successor if there else roads[connecting].predecessor
     if back is not None and back.kind == "road" and back.id == roads[incoming].id and back.contact:
         return back.contact == "end"

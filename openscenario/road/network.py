@@ -91,8 +91,8 @@ class RoadNetwork:
     ) -> RoadPosition:
         """The road position of a point [m]: on the nearest lane, among overlapping roads on the one that fits best.
 
-        h: heading [rad] of what stands there, decides between overlapping roads; hint: where it was last, makes the search
-        short and keeps it on its road while a lane there holds it; z [m] tells a bridge from the road below it;
+        h: heading [rad] of what stands there, decides between overlapping roads; hint: where it was last, makes the
+        search short and keeps it on its road while a lane there holds it; z [m] tells a bridge from the road below it;
         drivable=False considers sidewalks, shoulders and the like as well.
         """
         road, lane, s, t, offset, heading, inside = search.locate(
@@ -185,7 +185,7 @@ class RoadNetwork:
         return self._graph
 
     def route(self, start: tuple[str, int, float], goal: tuple[str, int, float]) -> tuple[RouteLane, ...]:
-        """The cheapest way from (road, lane, s) to (road, lane, s) in driving direction, lane changes allowed at a cost.
+        """The cheapest way from (road, lane, s) to (road, lane, s) in driving direction; lane changes cost.
 
         Raises:
             RouteError: a place is on no drivable lane, or no way leads to the goal.
@@ -206,8 +206,8 @@ class RoadNetwork:
     def centreline(self, route_lanes: Sequence[RouteLane], step: float = 0.5) -> Floats:
         """The line of lane middles along a route, shape (n, 4): x, y [m], heading [rad], curvature [1/m].
 
-        Heading (continuous, not wrapped) and curvature are those of the line itself, in driving direction; samples lie `step`
-        [m] apart, the last one at the route's end. A lane change is a smooth line over at most 60 m.
+        Heading (continuous, not wrapped) and curvature are those of the line itself, in driving direction; samples lie
+        `step` [m] apart, the last one at the route's end. A lane change is a smooth line over at most 60 m.
         """
         pieces = [(self._numbers[item[0]], item[1], float(item[2]), float(item[3])) for item in route_lanes]
         return route.draw(self.tables, pieces, float(step))
@@ -217,10 +217,15 @@ class RoadNetwork:
     ) -> RoadPosition:
         """The position `ds` [m] further along the lane in driving direction (ds < 0: against it), at the same offset.
 
-        ds is the way travelled at that offset, not the change of s. Where lanes part the way is the one that stays on the
-        route `along`, else the one whose change of heading is nearest to `turn` [rad, > 0 left], else the first in the file. At a
-        dead end the position stays at the lane's end (`dead_end` tells).
+        ds is the way travelled at that offset, not the change of s. Where lanes part the way is the one that stays on
+        the route `along`, else the one whose change of heading is nearest to `turn` [rad, > 0 left], else the first in
+        the file. At a dead end the position stays at the lane's end (`dead_end` tells).
+
+        Raises:
+            ValueError: ds is not finite.
         """
+        if not math.isfinite(ds):
+            raise ValueError(f"ds = {ds} m is no way to go")
         number, lane, s, offset = self._numbers[position.road], position.lane, position.s, position.offset
         left = float(ds) * self.driving_sign(position.road, lane, s)
         while True:
@@ -230,7 +235,11 @@ class RoadNetwork:
             ends = self._ends_after(number, lane, forward=left > 0.0)
             if not ends:
                 break
-            end = ends[0] if len(ends) == 1 else self._choose(ends, heading + (0.0 if left > 0.0 else math.pi), turn, along)
+            end = (
+                ends[0]
+                if len(ends) == 1
+                else self._choose(ends, heading + (0.0 if left > 0.0 else math.pi), turn, along)
+            )
             if end.at_end == (left > 0.0):  # roads that meet end to end run against each other
                 left, offset = -left, -offset
             number, lane = end.road, end.lane
@@ -268,7 +277,7 @@ class RoadNetwork:
         return RoadDistances(self.tables, self._links)
 
     def distance(self, start: RoadPosition, goal: RoadPosition) -> float:
-        """Way [m] along reference lines from one position to another, the shorter way round; NaN if the roads are not linked.
+        """Way [m] along reference lines between two positions, the shorter way round; NaN if no road links them.
 
         > 0: the goal lies ahead in driving direction of the start's lane, < 0: behind.
         """

@@ -71,18 +71,16 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
     road_nodes, junction_nodes = parts.get("road", []), parts.get("junction", [])
     if not road_nodes:
         attributes.report("xml.valid_schema", root, "a road network needs at least one road")
-    roads = [(node, moved(_read_road(attributes, node), geo_offset)) for node in road_nodes]
-    junctions = [(node, _read_junction(attributes, node)) for node in junction_nodes]
     network = OpenDrive(
         path=os.fspath(path),
         version=version,
         geo_reference=geo_reference,
         geo_offset=geo_offset,
-        roads=tuple(road for _, road in roads),
-        junctions=tuple(junction for _, junction in junctions),
+        roads=tuple(moved(_read_road(attributes, node), geo_offset) for node in road_nodes),
+        junctions=tuple(_read_junction(attributes, node) for node in junction_nodes),
     )
     if not any(finding.severity == "error" for finding in attributes.findings):
-        check_network(attributes, network, [node for node, _ in roads], [node for node, _ in junctions])
+        check_network(attributes, network, road_nodes)
     return network, tuple(attributes.findings)
 
 
@@ -170,7 +168,12 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
     length = attributes.number(node, "length")
     if length <= 0.0 and "length" in node.attributes:
         attributes.report(
-            "value.out_of_range", node, "a road is longer than that", attribute="length", found=node.get("length"), allowed="> 0"
+            "value.out_of_range",
+            node,
+            "a road is longer than that",
+            attribute="length",
+            found=node.get("length"),
+            allowed="> 0",
         )
     identity = attributes.text(node, "id")
     objects = by_tag(parts["objects"][0]) if "objects" in parts else {}
@@ -235,7 +238,9 @@ def _read_junction(attributes: Attributes, node: Node) -> Junction:
         # a direct junction links the incoming road to another road, without a connecting road between
         connecting = item.get("connectingRoad") or item.get("linkedRoad")
         connections.append(
-            Connection(item.get("id"), item.get("incomingRoad"), connecting, _contact(attributes, item), links, item.line)
+            Connection(
+                item.get("id"), item.get("incomingRoad"), connecting, _contact(attributes, item), links, item.line
+            )
         )
     kind = node.get("type") or "default"
     return Junction(attributes.text(node, "id"), node.get("name"), kind, tuple(connections), node.line)

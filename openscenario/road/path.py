@@ -20,6 +20,7 @@ from openscenario.road.tables import (
 )
 
 STEP = 2.0  # m, longest step of the integration along a lane
+ROUNDING = 1e-12  # m, a way shorter than that is done
 
 
 @njit(cache=True, error_model="numpy")
@@ -59,7 +60,7 @@ def advance(
         section -= 1
     sign = 1.0 if distance >= 0.0 else -1.0
     left = abs(distance)
-    while left > 1e-12:
+    while left > ROUNDING:
         border = spans[section, 1] if sign > 0.0 else spans[section, 0]
         room = sign * (border - s)
         t, t1, _, _ = lane_centre(tables, road, section, lane, s)
@@ -79,7 +80,7 @@ def advance(
             lane = crossed(tables, section, lane, sign > 0.0, road, s, offset)
             section = following
     t = lane_centre(tables, road, section, lane, s)[0] + offset
-    return lane, s, t, reference(tables, road, s)[2], sign * max(left, 0.0)
+    return lane, s, t, reference(tables, road, s)[2], sign * left if left > ROUNDING else 0.0
 
 
 @njit(cache=True, error_model="numpy")

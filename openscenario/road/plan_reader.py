@@ -130,7 +130,12 @@ def _curvature(attributes: Attributes, node: Node, name: str) -> float:
 def _check_param(attributes: Attributes, node: Node, values: tuple[float, ...]) -> None:
     """A paramPoly3 begins at its own origin in the direction of its own heading."""
     a_u, b_u, _, _, a_v, b_v, _, _ = values
-    if abs(a_u) > PARAM_TOLERANCE or abs(a_v) > PARAM_TOLERANCE or abs(b_v) > PARAM_TOLERANCE * max(b_u, 1.0) or b_u <= 0:
+    if (
+        abs(a_u) > PARAM_TOLERANCE
+        or abs(a_v) > PARAM_TOLERANCE
+        or abs(b_v) > PARAM_TOLERANCE * max(b_u, 1.0)
+        or b_u <= 0
+    ):
         attributes.report(
             "asam.net:xodr:1.7.0:road.geometry.paramPoly3.valid_parameters",
             node,

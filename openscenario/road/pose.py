@@ -1,9 +1,9 @@
 """Pose: from (road, s, t) to x, y, z, heading, pitch, roll.
 
-The cross-section is turned by pitch (elevation) and roll (superelevation) about the reference line, so a point at t lies
-at R(heading, pitch, roll) (0, t, 0) from it. The heading is that of the reference line plus the angle by which the lane
-leaves it, atan(dt/ds). In a bend that differs from the tangent of the lane's middle, atan(dt/ds / (1 - kappa t)), by a few
-mrad where the width changes: positions on a lane refer to the road's s axis. A path's tangent is `path.py`'s.
+The cross-section is turned by pitch (elevation) and roll (superelevation) about the reference line, so a point at t
+lies at R(heading, pitch, roll) (0, t, 0) from it. The heading is that of the reference line plus the angle by which the
+lane leaves it, atan(dt/ds). In a bend that differs from the tangent of the lane's middle, atan(dt/ds / (1 - kappa t)),
+by a few mrad where the width changes: positions on a lane refer to the road's s axis. A path's tangent is `path.py`'s.
 Source: ASAM OpenDRIVE 1.8, 10.3 (elevation), 10.5 (superelevation).
 """
 
@@ -51,7 +51,7 @@ def slopes(tables: Tables, road: int, s: float) -> tuple[float, float, float, fl
 def surface_pose(
     tables: Tables, road: int, s: float, t: float, t1: float, height: float
 ) -> tuple[float, float, float, float, float, float]:
-    """x, y, z [m], heading, pitch, roll [rad] at (s, t), `height` [m] above the road; t1 = dt/ds of the line followed."""
+    """x, y, z [m], heading, pitch, roll [rad] at (s, t), `height` [m] above the road; t1: dt/ds of the line there."""
     x, y, heading, kappa, _ = reference(tables, road, s)
     c, sn = math.cos(heading), math.sin(heading)
     if tables[3][road, ROAD_FLAT]:

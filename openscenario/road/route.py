@@ -71,7 +71,7 @@ def find_place(tables: Tables, graph: LaneGraph, road: int, lane: int, s: float,
 def plan(tables: Tables, graph: LaneGraph, start: tuple[Place, int], goal: tuple[Place, int]) -> list[int]:
     """Graph nodes from start to goal.
 
-    The nodes of the start's section are entered twice: as the places ahead of the start, and as where a loop comes back to.
+    The nodes of the start's section are there twice: as the places ahead of the start, and as where a loop comes back.
 
     Raises:
         RouteError: no way.
@@ -93,8 +93,9 @@ def plan(tables: Tables, graph: LaneGraph, start: tuple[Place, int], goal: tuple
     ahead = there.section == here.section and sign * (there.s - here.s) >= -_SAME
     target = twin_of[last] if ahead else last
     source = twin_of[first]
-    distances, before = dijkstra(matrix, indices=source, return_predecessors=True)
-    if not np.isfinite(distances[target]):
+    distances, predecessors = dijkstra(matrix, indices=[source], return_predecessors=True)
+    before = predecessors[0]
+    if not np.isfinite(distances[0, target]):
         raise RouteError("no way leads from the start to the goal in driving direction")
     nodes = [target]
     while nodes[-1] != source:
@@ -102,7 +103,9 @@ def plan(tables: Tables, graph: LaneGraph, start: tuple[Place, int], goal: tuple
     return [int(twins[node - size]) if node >= size else node for node in reversed(nodes)]
 
 
-def stretches(tables: Tables, graph: LaneGraph, nodes: Sequence[int], start: float, goal: float) -> list[tuple[int, int, float, float]]:
+def stretches(
+    tables: Tables, graph: LaneGraph, nodes: Sequence[int], start: float, goal: float
+) -> list[tuple[int, int, float, float]]:
     """(road number, lane, s_from, s_to) along graph nodes; lane changes are spread over their section."""
     spans, sections, lanes = tables[4], tables[5], tables[6]
     result: list[tuple[int, int, float, float]] = []
@@ -141,7 +144,7 @@ def _beside(graph: LaneGraph, a: int, b: int) -> bool:
 
 
 def draw(tables: Tables, pieces: Sequence[tuple[int, int, float, float]], step: float) -> Floats:
-    """Samples (n, 4) of x, y [m], heading in driving direction [rad, continuous], curvature [1/m], each `step` [m] of travel.
+    """Samples (n, 4) of x, y [m], heading in driving direction [rad, continuous], curvature [1/m], `step` [m] apart.
 
     The last sample is the end of the route, at most `step` after the one before.
     """
@@ -186,7 +189,7 @@ def _parts(
 
 
 def _change_begin(tables: Tables, road: int, lane: int, other: int, s_from: float, s_to: float) -> float:
-    """s [m] where the change to a neighbouring lane begins; s_to if it is none, but the same lane in the next section."""
+    """s [m] where the change to a neighbouring lane begins; s_to if it is the same lane in the next section."""
     sign = 1.0 if s_to >= s_from else -1.0
     section = section_at(tables, road, s_to - sign * _SAME)
     row = lane_row(tables, section, lane)
@@ -197,6 +200,6 @@ def _change_begin(tables: Tables, road: int, lane: int, other: int, s_from: floa
     continued = int(lanes[row, LANE_SUCCESSOR if sign > 0.0 else LANE_PREDECESSOR])
     if abs(border - s_to) < _SAME and continued >= 0 and lanes[continued, LANE_ID] == other:
         return s_to
-    room = abs(s_to - s_from)
-    room = min(room, CHANGE_LENGTH, abs(s_to - (spans[section, 0] if sign > 0.0 else spans[section, 1])))
+    behind = float(spans[section, 0] if sign > 0.0 else spans[section, 1])
+    room = min(abs(s_to - s_from), CHANGE_LENGTH, abs(s_to - behind))
     return s_to - sign * room

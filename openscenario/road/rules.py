@@ -2,10 +2,219 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+
 from openscenario.road.attributes import Attributes
-from openscenario.road.elements import OpenDrive
+from openscenario.road.elements import Lane, OpenDrive, Road, lane_direction
+from openscenario.road.links import LaneEnd, end_lanes, make_links
+from openscenario.road.shapes import geometry_rows, row_end
 from openscenario.xml import Node
 
+MAX_GAP = 0.1  # m, between two geometries of a road; more than rounding, and a vehicle on it would feel a kick
+MAX_CONTACT_GAP = 0.5  # m, between the reference lines of two linked roads
+NO_WIDTH = 1e-3  # m
 
-def check_network(attributes: Attributes, network: OpenDrive, roads: list[Node], junctions: list[Node]) -> None:
-    """Add a finding for each broken rule; roads and junctions are the nodes they were read from."""
+Point = tuple[float, float, float]  # x, y [m], heading [rad]
+
+
+def check_network(attributes: Attributes, network: OpenDrive, nodes: list[Node]) -> None:
+    """Add a finding for each broken rule; `nodes` are the road elements that the roads were read from."""
+    ends = []
+    for road, node in zip(network.roads, nodes, strict=True):
+        ends.append(_plan(attributes, road, node))
+        _levels(attributes, road, node)
+        _section_links(attributes, road, node)
+    _unique_ids(attributes, network, nodes)
+    _contact_points(attributes, network, nodes, ends)
+    _appearing_lanes(attributes, network, nodes)
+
+
+def _unique_ids(attributes: Attributes, network: OpenDrive, nodes: list[Node]) -> None:
+    seen: set[str] = set()
+    for road, node in zip(network.roads, nodes, strict=True):
+        if road.id in seen:
+            text = "two roads have one id"
+            attributes.report("asam.net:xodr:1.4.0:road.id_unique", node, text, attribute="id", found=road.id)
+        seen.add(road.id)
+
+
+def _plan(attributes: Attributes, road: Road, node: Node) -> tuple[Point, Point]:
+    """Look for gaps between the geometries of a road; returns the poses of its two ends."""
+    plan = node.find("planView")
+    elements = {item.line: item for item in plan.children} if plan is not None else {}
+    end: Point | None = None
+    for geometry in road.geometries:
+        if end is not None:
+            gap = math.hypot(geometry.x - end[0], geometry.y - end[1])
+            if gap > MAX_GAP:
+                attributes.report(
+                    "road.geometry_gap",
+                    elements.get(geometry.line, node),
+                    "the geometry does not begin where the one before it ends",
+                    found=f"a gap of {gap:.3g} m",
+                    allowed=f"up to {MAX_GAP} m",
+                )
+        end = row_end(geometry_rows(geometry)[-1])
+    first = road.geometries[0]
+    return (first.x, first.y, first.hdg), end or (first.x, first.y, first.hdg)
+
+
+def _lane_nodes(road_node: Node) -> Iterator[dict[int, Node]]:
+    """Lane elements by id, section by section."""
+    lanes = road_node.find("lanes")
+    sections = [] if lanes is None else lanes.findall("laneSection")
+    for section in sorted(sections, key=lambda item: float(item.get("s"))):
+        yield {int(lane.get("id")): lane for side in section.children for lane in side.findall("lane")}
+
+
+def _levels(attributes: Attributes, road: Road, node: Node) -> None:
+    """Outside a level lane all lanes are level."""
+    if not any(lane.level for section in road.sections for lane in section.lanes):
+        return
+    for section, elements in zip(road.sections, _lane_nodes(node), strict=True):
+        for side in (1, -1):
+            level = False
+            for lane in sorted((lane for lane in section.lanes if lane.id * side > 0), key=lambda item: abs(item.id)):
+                if level and not lane.level:
+                    attributes.report(
+                        "asam.net:xodr:1.7.0:road.lane.level_true_one_side",
+                        elements[lane.id],
+                        "a lane outside of a level lane must be level too",
+                        found=f"lane {lane.id}: level=false",
+                        allowed="level=true",
+                    )
+                level = level or lane.level
+
+
+def _section_links(attributes: Attributes, road: Road, node: Node) -> None:
+    """A lane link between two sections is written on both sides."""
+    if len(road.sections) < 2:
+        return
+    elements = list(_lane_nodes(node))
+    for number, (before, after) in enumerate(zip(road.sections, road.sections[1:], strict=False)):
+        ids_before = {lane.id: lane for lane in before.lanes}
+        ids_after = {lane.id: lane for lane in after.lanes}
+        for lane in before.lanes:
+            claimed = [other.id for other in after.lanes if lane.id in other.predecessors and other.id]
+            if lane.id and claimed and not lane.successors:
+                _missing_link(attributes, elements[number][lane.id], "successor", claimed[0])
+            _known_lanes(attributes, elements[number][lane.id] if lane.successors else None, lane.successors, ids_after)
+        for lane in after.lanes:
+            claimed = [other.id for other in before.lanes if lane.id in other.successors and other.id]
+            if lane.id and claimed and not lane.predecessors:
+                _missing_link(attributes, elements[number + 1][lane.id], "predecessor", claimed[0])
+            there = elements[number + 1][lane.id] if lane.predecessors else None
+            _known_lanes(attributes, there, lane.predecessors, ids_before)
+
+
+def _missing_link(attributes: Attributes, node: Node, what: str, lane: int) -> None:
+    attributes.report(
+        "asam.net:xodr:1.4.0:road.lane.link.lanes_across_lane_sections",
+        node,
+        f"the lane has no {what}, but lane {lane} of the section there names it",
+        allowed=f"{what} {lane}",
+    )
+
+
+def _known_lanes(attributes: Attributes, node: Node | None, targets: tuple[int, ...], known: dict[int, Lane]) -> None:
+    for target in targets:
+        if node is not None and target not in known:
+            attributes.report(
+                "asam.net:xodr:1.4.0:road.lane.link.unknown",
+                node,
+                "the lane is linked to a lane that its neighbouring section does not have",
+                found=str(target),
+                allowed=", ".join(str(lane) for lane in known),
+            )
+
+
+def _contact_points(
+    attributes: Attributes, network: OpenDrive, nodes: list[Node], ends: list[tuple[Point, Point]]
+) -> None:
+    """The reference lines of two linked roads meet, and where several roads begin at a road's end there is a junction.
+
+    A link that the other road does not return and that does not meet it either joins nothing: that is only a warning.
+    """
+    numbers = {road.id: number for number, road in enumerate(network.roads)}
+    done: set[tuple[int, int]] = set()
+    claims: dict[tuple[int, bool], list[tuple[int, str]]] = {}
+    for number, road in enumerate(network.roads):
+        for name, link in (("predecessor", road.predecessor), ("successor", road.successor)):
+            if link is None or link.kind != "road" or link.s is not None:
+                continue
+            other = numbers.get(link.id)
+            if other is None:
+                text, code = "the road is linked to a road that is not here", "asam.net:xodr:1.4.0:road.linkage.unknown"
+                attributes.report(code, nodes[number], text, found=link.id, severity="warning")
+                continue
+            if road.junction != "-1" or network.roads[other].junction != "-1" or not link.contact:
+                continue
+            at_end = link.contact == "end"
+            here, there = ends[number][name == "successor"], ends[other][at_end]
+            gap = math.hypot(here[0] - there[0], here[1] - there[1])
+            if gap <= MAX_CONTACT_GAP:
+                claims.setdefault((other, at_end), []).append((number, name))
+                continue
+            pair = (min(number, other), max(number, other))
+            back = network.roads[other].successor if at_end else network.roads[other].predecessor
+            returned = back is not None and back.kind == "road" and back.id == road.id
+            if pair not in done:
+                done.add(pair)
+                attributes.report(
+                    "asam.net:xodr:1.7.0:road.geometry.contact_point",
+                    nodes[number],
+                    f"the road does not meet road {link.id}, which it is linked to, at the contact point",
+                    found=f"a gap of {gap:.3g} m",
+                    allowed=f"up to {MAX_CONTACT_GAP} m",
+                    severity="error" if returned else "warning",
+                )
+    for (target, at_end), claimants in claims.items():
+        if len({number for number, _ in claimants}) < 2:
+            continue
+        number, name = claimants[0]
+        links = nodes[number].find("link")
+        element = links.find(name) if links is not None else None
+        end = "end" if at_end else "start"
+        attributes.report(
+            "asam.net:xodr:1.4.0:road.linkage.is_junction_needed",
+            element or nodes[number],
+            f"several roads meet the {end} of road {network.roads[target].id}: it needs a junction",
+            found="roads " + ", ".join(network.roads[claimant].id for claimant, _ in claimants),
+        )
+
+
+def _width_at(lane: Lane, ds: float) -> float:
+    """Width [m] of a lane written by width records, ds [m] into its section; NaN if it is written by borders."""
+    records = [record for record in lane.widths if record.s <= ds + 1e-9]
+    if not records:
+        return math.nan
+    record, u = records[-1], ds - records[-1].s
+    return record.a + u * (record.b + u * (record.c + u * record.d))
+
+
+def _appearing_lanes(attributes: Attributes, network: OpenDrive, nodes: list[Node]) -> None:
+    """A lane that begins with no width is not linked to the lane it grows beside."""
+    for end, others in make_links(network.roads, ()).items():
+        if len(others) < 2:
+            continue
+        road = network.roads[end.road]
+        rule = 1 if road.rule == "RHT" else -1
+        if (lane_direction(end.lane, rule) > 0) != end.at_end:
+            continue  # traffic comes from there: lanes merge, none appears
+        growing = [other for other in others if _end_width(network, other) < NO_WIDTH]
+        if growing:
+            lanes = list(_lane_nodes(nodes[end.road]))[-1 if end.at_end else 0]
+            attributes.report(
+                "asam.net:xodr:1.4.0:road.lane.link.new_lane_appear",
+                lanes.get(end.lane, nodes[end.road]),
+                "only the lane that continues is linked, not the one that appears beside it",
+                found=", ".join(f"lane {other.lane} of road {network.roads[other.road].id}" for other in growing),
+            )
+
+
+def _end_width(network: OpenDrive, end: LaneEnd) -> float:
+    road = network.roads[end.road]
+    lane = next(item for item in end_lanes(road, end.at_end) if item.id == end.lane)
+    width = _width_at(lane, road.length - road.sections[-1].s if end.at_end else 0.0)
+    return math.inf if math.isnan(width) else width

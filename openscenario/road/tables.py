@@ -1,12 +1,12 @@
 """Tables: a road network flattened to plain arrays, which all compiled functions take as one tuple.
 
-    geometry  (n, 20) float   rows of geometry.py
-    cubics    (m, 5)  float   s, a, b, c, d of every profile
-    lengths   (r,)    float   road lengths [m]
-    roads     (r, 12) int     row ranges of a road, see ROAD_*
-    spans     (q, 2)  float   s of start and end of each lane section [m]
-    sections  (q, 4)  int     row of the centre lane, number of left and right lanes, road
-    lanes     (k, 12) int     see LANE_*
+geometry  (n, 20) float   rows of shapes.py
+cubics    (m, 5)  float   s, a, b, c, d of every profile
+lengths   (r,)    float   road lengths [m]
+roads     (r, 12) int     row ranges of a road, see ROAD_*
+spans     (q, 2)  float   s of start and end of each lane section [m]
+sections  (q, 4)  int     row of the centre lane, number of left and right lanes, road
+lanes     (k, 12) int     see LANE_*
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from openscenario.road.elements import Cubic, Geometry, Lane, LaneHeight, Road
-from openscenario.road.geometry import COLUMNS, arc_rows, line_rows, param_rows, poly3_rows, spiral_rows
+from openscenario.road.elements import Cubic, Lane, LaneHeight, Road, lane_direction
 from openscenario.road.profile import Floats, Ints
+from openscenario.road.shapes import COLUMNS, geometry_rows
 
 Tables: TypeAlias = tuple[Floats, Floats, Floats, Ints, Floats, Ints, Ints]
 
@@ -51,29 +51,6 @@ SECTION_CENTRE, SECTION_LEFT, SECTION_RIGHT, SECTION_ROAD = range(4)
     LANE_LEVEL,
     LANE_DIRECTION,  # +1 traffic runs with increasing s, -1 against it
 ) = range(12)
-
-
-def geometry_rows(geometry: Geometry) -> list[list[float]]:
-    """Array rows of one geometry element."""
-    start = (geometry.s, geometry.x, geometry.y, geometry.hdg, geometry.length)
-    values = geometry.values
-    match geometry.kind:
-        case "line":
-            return line_rows(*start)
-        case "arc":
-            return arc_rows(*start, values[0])
-        case "spiral":
-            return spiral_rows(*start, values[0], values[1])
-        case "poly3":
-            return poly3_rows(*start, values[0], values[1], values[2], values[3])
-        case "paramPoly3":
-            return param_rows(*start, values, 1.0 if geometry.normalized else geometry.length)
-
-
-def lane_direction(lane: int, rule: int, reversed_: bool = False) -> int:
-    """+1 if traffic on the lane runs with increasing s; rule is +1 for right-hand traffic, -1 for left-hand."""
-    sign = rule if lane <= 0 else -rule
-    return -sign if reversed_ else sign
 
 
 class _Rows:
@@ -114,7 +91,9 @@ def make_tables(roads: Sequence[Road]) -> Tables:
         first_section = len(sections)
         first_lane = len(lanes)
         _add_sections(road, index, rule, cubics, spans, sections, lanes)
-        flat = not any(r[1] or r[2] or r[3] or r[4] for pair in (elevation, superelevation) for r in cubics.rows[slice(*pair)])
+        flat = not any(
+            r[1] or r[2] or r[3] or r[4] for pair in (elevation, superelevation) for r in cubics.rows[slice(*pair)]
+        )
         flat = flat and not any(lane[LANE_HEIGHT_END] > lane[LANE_HEIGHT] for lane in lanes[first_lane:])
         ranges = (first_geometry, len(geometry), *elevation, *superelevation, *offset, first_section, len(sections))
         road_rows.append((*ranges, rule, int(flat)))
