@@ -122,6 +122,14 @@ def write_scenario(folder: Path, name: str = "good.xosc", text: str = XOSC) -> P
     return path
 
 
+@pytest.fixture(autouse=True)
+def bare(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Inner sessions without plugins that cost more than a test and have no part in it."""
+    monkeypatch.setenv("PYTEST_ADDOPTS", "-p no:benchmark -p no:pytest_cov -p no:hypothesispytest")
+    for name in ("GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY"):
+        monkeypatch.delenv(name, raising=False)
+
+
 @pytest.fixture
 def project(pytester: pytest.Pytester) -> pytest.Pytester:
     """A project with good.xosc, bad.xosc, a catalogue and the fake `run`."""

@@ -19,7 +19,7 @@ def pytest_sessionfinish(session):
 @pytest.mark.parametrize("arguments", [(), ("--collect-only",), ("--markers",)])
 def test_a_run_without_scenarios_imports_nothing_heavy(pytester: pytest.Pytester, arguments: tuple[str, ...]) -> None:
     pytester.makepyfile(probe=PROBE, test_plain="def test_plain(): pass")
-    result = pytester.runpytest_subprocess("-p", "probe", "-p", "no:hypothesispytest", *arguments)
+    result = pytester.runpytest_subprocess("-p", "probe", *arguments)
     assert result.ret == pytest.ExitCode.OK
     assert "AssertionError" not in result.stderr.str() + result.stdout.str()
 
