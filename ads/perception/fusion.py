@@ -82,6 +82,6 @@ def fuse(
         kind = int(seen[j, 3])
         out[k, 0], out[k, 1], out[k, 2] = rays[j, 0], rays[j, 1], camera_pose[2]
         out[k, 3], out[k, 4], out[k, 5] = TYPICAL[kind, 0], TYPICAL[kind, 1], kind
-        out[k, 6], out[k, 7], out[k, 8] = seen[j, 4], 0.2 + 0.5 * seen[j, 5] ** 2, CAMERA
+        out[k, 6], out[k, 7], out[k, 8] = seen[j, 4], 0.06 + 0.3 * seen[j, 5] ** 2, CAMERA
         k += 1
     return out[:k]

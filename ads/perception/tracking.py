@@ -148,7 +148,7 @@ def update_tracks(
                 track[TYAW] += 0.25 * wrap_angle(yaw - track[TYAW])
             track[SIZED] = max(track[SIZED], seen_l)
             track[TL] = whole_l
-            track[TW] += 0.3 * (whole_w - track[TW]) if whole_w > track[TW] else 0.0
+            track[TW] += 0.1 * (whole_w - track[TW]) if whole_w > track[TW] else 0.0
         total = track[PP] + row[7]
         gain, gain_v = track[PP] / total, track[PV] / total
         ex, ey = x - track[TX], y - track[TY]
@@ -179,7 +179,8 @@ def inside(track: FloatArray, x: float, y: float, margin: float) -> bool:
     """Whether a point [m] lies in a track's box grown by `margin` [m]."""
     c, s = math.cos(track[TYAW]), math.sin(track[TYAW])
     dx, dy = x - track[TX], y - track[TY]
-    return abs(c * dx + s * dy) < 0.5 * track[TL] + margin and abs(c * dy - s * dx) < 0.5 * track[TW] + margin
+    along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
+    return bool(along < 0.5 * track[TL] + margin and across < 0.5 * track[TW] + margin)
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,8 +7,11 @@ from typing import NamedTuple, Protocol
 
 from ads.control.spline import shifted
 from ads.localization import Estimate
-from ads.map_monitor import Crossing, MapMonitor
+from ads.map_monitor import MapMonitor
 from ads.parameters import Parameters
+from ads.planning.crossing import CrossingRule
+from ads.planning.following import MARGIN, find_lead
+from ads.planning.memory import TrackMemory
 from ads.planning.navigator import Navigator
 from ads.planning.nets import NETS
 from ads.planning.overtaking import WAIT_GAP, Neighbour, Obstacle, Overtaking
@@ -16,20 +19,14 @@ from ads.planning.petri_net import NetSystem
 from ads.planning.scene import first_contact, objects_of, place
 from vehicle.messages import Detection, FloatArray, SignalState, VehicleDescription
 
-CROSSING_SPEED = 0.7  # of the set speed
-CROSSING_LEAST = 2.0  # m/s
-CROSSING_BAND = 1.5  # m before and behind the crosswalk in which a pedestrian counts
-CROSSING_TIME = 10.0  # s; a pedestrian farther than this from the lane does not cross yet
-CROSSING_SIDE = 0.9  # m beside the car that a pedestrian must be clear of
-CROSSING_LATE = 2.0  # m/s^2; a stop that needs more is left to the emergency net
-FOLLOW_GAP = 3.0  # m between bumpers at standstill
-FOLLOW_TIME = 1.5  # s
-LANE_MARGIN = 0.35  # m beside the car that belongs to its path
 STANDING_FOR = 0.6  # s until a standing vehicle is an obstacle to pass
 PARKED_AFTER = 10.0  # s; a vehicle that was seen moving is waited for so long
+MERGE_GAP = 25.0  # m; obstacles closer than this are passed in one go
+MERGE_LENGTH = 45.0  # m
 DANGER_HORIZON = 3.5  # s
 DANGER_DECELERATION = 3.2  # m/s^2; when a collision needs more, it is an emergency
 DANGER_MARGIN = 0.15  # m beside the car
+AVERTED = 2.0  # s
 SIGNAL_GAP = 1.0  # m before a signal
 AMBER_DECELERATION = 2.0  # m/s^2; amber is a stop if this much suffices
 GOAL_NEAR = 1.0  # m
@@ -63,18 +60,6 @@ class Planner(Protocol):
         """Whether the reference path may change now."""
 
 
-class _Memory:
-    """What is known of a track over time."""
-
-    __slots__ = ("first", "moved_at", "seen", "still_since")
-
-    def __init__(self, t: float) -> None:
-        self.first = t
-        self.seen = t
-        self.still_since = t
-        self.moved_at = -math.inf
-
-
 class Behaviour:
     """Planner by hierarchical Petri nets (ads.planning.nets)."""
 
@@ -86,7 +71,8 @@ class Behaviour:
         self.trace = self._nets.trace
         self._overtaking = Overtaking(parameters, car)
         self._path: FloatArray | None = None
-        self._memory: dict[int, _Memory] = {}
+        self._memory = TrackMemory()
+        self._crossing = CrossingRule(parameters, car)
         self._signals: dict[str, str] = {}
         self._obstacle: Obstacle | None = None
         self._obstacle_seen = -math.inf
@@ -111,7 +97,7 @@ class Behaviour:
             self._overtaking.reset()
         for signal in signals:
             self._signals[signal.id] = signal.state
-        self._remember(t, detections)
+        self._memory.note(t, detections)
         objects = objects_of(detections)
         placed = place(navigator.path, navigator.index, objects).tolist() if detections else []
         contact = first_contact(
@@ -120,24 +106,24 @@ class Behaviour:
         )  # fmt: skip
         monitor = navigator.monitor
         needed = self._needed_deceleration(v, contact)
-        lead = self._lead(s, v, detections, placed)
-        crossing = self._next_crossing(s, monitor)
+        lead = find_lead(s, v, self._car, self._overtaking.offset, detections, placed)
+        crossing_near, crossing_stop = self._crossing.update(t, s, v, monitor, detections, placed)
         stop_light = self._stop_light(s, v, monitor)
         self._find_obstacle(t, s, detections, placed, monitor)
         facts = {
             "located": True,
             "danger": needed > DANGER_DECELERATION,
-            "averted": contact > 2.0 or v < 0.05,
+            "averted": contact > AVERTED or v < 0.05,
             "at_goal": navigator.goal_s - s < GOAL_NEAR and v < 0.2,
             "light_stop": stop_light < FREE,
-            "crossing_near": crossing is not None,
-            "crossing_occupied": crossing is not None and self._occupied(crossing, s, v, detections, placed),
+            "crossing_near": crossing_near,
+            "crossing_occupied": crossing_stop,
             "lead": lead is not None,
             **self._overtaking_facts(t, s, v, navigator, detections, placed),
         }
         self._nets.step(facts)
         self._act_on_path(t, s, navigator)
-        limits = self._limits(s, v, navigator, lead, crossing, stop_light)
+        limits = self._limits(s, navigator, lead, stop_light)
         brake = 0.0
         if self._nets.marked("main", "emergency"):
             brake = max(4.0, 1.3 * needed)
@@ -145,101 +131,11 @@ class Behaviour:
 
     # what is seen ---------------------------------------------------------------------------------------------------
 
-    def _remember(self, t: float, detections: tuple[Detection, ...]) -> None:
-        memory = self._memory
-        for d in detections:
-            known = memory.get(d.track)
-            if known is None:
-                known = memory[d.track] = _Memory(t)
-            known.seen = t
-            speed_2 = d.vx * d.vx + d.vy * d.vy
-            if speed_2 > 0.36:
-                known.still_since = t
-                if speed_2 > 1.0 and t - known.first > 1.0 and d.position_variance < 0.5:
-                    known.moved_at = t
-        if len(memory) > 64:
-            for track in [k for k, m in memory.items() if t - m.seen > 5.0]:
-                del memory[track]
-
     def _needed_deceleration(self, v: float, contact: float) -> float:
         if contact > DANGER_HORIZON or v < 0.1:
             return 0.0
         distance = v * contact - v * (self._car.drive_delay + 0.15) - 0.4
         return v * v / (2.0 * max(distance, 0.1))
-
-    def _lead(
-        self, s: float, v: float, detections: tuple[Detection, ...], placed: list[list[float]]
-    ) -> tuple[float, float] | None:
-        """Limit from the nearest thing ahead in the planned path: distance to keep free [m], its speed [m/s]."""
-        half = 0.5 * self._car.width + LANE_MARGIN
-        offset = self._overtaking.offset
-        best: tuple[float, float] | None = None
-        worst = math.inf
-        for row, detection in zip(placed, detections, strict=True):
-            s_from, s_to, l_from, l_to, along, across = row
-            if s_to < s + self._front or s_from > s + 150.0:
-                continue
-            o = offset(s_from)
-            drift = across if along > 1.0 and detection.kind != "pedestrian" else 0.0
-            if not (
-                (l_from - o < half and l_to - o > -half) or (l_from + drift - o < half and l_to + drift - o > -half)
-            ):
-                continue
-            gap = s_from - s - self._front
-            speed = max(along, 0.0)
-            free = gap - FOLLOW_GAP - FOLLOW_TIME * speed
-            if speed > v + 1.0 and free > 0.0:
-                continue
-            urgency = free + speed * 3.0
-            if urgency < worst:
-                worst, best = urgency, (free, speed)
-        return best
-
-    def _next_crossing(self, s: float, monitor: MapMonitor | None) -> Crossing | None:
-        """The next crossing within DECISION_PC_d_max that the car has not passed."""
-        if monitor is None:
-            return None
-        for crossing in monitor.crossings:
-            if s < crossing.s_to and crossing.s_middle - s < self._parameters.DECISION_PC_d_max:
-                return crossing
-            if crossing.s_from > s + 200.0:
-                break
-        return None
-
-    def _stop_distance(self, crossing: Crossing, s: float, v: float) -> float:
-        """Distance [m] to where the rear axle stops for an occupied crossing.
-
-        DECISION_PC_d_min before its middle; a car that is already nearer stops with the bumper 1 m before its edge.
-        """
-        d_min = self._parameters.DECISION_PC_d_min
-        wanted = crossing.s_middle - d_min - s
-        if v * v <= 2.0 * 1.3 * max(wanted, 0.0) or (v < 0.3 and wanted > -1.0):
-            return wanted
-        at_edge = crossing.s_middle - crossing.s_from + self._front + 1.0
-        last = crossing.s_middle - min(d_min, at_edge) - s
-        gentle = v * v / (2.0 * 1.3)  # as soon as comfort allows, but before the crossing
-        return min(max(wanted, gentle), max(last, wanted))
-
-    def _occupied(
-        self, crossing: Crossing, s: float, v: float, detections: tuple[Detection, ...], placed: list[list[float]]
-    ) -> bool:
-        stop = self._stop_distance(crossing, s, v)
-        if stop < -1.0 or (stop < 0.5 and v * v > 2.0 * CROSSING_LATE * max(stop, 0.05) and v > 1.0):
-            return False  # too late for a stop before it
-        half = 0.5 * self._car.width + CROSSING_SIDE
-        for row, detection in zip(placed, detections, strict=True):
-            if detection.kind not in ("pedestrian", "bicycle"):
-                continue
-            s_from, s_to, l_from, l_to, _, across = row
-            if s_to < crossing.s_from - CROSSING_BAND or s_from > crossing.s_to + CROSSING_BAND:
-                continue
-            if l_from < half and l_to > -half:
-                return True
-            middle = 0.5 * (l_from + l_to)
-            towards = -math.copysign(1.0, middle) * across
-            if towards > 0.3 and abs(middle) - half < towards * CROSSING_TIME:
-                return True
-        return False
 
     def _stop_light(self, s: float, v: float, monitor: MapMonitor | None) -> float:
         """Distance [m] to where the rear axle stops for a signal; FREE if none asks for it."""
@@ -267,7 +163,7 @@ class Behaviour:
         monitor: MapMonitor | None,
     ) -> None:
         """Note the standing vehicles ahead in the lane, near ones taken together; keeps the last while it passes it."""
-        half = 0.5 * self._car.width + LANE_MARGIN
+        half = 0.5 * self._car.width + MARGIN
         found: list[Obstacle] = []
         for row, detection in zip(placed, detections, strict=True):
             s_from, s_to, l_from, l_to, along, _ = row
@@ -275,9 +171,8 @@ class Behaviour:
                 continue
             if l_from > half or l_to < -half or s_to < s - 3.0 or s_from > s + 100.0:
                 continue
-            known = self._memory[detection.track]
-            patience = PARKED_AFTER if known.moved_at > -math.inf else STANDING_FOR
-            if t - known.still_since >= patience:
+            patience = PARKED_AFTER if self._memory.moved(detection.track) else STANDING_FOR
+            if self._memory.stood(t, detection.track) >= patience:
                 found.append(Obstacle(detection.track, s_from, s_to, l_from, l_to))
         if not found:
             if t - self._obstacle_seen > 3.0 and not self._passing():
@@ -286,7 +181,7 @@ class Behaviour:
         found.sort(key=lambda o: o.s_from)
         merged = found[0]
         for other in found[1:]:
-            if other.s_from < merged.s_to + 25.0 and other.s_to - merged.s_from < 45.0:
+            if other.s_from < merged.s_to + MERGE_GAP and other.s_to - merged.s_from < MERGE_LENGTH:
                 merged = Obstacle(
                     merged.track,
                     merged.s_from,
@@ -294,7 +189,7 @@ class Behaviour:
                     min(merged.l_from, other.l_from),
                     max(merged.l_to, other.l_to),
                 )
-        if self._passing() and self._obstacle is not None and merged.s_from > self._obstacle.s_to + 25.0:
+        if self._passing() and self._obstacle is not None and merged.s_from > self._obstacle.s_to + MERGE_GAP:
             return  # the next one, after this
         self._obstacle, self._obstacle_seen = merged, t
 
@@ -323,7 +218,7 @@ class Behaviour:
         facts["way_around"] = wanted is not None and reachable and self._parameters.MPC_w > 0.0
         if wanted is not None:
             others = [
-                Neighbour(row[0], row[1], row[2], row[3], row[4], t - self._memory[d.track].still_since)
+                Neighbour(row[0], row[1], row[2], row[3], row[4], self._memory.stood(t, d.track))
                 for row, d in zip(placed, detections, strict=True)
             ]
             facts["gap_free"] = plan.gap_free(s, v, o, monitor, wanted, others)
@@ -355,10 +250,9 @@ class Behaviour:
     # what to do -----------------------------------------------------------------------------------------------------
 
     def _limits(
-        self, s: float, v: float, navigator: Navigator, lead: tuple[float, float] | None, crossing: Crossing | None,
-        stop_light: float,
-    ) -> list[tuple[float, float]]:  # fmt: skip
-        marked, p = self._nets.marked, self._parameters
+        self, s: float, navigator: Navigator, lead: tuple[float, float] | None, stop_light: float
+    ) -> list[tuple[float, float]]:
+        marked = self._nets.marked
         limits: list[tuple[float, float]] = []
         if navigator.goal_s < FREE:
             limits.append((navigator.goal_s - s, 0.0))
@@ -366,10 +260,8 @@ class Behaviour:
             limits.append(lead)
         if marked("light", "stop") and stop_light < FREE:
             limits.append((stop_light, 0.0))
-        if crossing is not None and not marked("crossing", "clear"):
-            limits.append((0.0, max(CROSSING_SPEED * navigator.set_speed, CROSSING_LEAST)))
-            if marked("crossing", "stop"):
-                limits.append((self._stop_distance(crossing, s, v), 0.0))
+        if not marked("crossing", "clear"):
+            limits.extend(self._crossing.limits(s, navigator.set_speed, marked("crossing", "stop")))
         obstacle = self._obstacle
         if obstacle is not None:
             if marked("overtaking", "wait"):
@@ -377,5 +269,5 @@ class Behaviour:
             elif marked("overtaking", "abort"):
                 limits.append((obstacle.s_from - s - self._front - 4.0, 0.0))
         if self._passing():
-            limits.append((0.0, p.DECISION_OT_speed))
+            limits.append((0.0, self._parameters.DECISION_OT_speed))
         return limits
