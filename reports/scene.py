@@ -105,7 +105,8 @@ def _points(points: ArrayLike, limit: int = 2000) -> list[list[float | None]]:
         array = array[np.concatenate([[True], np.diff(mark, prepend=0.0) > 0, [True]])]
     if len(array) > limit:
         array = array[np.unique(np.linspace(0, len(array) - 1, limit).round().astype(int))]
-    return [numbers(row, 2) for row in array]
+    rounded: list[list[float | None]] = (np.round(array, 2) + 0.0).tolist()
+    return rounded if np.isfinite(array).all() else [numbers(row, 2) for row in array]
 
 
 def _places(columns: Mapping[str, NDArray[np.float64]]) -> list[list[Any]]:

@@ -36,7 +36,7 @@
       const inverse = k >= 0 ? data.ttc.value[k] : null;
       entries.push(["time to collision", inverse ? `${(1 / inverse).toFixed(2)} s` : "none"]);
     }
-    const places = data.places.filter(([, , from, to]) => from <= t && t < to).map(([net, place]) => `${net}: ${place}`);
+    const places = data.places.filter(([, , from, to]) => from <= t && (t < to || to >= end)).map(([net, place]) => `${net}: ${place}`);
     if (data.places.length) entries.push(["decision", places.join(" · ") || "none"]);
     const list = by("readout");
     list.replaceChildren(...entries.map(([label, value]) => {
