@@ -22,9 +22,11 @@ from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPo
 
 if TYPE_CHECKING:
     from openscenario.road.network import RoadNetwork
+    from openscenario.road.positions import RoadPosition
     from pytest_dvp.prepare import Ready
 
-TICK = 0.05  # s
+RATE = 20  # 1/s
+TICK = 1 / RATE  # s
 STANDING = 0.05  # m/s
 SETTLING = 10.0  # s that a run waits at its goal for the ego to stand
 
@@ -71,6 +73,7 @@ class Loop:
         d = ready.vehicle.description
         ahead, behind, side = d.center_x + 0.5 * d.length, d.center_x - 0.5 * d.length, 0.5 * d.width
         self._corners = ((ahead, side), (behind, side), (behind, -side), (ahead, -side))
+        self._hints: list[RoadPosition | None] = [None] * 4
         self._transitions = 0
         self.error: str | None = None
 
@@ -84,7 +87,7 @@ class Loop:
         self._recorder.ego_rows(rows)
         self._recorder.event(0.0, "start", self._ego)
         for k in range(ticks + 1):
-            t = k * TICK
+            t = k / RATE  # the nearest double, not a sum of rounded steps
             state = rows[-1]
             self._place(state)
             around = self._world.look(t)
@@ -135,8 +138,12 @@ class Loop:
         """Whether all corners of the ego's box are on drivable lanes."""
         x, y, yaw = float(state[1]), float(state[2]), float(state[4])
         cos, sin = math.cos(yaw), math.sin(yaw)
-        locate = self._network.locate
-        return all(locate(x + cos * u - sin * v, y + sin * u + cos * v).on_road for u, v in self._corners)
+        locate, hints, on_road = self._network.locate, self._hints, True
+        for corner, (u, v) in enumerate(self._corners):
+            found = locate(x + cos * u - sin * v, y + sin * u + cos * v, None, hints[corner])
+            hints[corner] = found
+            on_road = on_road and found.on_road
+        return on_road
 
     def _drain(self, t: float) -> None:
         """Storyboard transitions and requests of this tick into the log; requests into the next observation."""

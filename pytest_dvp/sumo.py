@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -60,7 +60,7 @@ class SumoTraffic:
         self._next = 0.0
         self._sizes: dict[str, tuple[float, float, float]] = {}
         self._cars: list[Car] = []
-        self._mirrored: set[str] = set()
+        self._mirrored: dict[str, Mirrored | None] = {}  # as SUMO last heard of it
         for file in (net, routes):
             if file is not None and not file.is_file():
                 raise TrafficError(f"{file}: no such file")
@@ -82,13 +82,13 @@ class SumoTraffic:
             self.close()
             raise TrafficError(f"{net}: SUMO refuses it: {' '.join(str(error).split())}") from None
 
-    def step(self, t: float, mirrored: Iterable[Mirrored]) -> list[Car]:
-        """Cars at time `t` [s]; call it with t = 0, 0.05, 0.1, ..."""
+    def step(self, t: float, mirrored: Callable[[], Iterable[Mirrored]]) -> list[Car]:
+        """Cars at time `t` [s]; call it with t = 0, 0.05, 0.1, ... `mirrored` is only asked when SUMO steps."""
         if t < self._next - 1e-9:
             ahead = t - (self._next - STEP)
             return [car._replace(x=car.x + car.vx * ahead, y=car.y + car.vy * ahead) for car in self._cars]
         self._next += STEP
-        self._mirror(list(mirrored))
+        self._mirror(list(mirrored()))
         libsumo.simulationStep()
         self._cars = [self._car(name) for name in libsumo.vehicle.getIDList() if not name.startswith(_PREFIX)]
         return self._cars
@@ -104,17 +104,20 @@ class SumoTraffic:
             name = _PREFIX + box.name
             if name not in self._mirrored:
                 self._add(name, box)
+            elif self._mirrored[name] == box and box.speed == 0.0:
+                continue  # it stands where it stood, and moving it would be the dearest call of all
             # SUMO's position is the middle of the front bumper, its angle runs clockwise from north in degrees.
             x = box.x + 0.5 * box.length * math.cos(box.yaw) + self._offset[0]
             y = box.y + 0.5 * box.length * math.sin(box.yaw) + self._offset[1]
             try:
                 vehicle.moveToXY(name, "", -1, x, y, 90.0 - math.degrees(box.yaw), _ANYWHERE)
                 vehicle.setSpeed(name, max(0.0, box.speed))
+                self._mirrored[name] = box
             except libsumo.TraCIException:
-                self._mirrored.discard(name)  # SUMO dropped it (end of its road): put it back at the next step
-        for name in self._mirrored - {_PREFIX + box.name for box in mirrored}:
+                del self._mirrored[name]  # SUMO dropped it (end of its road): put it back at the next step
+        for name in [name for name in self._mirrored if name.removeprefix(_PREFIX) not in {b.name for b in mirrored}]:
             vehicle.remove(name)
-            self._mirrored.discard(name)
+            del self._mirrored[name]
 
     def _add(self, name: str, box: Mirrored) -> None:
         kind = f"{name}.type"
@@ -125,7 +128,7 @@ class SumoTraffic:
         libsumo.vehicle.add(name, "", typeID=kind)
         libsumo.vehicle.setSpeedMode(name, 0)
         libsumo.vehicle.setLaneChangeMode(name, 0)
-        self._mirrored.add(name)
+        self._mirrored[name] = None
 
     def _car(self, name: str) -> Car:
         vehicle: Any = libsumo.vehicle

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -24,7 +24,7 @@ _TRAFFIC_KIND = OBJECT_KINDS.index("vehicle")
 class Traffic(Protocol):
     """Background traffic, stepped with the world's clock."""
 
-    def step(self, t: float, mirrored: Sequence[Mirrored]) -> list[Car]: ...
+    def step(self, t: float, mirrored: Callable[[], Sequence[Mirrored]]) -> list[Car]: ...
 
     def close(self) -> None: ...
 
@@ -70,7 +70,12 @@ class World:
             names.append(e.name)
         if self._traffic is not None:
             ground = self._ego.z
-            for car in self._traffic.step(t, self._mirrored(names, rows)):
+            actors, states = tuple(names), tuple(rows)
+
+            def mirrored() -> list[Mirrored]:
+                return self._mirrored(actors, states)
+
+            for car in self._traffic.step(t, mirrored):
                 z = ground + 0.5 * car.height
                 rows.append((car.x, car.y, z, car.yaw, car.length, car.width, car.height, car.vx, car.vy))
                 names.append(car.name)
