@@ -266,7 +266,7 @@ def _nodes(root: Any, file: str) -> Node:
     count = 1
     while stack:
         element, node, depth = stack.pop()
-        if depth > MAX_DEPTH:
+        if depth >= MAX_DEPTH:  # what is on the stack has children
             raise _too_deep(file, node.line)
         for child in element:
             below = _node(child, node, file)

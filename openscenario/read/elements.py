@@ -24,6 +24,7 @@ from openscenario.xml import Node
 
 _SIMPLE_NAME: Final = re.compile(r"[\w .:+\-]{1,60}")
 _DEEPEST_CATALOG: Final = 8  # catalogue entries that refer to catalogue entries
+_UNKNOWN: Final = ""  # no field: a misspelt child was found, so that a missing one is no news
 _NOTHING_GIVEN: Final[Mapping[str, Given]] = {}
 
 Values = dict[str, Any]
@@ -74,7 +75,7 @@ class ElementReader:
         for field_name, wrapper, allowed in plan.required_children:
             if not values.get(field_name):
                 whole = False
-                if field_name not in values:
+                if field_name not in values and _UNKNOWN not in values:
                     self._missing_child(node, at, wrapper, allowed)
         if not whole:
             return None
@@ -187,6 +188,7 @@ class ElementReader:
                 whole = self._children(entry, child, scope, below, values) and whole
             else:
                 whole = False
+                values[_UNKNOWN] = True
                 self.context.error(
                     "xml.unknown_element",
                     At(self.file, child.line, below),
