@@ -10,11 +10,13 @@ from numba import njit
 from ads.perception.assignment import FORBIDDEN, assign
 from vehicle.messages import FloatArray
 
-MEASURE = 9
-"""Columns of a measurement: x, y [m], yaw [rad], length, width [m], kind (-1 unknown), score, variance, source."""
+MEASURE = 10
+"""Columns of a measurement: x, y [m], yaw [rad], length, width [m], kind (-1 unknown), score, variance along
+the line of sight [m^2], source, variance across it [m^2]."""
 
 LIDAR, CAMERA, BOTH = 1.0, 2.0, 3.0
 LIDAR_VARIANCE = 0.03  # m^2, per axis
+CAMERA_ACROSS = 0.06  # m^2
 VEHICLE, PEDESTRIAN, BICYCLE, MISC = 0, 1, 2, 3  # as in messages.OBJECT_KINDS
 TYPICAL = np.array([[4.0, 1.75], [0.5, 0.5], [1.8, 0.6], [1.0, 1.0]])  # m, length and width of each kind
 
@@ -51,6 +53,7 @@ def fuse(
         out[i, 2] = pose[2] + boxes[i, 2]
         out[i, 3], out[i, 4], out[i, 5] = boxes[i, 3], boxes[i, 4], -1.0
         out[i, 6], out[i, 7], out[i, 8] = min(0.5 + 0.05 * boxes[i, 6], 0.9), LIDAR_VARIANCE, LIDAR
+        out[i, 9] = LIDAR_VARIANCE
     cost = np.full((n, m), FORBIDDEN)
     rays = np.empty((m, 4))
     for j in range(m):
@@ -82,6 +85,7 @@ def fuse(
         kind = int(seen[j, 3])
         out[k, 0], out[k, 1], out[k, 2] = rays[j, 0], rays[j, 1], camera_pose[2]
         out[k, 3], out[k, 4], out[k, 5] = TYPICAL[kind, 0], TYPICAL[kind, 1], kind
-        out[k, 6], out[k, 7], out[k, 8] = seen[j, 4], 0.06 + 0.3 * seen[j, 5] ** 2, CAMERA
+        out[k, 6], out[k, 7], out[k, 8] = seen[j, 4], 0.1 + seen[j, 5] ** 2, CAMERA
+        out[k, 9] = CAMERA_ACROSS
         k += 1
     return out[:k]

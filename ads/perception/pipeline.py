@@ -13,11 +13,12 @@ from ads.perception.camera import SEEN, camera_objects
 from ads.perception.fusion import fuse
 from ads.perception.lidar import BOX, lidar_boxes
 from ads.perception.tracking import (
+    AP,
     CONFIRM,
+    CP,
     HITS,
     ID,
     MOST_TRACKS,
-    PP,
     SCORE,
     TL,
     TRACK,
@@ -124,7 +125,7 @@ class TrackingPerception:
                     row[VX],
                     row[VY],
                     row[SCORE],
-                    row[PP],
+                    max(row[AP], row[CP]),
                     int(row[ID]),
                 )
             )

@@ -1,7 +1,8 @@
 """Tracking: objects with identity, velocity and size; coasts through short occlusion.
 
-Constant-velocity Kalman filter, both axes alike. A measurement's box is what was seen of the object; its middle is
-moved away from the sensor until the box has the track's size: the near face of a car is not its middle.
+Constant-velocity Kalman filter along and across the line of sight: a camera sees the side better than the distance.
+A measurement's box is what was seen of the object; its middle is moved away from the sensor until the box has the
+track's size: the near face of a car is not its middle.
 """
 
 from __future__ import annotations
@@ -17,16 +18,18 @@ from ads.perception.fusion import CAMERA, PEDESTRIAN, TYPICAL, VEHICLE, kind_by_
 from ads.transforms import wrap_angle
 from vehicle.messages import FloatArray
 
-TRACK = 20
-(ID, TX, TY, VX, VY, PP, PV, VV, TYAW, TL, TW, VOTE_VEHICLE, VOTE_PEDESTRIAN, VOTE_BICYCLE, VOTE_MISC, HITS, UNSEEN,
- AGE, SCORE, SIZED) = range(TRACK)  # fmt: skip
-"""Columns: id, position, velocity, covariance (pp, pv, vv), yaw, length, width, votes per kind, hits, time unseen [s],
-age [s], score, longest side ever seen [m]."""
+TRACK = 23
+(ID, TX, TY, VX, VY, AP, AV, AA, CP, CV, CC, TYAW, TL, TW, VOTE_VEHICLE, VOTE_PEDESTRIAN, VOTE_BICYCLE, VOTE_MISC,
+ HITS, UNSEEN, AGE, SCORE, SIZED) = range(TRACK)  # fmt: skip
+"""Columns: id, position, velocity, covariance along the line of sight (position, both, velocity) and across it, yaw,
+length, width, votes per kind, hits, time unseen [s], age [s], score, longest side ever seen [m]."""
 
 MOST_TRACKS = 48
 ACCELERATION = np.array([1.2, 1.2, 1.2, 0.8])  # m/s^2 per kind, process noise
 COAST = np.array([1.5, 1.0, 1.0, 1.0])  # s unseen until a track is dropped
 CONFIRM = 3  # hits
+FIRST_SPEED = np.array([5.0, 1.7, 4.0, 1.0])  # m/s per kind, sigma of a new track's velocity
+LONGER = 1.0  # m beyond a track's end where a piece may still be of it
 SIDE = 2.3  # m; no car is wider, so a longer face is a side
 GATE = 9.2  # chi-square, 2 degrees of freedom, 99 %
 
@@ -85,9 +88,10 @@ def predict_tracks(tracks: FloatArray, n: int, dt: float) -> int:
         q = ACCELERATION[kind] ** 2
         track[TX] += track[VX] * dt
         track[TY] += track[VY] * dt
-        track[PP] += 2.0 * dt * track[PV] + dt * dt * track[VV] + q * dt**4 / 4.0
-        track[PV] += dt * track[VV] + q * dt**3 / 2.0
-        track[VV] += q * dt * dt
+        for k in (AP, CP):
+            track[k] += 2.0 * dt * track[k + 1] + dt * dt * track[k + 2] + q * dt**4 / 4.0
+            track[k + 1] += dt * track[k + 2] + q * dt**3 / 2.0
+            track[k + 2] += q * dt * dt
         track[UNSEEN] += dt
         track[AGE] += dt
         patience = COAST[kind] if track[HITS] >= CONFIRM else 0.25
@@ -96,6 +100,24 @@ def predict_tracks(tracks: FloatArray, n: int, dt: float) -> int:
                 tracks[left] = track
             left += 1
     return left
+
+
+@njit(cache=True, error_model="numpy")
+def sight(dx: float, dy: float) -> tuple[float, float]:
+    """Unit vector of the line of sight from the sensor to something dx, dy [m] away."""
+    d = max(math.hypot(dx, dy), 1e-6)
+    return dx / d, dy / d
+
+
+@njit(cache=True, error_model="numpy")
+def correct_axis(track: FloatArray, k: int, innovation: float, variance: float) -> tuple[float, float]:
+    """Correction of position [m] and velocity [m/s] along one axis, whose covariance starts at column `k`."""
+    total = track[k] + variance
+    gain, gain_v = track[k] / total, track[k + 1] / total
+    track[k + 2] -= gain_v * track[k + 1]
+    track[k + 1] *= 1.0 - gain
+    track[k] *= 1.0 - gain
+    return gain * innovation, gain_v * innovation
 
 
 @njit(cache=True, error_model="numpy")
@@ -121,8 +143,10 @@ def update_tracks(
             dx, dy = row[0] - track[TX], row[1] - track[TY]
             # the middle of a partly seen car may be off by half its length
             loose = 1.0 if kind != VEHICLE else 4.0
-            spread = track[PP] + row[7] + (0.25 * loose if not camera else 0.5)
-            d = (dx * dx + dy * dy) / spread
+            loose = 0.5 if camera else 0.25 * loose
+            c, s = sight(row[0] - sensor[0], row[1] - sensor[1])
+            along, across = c * dx + s * dy, c * dy - s * dx
+            d = along * along / (track[AP] + row[7] + loose) + across * across / (track[CP] + row[9] + loose)
             if d > GATE:
                 continue
             if row[5] >= 0.0 and int(row[5]) != kind and track[VOTE_VEHICLE + kind] > 3.0:
@@ -149,16 +173,14 @@ def update_tracks(
             track[SIZED] = max(track[SIZED], seen_l)
             track[TL] = whole_l
             track[TW] += 0.1 * (whole_w - track[TW]) if whole_w > track[TW] else 0.0
-        total = track[PP] + row[7]
-        gain, gain_v = track[PP] / total, track[PV] / total
+        c, s = sight(row[0] - sensor[0], row[1] - sensor[1])
         ex, ey = x - track[TX], y - track[TY]
-        track[TX] += gain * ex
-        track[TY] += gain * ey
-        track[VX] += gain_v * ex
-        track[VY] += gain_v * ey
-        track[VV] -= gain_v * track[PV]
-        track[PV] *= 1.0 - gain
-        track[PP] *= 1.0 - gain
+        p, v = correct_axis(track, AP, c * ex + s * ey, row[7])
+        q, w = correct_axis(track, CP, c * ey - s * ex, row[9])
+        track[TX] += c * p - s * q
+        track[TY] += s * p + c * q
+        track[VX] += c * v - s * w
+        track[VY] += s * v + c * w
         track[HITS] += 1.0
         track[UNSEEN] = 0.0
         track[SCORE] += 0.3 * (row[6] - track[SCORE])
@@ -175,12 +197,12 @@ def update_tracks(
 
 
 @njit(cache=True, error_model="numpy")
-def inside(track: FloatArray, x: float, y: float, margin: float) -> bool:
-    """Whether a point [m] lies in a track's box grown by `margin` [m]."""
+def inside(track: FloatArray, x: float, y: float, longer: float, wider: float) -> bool:
+    """Whether a point [m] lies in a track's box grown at each end and side [m]."""
     c, s = math.cos(track[TYAW]), math.sin(track[TYAW])
     dx, dy = x - track[TX], y - track[TY]
     along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
-    return bool(along < 0.5 * track[TL] + margin and across < 0.5 * track[TW] + margin)
+    return bool(along < 0.5 * track[TL] + longer and across < 0.5 * track[TW] + wider)
 
 
 @njit(cache=True, error_model="numpy")
@@ -198,12 +220,10 @@ def gather_fragments(tracks: FloatArray, n: int, rows: FloatArray, used: NDArray
             continue
         most = 0.0
         for i in range(n):
-            margin = 0.4 + 2.0 * math.sqrt(tracks[i, PP])
-            if (
-                track_kind(tracks[i]) == VEHICLE
-                and tracks[i, HITS] > most
-                and inside(tracks[i], row[0], row[1], margin)
-            ):
+            margin = 0.4 + 2.0 * math.sqrt(max(tracks[i, AP], tracks[i, CP]))
+            if track_kind(tracks[i]) != VEHICLE or tracks[i, HITS] <= most:
+                continue
+            if inside(tracks[i], row[0], row[1], LONGER + margin, margin):
                 owner[j], most = i, tracks[i, HITS]
     for i in range(n):
         count, first = 0, -1
@@ -246,7 +266,7 @@ def without_doubles(tracks: FloatArray, n: int) -> int:
         for j in range(n):
             if j != i and tracks[j, HITS] > tracks[i, HITS] and track_kind(tracks[j]) == VEHICLE:
                 same = track_kind(tracks[i]) == VEHICLE or tracks[i, HITS] < CONFIRM
-                if same and inside(tracks[j], tracks[i, TX], tracks[i, TY], 0.2):
+                if same and inside(tracks[j], tracks[i, TX], tracks[i, TY], 0.2, 0.2):
                     double = True
         if not double:
             if left != i:
@@ -268,10 +288,8 @@ def vote(track: FloatArray, row: FloatArray) -> None:
 
 @njit(cache=True, error_model="numpy")
 def assumed_size(track: FloatArray, kind: int) -> tuple[float, float]:
-    """Length and width [m] of a track: what was seen of its side, else what is typical of its kind."""
-    if track[SIZED] > SIDE:
-        return track[SIZED], max(track[TW], TYPICAL[kind, 1])
-    return TYPICAL[kind, 0], max(track[TW], TYPICAL[kind, 1])
+    """Length and width [m] of a track: what was seen of it, at least what is typical of its kind."""
+    return max(track[SIZED], TYPICAL[kind, 0]), max(track[TW], TYPICAL[kind, 1])
 
 
 @njit(cache=True, error_model="numpy")
@@ -292,5 +310,6 @@ def begin(track: FloatArray, row: FloatArray, sensor: tuple[float, float, float]
         track[SIZED] = seen_l
         length, width = whole_l, whole_w
     track[TL], track[TW] = length, width
-    track[PP], track[VV] = row[7], 9.0 if kind == VEHICLE else 3.0
+    track[AP], track[CP] = row[7], row[9]
+    track[AA] = track[CC] = FIRST_SPEED[kind] ** 2
     track[HITS], track[SCORE] = 1.0, row[6]

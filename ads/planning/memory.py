@@ -7,9 +7,7 @@ import math
 from vehicle.messages import Detection
 
 STANDING = 0.6  # m/s; faster is moving
-SURE = 1.0  # m/s; fast enough to call it moving for good
-SURE_AGE = 1.0  # s a track must be old for that: a young track's velocity is a guess
-SURE_VARIANCE = 0.5  # m^2
+DISPLACED = 2.0  # m beyond the uncertainty of both places; so far from where it was first seen, it has moved
 FORGET = 5.0  # s unseen
 MOST = 64
 
@@ -17,12 +15,12 @@ MOST = 64
 class Known:
     """What is known of one track [s]."""
 
-    __slots__ = ("first", "moved", "seen", "still_since")
+    __slots__ = ("moved", "seen", "still_since", "variance", "x", "y")
 
-    def __init__(self, t: float) -> None:
-        self.first = t
+    def __init__(self, t: float, x: float, y: float, variance: float) -> None:
         self.seen = t
         self.still_since = t
+        self.x, self.y, self.variance = x, y, variance
         self.moved = False
 
 
@@ -38,13 +36,16 @@ class TrackMemory:
         for d in detections:
             known = table.get(d.track)
             if known is None:
-                known = table[d.track] = Known(t)
+                known = table[d.track] = Known(t, d.x, d.y, d.position_variance)
             known.seen = t
-            speed = math.hypot(d.vx, d.vy)
-            if speed > STANDING:
+            if math.hypot(d.vx, d.vy) > STANDING:
                 known.still_since = t
-                if speed > SURE and t - known.first > SURE_AGE and d.position_variance < SURE_VARIANCE:
+            if not known.moved:
+                doubt = 3.0 * math.sqrt(known.variance + d.position_variance)
+                if math.hypot(d.x - known.x, d.y - known.y) > DISPLACED + doubt:
                     known.moved = True
+                elif d.position_variance < 0.5 * known.variance:
+                    known.x, known.y, known.variance = d.x, d.y, d.position_variance
         if len(table) > MOST:
             for track in [number for number, known in table.items() if t - known.seen > FORGET]:
                 del table[track]
