@@ -1,0 +1,138 @@
+"""Wrong input costs one clear line and leaves nothing behind: no traceback, no run folder, not even a part of one."""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+# See conftest.py: what inner sessions would import must be here before them.
+import ads.stack
+import pytest_dvp.fuzz
+import pytest_dvp.prepare
+import pytest_dvp.sumo
+import vehicle.twin  # noqa: F401
+from pytest_dvp.cli import main
+from tests.plugin.conftest import XOSC, write_scenario
+
+NAN_SPEED = XOSC.replace('AbsoluteTargetSpeed value="$ego_speed"', 'AbsoluteTargetSpeed value="NaN"')
+FLAT_CAR = XOSC.replace('positionX="2.36"', 'positionX="0"')
+UNKNOWN_ENTITY = XOSC.replace('<Private entityRef="Ego">', '<Private entityRef="Egon">')
+UNKNOWN_METRIC = '[[gate]]\nmetric = "max_ttc_invers"\nmax = 1.0\n'
+NAN_THRESHOLD = '[[gate]]\nmetric = "max_ttc_inverse"\nmax = nan\n'
+ZERO_WHEELBASE = '[model]\nbase = "kinematic_bicycle"\n[parameters]\nwheelbase = 0.0\n'
+
+
+def line_of(text: str, part: str) -> int:
+    return next(i for i, line in enumerate(text.splitlines(), 1) if part in line)
+
+
+@dataclasses.dataclass(frozen=True)
+class Wrong:
+    """A wrong input: files beside x.xosc, options (`--NAME`), exit code of dvp, and what its line must say."""
+
+    code: int
+    says: tuple[str, ...]
+    xosc: str | None = XOSC
+    files: dict[str, str] = dataclasses.field(default_factory=dict)
+    options: tuple[str, ...] = ()
+
+
+CASES = {
+    "missing-file": Wrong(2, ("x.xosc",), xosc=None),
+    "no-xml": Wrong(1, ("x.xosc:1:", "XML"), xosc="this is no XML"),
+    "unknown-entity": Wrong(
+        1, (f"x.xosc:{line_of(UNKNOWN_ENTITY, 'Egon')}:", "'Egon'", "did you mean 'Ego'?"), UNKNOWN_ENTITY
+    ),
+    "nan-speed": Wrong(1, (f"x.xosc:{line_of(NAN_SPEED, 'NaN')}:", "AbsoluteTargetSpeed@value", "finite"), NAN_SPEED),
+    "nan-speed-set": Wrong(2, ("ego_speed", "nan"), options=("--set", "ego_speed=nan")),
+    "zero-wheelbase-of-the-model": Wrong(
+        1, ("m.toml:4:", "wheelbase", "found 0"), files={"m.toml": ZERO_WHEELBASE}, options=("--model", "m.toml")
+    ),
+    "zero-wheelbase-of-the-scenario": Wrong(
+        1, (f"x.xosc:{line_of(FLAT_CAR, '<FrontAxle')}:", "FrontAxle", "positionX"), FLAT_CAR
+    ),
+    "unknown-metric": Wrong(
+        1, ("x.gates.toml:2:", "max_ttc_invers", "'max_ttc_inverse'"), files={"x.gates.toml": UNKNOWN_METRIC}
+    ),
+    "nan-threshold": Wrong(1, ("x.gates.toml:3:", "max", "finite"), files={"x.gates.toml": NAN_THRESHOLD}),
+    "unknown-parameter": Wrong(2, ("ego_sped", "'ego_speed'"), options=("--set", "ego_sped=3")),
+    "unknown-stack-parameter": Wrong(2, ("LQR_q1", "'LQR_q11'"), options=("--set", "P.LQR_q1=3")),
+    "outside-its-constraint": Wrong(2, ("ego_speed", "100", "2.0", "6.0"), options=("--set", "ego_speed=100")),
+}
+NAMES = tuple(CASES)
+
+
+@pytest.fixture
+def written(pytester: pytest.Pytester) -> Callable[[str], Wrong]:
+    """Writes a case into the current folder, which is a rootdir of its own."""
+    pytester.makeini("[pytest]\naddopts = --strict-config -W error -p no:cacheprovider")
+
+    def write(name: str) -> Wrong:
+        wrong = CASES[name]
+        write_scenario(pytester.path, "x.xosc", wrong.xosc or "")
+        if wrong.xosc is None:
+            (pytester.path / "x.xosc").unlink()
+        for file, text in wrong.files.items():
+            (pytester.path / file).write_text(text)
+        return wrong
+
+    return write
+
+
+def left_behind(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.rglob("*") if "runs" in path.parts or path.suffix in (".mcap", ".part"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_dvp_run_says_one_line_and_leaves_nothing(
+    name: str, written: Callable[[str], Wrong], pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = written(name)
+    code = main(["run", "x.xosc", *wrong.options])
+    out, err = capsys.readouterr()
+    complaint = [line for line in err.splitlines() if not line.startswith("dvp run: ")]  # its own line of progress
+    assert (code, out, len(complaint)) == (wrong.code, "", 1), err
+    assert [part for part in wrong.says if part not in complaint[0]] == [], complaint[0]
+    assert left_behind(pytester.path) == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_pytest_says_it_too_and_leaves_nothing(
+    name: str, written: Callable[[str], Wrong], pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wrong = written(name)
+    monkeypatch.setenv("COLUMNS", "250")
+    options = [word.replace("--", "--dvp-", 1) if word.startswith("--") else word for word in wrong.options]
+    result = pytester.runpytest_inprocess("x.xosc", "-m", "dt", *options)
+    said = result.stdout.str() + result.stderr.str()
+    assert result.ret in (pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED, pytest.ExitCode.USAGE_ERROR)
+    clear = [line for line in said.splitlines() if all(part in line for part in wrong.says)]
+    assert clear != [], said
+    assert "Traceback" not in said
+    assert "pytest_dvp/" not in said  # no line of ours: the file named is the user's
+    assert left_behind(pytester.path) == []
+
+
+def test_a_process_of_its_own_ends_with_the_same_code_and_line(tmp_path: Path) -> None:
+    write_scenario(tmp_path, "x.xosc", UNKNOWN_ENTITY)
+    command = [sys.executable, "-m", "pytest_dvp.cli", "run", "x.xosc"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert done.stderr.splitlines()[-1].startswith(f"x.xosc:{line_of(UNKNOWN_ENTITY, 'Egon')}: error ")
+    assert left_behind(tmp_path) == []
+
+
+def test_json_is_one_document_also_for_wrong_input(
+    written: Callable[[str], Wrong], capsys: pytest.CaptureFixture[str]
+) -> None:
+    written("unknown-entity")
+    assert main(["run", "x.xosc", "--json"]) == 1
+    (document,) = capsys.readouterr().out.splitlines()
+    assert '"line": ' in document
+    assert "Egon" in document
