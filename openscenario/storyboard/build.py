@@ -63,7 +63,10 @@ class Builder:
                 node.stop = state
 
     def _trigger(self, node: Node, trigger: model.Trigger | None, which: str) -> None:
-        if trigger is not None:
+        """Note a trigger for later. One without condition groups holds nothing back, and stops nothing."""
+        if trigger is not None and which == "start":
+            node.waits = True
+        if trigger is not None and trigger.condition_groups:
             self._triggers.append((node, trigger, which))
 
     def _group(self, group: model.ManeuverGroup, act: Node) -> None:

@@ -179,7 +179,7 @@ class Storyboard:
 
     def _enter(self, node: Node) -> None:
         """The parent has started: wait for the own start trigger, or start."""
-        if node.start is not None or node.kind == "event":
+        if node.waits:
             self._change(node, TO_STANDBY, STANDBY)
         else:
             self._start(node)

@@ -47,6 +47,7 @@ class Entity:
         "name",
         "offset",
         "offset_rate",
+        "oblique",
         "pitch",
         "road",
         "roll",
@@ -98,6 +99,7 @@ class Entity:
         self.s = self.offset = 0.0
         self.sense = 1.0
         self.twist = self.drift = self.offset_rate = 0.0
+        self.oblique = True  # while it moves sideways: the speed is that of the oblique path
         self.end_of_road = False
         self.travelled = 0.0
         self.still_since = math.inf  # time [s] since when it has been standing

@@ -25,7 +25,7 @@ def move(entity: Entity, dt: float, ground: Ground) -> None:
     if ground.track(entity):
         if rate != 0.0 or entity.drift != 0.0:
             entity.drift = math.atan(rate / speed) if abs(speed) > 1e-3 else 0.0
-            ground.drive(entity, distance * math.cos(entity.drift))
+            ground.drive(entity, distance * math.cos(entity.drift) if entity.oblique else distance)
         else:
             ground.drive(entity, distance)
     else:

@@ -60,6 +60,7 @@ class Node:
         "start",
         "state",
         "stop",
+        "waits",
     )
 
     def __init__(
@@ -89,6 +90,7 @@ class Node:
         self.element = element
         self.start: TriggerState | None = None
         self.stop: TriggerState | None = None
+        self.waits = kind == "event"  # goes to standby before it starts, even if nothing keeps it there
         self.actors: model.Actors | None = None
         if parent is not None:
             parent.children.append(self)

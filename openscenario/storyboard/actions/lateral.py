@@ -19,6 +19,7 @@ class Shift:
     """Moves the offset from the lane's middle along a shape; time or distance drives it. Base of what follows."""
 
     __slots__ = ("_board", "_by_distance", "_change", "_entity")
+    _oblique = True  # the speed is that along the oblique path; else that along the lane
     domains: tuple[str, ...] = ("lateral",)
 
     def __init__(self, entity: Entity, board: Storyboard) -> None:
@@ -48,6 +49,7 @@ class Shift:
         entity, change = self._entity, self._change
         if not entity.tracked:  # it was put somewhere else meanwhile
             self._board.ground.track(entity)
+        entity.oblique = self._oblique
         pace = abs(0.5 * (entity.speed + entity.speed_before)) if self._by_distance else 1.0
         change.advance(pace * dt)
         if change.done:
@@ -134,6 +136,7 @@ class LaneOffset(Shift):
     """The entity goes to an offset from its lane's middle, or from that of another entity; `continuous` keeps it there."""
 
     __slots__ = ("_element", "_other", "_target")
+    _oblique = False
 
     def __init__(self, element: model.LaneOffsetAction, entity: Entity, board: Storyboard) -> None:
         super().__init__(entity, board)
@@ -149,11 +152,14 @@ class LaneOffset(Shift):
             raise Unsupported("the scenario has no road network")
 
     def _wanted(self) -> float:
+        """Target offset, to the left of the way the entity faces. The other's left counts where the target is relative to it."""
+        entity, other, ground = self._entity, self._other, self._board.ground
         value = self._element.lane_offset_target.value
-        if self._other is not None:
-            self._board.ground.track(self._other)
-            value += self._other.offset * self._other.sense
-        return value
+        if other is None:
+            return value
+        ours, theirs = ground.position(entity), ground.position(other)
+        apart = theirs.t + value * other.sense - ours.t
+        return (entity.offset + apart) * entity.sense
 
     def start(self) -> bool:
         entity, ground = self._entity, self._board.ground

@@ -50,7 +50,10 @@ class Speed:
         if dynamics.dynamics_dimension == "distance":
             both = abs(speed + target)
             duration = 2.0 * duration / both if both > 0.0 else 0.0
-        return duration
+        # no faster than the vehicle can
+        entity = self._entity
+        limit = entity.max_acceleration if abs(target) > abs(speed) else entity.max_deceleration
+        return max(duration, span(dynamics.dynamics_shape, "rate", limit, target - speed) if limit > 0.0 else 0.0)
 
     def step(self, dt: float) -> bool:
         entity = self._entity

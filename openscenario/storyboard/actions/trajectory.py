@@ -73,26 +73,44 @@ class FollowTrajectory:
         x, y = entity.x, entity.y
         before = self._s
         if len(self.domains) > 1:
-            self._clock += dt
-            time = self._trajectory_time()
-            self._s = along.s_at(time)
-            done = time >= along.end_time - 1e-9
-            if not done and time >= along.start_time:
-                speed = (self._s - before) / dt
-                entity.ax = (speed - entity.speed) / dt
-                entity.speed = math.copysign(speed, entity.speed) if entity.speed < 0.0 else speed
-            elif not done:
-                entity.speed = 0.0
+            over = self._step_timed(dt, along)
         else:
-            entity.ax = (entity.speed - entity.speed_before) / dt
-            self._s += 0.5 * (entity.speed + entity.speed_before) * dt
-            done = self._s >= along.length - 1e-9
-            self._s = max(self._s, 0.0)
+            over = self._step_untimed(dt, along)
+        done = over >= -1e-9
         self._go(along)
+        if done and over > 0.0:
+            # what is left of the step: straight on
+            entity.put(entity.x + over * math.cos(entity.h), entity.y + over * math.sin(entity.h), entity.z, entity.h)
         entity.moved = True
-        entity.travelled += abs(min(self._s, along.length) - before)
+        entity.travelled += abs(self._s - before) + max(over, 0.0)
         entity.vx, entity.vy = (entity.x - x) / dt, (entity.y - y) / dt
         return done
+
+    def _step_timed(self, dt: float, along: Course) -> float:
+        """Go on by time; the metres beyond the end, negative before it."""
+        entity = self._entity
+        before = self._s
+        self._clock += dt
+        time = self._trajectory_time()
+        self._s = along.s_at(time)
+        late = time - along.end_time
+        if late > 1e-9:
+            return late * entity.speed
+        speed = (self._s - before) / dt
+        entity.ax = (speed - entity.speed) / dt
+        entity.speed = speed
+        return 0.0 if late >= -1e-9 else -1.0
+
+    def _step_untimed(self, dt: float, along: Course) -> float:
+        """Go on by the entity's own speed; a closed trajectory is run through again and again."""
+        entity = self._entity
+        entity.ax = (entity.speed - entity.speed_before) / dt
+        s = self._s + 0.5 * (entity.speed + entity.speed_before) * dt
+        if self._element.trajectory.closed and along.length > 0.0:
+            self._s = s % along.length
+            return -1.0
+        self._s = min(max(s, 0.0), along.length)
+        return s - along.length if entity.speed != 0.0 else -1.0
 
     def _go(self, along: Course) -> None:
         entity = self._entity
