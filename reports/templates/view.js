@@ -189,7 +189,14 @@ class View {
     const { t, colours: colour } = this;
     if (!track.t.length || t < track.t[0] - 0.06 || t > track.t[track.t.length - 1] + 0.06) return;
     const x = sample(track, "x", t), y = sample(track, "y", t), yaw = sample(track, "yaw", t, true);
-    this.box(pen, x, y, yaw, track.length, track.width, colour[track.kind] || colour.misc, track.name);
+    const fill = colour[track.kind] || colour.misc;
+    this.box(pen, x, y, yaw, track.length, track.width, fill, track.name);
+    if (Math.max(track.length, track.width) * this.scale < 9) { // too small to see: a dot in its place
+      pen.fillStyle = fill;
+      pen.beginPath();
+      pen.arc(...this.px(x, y), 5, 0, 2 * Math.PI);
+      pen.fill();
+    }
     if (track.name !== this.focus) return;
     const [cx, cy] = this.px(x, y);
     pen.strokeStyle = colour.bad;
