@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -52,6 +52,7 @@ class Catalogs:
     base: Path  # folder of the file that names the locations
     locations: tuple[tuple[str, str, At], ...] = ()  # kind, path as written, place
     documents: dict[Path, Document | ScenarioError] = field(default_factory=dict)
+    found: dict[str, Path | PathError] = field(default_factory=dict)  # what written paths lead to
 
     @classmethod
     def of(cls, locations: CatalogLocations, roots: Roots, base: Path) -> Catalogs:
@@ -116,31 +117,48 @@ class Catalogs:
             "catalog.unknown", "no such catalogue in the CatalogLocations", "@catalogName", reference.catalog_name, hint
         )
 
-    def _candidates(self, name: str, kinds: Sequence[str]) -> list[Path]:
-        """Files to look into: of the kind asked for first, named like the catalogue first."""
-        folders: list[Path] = []
+    def _candidates(self, name: str, kinds: Sequence[str]) -> Iterator[Path]:
+        """Files to look into: named like the catalogue first, of the kind asked for first."""
+        folders, problem = self._folders(kinds)
+        for folder in folders:
+            path = self._file(f"{name}.xosc", folder)
+            if path is not None:
+                yield path
+                problem = None
+        if problem is not None:
+            raise problem  # the catalogue is not in the folders that can be reached, and this one cannot
+        for folder in folders:
+            for file in sorted(os.listdir(folder))[:_MOST_FILES]:
+                path = self._file(file, folder) if file.endswith(".xosc") and file != f"{name}.xosc" else None
+                if path is not None:
+                    yield path
+
+    def _folders(self, kinds: Sequence[str]) -> tuple[list[Path], CatalogError | None]:
+        """Folders that can be reached, of the kinds first, and what is wrong with the first that cannot."""
+        folders: dict[Path, None] = {}
         problem: CatalogError | None = None
-        ordered = sorted(self.locations, key=lambda location: location[0] not in kinds)
-        for kind, written, at in ordered:
-            try:
-                folders.append(self.roots.find(written, self.base, folder=True))
-            except PathError as error:
-                if kind in kinds and problem is None:
-                    problem = CatalogError(error.code, error.text, "@path", written, error.hint, at)
-        if problem is not None and not folders:
-            raise problem
-        files: dict[Path, None] = {}
-        for folder in dict.fromkeys(folders):
-            found = [name for name in os.listdir(folder) if name.endswith(".xosc")][:_MOST_FILES]
-            for file in sorted(found, key=lambda file: (file != f"{name}.xosc", file)):
+        for kind, written, at in sorted(self.locations, key=lambda location: location[0] not in kinds):
+            if written not in self.found:
                 try:
-                    files[self.roots.find(file, folder)] = None
-                except PathError:
-                    continue  # a link that leaves the allowed folders, or a folder called x.xosc
-        own = [path for path in files if path.stem == name]
-        if problem is not None and not own:
-            raise problem
-        return own + [path for path in files if path.stem != name]
+                    self.found[written] = self.roots.find(written, self.base, folder=True)
+                except PathError as error:
+                    self.found[written] = error
+            found = self.found[written]
+            if isinstance(found, Path):
+                folders[found] = None
+            elif kind in kinds and problem is None:
+                problem = CatalogError(found.code, found.text, "@path", written, found.hint, at)
+        return list(folders), problem
+
+    def _file(self, name: str, folder: Path) -> Path | None:
+        key = f"{folder}{os.sep}{name}"
+        if key not in self.found:
+            try:
+                self.found[key] = self.roots.find(name, folder)
+            except PathError as error:  # missing, a link that leaves the allowed folders, a folder called x.xosc
+                self.found[key] = error
+        found = self.found[key]
+        return found if isinstance(found, Path) else None
 
     def _document(self, path: Path) -> Document | ScenarioError:
         known = self.documents.get(path)

@@ -70,7 +70,7 @@ class Roots:
         once = unquote(plain)
         # a path that climbs only when decoded is meant to climb: refused before anything looks at the disk
         for variant in dict.fromkeys((unquote(once), once, plain)):
-            lexical = Path(os.path.normpath(os.path.join(base, variant)))
+            lexical = os.path.normpath(os.path.join(base, variant))
             if not _under(lexical, (*self.folders, *self.real)):
                 raise self._outside()
         real = Path(os.path.realpath(lexical))
@@ -94,5 +94,6 @@ class Roots:
         return nearest(place.name, names)
 
 
-def _under(path: Path, folders: Sequence[Path]) -> bool:
-    return any(path == folder or folder in path.parents for folder in folders)
+def _under(path: str | Path, folders: Sequence[Path]) -> bool:
+    place = os.path.join(path, "")  # "/a/b/" is below "/a/" and "/a/b/", "/ab/" is not
+    return any(place.startswith(os.path.join(folder, "")) for folder in folders)

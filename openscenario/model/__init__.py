@@ -7,609 +7,295 @@ entries they name.
 
 from __future__ import annotations
 
-from openscenario.model.actions import (
-    AbsoluteSpeed,
-    AbsoluteTargetLane,
-    AbsoluteTargetLaneOffset,
-    AbsoluteTargetSpeed,
-    AcquirePositionAction,
-    ActivateControllerAction,
-    AppearanceAction,
-    AssignControllerAction,
-    AssignRouteAction,
-    AutomaticGear,
-    BrakeForce,
-    BrakeInput,
-    BrakePercent,
-    ConnectTrailerAction,
-    ControllerAction,
-    DisconnectTrailerAction,
-    DynamicConstraints,
-    FinalSpeed,
-    FollowTrajectoryAction,
-    GearInput,
-    LaneChangeAction,
-    LaneChangeTarget,
-    LaneOffsetAction,
-    LaneOffsetActionDynamics,
-    LaneOffsetTarget,
-    LateralDistanceAction,
-    LongitudinalDistanceAction,
-    ManualGear,
-    OverrideBrakeAction,
-    OverrideClutchAction,
-    OverrideControllerValueAction,
-    OverrideGearAction,
-    OverrideParkingBrakeAction,
-    OverrideSteeringWheelAction,
-    OverrideThrottleAction,
-    PrivateAction,
-    RandomRouteAction,
-    RelativeSpeedToMaster,
-    RelativeTargetLane,
-    RelativeTargetLaneOffset,
-    RelativeTargetSpeed,
-    SensorReference,
-    SpeedAction,
-    SpeedActionTarget,
-    SpeedProfileAction,
-    SpeedProfileEntry,
-    SteadyState,
-    SynchronizeAction,
-    TargetDistanceSteadyState,
-    TargetTimeSteadyState,
-    TeleportAction,
-    TrajectoryFollowingMode,
-    TransitionDynamics,
-    VisibilityAction,
-)
-from openscenario.model.appearance import (
-    AnimationAction,
-    AnimationFile,
-    AnimationState,
-    AnimationType,
-    Color,
-    ColorCmyk,
-    ColorRgb,
-    ComponentAnimation,
-    LightState,
-    LightStateAction,
-    LightType,
-    PedestrianAnimation,
-    PedestrianGesture,
-    UserDefinedAnimation,
-    UserDefinedComponent,
-    UserDefinedLight,
-    VehicleComponent,
-    VehicleLight,
-)
-from openscenario.model.catalogs import (
-    CatalogLocation,
-    CatalogLocations,
-    CatalogReference,
-    Directory,
-    ParameterAssignment,
-)
-from openscenario.model.conditions import (
-    AccelerationCondition,
-    AngleCondition,
-    ByEntityCondition,
-    ByValueCondition,
-    CollisionCondition,
-    Condition,
-    ConditionGroup,
-    DistanceCondition,
-    EndOfRoadCondition,
-    EntityCondition,
-    OffroadCondition,
-    ParameterCondition,
-    ReachPositionCondition,
-    RelativeAngleCondition,
-    RelativeClearanceCondition,
-    RelativeDistanceCondition,
-    RelativeLaneRange,
-    RelativeSpeedCondition,
-    SimulationTimeCondition,
-    SpeedCondition,
-    StandStillCondition,
-    StoryboardElementStateCondition,
-    TimeHeadwayCondition,
-    TimeOfDayCondition,
-    TimeToCollisionCondition,
-    TimeToCollisionConditionTarget,
-    TrafficSignalCondition,
-    TrafficSignalControllerCondition,
-    TraveledDistanceCondition,
-    Trigger,
-    TriggeringEntities,
-    UserDefinedValueCondition,
-    VariableCondition,
-)
-from openscenario.model.declarations import (
-    NO_PROPERTIES,
-    CustomContent,
-    File,
-    FileHeader,
-    License,
-    MonitorDeclaration,
-    ParameterDeclaration,
-    Properties,
-    Property,
-    ValueConstraint,
-    ValueConstraintGroup,
-    VariableDeclaration,
-)
-from openscenario.model.entities import (
-    Axle,
-    Axles,
-    BoundingBox,
-    ByObjectType,
-    ByType,
-    Center,
-    Controller,
-    Dimensions,
-    Entities,
-    EntityKind,
-    EntityObject,
-    EntityRef,
-    EntitySelection,
-    ExternalObjectReference,
-    MiscObject,
-    ObjectController,
-    Pedestrian,
-    Performance,
-    ScenarioObject,
-    SelectedEntities,
-    Trailer,
-    TrailerCoupler,
-    TrailerHitch,
-    TrailerRef,
-    Vehicle,
-)
-from openscenario.model.enums import (
-    AngleType,
-    AutomaticGearType,
-    CloudState,
-    ColorType,
-    ConditionEdge,
-    ControllerType,
-    CoordinateSystem,
-    DirectionalDimension,
-    DynamicsDimension,
-    DynamicsShape,
-    FollowingMode,
-    FractionalCloudCover,
-    LateralDisplacement,
-    LightMode,
-    LongitudinalDisplacement,
-    MiscObjectCategory,
-    ObjectType,
-    ParameterType,
-    PedestrianCategory,
-    PedestrianGestureType,
-    PedestrianMotionType,
-    PrecipitationType,
-    Priority,
-    ReferenceContext,
-    RelativeDistanceType,
-    Role,
-    RouteStrategy,
-    RoutingAlgorithm,
-    Rule,
-    SpeedTargetValueType,
-    StoryboardElementState,
-    StoryboardElementType,
-    TriggeringEntitiesRule,
-    VehicleCategory,
-    VehicleComponentType,
-    VehicleLightType,
-    Wetness,
-)
-from openscenario.model.environment import (
-    DomeImage,
-    Environment,
-    Fog,
-    Precipitation,
-    RoadCondition,
-    Sun,
-    TimeOfDay,
-    Weather,
-    Wind,
-)
-from openscenario.model.global_actions import (
-    AddEntityAction,
-    CustomCommandAction,
-    DeleteEntityAction,
-    EntityAction,
-    EnvironmentAction,
-    GlobalAction,
-    ModifyRule,
-    ParameterAction,
-    ParameterAddValueRule,
-    ParameterModifyAction,
-    ParameterMultiplyByValueRule,
-    ParameterSetAction,
-    SetMonitorAction,
-    TrafficSignalControllerAction,
-    TrafficSignalStateAction,
-    UserDefinedAction,
-    VariableAction,
-    VariableAddValueRule,
-    VariableModifyAction,
-    VariableModifyRule,
-    VariableMultiplyByValueRule,
-    VariableSetAction,
-)
-from openscenario.model.kinds import NOWHERE, At, Element
-from openscenario.model.positions import (
-    GeoPosition,
-    InRoutePosition,
-    LanePosition,
-    Orientation,
-    Position,
-    PositionInLaneCoordinates,
-    PositionInRoadCoordinates,
-    PositionOfCurrentEntity,
-    RelativeLanePosition,
-    RelativeObjectPosition,
-    RelativeRoadPosition,
-    RelativeWorldPosition,
-    RoadPosition,
-    RoutePosition,
-    TrajectoryPosition,
-    WorldPosition,
-)
-from openscenario.model.routes import Route, Waypoint
-from openscenario.model.scenario import LogicFile, RoadNetwork, Scenario, SceneGraphFile, UsedArea
-from openscenario.model.storyboard import (
-    Act,
-    Action,
-    Actors,
-    AnyAction,
-    Event,
-    Init,
-    InitActions,
-    Maneuver,
-    ManeuverGroup,
-    Private,
-    Story,
-    Storyboard,
-)
-from openscenario.model.traffic import (
-    CentralSwarmObject,
-    ControllerDistributionEntry,
-    DirectionOfTravelDistribution,
-    EntityDistributionEntry,
-    Lane,
-    Phase,
-    Polygon,
-    Range,
-    RoadCursor,
-    RoadRange,
-    ScenarioObjectTemplate,
-    TrafficAction,
-    TrafficArea,
-    TrafficAreaAction,
-    TrafficDefinition,
-    TrafficDistribution,
-    TrafficDistributionEntry,
-    TrafficSignalController,
-    TrafficSignalGroupState,
-    TrafficSignalState,
-    TrafficSinkAction,
-    TrafficSourceAction,
-    TrafficStopAction,
-    TrafficSwarmAction,
-    VehicleCategoryDistributionEntry,
-    VehicleRoleDistributionEntry,
-)
-from openscenario.model.trajectories import (
-    Clothoid,
-    ClothoidSpline,
-    ClothoidSplineSegment,
-    ControlPoint,
-    Knot,
-    Nurbs,
-    Polyline,
-    Shape,
-    TimeReference,
-    Timing,
-    Trajectory,
-    Untimed,
-    Vertex,
-)
-
-__all__ = [
-    "NOWHERE",
-    "NO_PROPERTIES",
-    "AbsoluteSpeed",
-    "AbsoluteTargetLane",
-    "AbsoluteTargetLaneOffset",
-    "AbsoluteTargetSpeed",
-    "AccelerationCondition",
-    "AcquirePositionAction",
-    "Act",
-    "Action",
-    "ActivateControllerAction",
-    "Actors",
-    "AddEntityAction",
-    "AngleCondition",
-    "AngleType",
-    "AnimationAction",
-    "AnimationFile",
-    "AnimationState",
-    "AnimationType",
-    "AnyAction",
-    "AppearanceAction",
-    "AssignControllerAction",
-    "AssignRouteAction",
-    "At",
-    "AutomaticGear",
-    "AutomaticGearType",
-    "Axle",
-    "Axles",
-    "BoundingBox",
-    "BrakeForce",
-    "BrakeInput",
-    "BrakePercent",
-    "ByEntityCondition",
-    "ByObjectType",
-    "ByType",
-    "ByValueCondition",
-    "CatalogLocation",
-    "CatalogLocations",
-    "CatalogReference",
-    "Center",
-    "CentralSwarmObject",
-    "Clothoid",
-    "ClothoidSpline",
-    "ClothoidSplineSegment",
-    "CloudState",
-    "CollisionCondition",
-    "Color",
-    "ColorCmyk",
-    "ColorRgb",
-    "ColorType",
-    "ComponentAnimation",
-    "Condition",
-    "ConditionEdge",
-    "ConditionGroup",
-    "ConnectTrailerAction",
-    "ControlPoint",
-    "Controller",
-    "ControllerAction",
-    "ControllerDistributionEntry",
-    "ControllerType",
-    "CoordinateSystem",
-    "CustomCommandAction",
-    "CustomContent",
-    "DeleteEntityAction",
-    "Dimensions",
-    "DirectionOfTravelDistribution",
-    "DirectionalDimension",
-    "Directory",
-    "DisconnectTrailerAction",
-    "DistanceCondition",
-    "DomeImage",
-    "DynamicConstraints",
-    "DynamicsDimension",
-    "DynamicsShape",
-    "Element",
-    "EndOfRoadCondition",
-    "Entities",
-    "EntityAction",
-    "EntityCondition",
-    "EntityDistributionEntry",
-    "EntityKind",
-    "EntityObject",
-    "EntityRef",
-    "EntitySelection",
-    "Environment",
-    "EnvironmentAction",
-    "Event",
-    "ExternalObjectReference",
-    "File",
-    "FileHeader",
-    "FinalSpeed",
-    "Fog",
-    "FollowTrajectoryAction",
-    "FollowingMode",
-    "FractionalCloudCover",
-    "GearInput",
-    "GeoPosition",
-    "GlobalAction",
-    "InRoutePosition",
-    "Init",
-    "InitActions",
-    "Knot",
-    "Lane",
-    "LaneChangeAction",
-    "LaneChangeTarget",
-    "LaneOffsetAction",
-    "LaneOffsetActionDynamics",
-    "LaneOffsetTarget",
-    "LanePosition",
-    "LateralDisplacement",
-    "LateralDistanceAction",
-    "License",
-    "LightMode",
-    "LightState",
-    "LightStateAction",
-    "LightType",
-    "LogicFile",
-    "LongitudinalDisplacement",
-    "LongitudinalDistanceAction",
-    "Maneuver",
-    "ManeuverGroup",
-    "ManualGear",
-    "MiscObject",
-    "MiscObjectCategory",
-    "ModifyRule",
-    "MonitorDeclaration",
-    "Nurbs",
-    "ObjectController",
-    "ObjectType",
-    "OffroadCondition",
-    "Orientation",
-    "OverrideBrakeAction",
-    "OverrideClutchAction",
-    "OverrideControllerValueAction",
-    "OverrideGearAction",
-    "OverrideParkingBrakeAction",
-    "OverrideSteeringWheelAction",
-    "OverrideThrottleAction",
-    "ParameterAction",
-    "ParameterAddValueRule",
-    "ParameterAssignment",
-    "ParameterCondition",
-    "ParameterDeclaration",
-    "ParameterModifyAction",
-    "ParameterMultiplyByValueRule",
-    "ParameterSetAction",
-    "ParameterType",
-    "Pedestrian",
-    "PedestrianAnimation",
-    "PedestrianCategory",
-    "PedestrianGesture",
-    "PedestrianGestureType",
-    "PedestrianMotionType",
-    "Performance",
-    "Phase",
-    "Polygon",
-    "Polyline",
-    "Position",
-    "PositionInLaneCoordinates",
-    "PositionInRoadCoordinates",
-    "PositionOfCurrentEntity",
-    "Precipitation",
-    "PrecipitationType",
-    "Priority",
-    "Private",
-    "PrivateAction",
-    "Properties",
-    "Property",
-    "RandomRouteAction",
-    "Range",
-    "ReachPositionCondition",
-    "ReferenceContext",
-    "RelativeAngleCondition",
-    "RelativeClearanceCondition",
-    "RelativeDistanceCondition",
-    "RelativeDistanceType",
-    "RelativeLanePosition",
-    "RelativeLaneRange",
-    "RelativeObjectPosition",
-    "RelativeRoadPosition",
-    "RelativeSpeedCondition",
-    "RelativeSpeedToMaster",
-    "RelativeTargetLane",
-    "RelativeTargetLaneOffset",
-    "RelativeTargetSpeed",
-    "RelativeWorldPosition",
-    "RoadCondition",
-    "RoadCursor",
-    "RoadNetwork",
-    "RoadPosition",
-    "RoadRange",
-    "Role",
-    "Route",
-    "RoutePosition",
-    "RouteStrategy",
-    "RoutingAlgorithm",
-    "Rule",
-    "Scenario",
-    "ScenarioObject",
-    "ScenarioObjectTemplate",
-    "SceneGraphFile",
-    "SelectedEntities",
-    "SensorReference",
-    "SetMonitorAction",
-    "Shape",
-    "SimulationTimeCondition",
-    "SpeedAction",
-    "SpeedActionTarget",
-    "SpeedCondition",
-    "SpeedProfileAction",
-    "SpeedProfileEntry",
-    "SpeedTargetValueType",
-    "StandStillCondition",
-    "SteadyState",
-    "Story",
-    "Storyboard",
-    "StoryboardElementState",
-    "StoryboardElementStateCondition",
-    "StoryboardElementType",
-    "Sun",
-    "SynchronizeAction",
-    "TargetDistanceSteadyState",
-    "TargetTimeSteadyState",
-    "TeleportAction",
-    "TimeHeadwayCondition",
-    "TimeOfDay",
-    "TimeOfDayCondition",
-    "TimeReference",
-    "TimeToCollisionCondition",
-    "TimeToCollisionConditionTarget",
-    "Timing",
-    "TrafficAction",
-    "TrafficArea",
-    "TrafficAreaAction",
-    "TrafficDefinition",
-    "TrafficDistribution",
-    "TrafficDistributionEntry",
-    "TrafficSignalCondition",
-    "TrafficSignalController",
-    "TrafficSignalControllerAction",
-    "TrafficSignalControllerCondition",
-    "TrafficSignalGroupState",
-    "TrafficSignalState",
-    "TrafficSignalStateAction",
-    "TrafficSinkAction",
-    "TrafficSourceAction",
-    "TrafficStopAction",
-    "TrafficSwarmAction",
-    "Trailer",
-    "TrailerCoupler",
-    "TrailerHitch",
-    "TrailerRef",
-    "Trajectory",
-    "TrajectoryFollowingMode",
-    "TrajectoryPosition",
-    "TransitionDynamics",
-    "TraveledDistanceCondition",
-    "Trigger",
-    "TriggeringEntities",
-    "TriggeringEntitiesRule",
-    "Untimed",
-    "UsedArea",
-    "UserDefinedAction",
-    "UserDefinedAnimation",
-    "UserDefinedComponent",
-    "UserDefinedLight",
-    "UserDefinedValueCondition",
-    "ValueConstraint",
-    "ValueConstraintGroup",
-    "VariableAction",
-    "VariableAddValueRule",
-    "VariableCondition",
-    "VariableDeclaration",
-    "VariableModifyAction",
-    "VariableModifyRule",
-    "VariableMultiplyByValueRule",
-    "VariableSetAction",
-    "Vehicle",
-    "VehicleCategory",
-    "VehicleCategoryDistributionEntry",
-    "VehicleComponent",
-    "VehicleComponentType",
-    "VehicleLight",
-    "VehicleLightType",
-    "VehicleRoleDistributionEntry",
-    "Vertex",
-    "VisibilityAction",
-    "Waypoint",
-    "Weather",
-    "Wetness",
-    "Wind",
-    "WorldPosition",
-]
+from openscenario.model.actions import AbsoluteSpeed as AbsoluteSpeed
+from openscenario.model.actions import AbsoluteTargetLane as AbsoluteTargetLane
+from openscenario.model.actions import AbsoluteTargetLaneOffset as AbsoluteTargetLaneOffset
+from openscenario.model.actions import AbsoluteTargetSpeed as AbsoluteTargetSpeed
+from openscenario.model.actions import AcquirePositionAction as AcquirePositionAction
+from openscenario.model.actions import AssignRouteAction as AssignRouteAction
+from openscenario.model.actions import DynamicConstraints as DynamicConstraints
+from openscenario.model.actions import FinalSpeed as FinalSpeed
+from openscenario.model.actions import FollowTrajectoryAction as FollowTrajectoryAction
+from openscenario.model.actions import LaneChangeAction as LaneChangeAction
+from openscenario.model.actions import LaneChangeTarget as LaneChangeTarget
+from openscenario.model.actions import LaneOffsetAction as LaneOffsetAction
+from openscenario.model.actions import LaneOffsetActionDynamics as LaneOffsetActionDynamics
+from openscenario.model.actions import LaneOffsetTarget as LaneOffsetTarget
+from openscenario.model.actions import LateralDistanceAction as LateralDistanceAction
+from openscenario.model.actions import LongitudinalDistanceAction as LongitudinalDistanceAction
+from openscenario.model.actions import PrivateAction as PrivateAction
+from openscenario.model.actions import RandomRouteAction as RandomRouteAction
+from openscenario.model.actions import RelativeSpeedToMaster as RelativeSpeedToMaster
+from openscenario.model.actions import RelativeTargetLane as RelativeTargetLane
+from openscenario.model.actions import RelativeTargetLaneOffset as RelativeTargetLaneOffset
+from openscenario.model.actions import RelativeTargetSpeed as RelativeTargetSpeed
+from openscenario.model.actions import SpeedAction as SpeedAction
+from openscenario.model.actions import SpeedActionTarget as SpeedActionTarget
+from openscenario.model.actions import SpeedProfileAction as SpeedProfileAction
+from openscenario.model.actions import SpeedProfileEntry as SpeedProfileEntry
+from openscenario.model.actions import SteadyState as SteadyState
+from openscenario.model.actions import SynchronizeAction as SynchronizeAction
+from openscenario.model.actions import TargetDistanceSteadyState as TargetDistanceSteadyState
+from openscenario.model.actions import TargetTimeSteadyState as TargetTimeSteadyState
+from openscenario.model.actions import TeleportAction as TeleportAction
+from openscenario.model.actions import TrajectoryFollowingMode as TrajectoryFollowingMode
+from openscenario.model.actions import TransitionDynamics as TransitionDynamics
+from openscenario.model.appearance import AnimationAction as AnimationAction
+from openscenario.model.appearance import AnimationFile as AnimationFile
+from openscenario.model.appearance import AnimationState as AnimationState
+from openscenario.model.appearance import AnimationType as AnimationType
+from openscenario.model.appearance import Color as Color
+from openscenario.model.appearance import ColorCmyk as ColorCmyk
+from openscenario.model.appearance import ColorRgb as ColorRgb
+from openscenario.model.appearance import ComponentAnimation as ComponentAnimation
+from openscenario.model.appearance import LightState as LightState
+from openscenario.model.appearance import LightStateAction as LightStateAction
+from openscenario.model.appearance import LightType as LightType
+from openscenario.model.appearance import PedestrianAnimation as PedestrianAnimation
+from openscenario.model.appearance import PedestrianGesture as PedestrianGesture
+from openscenario.model.appearance import UserDefinedAnimation as UserDefinedAnimation
+from openscenario.model.appearance import UserDefinedComponent as UserDefinedComponent
+from openscenario.model.appearance import UserDefinedLight as UserDefinedLight
+from openscenario.model.appearance import VehicleComponent as VehicleComponent
+from openscenario.model.appearance import VehicleLight as VehicleLight
+from openscenario.model.catalogs import CatalogLocation as CatalogLocation
+from openscenario.model.catalogs import CatalogLocations as CatalogLocations
+from openscenario.model.catalogs import CatalogReference as CatalogReference
+from openscenario.model.catalogs import Directory as Directory
+from openscenario.model.catalogs import ParameterAssignment as ParameterAssignment
+from openscenario.model.conditions import AccelerationCondition as AccelerationCondition
+from openscenario.model.conditions import AngleCondition as AngleCondition
+from openscenario.model.conditions import ByEntityCondition as ByEntityCondition
+from openscenario.model.conditions import ByValueCondition as ByValueCondition
+from openscenario.model.conditions import CollisionCondition as CollisionCondition
+from openscenario.model.conditions import Condition as Condition
+from openscenario.model.conditions import ConditionGroup as ConditionGroup
+from openscenario.model.conditions import DistanceCondition as DistanceCondition
+from openscenario.model.conditions import EndOfRoadCondition as EndOfRoadCondition
+from openscenario.model.conditions import EntityCondition as EntityCondition
+from openscenario.model.conditions import OffroadCondition as OffroadCondition
+from openscenario.model.conditions import ParameterCondition as ParameterCondition
+from openscenario.model.conditions import ReachPositionCondition as ReachPositionCondition
+from openscenario.model.conditions import RelativeAngleCondition as RelativeAngleCondition
+from openscenario.model.conditions import RelativeClearanceCondition as RelativeClearanceCondition
+from openscenario.model.conditions import RelativeDistanceCondition as RelativeDistanceCondition
+from openscenario.model.conditions import RelativeLaneRange as RelativeLaneRange
+from openscenario.model.conditions import RelativeSpeedCondition as RelativeSpeedCondition
+from openscenario.model.conditions import SimulationTimeCondition as SimulationTimeCondition
+from openscenario.model.conditions import SpeedCondition as SpeedCondition
+from openscenario.model.conditions import StandStillCondition as StandStillCondition
+from openscenario.model.conditions import StoryboardElementStateCondition as StoryboardElementStateCondition
+from openscenario.model.conditions import TimeHeadwayCondition as TimeHeadwayCondition
+from openscenario.model.conditions import TimeOfDayCondition as TimeOfDayCondition
+from openscenario.model.conditions import TimeToCollisionCondition as TimeToCollisionCondition
+from openscenario.model.conditions import TimeToCollisionConditionTarget as TimeToCollisionConditionTarget
+from openscenario.model.conditions import TrafficSignalCondition as TrafficSignalCondition
+from openscenario.model.conditions import TrafficSignalControllerCondition as TrafficSignalControllerCondition
+from openscenario.model.conditions import TraveledDistanceCondition as TraveledDistanceCondition
+from openscenario.model.conditions import Trigger as Trigger
+from openscenario.model.conditions import TriggeringEntities as TriggeringEntities
+from openscenario.model.conditions import UserDefinedValueCondition as UserDefinedValueCondition
+from openscenario.model.conditions import VariableCondition as VariableCondition
+from openscenario.model.controllers import ActivateControllerAction as ActivateControllerAction
+from openscenario.model.controllers import AppearanceAction as AppearanceAction
+from openscenario.model.controllers import AssignControllerAction as AssignControllerAction
+from openscenario.model.controllers import AutomaticGear as AutomaticGear
+from openscenario.model.controllers import BrakeForce as BrakeForce
+from openscenario.model.controllers import BrakeInput as BrakeInput
+from openscenario.model.controllers import BrakePercent as BrakePercent
+from openscenario.model.controllers import ConnectTrailerAction as ConnectTrailerAction
+from openscenario.model.controllers import ControllerAction as ControllerAction
+from openscenario.model.controllers import DisconnectTrailerAction as DisconnectTrailerAction
+from openscenario.model.controllers import GearInput as GearInput
+from openscenario.model.controllers import ManualGear as ManualGear
+from openscenario.model.controllers import OverrideBrakeAction as OverrideBrakeAction
+from openscenario.model.controllers import OverrideClutchAction as OverrideClutchAction
+from openscenario.model.controllers import OverrideControllerValueAction as OverrideControllerValueAction
+from openscenario.model.controllers import OverrideGearAction as OverrideGearAction
+from openscenario.model.controllers import OverrideParkingBrakeAction as OverrideParkingBrakeAction
+from openscenario.model.controllers import OverrideSteeringWheelAction as OverrideSteeringWheelAction
+from openscenario.model.controllers import OverrideThrottleAction as OverrideThrottleAction
+from openscenario.model.controllers import SensorReference as SensorReference
+from openscenario.model.controllers import VisibilityAction as VisibilityAction
+from openscenario.model.declarations import NO_PROPERTIES as NO_PROPERTIES
+from openscenario.model.declarations import CustomContent as CustomContent
+from openscenario.model.declarations import File as File
+from openscenario.model.declarations import FileHeader as FileHeader
+from openscenario.model.declarations import License as License
+from openscenario.model.declarations import MonitorDeclaration as MonitorDeclaration
+from openscenario.model.declarations import ParameterDeclaration as ParameterDeclaration
+from openscenario.model.declarations import Properties as Properties
+from openscenario.model.declarations import Property as Property
+from openscenario.model.declarations import ValueConstraint as ValueConstraint
+from openscenario.model.declarations import ValueConstraintGroup as ValueConstraintGroup
+from openscenario.model.declarations import VariableDeclaration as VariableDeclaration
+from openscenario.model.entities import Axle as Axle
+from openscenario.model.entities import Axles as Axles
+from openscenario.model.entities import BoundingBox as BoundingBox
+from openscenario.model.entities import ByObjectType as ByObjectType
+from openscenario.model.entities import ByType as ByType
+from openscenario.model.entities import Center as Center
+from openscenario.model.entities import Controller as Controller
+from openscenario.model.entities import Dimensions as Dimensions
+from openscenario.model.entities import Entities as Entities
+from openscenario.model.entities import EntityKind as EntityKind
+from openscenario.model.entities import EntityObject as EntityObject
+from openscenario.model.entities import EntityRef as EntityRef
+from openscenario.model.entities import EntitySelection as EntitySelection
+from openscenario.model.entities import ExternalObjectReference as ExternalObjectReference
+from openscenario.model.entities import MiscObject as MiscObject
+from openscenario.model.entities import ObjectController as ObjectController
+from openscenario.model.entities import Pedestrian as Pedestrian
+from openscenario.model.entities import Performance as Performance
+from openscenario.model.entities import ScenarioObject as ScenarioObject
+from openscenario.model.entities import SelectedEntities as SelectedEntities
+from openscenario.model.entities import Trailer as Trailer
+from openscenario.model.entities import TrailerCoupler as TrailerCoupler
+from openscenario.model.entities import TrailerHitch as TrailerHitch
+from openscenario.model.entities import TrailerRef as TrailerRef
+from openscenario.model.entities import Vehicle as Vehicle
+from openscenario.model.enums import AngleType as AngleType
+from openscenario.model.enums import AutomaticGearType as AutomaticGearType
+from openscenario.model.enums import CloudState as CloudState
+from openscenario.model.enums import ColorType as ColorType
+from openscenario.model.enums import ConditionEdge as ConditionEdge
+from openscenario.model.enums import ControllerType as ControllerType
+from openscenario.model.enums import CoordinateSystem as CoordinateSystem
+from openscenario.model.enums import DirectionalDimension as DirectionalDimension
+from openscenario.model.enums import DynamicsDimension as DynamicsDimension
+from openscenario.model.enums import DynamicsShape as DynamicsShape
+from openscenario.model.enums import FollowingMode as FollowingMode
+from openscenario.model.enums import FractionalCloudCover as FractionalCloudCover
+from openscenario.model.enums import LateralDisplacement as LateralDisplacement
+from openscenario.model.enums import LightMode as LightMode
+from openscenario.model.enums import LongitudinalDisplacement as LongitudinalDisplacement
+from openscenario.model.enums import MiscObjectCategory as MiscObjectCategory
+from openscenario.model.enums import ObjectType as ObjectType
+from openscenario.model.enums import ParameterType as ParameterType
+from openscenario.model.enums import PedestrianCategory as PedestrianCategory
+from openscenario.model.enums import PedestrianGestureType as PedestrianGestureType
+from openscenario.model.enums import PedestrianMotionType as PedestrianMotionType
+from openscenario.model.enums import PrecipitationType as PrecipitationType
+from openscenario.model.enums import Priority as Priority
+from openscenario.model.enums import ReferenceContext as ReferenceContext
+from openscenario.model.enums import RelativeDistanceType as RelativeDistanceType
+from openscenario.model.enums import Role as Role
+from openscenario.model.enums import RouteStrategy as RouteStrategy
+from openscenario.model.enums import RoutingAlgorithm as RoutingAlgorithm
+from openscenario.model.enums import Rule as Rule
+from openscenario.model.enums import SpeedTargetValueType as SpeedTargetValueType
+from openscenario.model.enums import StoryboardElementState as StoryboardElementState
+from openscenario.model.enums import StoryboardElementType as StoryboardElementType
+from openscenario.model.enums import TriggeringEntitiesRule as TriggeringEntitiesRule
+from openscenario.model.enums import VehicleCategory as VehicleCategory
+from openscenario.model.enums import VehicleComponentType as VehicleComponentType
+from openscenario.model.enums import VehicleLightType as VehicleLightType
+from openscenario.model.enums import Wetness as Wetness
+from openscenario.model.environment import DomeImage as DomeImage
+from openscenario.model.environment import Environment as Environment
+from openscenario.model.environment import Fog as Fog
+from openscenario.model.environment import Precipitation as Precipitation
+from openscenario.model.environment import RoadCondition as RoadCondition
+from openscenario.model.environment import Sun as Sun
+from openscenario.model.environment import TimeOfDay as TimeOfDay
+from openscenario.model.environment import Weather as Weather
+from openscenario.model.environment import Wind as Wind
+from openscenario.model.global_actions import AddEntityAction as AddEntityAction
+from openscenario.model.global_actions import CustomCommandAction as CustomCommandAction
+from openscenario.model.global_actions import DeleteEntityAction as DeleteEntityAction
+from openscenario.model.global_actions import EntityAction as EntityAction
+from openscenario.model.global_actions import EnvironmentAction as EnvironmentAction
+from openscenario.model.global_actions import GlobalAction as GlobalAction
+from openscenario.model.global_actions import ModifyRule as ModifyRule
+from openscenario.model.global_actions import ParameterAction as ParameterAction
+from openscenario.model.global_actions import ParameterAddValueRule as ParameterAddValueRule
+from openscenario.model.global_actions import ParameterModifyAction as ParameterModifyAction
+from openscenario.model.global_actions import ParameterMultiplyByValueRule as ParameterMultiplyByValueRule
+from openscenario.model.global_actions import ParameterSetAction as ParameterSetAction
+from openscenario.model.global_actions import SetMonitorAction as SetMonitorAction
+from openscenario.model.global_actions import TrafficSignalControllerAction as TrafficSignalControllerAction
+from openscenario.model.global_actions import TrafficSignalStateAction as TrafficSignalStateAction
+from openscenario.model.global_actions import UserDefinedAction as UserDefinedAction
+from openscenario.model.global_actions import VariableAction as VariableAction
+from openscenario.model.global_actions import VariableAddValueRule as VariableAddValueRule
+from openscenario.model.global_actions import VariableModifyAction as VariableModifyAction
+from openscenario.model.global_actions import VariableModifyRule as VariableModifyRule
+from openscenario.model.global_actions import VariableMultiplyByValueRule as VariableMultiplyByValueRule
+from openscenario.model.global_actions import VariableSetAction as VariableSetAction
+from openscenario.model.kinds import NOWHERE as NOWHERE
+from openscenario.model.kinds import At as At
+from openscenario.model.kinds import Element as Element
+from openscenario.model.positions import GeoPosition as GeoPosition
+from openscenario.model.positions import InRoutePosition as InRoutePosition
+from openscenario.model.positions import LanePosition as LanePosition
+from openscenario.model.positions import Orientation as Orientation
+from openscenario.model.positions import Position as Position
+from openscenario.model.positions import PositionInLaneCoordinates as PositionInLaneCoordinates
+from openscenario.model.positions import PositionInRoadCoordinates as PositionInRoadCoordinates
+from openscenario.model.positions import PositionOfCurrentEntity as PositionOfCurrentEntity
+from openscenario.model.positions import RelativeLanePosition as RelativeLanePosition
+from openscenario.model.positions import RelativeObjectPosition as RelativeObjectPosition
+from openscenario.model.positions import RelativeRoadPosition as RelativeRoadPosition
+from openscenario.model.positions import RelativeWorldPosition as RelativeWorldPosition
+from openscenario.model.positions import RoadPosition as RoadPosition
+from openscenario.model.positions import RoutePosition as RoutePosition
+from openscenario.model.positions import TrajectoryPosition as TrajectoryPosition
+from openscenario.model.positions import WorldPosition as WorldPosition
+from openscenario.model.routes import Route as Route
+from openscenario.model.routes import Waypoint as Waypoint
+from openscenario.model.scenario import LogicFile as LogicFile
+from openscenario.model.scenario import RoadNetwork as RoadNetwork
+from openscenario.model.scenario import Scenario as Scenario
+from openscenario.model.scenario import SceneGraphFile as SceneGraphFile
+from openscenario.model.scenario import UsedArea as UsedArea
+from openscenario.model.storyboard import Act as Act
+from openscenario.model.storyboard import Action as Action
+from openscenario.model.storyboard import Actors as Actors
+from openscenario.model.storyboard import AnyAction as AnyAction
+from openscenario.model.storyboard import Event as Event
+from openscenario.model.storyboard import Init as Init
+from openscenario.model.storyboard import InitActions as InitActions
+from openscenario.model.storyboard import Maneuver as Maneuver
+from openscenario.model.storyboard import ManeuverGroup as ManeuverGroup
+from openscenario.model.storyboard import Private as Private
+from openscenario.model.storyboard import Story as Story
+from openscenario.model.storyboard import Storyboard as Storyboard
+from openscenario.model.traffic import CentralSwarmObject as CentralSwarmObject
+from openscenario.model.traffic import ControllerDistributionEntry as ControllerDistributionEntry
+from openscenario.model.traffic import DirectionOfTravelDistribution as DirectionOfTravelDistribution
+from openscenario.model.traffic import EntityDistributionEntry as EntityDistributionEntry
+from openscenario.model.traffic import Lane as Lane
+from openscenario.model.traffic import Phase as Phase
+from openscenario.model.traffic import Polygon as Polygon
+from openscenario.model.traffic import Range as Range
+from openscenario.model.traffic import RoadCursor as RoadCursor
+from openscenario.model.traffic import RoadRange as RoadRange
+from openscenario.model.traffic import ScenarioObjectTemplate as ScenarioObjectTemplate
+from openscenario.model.traffic import TrafficAction as TrafficAction
+from openscenario.model.traffic import TrafficArea as TrafficArea
+from openscenario.model.traffic import TrafficAreaAction as TrafficAreaAction
+from openscenario.model.traffic import TrafficDefinition as TrafficDefinition
+from openscenario.model.traffic import TrafficDistribution as TrafficDistribution
+from openscenario.model.traffic import TrafficDistributionEntry as TrafficDistributionEntry
+from openscenario.model.traffic import TrafficSignalController as TrafficSignalController
+from openscenario.model.traffic import TrafficSignalGroupState as TrafficSignalGroupState
+from openscenario.model.traffic import TrafficSignalState as TrafficSignalState
+from openscenario.model.traffic import TrafficSinkAction as TrafficSinkAction
+from openscenario.model.traffic import TrafficSourceAction as TrafficSourceAction
+from openscenario.model.traffic import TrafficStopAction as TrafficStopAction
+from openscenario.model.traffic import TrafficSwarmAction as TrafficSwarmAction
+from openscenario.model.traffic import VehicleCategoryDistributionEntry as VehicleCategoryDistributionEntry
+from openscenario.model.traffic import VehicleRoleDistributionEntry as VehicleRoleDistributionEntry
+from openscenario.model.trajectories import Clothoid as Clothoid
+from openscenario.model.trajectories import ClothoidSpline as ClothoidSpline
+from openscenario.model.trajectories import ClothoidSplineSegment as ClothoidSplineSegment
+from openscenario.model.trajectories import ControlPoint as ControlPoint
+from openscenario.model.trajectories import Knot as Knot
+from openscenario.model.trajectories import Nurbs as Nurbs
+from openscenario.model.trajectories import Polyline as Polyline
+from openscenario.model.trajectories import Shape as Shape
+from openscenario.model.trajectories import TimeReference as TimeReference
+from openscenario.model.trajectories import Timing as Timing
+from openscenario.model.trajectories import Trajectory as Trajectory
+from openscenario.model.trajectories import Untimed as Untimed
+from openscenario.model.trajectories import Vertex as Vertex

@@ -139,8 +139,8 @@ class GeoPosition(Element):
     latitude_deg: Degree | None = None
     longitude_deg: Degree | None = None
     altitude: Metre | None = None
-    latitude: float | None = None
-    longitude: float | None = None
+    latitude: Radian | None = None
+    longitude: Radian | None = None
     height: Metre | None = None
     vertical_road_selection: int = 0
     orientation: Orientation | None = None

@@ -13,7 +13,9 @@ from openscenario.model.kinds import (
     Element,
     EntityName,
     Length,
+    Metre,
     NonNegative,
+    Number,
     PhaseDuration,
     Speed,
     Weight,
@@ -115,8 +117,8 @@ class TrafficDistribution(Element):
 
 @dataclass(frozen=True, slots=True)
 class Range(Element):
-    lower_limit: float
-    upper_limit: float
+    lower_limit: Number
+    upper_limit: Number
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +157,7 @@ class TrafficSwarmAction(Element):
     inner_radius: Length
     semi_major_axis: Length
     semi_minor_axis: Length
-    offset: float
+    offset: Metre
     number_of_vehicles: Count
     central_object: CentralSwarmObject
     velocity: Speed | None = None

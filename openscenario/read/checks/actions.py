@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from openscenario.model.actions import (
-    AppearanceAction,
-    AssignControllerAction,
-    ControllerAction,
-    LongitudinalDistanceAction,
-    TransitionDynamics,
-)
+from openscenario.model.actions import LongitudinalDistanceAction, TransitionDynamics
+from openscenario.model.controllers import AppearanceAction, AssignControllerAction, ControllerAction
 from openscenario.read.checks.registry import check, exactly_one
 from openscenario.read.context import Context
 
