@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 SETTINGS_KEY = pytest.StashKey[Settings]()
 ITEM_KEY = pytest.StashKey[pytest.Item]()
+VARIANT_KEY = pytest.StashKey["tuple[Variant | None, int]"]()
 RESULTS_KEY = pytest.StashKey[list["dict[str, Any]"]]()
 
 
@@ -52,7 +53,7 @@ def run(request: pytest.FixtureRequest) -> Run:
     """
     from pytest_dvp.session import Session
 
-    return Session(request.config).run
+    return Session(request.config)
 
 
 @pytest.fixture(scope="session")
@@ -90,20 +91,42 @@ def note(node: pytest.Item, result: Mapping[str, Any]) -> None:
     results.append(dict(result))
 
 
-def attach(item: pytest.Item, call: pytest.CallInfo[None], report: pytest.TestReport) -> None:
+def note_variant(node: pytest.Item, variant: Variant | None, seed: int) -> None:
+    """Remember the variant this test drives now; the last one of a failing test is the smallest Hypothesis found."""
+    node.stash[VARIANT_KEY] = (variant, seed)
+
+
+def attach(item: pytest.Item, report: pytest.TestReport) -> None:
     """Put the numbers of a test's runs into its report: scalars for JUnit, the verdicts for the summary."""
     results = item.stash.get(RESULTS_KEY, [])
-    if report.when != "call" or not results:
+    if report.when != "call":
+        return
+    if report.failed and not hasattr(item, "dvp_stage"):
+        _say_how_to_replay(item, report, results)
+    if not results:
         return
     report.dvp = results  # type: ignore[attr-defined]
-    prefix = len(results) > 1
     for result in results:
-        head = f"{Path(result['scenario']).stem}." if prefix else ""
+        head = f"{Path(result['scenario']).stem}." if len(results) > 1 else ""
         numbers = [("verdict", result["status"]), ("seed", result["seed"]), ("stage", result["stage"])]
         numbers += [(name, value) for name, value in sorted(result["metrics"].items()) if value is not None]
         item.user_properties.extend((head + name, value) for name, value in numbers)
     report.user_properties[:] = item.user_properties
-    failed = call.excinfo.value if call.excinfo is not None else None
-    if isinstance(failed, GateFailed) and not hasattr(item, "dvp_stage") and report.longrepr is not None:
-        # Hypothesis adds its own lines below the message, and what to do next must come last.
-        report.longrepr.addsection("replay", failed.result["replay"])  # type: ignore[union-attr]
+
+
+def _say_how_to_replay(
+    item: pytest.Item, report: pytest.TestReport, results: Sequence[Mapping[str, Any]]
+) -> None:
+    """End a failure with a command; Hypothesis and notes add lines below the message, so it is a section of its own."""
+    variant, seed = item.stash.get(VARIANT_KEY, (None, 0))
+    if variant is not None:
+        from pytest_dvp.fuzz import keep
+
+        replay = keep(variant, settings_of(item.config), seed, item.name)
+    elif results:
+        replay = results[-1]["replay"]
+    else:
+        return
+    add = getattr(report.longrepr, "addsection", None)
+    if add is not None:
+        add("replay", replay)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Value: TypeAlias = float | int | str | bool
 
-_STEPS = 200  # least number of values between the ends of a range: fine enough to find, coarse enough to read
+_STEPS = 50  # least number of values between the ends of a range: fine enough to find, coarse enough to read
 _STRINGS = ("string", "dateTime", "boolean")
 
 

@@ -71,7 +71,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFi
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     if "hypothesis" in sys.modules:
-        _lift_deadlines(items)
+        _suit_hypothesis(items)
     settings = config.stash[SETTINGS_KEY]
     if settings.set.scenario and any(_is_scenario(item) for item in items):
         from pytest_dvp import collect
@@ -106,7 +106,7 @@ def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     report = yield
-    fixtures.attach(item, call, report)
+    fixtures.attach(item, report)
     return report
 
 
@@ -133,17 +133,27 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
             summary.append_table(Path(step_summary), cases)
 
 
-def _lift_deadlines(items: list[pytest.Item]) -> None:
-    """A run takes longer than the 200 ms that Hypothesis grants an example by default; an own deadline stays."""
-    from hypothesis import settings
+def _suit_hypothesis(items: list[pytest.Item]) -> None:
+    """Defaults of Hypothesis that do not suit tests whose examples are runs; what a test sets itself stays.
 
+    The deadline of 200 ms is shorter than a run, and the phase "explain" runs ten times more examples than the search.
+    """
+    from hypothesis import Phase, settings
+
+    default = settings.default
     for item in items:
-        test = getattr(item, "obj", None)
-        if "run" not in getattr(item, "fixturenames", ()) or not getattr(test, "is_hypothesis_test", False):
+        test: Any = getattr(item, "obj", None)
+        if default is None or "run" not in getattr(item, "fixturenames", ()):
             continue
-        chosen = getattr(test, "_hypothesis_internal_use_settings", None) or settings.default
-        if chosen is not None and chosen.deadline == settings.default.deadline:
-            test._hypothesis_internal_use_settings = settings(chosen, deadline=None)  # type: ignore[union-attr]
+        if not getattr(test, "is_hypothesis_test", False):
+            continue
+        chosen = getattr(test, "_hypothesis_internal_use_settings", None) or default
+        changed: dict[str, Any] = {}
+        if chosen.deadline == default.deadline:
+            changed["deadline"] = None
+        if chosen.phases == default.phases:
+            changed["phases"] = [phase for phase in default.phases if phase is not Phase.explain]
+        test._hypothesis_internal_use_settings = settings(chosen, **changed)
 
 
 def _is_scenario(item: pytest.Item) -> bool:

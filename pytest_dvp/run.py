@@ -69,9 +69,6 @@ class RunResult:
             "error": self.error,
         }
 
-    def with_replay(self, replay: str) -> RunResult:
-        return dataclasses.replace(self, replay=replay)
-
 
 def run(
     scenario_path: str | Path,

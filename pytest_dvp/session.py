@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from pytest_dvp.fixtures import current_item, note, settings_of
+from pytest_dvp.fixtures import current_item, note, note_variant, settings_of
 from pytest_dvp.settings import SettingError
 
 if TYPE_CHECKING:
@@ -23,10 +23,13 @@ class Session:
         self._config = config
         self._settings = settings_of(config)
 
-    def run(self, scenario: str | Path | Variant, **options: Any) -> RunResult:
+    def __repr__(self) -> str:
+        return "run"
+
+    def __call__(self, scenario: str | Path | Variant, **options: Any) -> RunResult:
         """Drive a scenario or one of its variants; see `pytest_dvp.run.run` for the options."""
         __tracebackhide__ = True
-        from pytest_dvp.fuzz import Variant, keep, searching
+        from pytest_dvp.fuzz import Variant, searching
         from pytest_dvp.run import run
 
         settings, node = self._settings, current_item(self._config)
@@ -50,14 +53,8 @@ class Session:
         defaults.update(options)
         defaults["P"] = {**settings.set.P, **defaults.get("P", {})}
         defaults["S"] = {**settings.set.S, **defaults.get("S", {})}
-        try:
-            result = run(path, parameters=parameters, **defaults)
-        except BaseException as error:
-            if variant is not None:
-                error.add_note(f"replay: {keep(variant, settings, defaults['seed'], node.name)}")
-            raise
-        if variant is not None and result.status != "PASS":
-            result = result.with_replay(keep(variant, settings, result.seed, node.name))
+        note_variant(node, variant, defaults["seed"])
+        result = run(path, parameters=parameters, **defaults)
         note(node, result.as_dict())
         return result
 
