@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 # See conftest.py: what inner sessions would import must be here before them.
-import ads.stack
+import ads.stack  # noqa: F401
 import pytest_dvp.fuzz
 import pytest_dvp.prepare
-import pytest_dvp.sumo
+import pytest_dvp.sumo  # noqa: F401
 import vehicle.twin  # noqa: F401
 from pytest_dvp.cli import main
 from tests.plugin.conftest import XOSC, write_scenario
