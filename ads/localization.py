@@ -47,11 +47,15 @@ class Localizer(Protocol):
 class EkfLocalizer:
     """Localizer by an extended Kalman filter (see ads.ekf).
 
-    `heading_hint(x, y)` gives the yaw [rad] to start with where the GNSS has none; the map knows the lane's direction.
+    `heading_hint(x, y)` gives the yaw [rad] to start with where the GNSS has none; the map knows the lane's direction,
+    and None off the road stands for 0.
     """
 
     def __init__(
-        self, vehicle: VehicleDescription, heading_hint: Callable[[float, float], float], noise: FloatArray = NOISE
+        self,
+        vehicle: VehicleDescription,
+        heading_hint: Callable[[float, float], float | None],
+        noise: FloatArray = NOISE,
     ) -> None:
         self._vehicle = vehicle
         self._hint = heading_hint
@@ -105,7 +109,7 @@ class EkfLocalizer:
 
     def _start(self, fix: GnssFix) -> None:
         known = fix.yaw is not None
-        yaw = fix.yaw if fix.yaw is not None else self._hint(fix.x, fix.y)
+        yaw = fix.yaw if fix.yaw is not None else self._hint(fix.x, fix.y) or 0.0
         sigma_yaw = max(fix.yaw_sigma, 0.005) if known else 0.15
         lever = self._vehicle.gnss_x
         self._mean[:] = (

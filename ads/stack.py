@@ -43,7 +43,9 @@ class Stack:
         self.navigator = Navigator(parameters, network)
         self.localizer: Localizer = localizer or EkfLocalizer(vehicle, self.navigator.heading_hint)
         self.perception: Perception | None = (
-            TrackingPerception(parameters, vehicle) if perception == "default" else perception
+            TrackingPerception(parameters, vehicle, self.navigator.heading_hint)
+            if perception == "default"
+            else perception
         )
         self.planner: Planner = planner or Behaviour(parameters, vehicle)
         self.steering: Steering = steering or LqrSteering(parameters, vehicle)

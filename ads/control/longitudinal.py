@@ -116,13 +116,17 @@ class ComfortSpeedControl:
             self._standing = True
             self._a = 0.0
             return -0.3, True
-        jerk = COMFORT_JERK
+        jerk, comfort = COMFORT_JERK, comfort_deceleration(v)
         if brake > 0.0:
             jerk = EMERGENCY_JERK
-        elif wanted < -1.5 * comfort_deceleration(v):
+        elif wanted < -1.5 * comfort:
             jerk = URGENT_JERK
         step = jerk * self._dt
-        self._a = min(max(wanted, self._a - step), self._a + max(step, 2.0 * self._dt if self._a < -1.5 else step))
+        if v < STANDSTILL and wanted > 0.0:
+            self._a = max(self._a, 0.0)  # nothing to release smoothly: it stands
+        self._a = min(
+            max(wanted, self._a - step), self._a + (URGENT_JERK * self._dt if self._a < -1.1 * comfort else step)
+        )
         if not math.isfinite(self._a):
             self._a = -1.0
         return self._a, False

@@ -13,6 +13,7 @@ FORGET = 1.5  # s; how fast the expected speed follows the measured one
 ROLLING = 0.12  # m/s^2
 DRAG_AREA = 0.45  # kg/m; half of air density times drag area of a passenger car
 HOLD_BRAKE = 0.35
+STOPPED = 0.03  # m/s
 
 
 class Pedals(Protocol):
@@ -34,13 +35,14 @@ class PiPedals:
 
     def press(self, accel: float, v: float, standing: bool, dt: float) -> tuple[float, float]:
         """See Pedals."""
-        if standing:
+        if standing or (v < STOPPED and accel < 0.0):
             self._expected, self._integral = v, 0.0
             self._pending = [0.0] * len(self._pending)
-            return 0.0, HOLD_BRAKE
+            return 0.0, max(HOLD_BRAKE, -accel / self._vehicle.max_deceleration)
         expected = v if self._expected is None else self._expected
         self._pending.append(accel)
         expected += self._pending.pop(0) * dt + (v - expected) * dt / FORGET
+        expected = max(expected, 0.0)
         error = expected - v
         self._expected = expected
         car = self._vehicle

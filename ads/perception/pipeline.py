@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -31,6 +32,7 @@ from ads.perception.tracking import (
     VY,
     predict_tracks,
     track_kind,
+    turn_track,
     update_tracks,
 )
 from vehicle.messages import (
@@ -55,9 +57,19 @@ class Perception(Protocol):
 
 
 class TrackingPerception:
-    """LiDAR clusters and camera boxes, late fusion, tracking."""
+    """LiDAR clusters and camera boxes, late fusion, tracking.
 
-    def __init__(self, parameters: Parameters, car: VehicleDescription) -> None:
+    `heading_hint(x, y)` gives the direction of traffic [rad] at a place, None off the road: a face does not show which
+    way a car points. Without it, objects are taken to point as the car does.
+    """
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        car: VehicleDescription,
+        heading_hint: Callable[[float, float], float | None] | None = None,
+    ) -> None:
+        self._hint = heading_hint
         self._parameters = parameters
         self._car = car
         self._tracks = np.zeros((MOST_TRACKS, TRACK))
@@ -103,7 +115,18 @@ class TrackingPerception:
         lever = self._car.lidar_x
         sensor = (pose[0] + lever * math.cos(pose[2]), pose[1] + lever * math.sin(pose[2]), pose[2])
         if len(rows) or self._n:
-            self._n, self._next_id = update_tracks(self._tracks, self._n, rows, sensor, self._next_id)
+            known = self._next_id
+            self._n, self._next_id = update_tracks(self._tracks, self._n, rows, sensor, known)
+            if self._hint is not None and self._next_id > known:
+                self._turn_new_tracks(known)
+
+    def _turn_new_tracks(self, known: int) -> None:
+        for i in range(self._n):
+            track = self._tracks[i]
+            if track[ID] >= known and self._hint is not None:
+                hint = self._hint(float(track[TX]), float(track[TY]))
+                if hint is not None:
+                    turn_track(track, hint)
 
     def _detections(self, t: float) -> tuple[Detection, ...]:
         found = []

@@ -30,7 +30,7 @@ COAST = np.array([1.5, 1.0, 1.0, 1.0])  # s unseen until a track is dropped
 CONFIRM = 3  # hits
 FIRST_SPEED = np.array([5.0, 1.7, 4.0, 1.0])  # m/s per kind, sigma of a new track's velocity
 LONGER = 1.0  # m beyond a track's end where a piece may still be of it
-SIDE = 2.3  # m; no car is wider, so a longer face is a side
+SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a side
 GATE = 9.2  # chi-square, 2 degrees of freedom, 99 %
 
 
@@ -169,7 +169,9 @@ def update_tracks(
                 ax, ay = middle(row, yaw, seen_l, whole_l, sensor[0], sensor[1])
                 bx, by = middle(row, yaw + 0.5 * math.pi, seen_w, whole_w, sensor[0], sensor[1])
                 x, y = x + ax + bx, y + ay + by
-                track[TYAW] += 0.25 * wrap_angle(yaw - track[TYAW])
+                still = track[VX] ** 2 + track[VY] ** 2 < 1.0
+                trust = max(0.05, 1.0 / track[HITS]) if still else 0.25
+                track[TYAW] += trust * wrap_angle(yaw - track[TYAW])
             track[SIZED] = max(track[SIZED], seen_l)
             track[TL] = whole_l
             track[TW] += 0.1 * (whole_w - track[TW]) if whole_w > track[TW] else 0.0
@@ -185,7 +187,7 @@ def update_tracks(
         track[UNSEEN] = 0.0
         track[SCORE] += 0.3 * (row[6] - track[SCORE])
         speed = math.hypot(track[VX], track[VY])
-        if speed > 1.5:
+        if speed > 1.5 and speed > 3.0 * math.sqrt(max(track[AA], track[CC])):
             track[TYAW] += 0.3 * wrap_angle(math.atan2(track[VY], track[VX]) - track[TYAW])
     for j in range(m):
         if used[j] == 1 or owner[j] >= 0 or n == MOST_TRACKS:
@@ -273,6 +275,19 @@ def without_doubles(tracks: FloatArray, n: int) -> int:
                 tracks[left] = tracks[i]
             left += 1
     return left
+
+
+@njit(cache=True, error_model="numpy")
+def turn_track(track: FloatArray, heading: float) -> None:
+    """Turn a new track by quarter turns to the axis nearest to `heading` [rad], the way traffic goes there."""
+    if track[SIZED] > SIDE or track_kind(track) == PEDESTRIAN:
+        return
+    quarter = 0.5 * math.pi
+    if track[SIZED] == 0.0:  # a camera's word: nothing measured yet
+        track[TYAW] = heading
+    else:
+        track[TYAW] += quarter * math.floor(wrap_angle(heading - track[TYAW]) / quarter + 0.5)
+    track[TYAW] = wrap_angle(track[TYAW])
 
 
 @njit(cache=True, error_model="numpy")

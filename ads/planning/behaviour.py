@@ -23,6 +23,10 @@ STANDING_FOR = 0.6  # s until a standing vehicle is an obstacle to pass
 PARKED_AFTER = 10.0  # s; a vehicle that was seen moving is waited for so long
 MERGE_GAP = 25.0  # m; obstacles closer than this are passed in one go
 MERGE_LENGTH = 45.0  # m
+ABORT_GAP = 8.0  # m
+ABORT_DECELERATION = 1.5  # m/s^2
+CONFLICT_FOR = 0.4  # s of conflict until the car gives up
+STUCK_GAP = 4.0  # m before an obstacle without a way around it
 DANGER_HORIZON = 3.5  # s
 DANGER_DECELERATION = 3.2  # m/s^2; when a collision needs more, it is an emergency
 DANGER_MARGIN = 0.15  # m beside the car
@@ -76,6 +80,8 @@ class Behaviour:
         self._signals: dict[str, str] = {}
         self._obstacle: Obstacle | None = None
         self._obstacle_seen = -math.inf
+        self._free_at = -math.inf
+        self._stuck = False
 
     def may_replan(self) -> bool:
         """Only in its lane: the offset belongs to the points of the reference path."""
@@ -209,7 +215,8 @@ class Behaviour:
         gap = o.s_from - s - self._front
         facts["obstacle"] = o.s_to > s
         facts["in_range"] = gap <= self._parameters.DECISION_OT_d_max
-        facts["beside"] = gap < 3.0
+        # nearer than this the car could not be back in its lane and stand behind the obstacle: it goes through with it
+        facts["beside"] = gap < ABORT_GAP + v * v / (2.0 * ABORT_DECELERATION)
         facts["passed"] = s > plan.back_at(o)
         if not facts["in_range"] or gap < -o.s_to + o.s_from:
             return facts
@@ -222,7 +229,9 @@ class Behaviour:
                 for row, d in zip(placed, detections, strict=True)
             ]
             facts["gap_free"] = plan.gap_free(s, v, o, monitor, wanted, others)
-        facts["conflict"] = not facts["gap_free"]
+        if facts["gap_free"]:
+            self._free_at = t
+        facts["conflict"] = t - self._free_at > CONFLICT_FOR
         return facts
 
     def _act_on_path(self, t: float, s: float, navigator: Navigator) -> None:
@@ -243,6 +252,7 @@ class Behaviour:
             self._path = reference
             if marked("overtaking", "keep"):
                 self._obstacle = None
+        self._stuck = new is None
         if new and plan.offsets is not None:
             self._path = shifted(reference, 0, plan.offsets)
             navigator.fill(self._path)
@@ -266,8 +276,8 @@ class Behaviour:
         if obstacle is not None:
             if marked("overtaking", "wait"):
                 limits.append((obstacle.s_from - s - self._front - WAIT_GAP, 0.0))
-            elif marked("overtaking", "abort"):
-                limits.append((obstacle.s_from - s - self._front - 4.0, 0.0))
+            elif marked("overtaking", "abort") or (self._stuck and s + self._front < obstacle.s_from):
+                limits.append((obstacle.s_from - s - self._front - STUCK_GAP, 0.0))
         if self._passing():
             limits.append((0.0, self._parameters.DECISION_OT_speed))
         return limits

@@ -57,10 +57,10 @@ class Navigator:
         """Write the speed column of a path for the present set speed."""
         fill_speed(path, self.set_speed, self._parameters.LQR_rc_max, ACCELERATION, DECELERATION)
 
-    def heading_hint(self, x: float, y: float) -> float:
-        """Direction of the lane at a place [rad]; 0 off the road."""
+    def heading_hint(self, x: float, y: float) -> float | None:
+        """Direction of traffic at a place [rad]; None off the road."""
         here = self._network.locate(x, y)
-        return lane_heading(self._network, here.road, here.lane, here.s) if here.on_road else 0.0
+        return lane_heading(self._network, here.road, here.lane, here.s) if here.on_road else None
 
     def update(self, estimate: Estimate, may_replan: bool) -> bool:
         """Progress along the path; True if the reference path is a new one."""

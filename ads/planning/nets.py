@@ -79,7 +79,6 @@ OVERTAKING = Net(
         Transition("alongside", ("out",), ("beside",), when=("beside",)),
         Transition("give_up", ("out",), ("abort",), when=("conflict",), unless=("beside",)),
         Transition("retry", ("abort",), ("wait",), when=("in_lane",)),
-        Transition("resume", ("abort",), ("out",), when=("gap_free", "way_around"), unless=("in_lane", "conflict")),
         Transition("passed", ("beside",), ("back",), when=("passed",)),
         Transition("done", ("back",), ("keep",), when=("in_lane",)),
     ),
