@@ -28,9 +28,8 @@ def table(rows: list[Row]) -> str:
     for row in rows:
         peer = "" if row.peer is None else f"{row.peer:.4g}"
         ratio = "" if not row.peer else f"{row.ours / row.peer:.3g}"
-        lines.append(
-            f"| {row.name} | {row.ours:.4g} | {row.unit} | {row.goal} | {row.peer_name} | {peer} | {ratio} | {row.note} |"
-        )
+        cells = (row.name, f"{row.ours:.4g}", row.unit, row.goal, row.peer_name, peer, ratio, row.note)
+        lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table. `ours` and `peer` in `unit`; `goal` as text; bigger is better unless the unit is a time."""
+    """One line of the table. `ours` and `peer` in `unit`; `goal` as text; more is better unless the unit is a time."""
 
     name: str
     ours: float

@@ -18,7 +18,7 @@ FORMAT: Final = 1
 """Version of the layout; raised when an older reader could no longer understand a file."""
 
 
-def _object(title: str = "", **properties: Any) -> dict[str, Any]:
+def _object(title: str = "", /, **properties: Any) -> dict[str, Any]:
     return {**({"title": title} if title else {}), "type": "object", "properties": properties}
 
 

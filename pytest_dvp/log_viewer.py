@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_dvp.log import FloatArray, Log, ObjectTrack
 
@@ -47,16 +48,16 @@ def viewer_messages(log: Log) -> Iterator[tuple[int, str, bytes]]:
     cells = zip(x.tolist(), y.tolist(), z.tolist(), np.sin(yaw / 2).tolist(), np.cos(yaw / 2).tolist(), strict=True)
     for i, (time, pose) in enumerate(zip(nanoseconds.tolist(), cells, strict=True)):
         stamp = divmod(time, 1_000_000_000)
-        yield time, "/tf", (_TF_MESSAGE % (*stamp, *pose)).encode()
-        yield time, "/ego/pose", (_POSE_MESSAGE % (*stamp, *pose)).encode()
-        entities = [template % (*stamp, *values[i]) for template, values in [ego, *boxes] if values[i] is not None]
+        yield time, "/tf", (_TF_MESSAGE % (stamp + pose)).encode()
+        yield time, "/ego/pose", (_POSE_MESSAGE % (stamp + pose)).encode()
+        entities = [template % (stamp + row) for template, values in [ego, *boxes] if (row := values[i]) is not None]
         yield time, "/scene", ('{"entities":[' + ",".join(entities) + "]}").encode()
 
 
-def _picture_rows(t: FloatArray) -> FloatArray:
+def _picture_rows(t: FloatArray) -> NDArray[np.intp]:
     step = float(np.median(np.diff(t))) if len(t) > 1 else PERIOD
     stride = max(1, round(PERIOD / step)) if step > 0 else 1
-    return np.arange(0, len(t), stride)
+    return np.arange(0, len(t), stride, dtype=np.intp)
 
 
 def _entity(name: str, size: tuple[float, float, float], color: tuple[float, float, float], alpha: float) -> str:
