@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 
 import pytest
-
-# pytester forgets what an inner session imports; numpy cannot be loaded twice, and the rest would be slow every time.
-import openscenario.read
-import pytest_dvp.collect
-import vehicle.model.parameters  # noqa: F401
 
 XODR = """<?xml version="1.0"?>
 <OpenDRIVE>
@@ -122,8 +119,30 @@ def write_scenario(folder: Path, name: str = "good.xosc", text: str = XOSC) -> P
     return path
 
 
+class Snapshot:
+    """In the place of pytester's: inner sessions forget their own test modules only.
+
+    numpy and numba cannot be loaded twice in a process, and the rest would be slow every time.
+    """
+
+    def __init__(self, preserve: object = None) -> None:
+        self.saved = dict(sys.modules)
+
+    def restore(self) -> None:
+        for name, module in list(sys.modules.items()):
+            if name not in self.saved and f"{os.sep}pytest-of-" in str(getattr(module, "__file__", "")):
+                del sys.modules[name]
+        sys.modules.update(self.saved)
+
+
 @pytest.fixture(autouse=True)
-def bare(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+def keep_libraries(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Must come before pytester, which takes its first snapshot when it is made."""
+    monkeypatch.setattr("_pytest.pytester.SysModulesSnapshot", Snapshot)
+
+
+@pytest.fixture(autouse=True)
+def bare(keep_libraries: None, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     """Inner sessions without plugins that cost more than a test and have no part in it."""
     monkeypatch.setenv("PYTEST_ADDOPTS", "-p no:benchmark -p no:pytest_cov -p no:hypothesispytest")
     for name in ("GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY"):
