@@ -40,13 +40,6 @@ def gap(ours: Span, theirs: Span) -> float:
     return 0.0
 
 
-def extent(corners: Corners, x: float, y: float, axis: float) -> Span:
-    """Extent of a box along the direction `axis` [rad], from the point (x, y)."""
-    c, s = math.cos(axis), math.sin(axis)
-    along = [(u - x) * c + (v - y) * s for u, v in corners]
-    return Span(min(along), max(along))
-
-
 def box_distance(a: Corners, b: Corners) -> float:
     """Smallest distance [m] between two convex boxes, 0 where they overlap."""
     if overlap(a, b):
@@ -102,8 +95,9 @@ def measure(
     return _along_axis(entity, target, free, lambda: entity.h + (0.5 * math.pi if lateral else 0.0))
 
 
-def _corners(target: Entity | Place) -> Corners:
-    return target.corners() if isinstance(target, Entity) else ((target.x, target.y),)
+def _extent(target: Entity | Place, axis: float) -> tuple[float, float]:
+    """How far a target reaches back and ahead of its reference point along `axis`; a place is a point."""
+    return target.extent(axis) if isinstance(target, Entity) else (0.0, 0.0)
 
 
 def _now(target: Entity | Callable[[], Place]) -> Callable[[], Entity | Place]:
@@ -135,8 +129,9 @@ def _along_axis(entity: Entity, target: Entity | Callable[[], Place], free: bool
         direction = axis()
         if not free:
             return (there.x - entity.x) * math.cos(direction) + (there.y - entity.y) * math.sin(direction)
-        ours = extent(entity.corners(), entity.x, entity.y, direction)
-        return gap(ours, extent(_corners(there), entity.x, entity.y, direction))
+        apart = (there.x - entity.x) * math.cos(direction) + (there.y - entity.y) * math.sin(direction)
+        low, high = _extent(there, direction)
+        return gap(Span(*entity.extent(direction)), Span(apart + low, apart + high))
 
     return run
 
@@ -157,20 +152,18 @@ def _along_road(
             apart = ground.distance(here, goal)
             if apart != apart:
                 return None
-            apart *= sign
+        apart *= sign
         if not free:
-            return apart if not lateral else sign * apart
+            return apart
         turn = 0.5 * math.pi if lateral else 0.0
-        if lateral:
-            apart *= sign
         facing = 0.0 if sign > 0.0 else math.pi
-        ours = extent(entity.corners(), entity.x, entity.y, here.h_road + facing + turn)
+        ours = Span(*entity.extent(here.h_road + facing + turn))
         # the other road may run the other way: what counts is its direction as seen from here
         same = math.cos(goal.h_road - here.h_road) >= 0.0 or here.road != goal.road
-        theirs = extent(_corners(there), there.x, there.y, goal.h_road + facing + turn + (0.0 if same else math.pi))
-        return gap(ours, Span(apart + theirs.low, apart + theirs.high))
+        low, high = _extent(there, goal.h_road + facing + turn + (0.0 if same else math.pi))
+        return gap(ours, Span(apart + low, apart + high))
 
     return run
 
 
-__all__ = ["Measure", "RoadPosition", "box_distance", "extent", "gap", "measure", "overlap"]
+__all__ = ["Measure", "RoadPosition", "box_distance", "gap", "measure", "overlap"]

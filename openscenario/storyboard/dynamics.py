@@ -16,6 +16,9 @@ PEAK_SLOPE: Final = {"linear": 1.0, "cubic": 1.5, "sinusoidal": math.pi / 2.0, "
 """Largest d(shape)/du: the factor between mean and peak rate."""
 
 
+SAME: Final = 1e-9  # smaller changes are rounding
+
+
 def _linear(u: float) -> float:
     return u
 
@@ -63,7 +66,7 @@ def span(shape: str, dimension: str, value: float, change: float) -> float:
     `change` is the difference between target and start in the unit of the quantity, `value` the attribute of
     TransitionDynamics (its sign is ignored: files in the wild brake with a negative rate). A rate of 0 never gets there.
     """
-    if shape == "step" or change == 0.0:
+    if shape == "step" or abs(change) < SAME:
         return 0.0
     if dimension == "rate":
         rate = abs(value)

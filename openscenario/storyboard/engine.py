@@ -116,10 +116,7 @@ class Storyboard:
         if self.done:
             return
         self.dt = dt
-        self._evaluate(self.root)
-        if self._active:
-            self._end_finished()
-        if self.done:
+        if self._stops():
             return
         self.time = round(self.time + dt, 9)
         self.steps += 1
@@ -138,6 +135,13 @@ class Storyboard:
             entity.travelled += abs(entity.speed) * dt
         if self._active:
             self._end_finished()
+
+    def _stops(self) -> bool:
+        """Evaluate the triggers and end what is over at once; whether the stop trigger fired."""
+        self._evaluate(self.root)
+        if self._active:
+            self._end_finished()
+        return self.done
 
     def _note_rest(self, entity: Entity) -> None:
         """Since when the entity has been standing, or at the end of its road."""

@@ -45,9 +45,9 @@ class Entity:
         "max_speed",
         "moved",
         "name",
+        "oblique",
         "offset",
         "offset_rate",
-        "oblique",
         "pitch",
         "road",
         "roll",
@@ -130,7 +130,18 @@ class Entity:
         c, s = math.cos(self.h), math.sin(self.h)
         front, rear = self.center_x + 0.5 * self.length, self.center_x - 0.5 * self.length
         left, right = self.center_y + 0.5 * self.width, self.center_y - 0.5 * self.width
-        return tuple(
-            (self.x + c * u - s * v, self.y + s * u + c * v)
-            for u, v in ((front, left), (rear, left), (rear, right), (front, right))
+        x, y = self.x, self.y
+        return (
+            (x + c * front - s * left, y + s * front + c * left),
+            (x + c * rear - s * left, y + s * rear + c * left),
+            (x + c * rear - s * right, y + s * rear + c * right),
+            (x + c * front - s * right, y + s * front + c * right),
         )
+
+    def extent(self, axis: float) -> tuple[float, float]:
+        """From the reference point, how far the box reaches back and ahead along the direction `axis` [rad]: low, high [m]."""
+        turn = self.h - axis
+        c, s = math.cos(turn), math.sin(turn)
+        middle = c * self.center_x - s * self.center_y
+        half = 0.5 * (abs(c) * self.length + abs(s) * self.width)
+        return middle - half, middle + half

@@ -6,8 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 from openscenario.road.network import RoadNetwork
-from openscenario.road.positions import Pose, RoadPosition
+from openscenario.road.positions import RoadPosition
 from openscenario.storyboard.places import Place, RoadPoint, wrap
+from openscenario.storyboard.stride import stride
 
 if TYPE_CHECKING:
     from openscenario.storyboard.entity import Entity
@@ -16,10 +17,12 @@ if TYPE_CHECKING:
 class Ground:
     """A road network as the storyboard uses it; without one (`network` None) entities move over open ground."""
 
-    __slots__ = ("network",)
+    __slots__ = ("_numbers", "network")
 
     def __init__(self, network: RoadNetwork | None) -> None:
         self.network = network
+        # roads of the compiled tables, in file order
+        self._numbers = {road: number for number, road in enumerate(network.roads)} if network is not None else {}
 
     def set_place(self, entity: Entity, place: Place) -> None:
         """Put an entity somewhere; a place given in road coordinates keeps the road and lane it names."""
@@ -92,35 +95,56 @@ class Ground:
         return network.driving_sign(here.road, here.lane, here.s) * network.distance(here, goal)
 
     def on_road(self, entity: Entity) -> bool:
-        """Whether a lane of any kind holds the reference point."""
+        """Whether a lane holds the reference point, of any type but "none"."""
         network = self.network
         if network is None:
             return False
-        return network.locate(entity.x, entity.y, entity.h, drivable=False).on_road
+        found = network.locate(entity.x, entity.y, entity.h, drivable=False)
+        return found.on_road and network.lane_type(found.road, found.lane, found.s) != "none"
 
     def drive(self, entity: Entity, distance: float) -> None:
         """Move a tracked entity `distance` [m] the way it faces, at its offset from its lane's middle, and set its pose."""
         network = self.network
         assert network is not None
-        if distance != 0.0:
-            here = RoadPosition(entity.road, entity.lane, entity.s, 0.0, entity.offset, 0.0, True)
-            sign = entity.sense * network.driving_sign(entity.road, entity.lane, entity.s)
-            there = network.advance(here, sign * distance, 0.0, entity.route_lanes)
-            if there.road != entity.road:
-                # the way one faces is kept, whatever way the next road runs
-                heading = entity.h - entity.twist - entity.drift
-                sense = 1.0 if math.cos(heading - there.h_road) >= 0.0 else -1.0
-                entity.sense = sense
-                entity.end_of_road = False
-            elif there.s == entity.s:
-                # as far as the road goes
-                entity.end_of_road = True
+        number = self._numbers[entity.road]
+        lane, s, left, x, y, z, h, pitch, roll = stride(
+            network.tables, number, entity.lane, entity.s, entity.offset, entity.sense * distance
+        )
+        if left != 0.0 or x != x:
+            self._cross(entity, distance)
+            x, y, z, h, pitch, roll = network.lane_pose(entity.road, entity.lane, entity.s, entity.offset)
+        else:
+            entity.lane, entity.s = lane, s
+            entity.end_of_road = False
+        turned = entity.twist + entity.drift
+        if entity.sense > 0.0:
+            entity.h = wrap(h + turned)
+            entity.pitch, entity.roll = pitch, roll
+        else:
+            entity.h = wrap(h + math.pi + turned)
+            entity.pitch, entity.roll = -pitch, -roll
+        entity.x, entity.y, entity.z = x, y, z
+
+    def _cross(self, entity: Entity, distance: float) -> None:
+        """Move beyond the end of a road: onto the next one, along the entity's route if it has one, or no further."""
+        network = self.network
+        assert network is not None
+        here = RoadPosition(entity.road, entity.lane, entity.s, 0.0, entity.offset, 0.0, True)
+        sign = entity.sense * network.driving_sign(entity.road, entity.lane, entity.s)
+        there = network.advance(here, sign * distance, 0.0, entity.route_lanes)
+        if there.road != entity.road:
+            # the way one faces is kept, whatever way the next road runs
+            heading = entity.h - entity.twist - entity.drift
+            entity.sense = 1.0 if math.cos(heading - there.h_road) >= 0.0 else -1.0
+            entity.end_of_road = False
+        elif there.s == entity.s:
+            # as far as the road goes
+            if entity.end_of_road:
                 entity.speed = 0.0
-            else:
-                entity.end_of_road = False
-            entity.road, entity.lane, entity.s = there.road, there.lane, there.s
-            entity.offset = there.offset
-        self.settle(entity, network.lane_pose(entity.road, entity.lane, entity.s, entity.offset))
+            entity.end_of_road = True
+        else:
+            entity.end_of_road = False
+        entity.road, entity.lane, entity.s, entity.offset = there.road, there.lane, there.s, there.offset
 
     def ahead(self, entity: Entity, distance: float, *, along_lane: bool) -> RoadPoint:
         """Road coordinates `distance` [m] ahead of a tracked entity the way it faces, along its lane or the reference line."""
@@ -136,15 +160,3 @@ class Ground:
         sign = entity.sense * network.driving_sign(entity.road, entity.lane, entity.s)
         there = network.advance(here, sign * distance, 0.0, entity.route_lanes)
         return RoadPoint(there.road, there.lane, there.s, entity.offset)
-
-    @staticmethod
-    def settle(entity: Entity, pose: Pose) -> None:
-        """Take over the pose of the lane, turned the way the entity faces, twist and drift on top."""
-        turned = entity.twist + entity.drift
-        if entity.sense > 0.0:
-            entity.h = wrap(pose.h + turned)
-            entity.pitch, entity.roll = pose.pitch, pose.roll
-        else:
-            entity.h = wrap(pose.h + math.pi + turned)
-            entity.pitch, entity.roll = -pose.pitch, -pose.roll
-        entity.x, entity.y, entity.z = pose.x, pose.y, pose.z

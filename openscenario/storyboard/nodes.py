@@ -96,8 +96,8 @@ class Node:
             parent.children.append(self)
 
     def finished(self) -> bool:
-        """Whether all children are complete."""
-        return all(child.state == COMPLETE for child in self.children)
+        """Whether all children are complete; an element without children does not end by itself."""
+        return bool(self.children) and all(child.state == COMPLETE for child in self.children)
 
     def event_running(self) -> bool:
         """Whether any event below is running."""

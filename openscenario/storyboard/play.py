@@ -53,7 +53,7 @@ def play(
                 rows.append(Row(time, entity.name, entity.x, entity.y, turned(entity.h), entity.speed))
 
     record(0.0)
-    steps = int(round(duration / dt))
+    steps = round(duration / dt)
     due = 1
     for _ in range(steps):
         board.step(dt)
@@ -62,7 +62,7 @@ def play(
         # the step that comes nearest to a multiple of 0.05 s, whatever dt is
         if board.time >= due * ROW_STEP - 0.5 * dt + 1e-9 or dt > ROW_STEP:
             record(round(due * ROW_STEP, 9) if dt <= ROW_STEP else board.time)
-            due = int(math.floor(board.time / ROW_STEP + 0.5)) + 1
+            due = math.floor(board.time / ROW_STEP + 0.5) + 1
     return Played(rows, board.transitions, board.report(), board.done, board.time)
 
 

@@ -3,8 +3,9 @@
 `resolver` checks a position once (unknown road, lane or entity raise `Unsupported`, which becomes a finding) and returns a function
 that gives the place when it is wanted: what is relative to an entity moves with it.
 
-Headings. A relative orientation (and a missing one) is relative to the lane's driving direction for lane positions, to the reference line
-for road positions, to the other entity for object and relative lane and road positions, and to the world for world positions.
+Headings. A relative orientation (and a missing one) is relative to the lane's driving direction for lane and route positions, to the
+reference line for road positions, to the other entity for relative positions, and to the world for world positions. A relative lane
+position without orientation heads with or against the traffic as the other entity does.
 """
 
 from __future__ import annotations
@@ -205,7 +206,17 @@ def _relative_lane(position: model.RelativeLanePosition, board: Storyboard) -> W
         ground.track(other)
         point = ground.ahead(other, distance, along_lane=position.ds is None)
         lane = shifted_lane(point.lane, position.d_lane)
-        return _on_lane(board, RoadPoint(point.road, lane, point.s, position.offset), position.orientation)
+        network = board.network
+        assert network is not None
+        here = network.lane_pose(point.road, lane, point.s, 0.0).h
+        if position.orientation is not None:
+            base = here if other.sense > 0.0 else here + math.pi
+        else:
+            # with or against the traffic, as the other one
+            wrong = other.sense * network.driving_sign(other.road, other.lane, other.s) < 0.0
+            along = (network.driving_sign(point.road, lane, point.s) > 0) != wrong
+            base = here if along else here + math.pi
+        return _on_lane(board, RoadPoint(point.road, lane, point.s, position.offset), position.orientation, base=base)
 
     return where
 

@@ -17,10 +17,15 @@ def report(root: Node) -> tuple[Finding, ...]:
             found.append(_finding(node, "event-never-fired", f"event {node.name!r} never fired", _reason(node)))
         if node.kind == "act" and node.executions == 0:
             found.append(_finding(node, "act-never-started", f"act {node.name!r} never started", _reason(node)))
-        if node.kind == "act" and node.state == RUNNING:
+        if node.kind == "act" and node.state == RUNNING and _has_events(node):
             found.append(_finding(node, "act-never-ended", f"act {node.name!r} was still running at the end", ""))
         found.extend(_blind_edges(node))
     return tuple(found)
+
+
+def _has_events(node: Node) -> bool:
+    """Whether anything could have ended at all."""
+    return node.kind == "event" or any(_has_events(child) for child in node.children)
 
 
 def _blind_edges(node: Node) -> list[Finding]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from openscenario import model
@@ -21,7 +22,7 @@ def way(board: Storyboard, places: Sequence[Place]) -> tuple[RouteLane, ...]:
         return ()
     stretches: list[RouteLane] = []
     points = [_point(board, place) for place in places]
-    for start, goal in zip(points, points[1:], strict=False):
+    for start, goal in pairwise(points):
         if stretches and stretches[-1].road == start.road:
             # go on in the lane that the last stretch ended in
             start = RoadPoint(start.road, stretches[-1].lane, start.s, 0.0)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 from openscenario import model
 from openscenario.storyboard.places import Place, wrap
@@ -17,7 +18,7 @@ Resolve = Callable[[model.Position], Place]
 
 SAMPLING = 0.1  # m: a chord of a 5 m radius is then 0.25 mm off the arc
 MOST_SAMPLES = 200_000
-CORNER = 4.0  # m: how far before and after a vertex a vehicle turns into the next straight
+CORNER = 2.0  # m: how far before and after a vertex a vehicle turns into the next straight
 
 
 class Course:
@@ -77,7 +78,7 @@ class Course:
         """Heading along straight pieces: their own, blended linearly within CORNER metres of a vertex."""
         here = self.h[i]
         into, left = s - self.s[i], self.s[i + 1] - s
-        radius = min(CORNER, self.s[i + 1] - self.s[i])
+        radius = min(CORNER, 0.5 * (self.s[i + 1] - self.s[i]))
         if radius <= 0.0:
             return here
         if left < radius and left <= into and i + 1 < last:
@@ -109,8 +110,8 @@ class Course:
         return self.t[-1] if self.t else 0.0
 
 
-def course(trajectory: model.Trajectory, resolve: Resolve) -> Course:
-    """The course of a trajectory; `resolve` turns a model position into a place.
+def course(trajectory: model.Trajectory, resolve: Resolve, start: Place | None = None) -> Course:
+    """The course of a trajectory; `resolve` turns a model position into a place, `start` is where one without a position begins.
 
     Raises nothing for what the reader lets through: a single point is a course of length 0.
     """
@@ -120,7 +121,7 @@ def course(trajectory: model.Trajectory, resolve: Resolve) -> Course:
     if isinstance(shape, model.Clothoid):
         return _clothoid(shape, resolve)
     if isinstance(shape, model.ClothoidSpline):
-        return _clothoid_spline(shape, resolve)
+        return _clothoid_spline(shape, resolve, start)
     return _nurbs(shape, resolve)
 
 
@@ -159,7 +160,7 @@ def _arc(
     x: float, y: float, z: float, h: float, curvature: float, change: float, length: float
 ) -> list[tuple[float, float, float, float]]:
     """A clothoid piece; the heading is exact, the position by the midpoint rule on short steps."""
-    count = min(max(int(math.ceil(length / SAMPLING)), 1), MOST_SAMPLES)
+    count = min(max(math.ceil(length / SAMPLING), 1), MOST_SAMPLES)
     step = length / count
     points = [(x, y, z, h)]
     for i in range(count):
@@ -188,10 +189,10 @@ def _clothoid(shape: model.Clothoid, resolve: Resolve) -> Course:
     return _stamped(points, shape.start_time, shape.stop_time)
 
 
-def _clothoid_spline(shape: model.ClothoidSpline, resolve: Resolve) -> Course:
+def _clothoid_spline(shape: model.ClothoidSpline, resolve: Resolve, start: Place | None) -> Course:
     points: list[tuple[float, float, float, float]] = []
     times: list[float] = []
-    x = y = z = h = 0.0
+    x, y, z, h = (start.x, start.y, start.z, start.h) if start is not None else (0.0, 0.0, 0.0, 0.0)
     segments = shape.segments
     for i, segment in enumerate(segments):
         if segment.position_start is not None:
@@ -226,13 +227,13 @@ def _nurbs(shape: model.Nurbs, resolve: Resolve) -> Course:
         for place, point in zip(places, shape.control_points, strict=True)
     ]
     low, high = knots[degree], knots[len(control)]
-    rough = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in zip(places, places[1:], strict=False))
-    count = min(max(int(math.ceil(rough / SAMPLING)), 50), MOST_SAMPLES)
+    rough = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(places))
+    count = min(max(math.ceil(rough / SAMPLING), 50), MOST_SAMPLES)
     samples = [_de_boor(control, knots, degree, low + (high - low) * i / count) for i in range(count + 1)]
     pieces = _tangents([(x, y) for x, y, _, _ in samples], places[0].h)
     # tangent at a sample: mean of the chords before and after it
     headings = [pieces[0]]
-    for before, after in zip(pieces, pieces[1:], strict=False):
+    for before, after in pairwise(pieces):
         headings.append(before + 0.5 * wrap(after - before))
     points = [(x, y, z, h) for (x, y, z, _), h in zip(samples, headings, strict=True)]
     return Course(points, [time for _, _, _, time in samples] if timed else None)

@@ -50,6 +50,8 @@ class Speed:
         if dynamics.dynamics_dimension == "distance":
             both = abs(speed + target)
             duration = 2.0 * duration / both if both > 0.0 else 0.0
+        if duration == 0.0:
+            return 0.0
         # no faster than the vehicle can
         entity = self._entity
         limit = entity.max_acceleration if abs(target) > abs(speed) else entity.max_deceleration
@@ -60,11 +62,14 @@ class Speed:
         change = self._change
         if self._continuous:
             change.target = entity.set_speed = self._target()
-            if change.done:
-                entity.speed = change.target
-                return False
+            wanted = change.advance(dt)
+            if self._dynamics.dynamics_shape != "step":
+                most = entity.max_acceleration if abs(wanted) > abs(entity.speed) else entity.max_deceleration
+                wanted = min(max(wanted, entity.speed - most * dt), entity.speed + most * dt)
+            entity.speed = wanted
+            return False
         entity.speed = change.advance(dt)
-        return change.done and not self._continuous
+        return change.done
 
     def stop(self) -> None:
         return None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import place, resolver
 from openscenario.storyboard.registry import Runner, Unsupported, action
 from openscenario.storyboard.trajectories import Course, course
@@ -23,7 +24,7 @@ class FollowTrajectory:
     the trajectory; the default controller has no such limits, so both follow it exactly.
     """
 
-    __slots__ = ("_board", "_clock", "_course", "_element", "_entity", "_s", "domains")
+    __slots__ = ("_board", "_clock", "_course", "_element", "_entity", "_reverse", "_s", "domains")
     follows_trajectory = True
 
     def __init__(self, element: model.FollowTrajectoryAction, entity: Entity, board: Storyboard) -> None:
@@ -35,6 +36,7 @@ class FollowTrajectory:
         self._course: Course | None = None
         self._s = 0.0
         self._clock = 0.0
+        self._reverse = False
         shape = element.trajectory.shape
         for position in _positions(shape):
             resolver(position, board)
@@ -45,7 +47,9 @@ class FollowTrajectory:
 
     def _begin(self) -> Course:
         board = self._board
-        along = course(self._element.trajectory, lambda position: place(position, board))
+        entity = self._entity
+        here = Place(entity.x, entity.y, entity.z, entity.h)
+        along = course(self._element.trajectory, lambda position: place(position, board), here)
         self._course = along
         timing = self._element.time_reference
         if isinstance(timing, model.Timing):
@@ -55,6 +59,7 @@ class FollowTrajectory:
 
     def start(self) -> bool:
         along = self._begin()
+        self._reverse = len(self.domains) == 1 and self._entity.speed < 0.0
         self._s = min(self._element.initial_distance_offset, along.length)
         if len(self.domains) > 1:
             self._s = max(self._s, along.s_at(self._trajectory_time()))
@@ -80,7 +85,8 @@ class FollowTrajectory:
         self._go(along)
         if done and over > 0.0:
             # what is left of the step: straight on
-            entity.put(entity.x + over * math.cos(entity.h), entity.y + over * math.sin(entity.h), entity.z, entity.h)
+            way = -over if self._reverse else over
+            entity.put(entity.x + way * math.cos(entity.h), entity.y + way * math.sin(entity.h), entity.z, entity.h)
         entity.moved = True
         entity.travelled += abs(self._s - before) + max(over, 0.0)
         entity.vx, entity.vy = (entity.x - x) / dt, (entity.y - y) / dt
@@ -105,7 +111,8 @@ class FollowTrajectory:
         """Go on by the entity's own speed; a closed trajectory is run through again and again."""
         entity = self._entity
         entity.ax = (entity.speed - entity.speed_before) / dt
-        s = self._s + 0.5 * (entity.speed + entity.speed_before) * dt
+        # a vehicle that reverses goes the same way, rear first
+        s = self._s + abs(0.5 * (entity.speed + entity.speed_before)) * dt
         if self._element.trajectory.closed and along.length > 0.0:
             self._s = s % along.length
             return -1.0
@@ -115,7 +122,7 @@ class FollowTrajectory:
     def _go(self, along: Course) -> None:
         entity = self._entity
         x, y, z, h = along.at(self._s)
-        entity.put(x, y, z, h)
+        entity.put(x, y, z, h + math.pi if self._reverse else h)
 
     def stop(self) -> None:
         return None

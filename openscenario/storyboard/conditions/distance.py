@@ -24,9 +24,11 @@ def _other(name: str, scope: Scope) -> Entity:
     return entities[name]
 
 
-def _system(system: str | None, along_route: bool | None) -> str | None:
-    """`alongRoute`, deprecated since 1.1, asked for the distance along the road."""
-    return "road" if system is None and along_route else system
+def _dimension(kind: str | None, system: str | None, along_route: bool | None) -> tuple[str, str | None]:
+    """What to measure, in which system. `alongRoute`, deprecated since 1.1, asks for the way along the road or straight on."""
+    if along_route is not None and kind is None and system is None:
+        return ("longitudinal", "road") if along_route else ("euclidianDistance", None)
+    return kind or "euclidianDistance", system
 
 
 def _compare(distance: Measure, rule: str, value: float) -> Test:
@@ -54,10 +56,7 @@ def relative_distance(element: model.RelativeDistanceCondition, entity: Entity, 
 
 @condition(model.DistanceCondition)
 def distance_to(element: model.DistanceCondition, entity: Entity, scope: Scope) -> Test:
-    system = _system(element.coordinate_system, element.along_route)
-    kind: str | None = element.relative_distance_type
-    if kind is None and system == "road" and element.along_route:
-        kind = "longitudinal"
+    kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
     where = resolver(element.position, scope.board)
     distance = measure(scope.board, entity, where, kind=kind, system=system, free=element.freespace)
     return _compare(distance, element.rule, element.value)
@@ -78,8 +77,7 @@ def reach_position(element: model.ReachPositionCondition, entity: Entity, scope:
 @condition(model.TimeHeadwayCondition)
 def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Scope) -> Test:
     """Time the entity needs for its distance to the other one at its own speed; not defined if the other is behind or it stands."""
-    kind = element.relative_distance_type or "longitudinal"
-    system = _system(element.coordinate_system, element.along_route)
+    kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
     distance = measure(
         scope.board, entity, _other(element.entity_ref, scope), kind=kind, system=system, free=element.freespace
     )
@@ -105,8 +103,7 @@ def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, s
         other = resolver(target.position, scope.board)
     else:
         raise Unsupported("neither an entity nor a position to collide with")
-    kind = element.relative_distance_type or "euclidianDistance"
-    system = _system(element.coordinate_system, element.along_route)
+    kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
     distance = measure(scope.board, entity, other, kind=kind, system=system, free=element.freespace)
     closing = _closing(entity, other, kind)
     holds, value = COMPARISONS[element.rule], element.value
