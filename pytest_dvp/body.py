@@ -17,9 +17,9 @@ SAME_CAR = 0.03  # relative difference of wheelbase and mass up to which the mod
 def fitted_model(path: Path | None, ego: ScenarioObject) -> tuple[VehicleModel, dict[str, Any]]:
     """Model for the ego's body, and what the log says about it.
 
-    path: the model file, None for the TABBY EVO that ships. The bounding box is always the scenario's. If the scenario's
-    car differs from the model's by more than SAME_CAR in wheelbase or mass, the dynamics are scaled to its wheelbase,
-    mass, axles and performance: a car of the same build and another size, not that car.
+    path: the model file, None for the TABBY EVO that ships. The bounding box is always the scenario's. If
+    the scenario's car differs from the model's by more than SAME_CAR in wheelbase or mass, the dynamics are scaled to
+    its wheelbase, mass, axles and performance: a car of the same build and another size, not that car.
     """
     file = path if path is not None else shipped("models/tabby_evo.toml")
     model = read_model(file)

@@ -24,8 +24,8 @@ class Contact(NamedTuple):
 class ContactDetector:
     """Watches one ego box for overlaps. `masses` [kg] by object name; unlisted ones count as 1,000 kg.
 
-    The impulse is that of a perfectly plastic central hit, m v with the reduced mass m and the closing speed v along the
-    contact normal: nobody is moved by it, the run ends soon after.
+    The impulse is that of a perfectly plastic central hit, m v with the reduced mass m and the closing speed v along
+    the contact normal: nobody is moved by it, the run ends soon after.
     """
 
     def __init__(self, length: float, width: float, center_x: float, mass: float, masses: Mapping[str, float]) -> None:
@@ -42,7 +42,7 @@ class ContactDetector:
         """New contacts within a tick.
 
         rows    (n, 6) t, x, y, yaw in the map frame and vx, vy in the body frame of the ego, in time order; n >= 1
-        before  (n, 9) boxes (see Surroundings) at the start of the tick, after: at its end, rows in the order of `names`
+        before  (n, 9) boxes (see Surroundings) at the start of the tick, rows in the order of `names`; after: its end
         """
         found: list[Contact] = []
         first, last = rows[0].tolist(), rows[-1].tolist()
@@ -74,7 +74,7 @@ class ContactDetector:
             # Relative to the ego: map coordinates may be millions of metres, and the solver's tolerance is absolute.
             _place(self._ego, 0.0, 0.0, yaw)
             _place(shape, ox - ex, oy - ey, b[3])
-            space.reindex_shapes_for_body(shape.body)
+            space.reindex_shape(shape)
             # Not shape.shapes_collide: it asserts that there is a contact, where none is the usual case.
             hits = space.shape_query(self._ego)
             if not hits:

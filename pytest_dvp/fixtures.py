@@ -114,9 +114,7 @@ def attach(item: pytest.Item, report: pytest.TestReport) -> None:
     report.user_properties[:] = item.user_properties
 
 
-def _say_how_to_replay(
-    item: pytest.Item, report: pytest.TestReport, results: Sequence[Mapping[str, Any]]
-) -> None:
+def _say_how_to_replay(item: pytest.Item, report: pytest.TestReport, results: Sequence[Mapping[str, Any]]) -> None:
     """End a failure with a command; Hypothesis and notes add lines below the message, so it is a section of its own."""
     variant, seed = item.stash.get(VARIANT_KEY, (None, 0))
     if variant is not None:

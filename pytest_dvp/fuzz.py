@@ -129,9 +129,7 @@ def _find(scenario: Path, beside: Path) -> Path:
         raise FuzzError(f"no scenario {scenario}; looked in {beside}, {Path.cwd()} and what ships") from None
 
 
-def _strategies(
-    path: Path, only: Sequence[str] | None
-) -> tuple[dict[str, st.SearchStrategy[Any]], dict[str, Value]]:
+def _strategies(path: Path, only: Sequence[str] | None) -> tuple[dict[str, st.SearchStrategy[Any]], dict[str, Value]]:
     from openscenario.read import read_declarations
     from pytest_dvp.settings import unknown
 
@@ -175,9 +173,7 @@ def _range(group: ValueConstraintGroup, whole: bool, declaration: ParameterDecla
     return Range(low, high, whole)
 
 
-def _narrowed(
-    constraint: ValueConstraint, value: float, inside: float, low: float, high: float
-) -> tuple[float, float]:
+def _narrowed(constraint: ValueConstraint, value: float, inside: float, low: float, high: float) -> tuple[float, float]:
     match constraint.rule:
         case "equalTo":
             return max(low, value), min(high, value)

@@ -38,7 +38,7 @@ def _check_declared(path: Path, values: Mapping[str, str], option: str) -> None:
 def check_stack_parameters(values: Mapping[str, str | float], option: str = "--set") -> None:
     """Raises SettingError unless `values` are allowed values of P."""
     if values:
-        from ads.parameters import Parameters, ParameterError
+        from ads.parameters import ParameterError, Parameters
 
         try:
             Parameters().with_values(values)  # type: ignore[arg-type]

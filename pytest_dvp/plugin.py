@@ -66,7 +66,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFi
     named, inside = collect.asked_for(file_path, parent.config, settings)
     if not named and not inside:
         return None
-    return collect.ScenarioFile.from_parent(parent, path=file_path, named=named)  # type: ignore[no-any-return]
+    return collect.ScenarioFile.from_parent(parent, path=file_path, named=named)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -126,7 +126,7 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     for line in summary.lines(cases):
         terminalreporter.write_line(line)
     if os.environ.get("GITHUB_ACTIONS"):
-        for line in summary.annotations(cases):
+        for line in summary.github_annotations(cases):
             terminalreporter.write_line(line)
         step_summary = os.environ.get("GITHUB_STEP_SUMMARY")
         if step_summary:

@@ -1,4 +1,4 @@
-"""Everything a run needs, read and checked before anything moves: scenario, road, ego, task, vehicle, stack, traffic."""
+"""Everything a run needs, read and checked before anything moves: scenario, road, task, vehicle, stack, traffic."""
 
 from __future__ import annotations
 
@@ -92,9 +92,7 @@ def prepare(request: Request, ads: DriverFactory | None) -> Ready:
     check_place(network, task.start, gates.file)
     if task.goal is not None:
         check_place(network, task.goal, gates.file)
-    state = VehicleState(
-        t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed
-    )
+    state = VehicleState(t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed)
     vehicle.reset(state)
     if ads is None:
         from ads.stack import Stack

@@ -129,7 +129,9 @@ def run(
     return _judged(request, ready, ending, loop.error, replay_command(request, duration), log_dir)
 
 
-def _judged(request: Any, ready: Any, ending: Ending, error: str | None, replay: str, log_dir: Path | None) -> RunResult:
+def _judged(
+    request: Any, ready: Any, ending: Ending, error: str | None, replay: str, log_dir: Path | None
+) -> RunResult:
     from pytest_dvp.gates import judge, overall
 
     log = ready.recorder.finish()

@@ -35,7 +35,7 @@ def is_users_mistake(error: BaseException) -> bool:
 
 @dataclasses.dataclass(frozen=True)
 class Setting:
-    """One setting: `--dvp-NAME` of pytest, `--NAME` of dvp, `dvp_NAME` in an ini file, `DVP_NAME` in the environment."""
+    """One setting: `--dvp-NAME` of pytest, `--NAME` of dvp, `dvp_NAME` in an ini file, variable `DVP_NAME`."""
 
     name: str
     kind: Kind

@@ -1,5 +1,6 @@
-"""What a session says at its end: the terminal section, GitHub annotations, the step summary. Plain dicts in, lines out.
+"""What a session says at its end: the terminal section, GitHub annotations, the step summary.
 
+Plain dicts in, lines out.
 A result is a dict as `RunResult.as_dict` makes it: scenario, line, stage, status, seed, verdicts (dicts of
 gates.Verdict), metrics {name: number or None}, folder, replay. Imports the standard library only.
 """
@@ -94,7 +95,7 @@ def action(results: Sequence[Result]) -> str:
     return clean(f"see the tightest run: {folder}/report.html" if folder else f"see it again: {worst['replay']}")
 
 
-def annotations(results: Sequence[Result]) -> list[str]:
+def github_annotations(results: Sequence[Result]) -> list[str]:
     """GitHub workflow commands that mark the line of the .xosc a failing run is about."""
     return [
         f"::error file={_property(case['scenario'])},line={case.get('line') or 1}"

@@ -115,4 +115,4 @@ class World:
 def _kind_index(kind: str, category: str) -> int:
     if kind == "vehicle" and category in _BICYCLES:
         return OBJECT_KINDS.index("bicycle")
-    return OBJECT_KINDS.index(kind) if kind in OBJECT_KINDS else OBJECT_KINDS.index("misc")  # type: ignore[arg-type]
+    return OBJECT_KINDS.index(kind) if kind in OBJECT_KINDS else OBJECT_KINDS.index("misc")

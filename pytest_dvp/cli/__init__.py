@@ -64,8 +64,12 @@ def _parse(words: list[str]) -> argparse.Namespace:
     arguments, rest = parser.parse_known_args(words)
     if rest:
         command = f"dvp {arguments.command}"
-        options = [option for module in COMMANDS if module.__name__.endswith(f".{arguments.command}")
-                   for option in _options(module)]
+        options = [
+            option
+            for module in COMMANDS
+            if module.__name__.endswith(f".{arguments.command}")
+            for option in _options(module)
+        ]
         near = nearest(rest[0].partition("=")[0], options) if rest[0].startswith("-") else None
         hint = f", did you mean {near}?" if near else ""
         raise WrongArgument(f"{command}: unknown argument {rest[0]!r}{hint} ({command} --help)")

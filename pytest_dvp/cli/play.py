@@ -32,17 +32,16 @@ def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.prepare import network_of
 
     check_overrides(path, settings.set)
-    scenario = read_scenario(
-        path, library=settings.library, rootdir=settings.rootdir, parameters=settings.set.scenario
-    )
-    played = play(scenario, network_of(scenario), dt, settings.duration or 60.0)
+    scenario = read_scenario(path, library=settings.library, rootdir=settings.rootdir, parameters=settings.set.scenario)
+    network = network_of(scenario) if scenario.road_network.logic_file is not None else None
+    played = play(scenario, network, dt, settings.duration or 60.0)
     if arguments.csv:
         rows = ((_six(r.time), r.entity, _six(r.x), _six(r.y), _six(_turn(r.h)), _six(r.speed)) for r in played.rows)
         _write(arguments.csv, ("time", "entity", "x", "y", "h", "speed"), rows)
     if arguments.events:
-        steps = ((_six(e.time), e.element, e.from_state, e.kind, e.to_state) for e in played.transitions)
+        steps = ((_six(e.time), e.element, e.from_state, e.transition, e.to_state) for e in played.transitions)
         _write(arguments.events, ("time", "element", "from", "transition", "to"), steps)
-    for finding in played.report:
+    for finding in played.findings:
         print(finding, file=sys.stderr)
     return 0
 

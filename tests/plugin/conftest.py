@@ -41,7 +41,9 @@ XOSC = f"""<?xml version="1.0" encoding="UTF-8"?>
   <Entities>
     <ScenarioObject name="Ego">
       <Vehicle name="car" vehicleCategory="car" mass="730">
-        <BoundingBox><Center x="1.18" y="0" z="0.69"/><Dimensions width="1.488" length="3.03" height="1.38"/></BoundingBox>
+        <BoundingBox>
+          <Center x="1.18" y="0" z="0.69"/><Dimensions width="1.488" length="3.03" height="1.38"/>
+        </BoundingBox>
         <Performance maxSpeed="30" maxAcceleration="3" maxDeceleration="6"/>
         <Axles>
           <FrontAxle maxSteering="0.349" wheelDiameter="0.57" trackWidth="1.3" positionX="2.36" positionZ="0.28"/>
@@ -52,7 +54,9 @@ XOSC = f"""<?xml version="1.0" encoding="UTF-8"?>
   </Entities>
   <Storyboard>
     <Init><Actions><Private entityRef="Ego">
-      <PrivateAction><TeleportAction><Position><LanePosition roadId="1" laneId="-1" s="10"/></Position></TeleportAction></PrivateAction>
+      <PrivateAction><TeleportAction>
+        <Position><LanePosition roadId="1" laneId="-1" s="10"/></Position>
+      </TeleportAction></PrivateAction>
       <PrivateAction><LongitudinalAction><SpeedAction>
         <SpeedActionDynamics dynamicsShape="step" value="0" dynamicsDimension="time"/>
         <SpeedActionTarget><AbsoluteTargetSpeed value="$ego_speed"/></SpeedActionTarget>
@@ -70,7 +74,7 @@ CATALOG = f"""<?xml version="1.0" encoding="UTF-8"?>
 """
 
 # A run that drives nothing and passes, or fails one gate if the scenario's name says so.
-FAKE_RUN = '''
+FAKE_RUN = """
 import pathlib
 import pytest
 from pytest_dvp.fixtures import current_item, note
@@ -107,7 +111,7 @@ def run(request):
         return result
 
     return drive
-'''
+"""
 
 
 def write_scenario(folder: Path, name: str = "good.xosc", text: str = XOSC) -> Path:

@@ -78,7 +78,7 @@ def test_m_selects_a_stage(project: pytest.Pytester, stage: str) -> None:
 
 
 def test_collecting_starts_no_simulator(project: pytest.Pytester) -> None:
-    probe = "import sys\ndef pytest_sessionfinish():\n    assert 'libsumo' not in sys.modules and 'pymunk' not in sys.modules\n"
+    probe = "import sys\ndef pytest_sessionfinish():\n    assert not {'libsumo', 'pymunk'} & set(sys.modules)\n"
     project.makepyfile(probe=probe)
     result = project.runpytest_subprocess("--collect-only", "-q", "-p", "probe", ".")
     assert result.ret == pytest.ExitCode.OK

@@ -55,7 +55,11 @@ def test_the_header_tells_the_conditions(project: pytest.Pytester) -> None:
 @pytest.mark.parametrize("workers", [(), ("-n", "2")])
 def test_numbers_reach_junit(project: pytest.Pytester, workers: tuple[str, ...]) -> None:
     project.runpytest_subprocess("--junitxml=out.xml", *workers, ".")
-    cases = {case.get("classname"): case for case in ET.parse(project.path / "out.xml").iter("testcase") if case.get("name") == "dt"}
+    cases = {
+        case.get("classname"): case
+        for case in ET.parse(project.path / "out.xml").iter("testcase")
+        if case.get("name") == "dt"
+    }
     properties = {p.get("name"): p.get("value") for p in cases["bad.xosc"].iter("property")}
     assert properties["max_ttc_inverse"] == "1.31"
     assert properties["verdict"] == "FAIL"

@@ -64,9 +64,7 @@ def test_assignments_add_up(told: pytest.Pytester) -> None:
         (("--dvp-set=S.EGO_mas=900",), "*EGO_mass*"),
     ],
 )
-def test_a_wrong_option_is_a_usage_error(
-    pytester: pytest.Pytester, arguments: tuple[str, ...], message: str
-) -> None:
+def test_a_wrong_option_is_a_usage_error(pytester: pytest.Pytester, arguments: tuple[str, ...], message: str) -> None:
     result = pytester.runpytest_inprocess(*arguments)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines([message])

@@ -16,7 +16,9 @@ def rows(x: float, speed: float, y: float = 0.0, yaw: float = 0.0) -> FloatArray
     return np.column_stack((t, ahead, np.full(6, y), np.full(6, yaw), np.full(6, speed), np.zeros(6)))
 
 
-def box(x: float, y: float = 0.0, yaw: float = 0.0, vx: float = 0.0, length: float = 4.0, width: float = 2.0) -> FloatArray:
+def box(
+    x: float, y: float = 0.0, yaw: float = 0.0, vx: float = 0.0, length: float = 4.0, width: float = 2.0
+) -> FloatArray:
     return np.array([[x, y, 0.75, yaw, length, width, 1.5, vx, 0.0]])
 
 
@@ -57,7 +59,9 @@ def test_a_second_hit_after_separation_is_a_new_contact() -> None:
 
 def test_crossing_boxes_touch_although_no_corner_is_inside() -> None:
     # a long thin bar across the ego
-    (contact,) = detector().check(rows(0.0, 0.0), ["bar"], box(1.0, length=0.2, width=20.0), box(1.0, length=0.2, width=20.0))
+    (contact,) = detector().check(
+        rows(0.0, 0.0), ["bar"], box(1.0, length=0.2, width=20.0), box(1.0, length=0.2, width=20.0)
+    )
     assert contact.name == "bar"
 
 
