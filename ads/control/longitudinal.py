@@ -21,6 +21,7 @@ COMFORT_DECELERATION = 1.0  # m/s^2 at town speed
 HARD_DECELERATION = 3.5  # m/s^2; more only in an emergency
 STANDSTILL = 0.08  # m/s
 ROOM = 16  # constraints
+NOW = -1e9  # m; as a distance: from now on
 
 
 @njit(cache=True, error_model="numpy")
@@ -35,7 +36,7 @@ def wanted_acceleration(
 ) -> tuple[float, bool]:
     """Acceleration [m/s^2] before limits on its change, and whether a stop is what sets it.
 
-    `points` (n, 2): distance ahead [m] and highest speed there [m/s]; distance <= 0 means from now on.
+    `points` (n, 2): distance ahead [m] and highest speed there [m/s]; distance NOW means from now on.
     """
     b = comfort_deceleration(v)
     ramp = lag + max(0.5 * (b + a_now), 0.0) / COMFORT_JERK * 0.5
@@ -49,7 +50,7 @@ def wanted_acceleration(
     for i in range(n):
         d, target = points[i, 0], points[i, 1]
         other = approach_acceleration(v, target, d, b, GAIN, ramp)
-        if d <= 0.0 and target > 0.0:
+        if d <= NOW:
             other = GAIN * (target - v)
         if other < a:
             a = other
@@ -71,7 +72,7 @@ class SpeedControl(Protocol):
     ) -> tuple[float, bool]:
         """Wanted acceleration [m/s^2], and True if the car is to stand.
 
-        `limits`: (distance ahead [m], highest speed there [m/s]); `brake` [m/s^2] > 0 is an emergency deceleration.
+        `limits`: (distance ahead [m] or NOW, highest speed there [m/s]); `brake` > 0 [m/s^2] is an emergency.
         """
 
 
@@ -116,17 +117,24 @@ class ComfortSpeedControl:
             self._standing = True
             self._a = 0.0
             return -0.3, True
-        jerk, comfort = COMFORT_JERK, comfort_deceleration(v)
-        if brake > 0.0:
-            jerk = EMERGENCY_JERK
-        elif wanted < -1.5 * comfort:
-            jerk = URGENT_JERK
-        step = jerk * self._dt
-        if v < STANDSTILL and wanted > 0.0:
-            self._a = max(self._a, 0.0)  # nothing to release smoothly: it stands
-        self._a = min(
-            max(wanted, self._a - step), self._a + (URGENT_JERK * self._dt if self._a < -1.1 * comfort else step)
-        )
+        self._a = self._limited(v, wanted, brake > 0.0)
         if not math.isfinite(self._a):
             self._a = -1.0
         return self._a, False
+
+    def _limited(self, v: float, wanted: float, emergency: bool) -> float:
+        """`wanted` [m/s^2] as near as the allowed jerk lets this tick come to it."""
+        a, comfort = self._a, comfort_deceleration(v)
+        if v < STANDSTILL and wanted > 0.0:
+            a = max(a, 0.0)  # it stands: nothing to release smoothly
+        onset = COMFORT_JERK
+        if emergency:
+            onset = EMERGENCY_JERK
+        elif wanted < -1.5 * comfort:
+            onset = URGENT_JERK
+        release = COMFORT_JERK
+        if a < -HARD_DECELERATION:
+            release = 0.5 * EMERGENCY_JERK
+        elif a < -1.1 * comfort:
+            release = URGENT_JERK
+        return min(max(wanted, a - onset * self._dt), a + release * self._dt)

@@ -16,6 +16,7 @@ from vehicle.messages import FloatArray
 LATERAL_ACCELERATION = 2.5  # m/s^2, ISO 15622 leaves 2.3 to 3; at high set speeds it takes over from LQR_rc_max
 EASE_A = 0.15  # m/s^2
 EASE_K = 0.7  # 1/s
+GAP_GAIN = 0.4  # 1/s^2; how firmly a gap that is too small is opened
 
 
 @njit(cache=True, error_model="numpy")
@@ -86,7 +87,7 @@ def approach_acceleration(v: float, v_target: float, distance: float, b: float, 
     relative = v - v_target
     left = distance - max(relative, 0.0) * lag
     if left <= 0.0 and v_target > 0.0:
-        return gain * relative * -1.0 + 0.25 * min(left, 0.0)
+        return -gain * relative + GAP_GAIN * left
     wanted = approach_speed(left, b)
     a = -min(b, EASE_A + EASE_K * wanted) + gain * (wanted - relative)
     if relative > 0.0:

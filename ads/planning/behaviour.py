@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Protocol
 
+from ads.control.longitudinal import NOW
+from ads.control.speed_profile import stopping_distance
 from ads.control.spline import shifted
 from ads.localization import Estimate
 from ads.map_monitor import MapMonitor
@@ -82,6 +84,7 @@ class Behaviour:
         self._obstacle_seen = -math.inf
         self._free_at = -math.inf
         self._stuck = False
+        self._stop_s: float | None = None
 
     def may_replan(self) -> bool:
         """Only in its lane: the offset belongs to the points of the reference path."""
@@ -129,7 +132,7 @@ class Behaviour:
         }
         self._nets.step(facts)
         self._act_on_path(t, s, navigator)
-        limits = self._limits(s, navigator, lead, stop_light)
+        limits = self._limits(s, v, navigator, lead, stop_light)
         brake = 0.0
         if self._nets.marked("main", "emergency"):
             brake = max(4.0, 1.3 * needed)
@@ -209,6 +212,7 @@ class Behaviour:
     ) -> dict[str, bool]:  # fmt: skip
         o, plan, monitor = self._obstacle, self._overtaking, navigator.monitor
         facts = dict.fromkeys(("obstacle", "in_range", "gap_free", "way_around", "beside", "conflict", "passed"), False)
+        facts["standing"] = v < 0.05
         facts["in_lane"] = plan.offsets is None or (plan.back_in_lane(s) and abs(navigator.lateral) < 0.25)
         if o is None or monitor is None:
             return facts
@@ -222,13 +226,14 @@ class Behaviour:
             return facts
         wanted = plan.wanted_offset(o, monitor)
         reachable = navigator.goal_s > plan.back_at(o) + 5.0
-        facts["way_around"] = wanted is not None and reachable and self._parameters.MPC_w > 0.0
         if wanted is not None:
             others = [
                 Neighbour(row[0], row[1], row[2], row[3], row[4], self._memory.stood(t, d.track))
                 for row, d in zip(placed, detections, strict=True)
             ]
             facts["gap_free"] = plan.gap_free(s, v, o, monitor, wanted, others)
+            if facts["gap_free"] and reachable and self._parameters.MPC_w > 0.0:
+                facts["way_around"] = plan.feasible(t, s, o, monitor)
         if facts["gap_free"]:
             self._free_at = t
         facts["conflict"] = t - self._free_at > CONFLICT_FOR
@@ -259,8 +264,18 @@ class Behaviour:
 
     # what to do -----------------------------------------------------------------------------------------------------
 
+    def _stop_behind(self, s: float, v: float, obstacle: Obstacle) -> float:
+        """Distance [m] to where the rear axle stops: WAIT_GAP behind an obstacle, else as soon as comfort allows."""
+        wanted = obstacle.s_from - self._front - WAIT_GAP
+        if s + stopping_distance(v, 1.5) + 0.3 * v <= wanted:
+            self._stop_s = None
+            return wanted - s
+        if self._stop_s is None:
+            self._stop_s = s + stopping_distance(v, 1.2) + 0.6 * v
+        return min(self._stop_s, obstacle.s_from - self._front - STUCK_GAP) - s
+
     def _limits(
-        self, s: float, navigator: Navigator, lead: tuple[float, float] | None, stop_light: float
+        self, s: float, v: float, navigator: Navigator, lead: tuple[float, float] | None, stop_light: float
     ) -> list[tuple[float, float]]:
         marked = self._nets.marked
         limits: list[tuple[float, float]] = []
@@ -274,10 +289,11 @@ class Behaviour:
             limits.extend(self._crossing.limits(s, navigator.set_speed, marked("crossing", "stop")))
         obstacle = self._obstacle
         if obstacle is not None:
-            if marked("overtaking", "wait"):
-                limits.append((obstacle.s_from - s - self._front - WAIT_GAP, 0.0))
-            elif marked("overtaking", "abort") or (self._stuck and s + self._front < obstacle.s_from):
-                limits.append((obstacle.s_from - s - self._front - STUCK_GAP, 0.0))
+            stuck = self._stuck and s + self._front < obstacle.s_from
+            if marked("overtaking", "wait") or marked("overtaking", "abort") or stuck:
+                limits.append((self._stop_behind(s, v, obstacle), 0.0))
+            else:
+                self._stop_s = None
         if self._passing():
-            limits.append((0.0, self._parameters.DECISION_OT_speed))
+            limits.append((NOW, self._parameters.DECISION_OT_speed))
         return limits

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ads.control.longitudinal import NOW
 from ads.control.speed_profile import stopping_distance
 from ads.map_monitor import Crossing, MapMonitor
 from ads.parameters import Parameters
@@ -60,9 +61,10 @@ class CrossingRule:
         crossing = self.crossing
         if crossing is None:
             return []
-        found = [(0.0, max(SPEED * set_speed, LEAST_SPEED))]
+        found = [(NOW, max(SPEED * set_speed, LEAST_SPEED))]
         if self._watch and s < crossing.s_from:
-            found.append((max(crossing.s_middle - self._d_min - s, 0.0), max(WATCH_SPEED * set_speed, LEAST_SPEED)))
+            left = crossing.s_middle - self._d_min - s
+            found.append((left if left > 0.0 else NOW, max(WATCH_SPEED * set_speed, LEAST_SPEED)))
         if stop and self._stop_s is not None:
             found.append((self._stop_s - s, 0.0))
         return found

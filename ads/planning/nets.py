@@ -79,6 +79,7 @@ OVERTAKING = Net(
         Transition("alongside", ("out",), ("beside",), when=("beside",)),
         Transition("give_up", ("out",), ("abort",), when=("conflict",), unless=("beside",)),
         Transition("retry", ("abort",), ("wait",), when=("in_lane",)),
+        Transition("retry_from_rest", ("abort",), ("wait",), when=("standing",)),
         Transition("passed", ("beside",), ("back",), when=("passed",)),
         Transition("done", ("back",), ("keep",), when=("in_lane",)),
     ),

@@ -25,6 +25,7 @@ CLOSE_TO_LANE = 0.8  # m of offset; less than this is back in the lane for oncom
 RESOLVE = 0.4  # s between two solutions
 LARGEST_BEND = 0.14  # 1/m
 NO_BOUND = 1e3  # m
+LEAST_CHANGE = 0.12  # m; a plan that differs less is not worth a new path
 
 
 class Obstacle(NamedTuple):
@@ -60,7 +61,8 @@ class Overtaking:
         self._pieces: FloatArray | None = None
         self._s_from = 0.0
         self._step = 1.0
-        self._solved = -math.inf
+        self._solved = self._asked = -math.inf
+        self._feasible = False
         self.offsets: FloatArray | None = None  # None: in the lane everywhere
         self.s_end = -math.inf  # where the plan is back in the lane [m]
         self.obstacle: Obstacle | None = None
@@ -133,11 +135,39 @@ class Overtaking:
 
         True: `offsets` are new; False: the old plan still holds; None: there is no plan that keeps the bounds.
         """
-        if t - self._solved < RESOLVE - 1e-9 and self._pieces is not None:
-            same = (obstacle is None) == (self.obstacle is None)
-            if same:
-                return False
+        same = self._pieces is not None and (obstacle is None) == (self.obstacle is None)
+        if same and t - self._solved < RESOLVE - 1e-9:
+            return False
         self._solved = t
+        solution = self._solve(s, obstacle, monitor)
+        if solution is None:
+            return None
+        pieces, step = solution
+        self.obstacle = obstacle
+        if self._pieces is not None and self._change(pieces, s, step) < LEAST_CHANGE:
+            return False
+        if self.offsets is None or len(self.offsets) != len(path):
+            self.offsets = np.zeros(len(path))
+        self._pieces, self._s_from, self._step, self.s_end = pieces, s, step, s + N * step
+        write_offsets(path, self.offsets, pieces, s, step)
+        return True
+
+    def feasible(self, t: float, s: float, obstacle: Obstacle, monitor: MapMonitor) -> bool:
+        """Whether a plan around `obstacle` exists from `s` [m]; asks the solver every RESOLVE seconds."""
+        if t - self._asked >= RESOLVE - 1e-9:
+            self._asked = t
+            self._feasible = self._solve(s, obstacle, monitor) is not None
+        return self._feasible
+
+    def _change(self, pieces: FloatArray, s: float, step: float) -> float:
+        """Largest difference [m] between a new plan from `s` on and the present one."""
+        return max(
+            abs(float(offset_at(pieces, s, step, x)[0]) - self.offset(float(x)))
+            for x in np.linspace(s, s + N * step, 12)
+        )
+
+    def _solve(self, s: float, obstacle: Obstacle | None, monitor: MapMonitor) -> tuple[FloatArray, float] | None:
+        """Pieces and step [m] of a plan from `s` [m] on, None if there is none."""
         start = (0.0, 0.0, 0.0)
         if self._pieces is not None:
             start = offset_at(self._pieces, self._s_from, self._step, s)
@@ -145,7 +175,7 @@ class Overtaking:
         step = max((end - s) / N, 0.8)
         at = s + step * np.arange(1, N + 1)
         wanted, low, high = np.zeros(N), np.full(N, -NO_BOUND), np.full(N, NO_BOUND)
-        side = monitor.side
+        side, car = monitor.side, self._car
         if obstacle is not None:
             goal = self.wanted_offset(obstacle, monitor)
             if goal is None:
@@ -157,27 +187,12 @@ class Overtaking:
             floor = self.needed_offset(obstacle, side, CLEARANCE)
             bound = (at >= obstacle.s_from - self._front - SHORTEST_GAP) & (at <= obstacle.s_to + self._rear + 0.5)
             room = monitor.room(0.5 * (obstacle.s_from + obstacle.s_to))
-            ceiling = room.half_width + room.side_width - 0.5 * self._car.width
+            ceiling = room.half_width + room.side_width - 0.5 * car.width
             (low if side > 0.0 else high)[bound] = side * floor
             (high if side > 0.0 else low)[:] = side * max(ceiling, floor)
-        bend = min(LARGEST_BEND, 0.85 * math.tan(self._car.max_steer) / self._car.wheelbase)
+        bend = min(LARGEST_BEND, 0.85 * math.tan(car.max_steer) / car.wheelbase)
         pieces = self._solver.solve(start, step, wanted, low, high, bend)
-        if pieces is None:
-            return None
-        self.obstacle = obstacle
-        if self._pieces is not None and self.offsets is not None:
-            check = np.linspace(s, end, 12)
-            change = max(
-                abs(offset_at(pieces, s, step, x)[0] - offset_at(self._pieces, self._s_from, self._step, x)[0])
-                for x in check
-            )
-            if change < 0.12:
-                return False
-        if self.offsets is None or len(self.offsets) != len(path):
-            self.offsets = np.zeros(len(path))
-        self._pieces, self._s_from, self._step, self.s_end = pieces, s, step, s + N * step
-        write_offsets(path, self.offsets, pieces, s, step)
-        return True
+        return None if pieces is None else (pieces, step)
 
     def back_in_lane(self, s: float) -> bool:
         """Whether the plan is over at `s` [m]."""
