@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from openscenario.storyboard.places import Place
 
 
+AT_START = 5.0  # m ahead of the ego up to which a first waypoint is its start
+
+
 @dataclasses.dataclass(frozen=True)
 class EgoTask:
     """Where the ego starts and what it is asked to do; `goal` None means: keep the lane."""
@@ -66,13 +69,22 @@ def task_of(
 
     The gate file says where measuring ends, so its goal wins over the last waypoint of the scenario's route.
     """
-    here = network.locate(entity.x, entity.y, entity.h)
-    waypoints = tuple(road_point(network, place) for place in entity.route)
-    points = route or waypoints
+    found = network.locate(entity.x, entity.y, entity.h)
+    here = RoadPoint(found.road, found.lane, found.s)
+    points = route or _ahead(network, here, tuple(road_point(network, place) for place in entity.route))
     if points and goal is None:
         points, goal = points[:-1], points[-1]
     set_speed = entity.set_speed if entity.set_speed is not None and entity.set_speed > 0 else None
-    return EgoTask(start or RoadPoint(here.road, here.lane, here.s), goal, points, set_speed)
+    return EgoTask(start or here, goal, points, set_speed)
+
+
+def _ahead(network: RoadNetwork, here: RoadPoint, points: tuple[RoadPoint, ...]) -> tuple[RoadPoint, ...]:
+    """A route without its first waypoint where that is the place the ego starts from, as it mostly is."""
+    if len(points) < 2:
+        return points
+    first, sign = points[0], network.driving_sign(here.road, here.lane, here.s)
+    passed = first.road == here.road and (first.s - here.s) * sign <= AT_START
+    return points[1:] if passed else points
 
 
 def road_point(network: RoadNetwork, place: Place) -> RoadPoint:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 import msgspec
 
 from pytest_dvp.ego import road_point
+from pytest_dvp.terrain import Grounded, Terrain
 from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPoint, Surroundings, Task
 
 if TYPE_CHECKING:
@@ -68,11 +69,14 @@ class Loop:
         self._vehicle, self._driver, self._network = ready.vehicle, ready.driver, ready.network
         self._recorder, self._first, self._limits = ready.recorder, ready.first_row, limits
         self._folder = ready.scenario.path.parent.absolute()
-        self._goal = GoalZone(ready.network, ready.task.goal) if ready.task.goal is not None else None
+        self._goal = Zone(ready.network, ready.task.goal) if ready.task.goal is not None else None
+        self._start = Zone(ready.network, ready.task.start, at_once=True)
         self._task: Task | None = ready.task.message()
         d = ready.vehicle.description
         ahead, behind, side = d.center_x + 0.5 * d.length, d.center_x - 0.5 * d.length, 0.5 * d.width
         self._corners = ((ahead, side), (behind, side), (behind, -side), (ahead, -side))
+        terrain = Terrain(ready.network)
+        self._terrain = None if terrain.flat else terrain
         self._hints: list[RoadPosition | None] = [None] * 4
         self._transitions = 0
         self.error: str | None = None
@@ -85,7 +89,6 @@ class Loop:
         before: Surroundings | None = None
         collided: float | None = None
         self._recorder.ego_rows(rows)
-        self._recorder.event(0.0, "start", self._ego)
         for k in range(ticks + 1):
             t = k / RATE  # the nearest double, not a sum of rounded steps
             state = rows[-1]
@@ -130,6 +133,8 @@ class Loop:
         )
         self._storyboard.step(TICK)
         self._drain(t)
+        if self._terrain is not None and isinstance(self._vehicle, Grounded):
+            self._vehicle.place_on_road(*self._terrain.under(float(state[1]), float(state[2]), float(state[4])))
         rows = self._vehicle.step(TICK)
         self._recorder.ego_rows(rows)
         return rows
@@ -161,10 +166,10 @@ class Loop:
 
     def _requested(self, kind: str, values: Mapping[str, Any]) -> Task | None:
         task = self._task or Task()
-        if kind == "speed" and "speed" in values:
-            return msgspec.structs.replace(task, set_speed=float(values["speed"]))
-        if kind == "route" and values.get("route"):
-            points = tuple(road_point(self._network, place) for place in values["route"])
+        if kind == "speed":
+            return msgspec.structs.replace(task, set_speed=max(0.0, float(values["target"])))
+        if kind == "route" and values["places"]:
+            points = tuple(road_point(self._network, place) for place in values["places"])
             return msgspec.structs.replace(task, goal=points[-1], route=points[:-1])
         return self._task
 
@@ -183,14 +188,20 @@ class Loop:
             return "stop"
         if collided is not None and t >= collided + self._limits.after_collision - 1e-9:
             return "collision"
-        if self._goal is not None and self._goal.passed(t, float(state[1]), float(state[2])):
+        x, y = float(state[1]), float(state[2])
+        if self._start.since == math.inf and self._start.passed(t, x, y):
+            self._recorder.event(t, "start", self._ego)
+        if self._goal is not None and self._goal.passed(t, x, y):
             if self._goal.since == t:
                 self._recorder.event(t, "goal", self._ego)
             if abs(float(state[5])) < STANDING or t >= self._goal.since + SETTLING:
                 return "goal"
         if t >= last - 1e-9:
             return "timeout"
-        return "wall" if time.monotonic() > deadline else None
+        if time.monotonic() > deadline:
+            self.error = f"the wall limit of {self._limits.wall:g} s ended the run"
+            return "wall"
+        return None
 
     def _end(self, t: float, ending: Ending) -> Ending:
         if ending in ("stop", "goal"):
@@ -208,16 +219,21 @@ class Loop:
             return path.name
 
 
-class GoalZone:
-    """Where the task ends: within `radius` [m] of the goal, or past its line within that of the lane's centre."""
+class Zone:
+    """Where the task begins or ends: within `radius` [m] of a place, or past its line within that of the lane's centre.
 
-    def __init__(self, network: RoadNetwork, goal: RoadPoint, radius: float = 3.0) -> None:
-        pose = network.lane_pose(goal.road, goal.lane, goal.s)
-        sign = network.driving_sign(goal.road, goal.lane)
+    at_once: counts for an ego that stands in it from the beginning; else it must have been outside before, so that a
+    round trip does not end where it starts.
+    """
+
+    def __init__(self, network: RoadNetwork, place: RoadPoint, *, at_once: bool = False, radius: float = 3.0) -> None:
+        pose = network.lane_pose(place.road, place.lane, place.s)
+        sign = network.driving_sign(place.road, place.lane)
         self._x, self._y = pose.x, pose.y
         self._cos, self._sin = sign * math.cos(pose.h), sign * math.sin(pose.h)
         self._radius = radius
         self._behind = False
+        self._counts = at_once
         self.since = math.inf
 
     def passed(self, t: float, x: float, y: float) -> bool:
@@ -229,11 +245,15 @@ class GoalZone:
         beside = abs(dy * self._cos - dx * self._sin)
         crossed = self._behind and ahead >= 0.0
         self._behind = -4.0 * self._radius < ahead < 0.0 and beside <= self._radius
-        if dx * dx + dy * dy <= self._radius**2 or (crossed and beside <= self._radius):
+        inside = dx * dx + dy * dy <= self._radius**2
+        if self._counts and (inside or (crossed and beside <= self._radius)):
             self.since = t
             return True
+        self._counts = self._counts or not inside
         return False
 
 
 def _said(values: Mapping[str, Any]) -> str:
-    return ", ".join(f"{name}={value}" for name, value in values.items())
+    """Scalars of a request; its lists of points are in the storyboard's file."""
+    plain = ((name, value) for name, value in values.items() if isinstance(value, int | float | str))
+    return ", ".join(f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value}" for name, value in plain)

@@ -34,7 +34,8 @@ class RunResult:
     status    PASS only if at least one gate was judged and all of them passed
     folder    run folder with log.mcap, result.json and report.html, if one was asked for
     scenario  the file as a command line names it; line: its storyboard
-    error     traceback of a stack or vehicle that broke
+    error     traceback of a stack or vehicle that broke, or the limit that ended the run
+    notes     what in the scenario is doubtful: events that never fired, acts that never ended
     """
 
     log: Log
@@ -50,6 +51,7 @@ class RunResult:
     replay: str
     metrics: Mapping[str, float | None]
     error: str | None = None
+    notes: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON-able data: what crosses processes and stands in result.json; no series."""
@@ -67,6 +69,7 @@ class RunResult:
             "folder": None if self.folder is None else shown(self.folder),
             "replay": self.replay,
             "error": self.error,
+            "notes": list(self.notes),
         }
 
 
@@ -136,11 +139,12 @@ def _judged(
 
     log = ready.recorder.finish()
     verdicts = tuple(judge(ready.gates, log))
-    status = "ERROR" if ending in ("fault", "wall") else overall(verdicts)
+    if error is not None:
+        verdicts = (_broken(error, log.duration), *verdicts)
     result = RunResult(
         log=log,
         verdicts=verdicts,
-        status=status,
+        status=overall(verdicts),
         folder=None,
         scenario=shown(request.path),
         line=ready.scenario.storyboard.at.line or 1,
@@ -149,14 +153,23 @@ def _judged(
         ending=ending,
         set=assigned(request),
         replay=replay,
-        metrics={verdict.metric: verdict.value for verdict in verdicts},
+        metrics={verdict.metric: verdict.value for verdict in verdicts if verdict.metric},
         error=error,
+        notes=tuple(str(finding) for finding in ready.storyboard.report()),
     )
     if log_dir is None:
         return result
     from pytest_dvp.results import save_run
 
     return dataclasses.replace(result, folder=save_run(result, log_dir))
+
+
+def _broken(error: str, t: float) -> Verdict:
+    """The verdict of a run that broke off: an ERROR, whatever its gates say of the rest."""
+    from pytest_dvp.gates import Verdict
+
+    text = f"run ERROR: {error.strip().splitlines()[-1]} at t={t:.2f} s"
+    return Verdict("run", "", "ERROR", None, "", None, None, t, "", text, text, "", None)
 
 
 def assigned(request: Any) -> dict[str, str]:

@@ -41,9 +41,8 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
     status = result["status"] if metrics is None else ("PASS" if verdicts and not missing else "INCONCLUSIVE")
     if not bad and status == "PASS":
         return None
-    broken = str(result.get("error") or "").strip().split("\n")
-    lines = [clean(broken[-1]) or (reason(bad[0]) if bad else _no_verdict(status, missing))]
-    lines += [f"  {clean(line)}" for line in broken[:-1]]
+    lines = [reason(bad[0]) if bad else _no_verdict(status, missing)]
+    lines += [f"  {clean(line)}" for line in str(result.get("error") or "").splitlines()]
     for verdict in bad:
         lines.append(f"  {verdict['status']} {clean(verdict['message'])}")
     passed = sum(v["status"] == "PASS" for v in verdicts)

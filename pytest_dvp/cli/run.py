@@ -64,6 +64,8 @@ def execute(arguments: argparse.Namespace) -> int:
         after_collision=settings.after_collision,
         log_dir=None if arguments.no_report else settings.runs_folder,
     )
+    for note in result.notes:
+        print(note, file=sys.stderr)
     print(json.dumps(_finite(result.as_dict()), ensure_ascii=False) if arguments.json else table(result))
     return 0 if result.status == "PASS" else 1
 
