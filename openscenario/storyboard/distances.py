@@ -159,7 +159,7 @@ def _along_road(
         facing = 0.0 if sign > 0.0 else math.pi
         ours = Span(*entity.extent(here.h_road + facing + turn))
         # the other road may run the other way: what counts is its direction as seen from here
-        same = math.cos(goal.h_road - here.h_road) >= 0.0 or here.road != goal.road
+        same = here.road == goal.road or math.cos(goal.h_road - here.h_road) >= 0.0
         low, high = _extent(there, goal.h_road + facing + turn + (0.0 if same else math.pi))
         return gap(ours, Span(apart + low, apart + high))
 

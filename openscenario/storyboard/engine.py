@@ -179,7 +179,7 @@ class Storyboard:
             Transition(self.time, node.name, node.kind, transition, node.state, state, at.file, at.line)
         )
         node.state = state
-        node.changes[transition] = self.steps
+        node.changes[transition] = (self.steps, len(self.transitions))
 
     def _enter(self, node: Node) -> None:
         """The parent has started: wait for the own start trigger, or start."""

@@ -41,7 +41,7 @@ class Transition(NamedTuple):
 class Node:
     """An element of the storyboard while it runs.
 
-    `changes` tells for each transition the latest step it happened in; `executions` counts starts.
+    `changes` tells for each transition the latest step it happened in and its number in the log; `executions` counts starts.
     """
 
     __slots__ = (
@@ -83,7 +83,7 @@ class Node:
         )
         self.children: list[Node] = []
         self.state = INIT
-        self.changes: dict[str, int] = {}
+        self.changes: dict[str, tuple[int, int]] = {}
         self.executions = 0
         self.maximum = maximum
         self.priority = priority

@@ -60,9 +60,9 @@ def element_state(element: model.StoryboardElementStateCondition, entity: None, 
 
     def happened() -> bool:
         nonlocal seen
-        step = node.changes.get(wanted, -1)
-        if step > seen and step >= board.steps - 1:
-            seen = step
+        step, number = node.changes.get(wanted, (-2, -1))
+        if number > seen and step >= board.steps - 1:
+            seen = number
             return True
         return False
 

@@ -1,0 +1,202 @@
+"""What actions do to an entity on a straight road; expected values from kinematics."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from .conftest import (
+    Make,
+    at_time,
+    condition,
+    event,
+    group,
+    lane_change,
+    lane_position,
+    relative_speed,
+    run,
+    speed,
+    story,
+    teleport,
+)
+
+HERE = [teleport(lane_position(100.0)), speed(10.0)]
+LATER = group(condition(at_time(1.0)))
+
+
+def follow(vertices: str, timing: str = "<None/>") -> str:
+    return (
+        "<PrivateAction><RoutingAction><FollowTrajectoryAction><TrajectoryRef>"
+        f'<Trajectory name="t" closed="false"><Shape><Polyline>{vertices}</Polyline></Shape></Trajectory>'
+        f"</TrajectoryRef><TimeReference>{timing}</TimeReference>"
+        '<TrajectoryFollowingMode followingMode="position"/></FollowTrajectoryAction></RoutingAction></PrivateAction>'
+    )
+
+
+def vertex(x: float, y: float, time: float | None = None) -> str:
+    stamp = "" if time is None else f' time="{time}"'
+    return f'<Vertex{stamp}><Position><WorldPosition x="{x}" y="{y}"/></Position></Vertex>'
+
+
+def test_teleport_puts_the_reference_point_in_the_lane(make: Make) -> None:
+    board = make(A=[teleport(lane_position(100.0, -2, 0.5))])
+    board.start()
+    a = board.entities["A"]
+    assert (a.x, a.y, a.h) == (pytest.approx(100.0), pytest.approx(-5.25 + 0.5), pytest.approx(0.0))
+
+
+def test_a_left_lane_heads_against_the_reference_line(make: Make) -> None:
+    board = make(A=[teleport(lane_position(100.0, 1)), speed(10.0)])
+    run(board, 1.0)
+    a = board.entities["A"]
+    assert a.x == pytest.approx(90.0)
+    assert abs(a.h) == pytest.approx(math.pi)
+    assert a.vx == pytest.approx(-10.0)
+
+
+def test_relative_orientation_is_relative_to_the_driving_direction(make: Make) -> None:
+    board = make(A=[teleport(lane_position(100.0, 1, inner='<Orientation type="relative" h="0.5"/>'))])
+    board.start()
+    assert board.entities["A"].h == pytest.approx(0.5 - math.pi)
+
+
+@pytest.mark.parametrize(
+    ("position", "x", "y"),
+    [
+        ('<RelativeLanePosition entityRef="B" dLane="1" ds="20"/>', 220.0, -1.75),
+        ('<RelativeLanePosition entityRef="B" dLane="2" ds="20"/>', 220.0, 1.75),
+        ('<RelativeRoadPosition entityRef="B" ds="-5" dt="1"/>', 195.0, -4.25),
+        ('<RelativeObjectPosition entityRef="B" dx="3" dy="2"/>', 203.0, -3.25),
+        ('<RelativeWorldPosition entityRef="B" dx="3" dy="-2"/>', 203.0, -7.25),
+        ('<RoadPosition roadId="1" s="50" t="-2"/>', 50.0, -2.0),
+        ('<WorldPosition x="7" y="8" h="0.3"/>', 7.0, 8.0),
+    ],
+)
+def test_positions(make: Make, position: str, x: float, y: float) -> None:
+    board = make(B=[teleport(lane_position(200.0, -2))], A=[teleport(position)])
+    board.start()
+    assert (board.entities["A"].x, board.entities["A"].y) == (pytest.approx(x), pytest.approx(y))
+
+
+def test_a_constant_acceleration_covers_the_way_of_the_textbook(make: Make) -> None:
+    board = make(A=HERE, stories=story(event("e", speed(30.0, "linear", "rate", 4.0), start=LATER)))
+    run(board, 6.0)
+    # 1 s at 10 m/s, then 5 s at 4 m/s^2
+    assert board.entities["A"].x == pytest.approx(100.0 + 10.0 + 10.0 * 5.0 + 0.5 * 4.0 * 25.0)
+    assert board.entities["A"].speed == pytest.approx(30.0)
+
+
+def test_the_way_does_not_depend_on_the_step(make: Make) -> None:
+    ways = []
+    for dt in (0.01, 0.05):
+        board = make(A=HERE, stories=story(event("e", speed(30.0, "linear", "rate", 4.0), start=LATER)))
+        run(board, 6.0, dt)
+        ways.append(board.entities["A"].x)
+    assert ways[0] == pytest.approx(ways[1], abs=1e-6)
+
+
+def test_a_vehicle_accelerates_no_faster_than_it_can(make: Make) -> None:
+    board = make(A=HERE, acceleration=2.0, stories=story(event("e", speed(30.0, "linear", "rate", 50.0))))
+    run(board, 3.0)
+    assert board.entities["A"].speed == pytest.approx(16.0)
+
+
+def test_speed_over_a_distance_takes_that_distance(make: Make) -> None:
+    board = make(A=[teleport(lane_position(100.0))], stories=story(event("e", speed(20.0, "cubic", "distance", 50.0))))
+    run(board, 5.0)
+    assert board.entities["A"].x == pytest.approx(150.0, abs=0.01)
+    assert board.entities["A"].speed == pytest.approx(20.0)
+
+
+def test_a_continuous_relative_speed_follows_the_other(make: Make) -> None:
+    target = '<RelativeTargetSpeed entityRef="B" value="5" speedTargetValueType="delta" continuous="true"/>'
+    other = event("other", speed(20.0, "linear", "time", 1.0), start=LATER)
+    board = make(
+        A=HERE,
+        B=[teleport(lane_position(300.0)), speed(10.0)],
+        stories=story(event("e", relative_speed(target))) + story(other, actor="B").replace('"act"', '"act2"'),
+    )
+    run(board, 3.0)
+    assert board.entities["A"].speed == pytest.approx(25.0, abs=0.2)
+
+
+def test_a_lane_change_follows_its_shape_and_ends_in_the_lane(make: Make) -> None:
+    board = make(A=HERE, stories=story(event("e", lane_change('<AbsoluteTargetLane value="-2"/>', value=4.0))))
+    run(board, 1.0)
+    a = board.entities["A"]
+    assert a.y == pytest.approx(-1.75 - 3.5 * (1.0 - math.cos(math.pi / 4.0)) / 2.0)
+    rate = -3.5 * math.pi / 8.0 * math.sin(math.pi / 4.0)
+    assert a.h == pytest.approx(math.atan(rate / 10.0), abs=0.01)
+    run(board, 3.1)
+    assert (a.y, a.h, a.lane) == (pytest.approx(-5.25), pytest.approx(0.0), -2)
+
+
+def test_the_way_of_a_lane_change_is_the_oblique_one(make: Make) -> None:
+    board = make(
+        A=HERE, stories=story(event("e", lane_change('<AbsoluteTargetLane value="-2"/>', "linear", value=5.0)))
+    )
+    run(board, 4.0)
+    # 0.7 m/s sideways at 10 m/s
+    assert board.entities["A"].x == pytest.approx(100.0 + 40.0 * math.cos(math.atan(0.07)), abs=1e-3)
+
+
+def test_a_relative_lane_is_counted_to_the_left_of_the_other(make: Make) -> None:
+    change = lane_change('<RelativeTargetLane entityRef="A" value="1"/>', value=1.0)
+    board = make(A=[teleport(lane_position(100.0, 2)), speed(10.0)], stories=story(event("e", change)))
+    run(board, 1.5)
+    assert board.entities["A"].lane == 1
+
+
+def test_a_trajectory_without_timing_is_followed_at_the_entity_s_speed(make: Make) -> None:
+    path = vertex(100.0, 0.0) + vertex(130.0, 40.0)
+    board = make(A=[teleport('<WorldPosition x="100" y="0"/>'), speed(5.0)], stories=story(event("e", follow(path))))
+    run(board, 4.0)
+    a = board.entities["A"]
+    assert (a.x, a.y) == (pytest.approx(112.0), pytest.approx(16.0))
+    assert a.h == pytest.approx(math.atan2(4, 3))
+
+
+def test_a_trajectory_with_timing_gives_the_speed(make: Make) -> None:
+    path = vertex(100.0, -5.0, 0.0) + vertex(100.0, 5.0, 5.0)
+    timing = '<Timing domainAbsoluteRelative="relative" scale="1" offset="0"/>'
+    board = make(A=HERE, stories=story(event("e", follow(path, timing), start=LATER)))
+    run(board, 3.0)
+    a = board.entities["A"]
+    assert (a.x, a.y) == (pytest.approx(100.0), pytest.approx(-1.0))
+    assert a.speed == pytest.approx(2.0)
+
+
+def test_synchronize_arrives_with_the_master(make: Make) -> None:
+    action = (
+        '<PrivateAction><SynchronizeAction masterEntityRef="B">'
+        f"<TargetPositionMaster>{lane_position(400.0)}</TargetPositionMaster>"
+        f"<TargetPosition>{lane_position(250.0, -2)}</TargetPosition>"
+        '<FinalSpeed><AbsoluteSpeed value="8"/></FinalSpeed></SynchronizeAction></PrivateAction>'
+    )
+    board = make(
+        A=[teleport(lane_position(100.0, -2)), speed(10.0)],
+        B=[teleport(lane_position(200.0)), speed(20.0)],
+        stories=story(event("e", action)),
+    )
+    run(board, 10.0)
+    assert board.entities["B"].x == pytest.approx(400.0, abs=1e-6)
+    assert board.entities["A"].x == pytest.approx(250.0, abs=0.3)
+    assert board.entities["A"].speed == pytest.approx(8.0, abs=0.1)
+
+
+def test_an_entity_stops_at_the_end_of_the_road(make: Make) -> None:
+    board = make(A=[teleport(lane_position(990.0)), speed(10.0)])
+    run(board, 2.0)
+    assert board.entities["A"].x == pytest.approx(1000.0)
+    assert board.entities["A"].end_of_road
+
+
+def test_variables_are_set_and_calculated(make: Make) -> None:
+    add = (
+        '<GlobalAction><VariableAction variableRef="v"><ModifyAction><Rule><AddValue value="2.5"/></Rule></ModifyAction>'
+        "</VariableAction></GlobalAction>"
+    )
+    board = make(A=HERE, stories=story(event("e", add)))
+    run(board, 0.1)
+    assert board.variables.get("v") == 3.5

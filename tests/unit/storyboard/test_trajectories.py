@@ -1,0 +1,116 @@
+"""Trajectories against closed forms: straight pieces, circle arcs, a NURBS quarter circle."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from openscenario import model
+from openscenario.storyboard.places import Place
+from openscenario.storyboard.trajectories import Course, course
+
+
+def at(x: float, y: float, h: float = 0.0) -> model.WorldPosition:
+    return model.WorldPosition(x=x, y=y, h=h)
+
+
+def resolve(position: model.Position) -> Place:
+    assert isinstance(position, model.WorldPosition)
+    return Place(position.x, position.y, 0.0, position.h or 0.0, has_heading=bool(position.h))
+
+
+def along(shape: model.Shape, closed: bool = False) -> Course:
+    return course(model.Trajectory(name="t", closed=closed, shape=shape), resolve)
+
+
+def polyline(*vertices: tuple[float | None, float, float]) -> model.Polyline:
+    return model.Polyline(vertices=tuple(model.Vertex(position=at(x, y), time=t) for t, x, y in vertices))
+
+
+def test_polyline_length_is_that_of_its_pieces() -> None:
+    assert along(polyline((None, 0, 0), (None, 3, 4), (None, 3, 10))).length == pytest.approx(11.0)
+
+
+def test_polyline_goes_straight_between_vertices() -> None:
+    x, y, _, h = along(polyline((None, 0, 0), (None, 30, 40))).at(20.0)
+    assert (x, y) == (pytest.approx(12.0), pytest.approx(16.0))
+    assert h == pytest.approx(math.atan2(4, 3))
+
+
+def test_polyline_beyond_its_end_stands_at_the_end() -> None:
+    assert along(polyline((None, 0, 0), (None, 10, 0))).at(99.0)[:2] == (10.0, 0.0)
+
+
+def test_polyline_turns_half_way_at_a_vertex() -> None:
+    corner = along(polyline((None, 0, 0), (None, 10, 0), (None, 10, 10)))
+    assert corner.at(10.0)[3] == pytest.approx(math.pi / 4.0)
+    assert corner.at(5.0)[3] == pytest.approx(0.0)
+    assert corner.at(15.0)[3] == pytest.approx(math.pi / 2.0)
+
+
+def test_given_headings_are_interpolated_the_short_way() -> None:
+    shape = model.Polyline(vertices=(model.Vertex(position=at(0, 0, 3.0)), model.Vertex(position=at(10, 0, -3.0))))
+    assert math.cos(along(shape).at(5.0)[3]) == pytest.approx(-1.0)
+
+
+def test_closed_polyline_returns_to_its_start() -> None:
+    square = along(polyline((None, 0, 0), (None, 10, 0), (None, 10, 10), (None, 0, 10)), closed=True)
+    assert square.length == pytest.approx(40.0)
+    assert square.at(40.0)[:2] == (0.0, 0.0)
+
+
+def test_time_stamps_give_the_way() -> None:
+    timed = along(polyline((0.0, 0, 0), (2.0, 10, 0), (3.0, 40, 0)))
+    assert timed.s_at(1.0) == pytest.approx(5.0)
+    assert timed.s_at(2.5) == pytest.approx(25.0)
+    assert timed.s_at(9.0) == pytest.approx(40.0)
+
+
+def test_clothoid_of_constant_curvature_is_a_circle() -> None:
+    radius = 20.0
+    quarter = 0.5 * math.pi * radius
+    shape = model.Clothoid(curvature=1.0 / radius, curvature_prime=0.0, length=quarter, position=at(0, 0))
+    x, y, _, h = along(shape).at(quarter)
+    assert (x, y, h) == (pytest.approx(radius, abs=1e-3), pytest.approx(radius, abs=1e-3), pytest.approx(math.pi / 2))
+
+
+def test_clothoid_heading_follows_the_integral_of_curvature() -> None:
+    shape = model.Clothoid(curvature=0.01, curvature_prime=0.002, length=30.0, position=at(0, 0, 0.5))
+    assert along(shape).at(30.0)[3] == pytest.approx(0.5 + 0.01 * 30.0 + 0.5 * 0.002 * 30.0**2)
+
+
+def test_nurbs_of_three_weighted_points_is_an_exact_quarter_circle() -> None:
+    # Piegl and Tiller, The NURBS Book, example 7.1: weights 1, cos(45 deg), 1
+    points = ((10.0, 0.0, 1.0), (10.0, 10.0, math.sqrt(0.5)), (0.0, 10.0, 1.0))
+    shape = model.Nurbs(
+        order=3,
+        control_points=tuple(model.ControlPoint(position=at(x, y), weight=w) for x, y, w in points),
+        knots=tuple(model.Knot(value=k) for k in (0.0, 0.0, 0.0, 1.0, 1.0, 1.0)),
+    )
+    arc = along(shape)
+    assert arc.length == pytest.approx(0.5 * math.pi * 10.0, rel=1e-4)
+    for share in (0.1, 0.37, 0.5, 0.9):
+        x, y, _, h = arc.at(share * arc.length)
+        assert math.hypot(x, y) == pytest.approx(10.0, abs=2e-3)
+        assert math.cos(h - math.atan2(y, x) - math.pi / 2.0) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_clothoid_spline_goes_on_where_its_segment_ends() -> None:
+    segment = model.ClothoidSplineSegment
+    shape = model.ClothoidSpline(
+        segments=(
+            segment(curvature_start=0.0, curvature_end=0.0, length=10.0, position_start=at(5, 0)),
+            segment(curvature_start=0.0, curvature_end=0.1, length=10.0),
+        )
+    )
+    assert along(shape).at(10.0)[0] == pytest.approx(15.0)
+    assert along(shape).at(20.0)[3] == pytest.approx(0.5)
+
+
+def test_clothoid_spline_without_position_starts_where_the_entity_is() -> None:
+    shape = model.ClothoidSpline(
+        segments=(model.ClothoidSplineSegment(curvature_start=0.0, curvature_end=0.0, length=10.0),)
+    )
+    path = course(model.Trajectory(name="t", closed=False, shape=shape), resolve, Place(3.0, 4.0, 0.0, math.pi / 2))
+    assert path.at(10.0)[:2] == (pytest.approx(3.0), pytest.approx(14.0))

@@ -1,0 +1,44 @@
+"""What cannot run is refused before anything runs, with file, line and name."""
+
+from __future__ import annotations
+
+import pytest
+
+from openscenario.findings import ScenarioError
+
+from .conftest import Make, event, lane_position, speed, story, teleport
+
+HERE = [teleport(lane_position(100.0)), speed(10.0)]
+
+
+def refused(make: Make, **scenario: object) -> ScenarioError:
+    with pytest.raises(ScenarioError) as caught:
+        make(**scenario)
+    return caught.value
+
+
+TRAILER = "<PrivateAction><TrailerAction><DisconnectTrailerAction/></TrailerAction></PrivateAction>"
+
+
+def test_an_unsupported_action_is_a_finding_with_its_place(make: Make) -> None:
+    (finding,) = refused(make, A=HERE, stories=story(event("e", TRAILER))).findings
+    assert finding.file.endswith("scenario.xosc")
+    assert finding.line is not None
+    assert "DisconnectTrailerAction" in finding.message
+
+
+def test_all_findings_come_at_once(make: Make) -> None:
+    assert len(refused(make, A=HERE, stories=story(event("e", TRAILER), event("f", TRAILER))).findings) == 2
+
+
+def test_timing_needs_time_stamps(make: Make) -> None:
+    vertices = "".join(f'<Vertex><Position><WorldPosition x="{x}" y="0"/></Position></Vertex>' for x in (0, 50))
+    action = (
+        "<PrivateAction><RoutingAction><FollowTrajectoryAction><TrajectoryRef>"
+        f'<Trajectory name="t" closed="false"><Shape><Polyline>{vertices}</Polyline></Shape></Trajectory></TrajectoryRef>'
+        '<TimeReference><Timing domainAbsoluteRelative="relative" scale="1" offset="0"/></TimeReference>'
+        '<TrajectoryFollowingMode followingMode="follow"/></FollowTrajectoryAction></RoutingAction></PrivateAction>'
+    )
+    (finding,) = refused(make, A=HERE, stories=story(event("e", action))).findings
+    assert "no time stamps" in finding.message
+    assert finding.element.endswith("Trajectory[t]")
