@@ -22,6 +22,7 @@ from openscenario.road.tables import (
     Tables,
 )
 
+MOST_POINTS = 100_000  # of one border in one lane section
 Kind = Literal["edge", "lane", "centre"]
 
 
@@ -41,7 +42,7 @@ def make_boundaries(tables: Tables, step: float) -> list[Boundary]:
             start, end = float(spans[section, 0]), float(spans[section, 1])
             if end - start < 1e-6:
                 continue
-            count = max(2, math.ceil((end - start) / step) + 1)
+            count = min(max(2, math.ceil((end - start) / step) + 1), MOST_POINTS)
             for border in range(int(sections[section, SECTION_LEFT]), -int(sections[section, SECTION_RIGHT]) - 1, -1):
                 kind = _kind(tables, section, border)
                 if kind is not None:

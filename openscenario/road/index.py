@@ -36,6 +36,8 @@ SAGITTA = 0.05  # m, largest distance of a chord from its curve
 MARGIN = 6.0  # m beyond the outermost lane that the grid still covers
 CELL = 10.0  # m
 MOST_CELLS = 400_000
+MOST_CHORDS = 20_000  # of one geometry row
+MOST_REACH = 200.0  # m
 ITERATIONS = 12
 TOLERANCE = 1e-9  # m along the reference line
 ALIGNED = 0.98  # cos of the largest heading difference at which the hint's road is kept unseen
@@ -54,7 +56,7 @@ def reach(tables: Tables, road: int, s: float) -> float:
         for step in range(1, count + 1):
             border = outer_border(tables, sections[section, SECTION_CENTRE] - side * step, side, s, border)
         most = max(most, abs(border[0]))
-    return most
+    return min(most, MOST_REACH)  # a slip in a width must not spread every chord over every cell
 
 
 @njit(cache=True, error_model="numpy")
@@ -69,7 +71,7 @@ def chord_count(tables: Tables, road: int, row: int) -> int:
             most = max(most, abs(reference(tables, road, geometry[row, S] + 0.2499 * part * length)[3]))
         if most > 0.0:
             step = min(CHORD, max(0.3, math.sqrt(8.0 * SAGITTA / most)))
-    return max(1, math.ceil(length / step))
+    return max(1, math.ceil(min(length / step, MOST_CHORDS)))
 
 
 @njit(cache=True, error_model="numpy")

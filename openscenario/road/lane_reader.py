@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 from openscenario.road.attributes import Attributes, by_tag
 from openscenario.road.elements import Lane, LaneHeight, LaneSection, RoadMark, SpeedLimit
@@ -58,12 +59,13 @@ def read_section(attributes: Attributes, node: Node) -> LaneSection:
         lanes.append(Lane(0, "none", False, (), (), (), (), (), (), (), node.line))
         lanes.sort(key=lambda lane: -lane.id)
         ids = [lane.id for lane in lanes]
-    if ids != list(range(ids[0], ids[-1] - 1, -1)) or len(ids) > 2 * MAX_LANES:
+    if any(a - b != 1 for a, b in pairwise(ids)) or max(abs(number) for number in ids) > MAX_LANES:
         attributes.report(
             "asam.net:xodr:1.4.0:road.lane.id_consecutive",
             node,
             "lane ids must count from the centre lane outwards without a gap or repetition",
-            found=" ".join(map(str, ids[:40])),
+            found=" ".join(str(number)[:20] for number in ids[:40]),
+            allowed=f"-{MAX_LANES} to {MAX_LANES}",
         )
         lanes = [Lane(0, "none", False, (), (), (), (), (), (), (), node.line)]
     return LaneSection(attributes.number(node, "s"), tuple(lanes), node.line)

@@ -23,7 +23,7 @@ from openscenario.road.elements import (
 )
 from openscenario.road.lane_reader import read_section, read_speed
 from openscenario.road.object_reader import read_objects, read_signals
-from openscenario.road.plan_reader import read_cubics, read_geometries
+from openscenario.road.plan_reader import MAX_LENGTH, read_cubics, read_geometries
 from openscenario.road.rules import check_network
 from openscenario.xml import Node, read_xml
 
@@ -165,15 +165,16 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
     if "lanes" in parts and "laneSection" not in lanes:
         attributes.report("asam.net:xodr:1.0.0:xml.valid_schema", parts["lanes"][0], "a road needs a laneSection")
     sections = sorted((read_section(attributes, n) for n in lanes.get("laneSection", ())), key=lambda item: item.s)
+    known = len(attributes.findings)
     length = attributes.number(node, "length")
-    if length <= 0.0 and "length" in node.attributes:
+    if not 0.0 < length <= MAX_LENGTH and len(attributes.findings) == known:
         attributes.report(
             "value.out_of_range",
             node,
-            "a road is longer than that",
+            "no road has such a length",
             attribute="length",
             found=node.get("length"),
-            allowed="> 0",
+            allowed=f"above 0 to {MAX_LENGTH:g} m",
         )
     identity = attributes.text(node, "id")
     objects = by_tag(parts["objects"][0]) if "objects" in parts else {}

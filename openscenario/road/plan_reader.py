@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
 from openscenario.road.attributes import Attributes, by_tag
@@ -11,6 +10,8 @@ from openscenario.xml import Node
 
 MAX_LENGTH = 1e7  # m, of one geometry: more is a slip of the pen and would only burn memory
 MAX_CURVATURE = 100.0  # 1/m
+MAX_COEFFICIENT = 1e6  # of a cubic: no width, height or slope of a road is that large in any unit
+MAX_COORDINATE = 1e8  # m; projected coordinates of the whole earth stay below
 PARAM_TOLERANCE = 1e-3  # of the first coefficients of a paramPoly3, which tools write with rounding
 _KINDS = ("line", "arc", "spiral", "poly3", "paramPoly3")
 _PARAMS = ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")
@@ -24,12 +25,15 @@ def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tu
         get = node.get  # "" where missing, which float() refuses
         try:
             record = Cubic(float(get(key, "0")), float(get("a")), float(get("b")), float(get("c")), float(get("d")))
-            clean = math.isfinite(record.s + record.a + record.b + record.c + record.d)
+            size = abs(record.a) + abs(record.b) + abs(record.c) + abs(record.d)
+            clean = size < MAX_COEFFICIENT and abs(record.s) < MAX_LENGTH  # false for NaN as well
         except ValueError:
             clean = False
         if not clean:  # the slow way names what is wrong
             s, a, b, c, d = attributes.number(node, key, 0.0), *(attributes.number(node, name) for name in "abcd")
             record = Cubic(s, a, b, c, d)
+            for name, value in ((key, s), ("a", a), ("b", b), ("c", c), ("d", d)):
+                _bounded(attributes, node, name, value, MAX_COEFFICIENT if name != key else MAX_LENGTH)
         if records and record.s < records[-1].s:
             ordered = False
             attributes.report(
@@ -63,11 +67,15 @@ def read_geometries(attributes: Attributes, plan_view: Node) -> tuple[Geometry, 
                 allowed=f"s >= {geometries[-1].s:g}",
             )
         geometries.append(geometry)
+    if nodes and not geometries:
+        attributes.report("xml.valid_schema", plan_view, "a road needs a geometry with a length")
     return tuple(geometries)
 
 
 def _read_geometry(attributes: Attributes, node: Node) -> Geometry | None:
     s, x, y, hdg, length = (attributes.number(node, name) for name in ("s", "x", "y", "hdg", "length"))
+    for name, value in (("x", x), ("y", y), ("hdg", hdg)):
+        _bounded(attributes, node, name, value, MAX_COORDINATE)
     if not 0.0 <= length <= MAX_LENGTH:
         attributes.report(
             "value.out_of_range",
@@ -104,27 +112,34 @@ def _read_geometry(attributes: Attributes, node: Node) -> Geometry | None:
             kind = "spiral"
             values = (_curvature(attributes, shape, "curvStart"), _curvature(attributes, shape, "curvEnd"))
         case "poly3":
-            kind, values = "poly3", tuple(attributes.number(shape, name) for name in "abcd")
+            kind, values = "poly3", _coefficients(attributes, shape, tuple("abcd"))
         case _:
-            kind, values = "paramPoly3", tuple(attributes.number(shape, name) for name in _PARAMS)
+            kind, values = "paramPoly3", _coefficients(attributes, shape, _PARAMS)
             normalized = attributes.choice(shape, "pRange", ("arcLength", "normalized"), "normalized") == "normalized"
             _check_param(attributes, shape, values)
     return Geometry(s, x, y, hdg, length, kind, values, normalized, node.line)
 
 
-def _curvature(attributes: Attributes, node: Node, name: str) -> float:
-    value = attributes.number(node, name)
-    if abs(value) > MAX_CURVATURE:
+def _bounded(attributes: Attributes, node: Node, name: str, value: float, most: float) -> float:
+    """The value; with a finding if it is larger than any road's."""
+    if abs(value) > most:
         attributes.report(
             "value.out_of_range",
             node,
-            "no road bends like that",
+            f"no road has such a value of {name}",
             attribute=name,
             found=node.get(name),
-            allowed=f"-{MAX_CURVATURE:g} to {MAX_CURVATURE:g} 1/m",
+            allowed=f"-{most:g} to {most:g}",
         )
-        return 0.0
     return value
+
+
+def _curvature(attributes: Attributes, node: Node, name: str) -> float:
+    return _bounded(attributes, node, name, attributes.number(node, name), MAX_CURVATURE)
+
+
+def _coefficients(attributes: Attributes, node: Node, names: tuple[str, ...]) -> tuple[float, ...]:
+    return tuple(_bounded(attributes, node, name, attributes.number(node, name), MAX_LENGTH) for name in names)
 
 
 def _check_param(attributes: Attributes, node: Node, values: tuple[float, ...]) -> None:

@@ -56,7 +56,17 @@ def _plan(attributes: Attributes, road: Road, node: Node) -> tuple[Point, Point]
                     allowed=f"up to {MAX_GAP} m",
                 )
         end = row_end(geometry_rows(geometry)[-1])
-    first = road.geometries[0]
+    first, last = road.geometries[0], road.geometries[-1]
+    if abs(last.s + last.length - road.length) > max(1.0, 0.01 * road.length):
+        attributes.report(
+            "asam.net:xodr:1.4.0:road.length",
+            node,
+            "the road is not as long as its geometries; the last one is continued or cut",
+            attribute="length",
+            found=node.get("length"),
+            allowed=f"{last.s + last.length:g}",
+            severity="warning",
+        )
     return (first.x, first.y, first.hdg), end or (first.x, first.y, first.hdg)
 
 

@@ -1,0 +1,106 @@
+"""What the reader says about a wrong road file: one finding with file, line and element, never a traceback."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from road_files import arc, geometry, lane, network, road, section, straight, to_road, write
+
+from openscenario.findings import Finding, ScenarioError
+from openscenario.road.network import load_network
+from openscenario.road.opendrive import examine_opendrive
+
+
+def findings_of(path: Path) -> tuple[Finding, ...]:
+    return tuple(item for item in examine_opendrive(path)[1] if item.severity == "error")
+
+
+def only(path: Path) -> tuple[str, str]:
+    """Code's last part and element's last step of the one error finding."""
+    (finding,) = findings_of(path)
+    assert finding.file == str(path)
+    assert finding.line is not None
+    return finding.code.rpartition(":")[2], finding.element.rpartition("/")[2]
+
+
+def test_missing_file(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="no-such"):
+        load_network(tmp_path / "no-such.xodr")
+
+
+def test_gap_between_geometries(tmp_path: Path) -> None:
+    plan = geometry(0, 0, 0, 0, 60) + geometry(60, 60, 2.5, 0, 40)
+    assert only(write(tmp_path, road("1", plan, 100))) == ("road.geometry_gap", "geometry[2]")
+
+
+@pytest.mark.parametrize("value", ["NaN", "inf", "-inf"])
+def test_number_that_is_not_finite(tmp_path: Path, value: str) -> None:
+    plan = geometry(0, 0, 0, 0, 60, f'<arc curvature="{value}"/>')
+    assert only(write(tmp_path, road("1", plan, 60))) == ("value.not_finite", "arc@curvature")
+
+
+def test_number_that_is_none(tmp_path: Path) -> None:
+    path = write(tmp_path, straight("1", 0, 0, 0, 60).replace('length="60" junction', 'length="sixty" junction'))
+    assert only(path) == ("value.not_a_number", "road@length")
+
+
+def test_curvature_that_no_road_has(tmp_path: Path) -> None:
+    assert only(write(tmp_path, road("1", geometry(0, 0, 0, 0, 60, arc(1e6)), 60))) == (
+        "value.out_of_range",
+        "arc@curvature",
+    )
+
+
+def test_empty_side_of_a_lane_section(tmp_path: Path) -> None:
+    empty = '<laneSection s="0"><center><lane id="0" type="none"/></center><right></right></laneSection>'
+    assert only(write(tmp_path, straight("1", 0, 0, 0, 60, empty))) == ("road.no_driving_lane", "right")
+
+
+def test_lane_ids_with_a_gap(tmp_path: Path) -> None:
+    path = write(tmp_path, straight("1", 0, 0, 0, 60, section((), [lane(-1), lane(-3)])))
+    assert only(path) == ("road.lane.id_consecutive", "laneSection")
+
+
+def test_lane_on_the_wrong_side(tmp_path: Path) -> None:
+    path = write(tmp_path, straight("1", 0, 0, 0, 60, section([lane(-1)], ())))
+    assert only(path) == ("road.lane.id_side", "lane@id")
+
+
+def test_two_roads_of_one_id(tmp_path: Path) -> None:
+    path = write(tmp_path, straight("1", 0, 0, 0, 60), straight("1", 0, 9, 0, 60))
+    assert only(path) == ("road.id_unique", "road[2]@id")
+
+
+def test_linked_roads_that_do_not_meet(tmp_path: Path) -> None:
+    path = write(
+        tmp_path,
+        straight("1", 0, 0, 0, 60, link=to_road("successor", "2", "start")),
+        straight("2", 60, 5, 0, 60, link=to_road("predecessor", "1", "end")),
+    )
+    assert only(path) == ("road.geometry.contact_point", "road[1]")
+
+
+def test_file_of_another_format_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "map.xodr"
+    path.write_text('<osm version="0.6"/>')
+    (finding,) = findings_of(path)
+    assert "Lanelet2" in finding.message
+    assert "convert" in finding.message
+
+
+def test_all_errors_come_at_once(tmp_path: Path) -> None:
+    plan = geometry(0, 0, 0, 0, 60, arc(float("nan"))) + geometry(60, 60, 0, 0, 10, arc(float("inf")))
+    assert len(findings_of(write(tmp_path, road("1", plan, 70)))) == 2
+
+
+def test_link_to_a_road_that_is_not_here_is_only_a_warning(tmp_path: Path) -> None:
+    net = network(tmp_path, straight("1", 0, 0, 0, 60, link=to_road("successor", "7", "start")))
+    assert net.lane_successors("1", -1) == ()
+
+
+def test_checking_a_road_loads_no_compiler() -> None:
+    code = "import sys; import openscenario.road.opendrive; sys.exit('numba' in sys.modules or 'scipy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
