@@ -1,8 +1,8 @@
 """Distances between entities, or to a place, in the standard's coordinate systems.
 
-Source: ASAM OpenSCENARIO XML 1.3, section "Distances". A signed distance is positive ahead of (left of) the entity it is measured from;
-`free` distances are those between the bounding boxes, 0 where they overlap in that direction. Distances along the road follow
-the reference lines; None where no road leads from one to the other.
+Source: ASAM OpenSCENARIO XML 1.3, section "Distances". A signed distance is positive ahead of (left of) the entity
+it is measured from; `free` distances are those between the bounding boxes, 0 where they overlap in that direction.
+Distances along the road follow the reference lines; None where no road leads from one to the other.
 """
 
 from __future__ import annotations
@@ -82,8 +82,9 @@ def measure(
 ) -> Measure:
     """How to measure from `entity` to another one or to a place.
 
-    kind: longitudinal, lateral, euclidianDistance (cartesianDistance) or None (euclidian); system: entity, lane, road, trajectory, world
-    or None (entity). Trajectory coordinates count as road coordinates; lane ones too along the road.
+    kind: longitudinal, lateral, euclidianDistance (cartesianDistance) or None (euclidian); system: entity, lane,
+    road, trajectory, world or None (entity). Trajectory coordinates count as road coordinates; lane ones too along
+    the road.
     """
     if kind in (None, "euclidianDistance", "cartesianDistance"):
         return _euclidian(entity, target, free)

@@ -64,7 +64,8 @@ def span(shape: str, dimension: str, value: float, change: float) -> float:
     """How long a transition takes: [s] for `time` and `rate`, [m] for `distance`.
 
     `change` is the difference between target and start in the unit of the quantity, `value` the attribute of
-    TransitionDynamics (its sign is ignored: files in the wild brake with a negative rate). A rate of 0 never gets there.
+    TransitionDynamics (its sign is ignored: files in the wild brake with a negative rate). A rate of 0 never gets
+    there.
     """
     if shape == "step" or abs(change) < SAME:
         return 0.0
@@ -77,8 +78,8 @@ def span(shape: str, dimension: str, value: float, change: float) -> float:
 def lateral_span(shape: str, acceleration: float, change: float) -> float:
     """Duration [s] of a lateral shift of `change` [m] whose largest lateral acceleration is `acceleration` [m/s^2].
 
-    From the second derivative of the shape: cubic 6 |d| / T^2, sinusoidal pi^2 |d| / (2 T^2). A linear shift has no finite
-    acceleration at its ends; it takes the duration of the cubic one (the standard names no law for it).
+    From the second derivative of the shape: cubic 6 |d| / T^2, sinusoidal pi^2 |d| / (2 T^2). A linear shift has no
+    finite acceleration at its ends; it takes the duration of the cubic one (the standard names no law for it).
     """
     if shape == "step" or change == 0.0:
         return 0.0

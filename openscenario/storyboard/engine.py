@@ -1,7 +1,8 @@
 """The storyboard as it runs: states, triggers, priorities and execution counts; one `step` moves everything by dt.
 
-A step goes from t to t + dt. Conditions see time and poses at t, actions that they start act over the whole step, and what is over with
-the step ends at t + dt. Source: ASAM OpenSCENARIO XML 1.3, sections "Storyboard", "Event priority", "Conflicting actions".
+A step goes from t to t + dt. Conditions see time and poses at t, actions that they start act over the whole step,
+and what is over with the step ends at t + dt. Source: ASAM OpenSCENARIO XML 1.3, sections "Storyboard", "Event
+priority", "Conflicting actions".
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ class Held(NamedTuple):
 class Storyboard:
     """A scenario under way on a road network.
 
-    `external`: names of entities that something else moves (the ego in the closed loop): after Init, actions on them become `requests`.
-    Raises ScenarioError if the scenario holds an element that cannot run.
+    `external`: names of entities that something else moves (the ego in the closed loop): after Init, actions on
+    them become `requests`. Raises ScenarioError if the scenario holds an element that cannot run.
     """
 
     def __init__(
@@ -157,7 +158,7 @@ class Storyboard:
             entity.end_since = math.inf
 
     def report(self) -> tuple[Finding, ...]:
-        """What should make a reader doubt the scenario: events that never fired, edges true from the start, acts that never ended."""
+        """Doubts about the scenario: events that never fired, edges true from the start, acts that never ended."""
         return (*self.warnings, *report(self.root))
 
     def warn(self, element: model.Element, code: str, text: str) -> None:

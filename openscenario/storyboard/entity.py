@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 class Entity:
     """Name, kind, size [m] and mutable state (SI, world frame, reference point).
 
-    `external`: moved from outside by `Storyboard.place`; actions never move it once Init is over.
-    The road state (road, lane, s, offset, sense) holds while `tracked`: the lane the entity keeps, which during a lane change
-    is already the target lane. `sense` is +1 where the entity faces increasing s. `drift` is the heading it takes from moving
-    sideways, `twist` the heading that its last placing left it with, both against its lane.
+    `external`: moved from outside by `Storyboard.place`; actions never move it once Init is over. The road state
+    (road, lane, s, offset, sense) holds while `tracked`: the lane the entity keeps, which during a lane change is
+    already the target lane. `sense` is +1 where the entity faces increasing s. `drift` is the heading it takes from
+    moving sideways, `twist` the heading that its last placing left it with, both against its lane.
     """
 
     __slots__ = (
@@ -139,7 +139,7 @@ class Entity:
         )
 
     def extent(self, axis: float) -> tuple[float, float]:
-        """From the reference point, how far the box reaches back and ahead along the direction `axis` [rad]: low, high [m]."""
+        """How far the box reaches back and ahead of the reference point along `axis` [rad]: low, high [m]."""
         turn = self.h - axis
         c, s = math.cos(turn), math.sin(turn)
         middle = c * self.center_x - s * self.center_y

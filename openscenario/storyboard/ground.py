@@ -103,7 +103,7 @@ class Ground:
         return found.on_road and network.lane_type(found.road, found.lane, found.s) != "none"
 
     def drive(self, entity: Entity, distance: float) -> None:
-        """Move a tracked entity `distance` [m] the way it faces, at its offset from its lane's middle, and set its pose."""
+        """Move a tracked entity `distance` [m] the way it faces at its offset in the lane, and set its pose."""
         network = self.network
         assert network is not None
         number = self._numbers[entity.road]
@@ -147,7 +147,7 @@ class Ground:
         entity.road, entity.lane, entity.s, entity.offset = there.road, there.lane, there.s, there.offset
 
     def ahead(self, entity: Entity, distance: float, *, along_lane: bool) -> RoadPoint:
-        """Road coordinates `distance` [m] ahead of a tracked entity the way it faces, along its lane or the reference line."""
+        """Road coordinates `distance` [m] ahead of a tracked entity, along its lane or the reference line."""
         network = self.network
         assert network is not None
         offset = entity.offset

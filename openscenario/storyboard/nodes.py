@@ -41,7 +41,8 @@ class Transition(NamedTuple):
 class Node:
     """An element of the storyboard while it runs.
 
-    `changes` tells for each transition the latest step it happened in and its number in the log; `executions` counts starts.
+    `changes` tells for each transition the latest step it happened in and its number in the log; `executions`
+    counts starts.
     """
 
     __slots__ = (
@@ -115,7 +116,7 @@ class Node:
 
 
 def find(root: Node, kind: str, reference: str, near: Node) -> Node | None:
-    """The element of `kind` that `reference` (`name` or `outer::name`) means, seen from `near`: the closest in the tree.
+    """The element of `kind` that `reference` (`name` or `outer::name`) means: the closest to `near` in the tree.
 
     Source: ASAM OpenSCENARIO XML 1.3, section "Naming": a name that is not unique is qualified by its parents' names.
     """

@@ -9,7 +9,7 @@ TWO_PI = 2.0 * math.pi
 
 
 class RoadPoint(NamedTuple):
-    """Road coordinates of a place: lane id as in the file, s along the reference line, offset from the lane's centre [m]."""
+    """Road coordinates: lane id as in the file, s along the reference line, offset from the lane's centre [m]."""
 
     road: str
     lane: int
@@ -18,7 +18,7 @@ class RoadPoint(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Pose in world coordinates [m, rad]; `road` where it was given in road coordinates, `has_heading` if a heading was given."""
+    """World pose [m, rad]; `road` if it was given in road coordinates, `has_heading` if a heading was given."""
 
     x: float
     y: float

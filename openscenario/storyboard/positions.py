@@ -1,11 +1,12 @@
 """Positions of the standard, made into places.
 
-`resolver` checks a position once (unknown road, lane or entity raise `Unsupported`, which becomes a finding) and returns a function
-that gives the place when it is wanted: what is relative to an entity moves with it.
+`resolver` checks a position once (unknown road, lane or entity raise `Unsupported`, which becomes a finding) and
+returns a function that gives the place when it is wanted: what is relative to an entity moves with it.
 
-Headings. A relative orientation (and a missing one) is relative to the lane's driving direction for lane and route positions, to the
-reference line for road positions, to the other entity for relative positions, and to the world for world positions. A relative lane
-position without orientation heads with or against the traffic as the other entity does.
+Headings. A relative orientation (and a missing one) is relative to the lane's driving direction for lane and route
+positions, to the reference line for road positions, to the other entity for relative positions, and to the world
+for world positions. A relative lane position without orientation heads with or against the traffic as the other
+entity does.
 """
 
 from __future__ import annotations

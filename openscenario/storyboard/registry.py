@@ -8,7 +8,8 @@ A new one is one function in one file:
     @condition(model.SpeedCondition)
     def speed(element: model.SpeedCondition, entity: Entity | None, scope: Scope) -> Test: ...
 
-A factory may raise `Unsupported` for an option it cannot do; the storyboard turns it into a finding before anything runs.
+A factory may raise `Unsupported` for an option it cannot do; the storyboard turns it into a finding before anything
+runs.
 """
 
 from __future__ import annotations

@@ -23,7 +23,8 @@ class Request(NamedTuple):
 class Asked:
     """Stands for an action on an external entity: posts a request, and is over when the action would be.
 
-    A runner that knows what it asks for has `ask() -> (kind, values, seconds)`; any other asks by its element's name and is over.
+    A runner that knows what it asks for has `ask() -> (kind, values, seconds)`; any other asks by its element's
+    name and is over.
     """
 
     __slots__ = ("_board", "_element", "_entity", "_left", "_runner")

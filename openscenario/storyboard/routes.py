@@ -49,7 +49,7 @@ def along_route(
     places: Sequence[Place],
     inside: model.PositionInLaneCoordinates | model.PositionInRoadCoordinates,
 ) -> RoadPoint:
-    """The place `path_s` [m] along the route, measured along the reference lines, in the lane or at the t that `inside` names."""
+    """The place `path_s` [m] along the route (on reference lines), in the lane or at the t that `inside` names."""
     left = inside.path_s
     stretches = way(board, places)
     first = _point(board, places[0])

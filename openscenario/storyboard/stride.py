@@ -13,7 +13,7 @@ from openscenario.road.tables import Tables
 def stride(
     tables: Tables, road: int, lane: int, s: float, offset: float, distance: float
 ) -> tuple[int, float, float, float, float, float, float, float, float]:
-    """Move `distance` [m] (> 0 with increasing s) on one road: lane, s, the distance left at the road's end, and the pose.
+    """Move `distance` [m] (> 0 with increasing s) on one road: lane, s, distance left at its end, and the pose.
 
     The pose is x, y, z [m], heading, pitch, roll [rad] at the constant `offset` [m] from the lane's middle.
     """

@@ -1,7 +1,7 @@
-"""Trajectories as tables over their arc length: polyline, clothoid, clothoid spline, NURBS; with or without time stamps.
+"""Trajectories as tables over their arc length: polyline, clothoid, clothoid spline, NURBS; timed or not.
 
-A `Course` answers where one is after s metres and how far one has come after t seconds. Curves are sampled at 0.1 m or finer
-once, when the action starts; a step costs two bisections.
+A `Course` answers where one is after s metres and how far one has come after t seconds. Curves are sampled at 0.1 m
+or finer once, when the action starts; a step costs two bisections.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ class Course:
 
 
 def course(trajectory: model.Trajectory, resolve: Resolve, start: Place | None = None) -> Course:
-    """The course of a trajectory; `resolve` turns a model position into a place, `start` is where one without a position begins.
+    """The course of a trajectory; `resolve` makes places of positions, `start` is where one without any begins.
 
     Raises nothing for what the reader lets through: a single point is a course of length 0.
     """

@@ -1,7 +1,8 @@
 """Triggers, condition groups and conditions with their edges and delays.
 
-Source: ASAM OpenSCENARIO XML 1.3, sections "Triggers", "Condition edges" and "Condition delay": an edge needs two evaluations, so the
-first evaluation of a condition with an edge is false; a delayed condition has the value it had `delay` earlier, false before.
+Source: ASAM OpenSCENARIO XML 1.3, sections "Triggers", "Condition edges" and "Condition delay": an edge needs two
+evaluations, so the first evaluation of a condition with an edge is false; a delayed condition has the value it had
+`delay` earlier, false before.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """The storyboard alone against recorded trajectories and storyboard events of an independent implementation.
 
-Positions agree within the reference's own tolerance + 0.05 m, heading within 0.05 rad, speed within 0.2 m/s, and every
-element reaches the same states at the same times within 30 ms. States are compared, not transitions: where the reference ends an
-overridden event, the standard stops it (1.3, "Event priority"), and it stops instantaneous global actions that the standard ends.
+Positions agree within the reference's own tolerance + 0.05 m, heading within 0.05 rad, speed within 0.2 m/s, and
+every element reaches the same states at the same times within 30 ms. States are compared, not transitions: where
+the reference ends an overridden event, the standard stops it (1.3, "Event priority"), and it stops instantaneous
+global actions that the standard ends.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ class Shift:
         self._by_distance = False
 
     def _begin(self, shape: str, over: float, target: float, *, by_distance: bool = False) -> bool:
-        """Offsets are counted to the left of the way the entity faces: a road that runs the other way changes nothing."""
+        """Offsets count to the left of the way the entity faces: a road that runs the other way changes nothing."""
         entity = self._entity
         self._by_distance = by_distance
         self._change = Transition(shape, over, entity.offset * entity.sense, target)
@@ -64,7 +64,7 @@ class Shift:
 
 
 class LaneChange(Shift):
-    """The entity keeps the target lane from the start on, with an offset that goes from where it is to the target offset."""
+    """The entity keeps the target lane from the start on; its offset goes from where it is to the target offset."""
 
     __slots__ = ("_element", "_other")
 
@@ -101,7 +101,7 @@ class LaneChange(Shift):
             self._board.warn(
                 self._element,
                 "no-such-lane",
-                f"{entity.name}: no lane {lane} on road {entity.road} at s = {entity.s:.1f} m; the lane change is skipped",
+                f"{entity.name}: no lane {lane} on road {entity.road} at s = {entity.s:.1f} m: no lane change",
             )
             return True
         # t of the new lane's middle, seen from the old one's
@@ -133,7 +133,7 @@ class LaneChange(Shift):
 
 
 class LaneOffset(Shift):
-    """The entity goes to an offset from its lane's middle, or from that of another entity; `continuous` keeps it there."""
+    """The entity goes to an offset from its lane's middle or from another entity; `continuous` keeps it there."""
 
     __slots__ = ("_element", "_other", "_target")
     _oblique = False
@@ -152,7 +152,7 @@ class LaneOffset(Shift):
             raise Unsupported("the scenario has no road network")
 
     def _wanted(self) -> float:
-        """Target offset, to the left of the way the entity faces. The other's left counts where the target is relative to it."""
+        """Target offset to the left of the way the entity faces; a relative one is to the other's left."""
         entity, other, ground = self._entity, self._other, self._board.ground
         value = self._element.lane_offset_target.value
         if other is None:

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
 class Speed:
     """Brings the speed to its target along the shape, and keeps it there if the target is continuous.
 
-    `distance` is taken as the time in which a symmetric shape covers it, T = 2 d / (v0 + v1): a start from standstill has a solution
-    too. A continuous relative target moves along while it is approached; such an action ends only when another one takes over.
+    `distance` is taken as the time in which a symmetric shape covers it, T = 2 d / (v0 + v1): a start from
+    standstill has a solution too. A continuous relative target moves along while it is approached; such an action
+    ends only when another one takes over.
     """
 
     __slots__ = ("_change", "_continuous", "_dynamics", "_entity", "_target")

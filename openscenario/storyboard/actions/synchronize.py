@@ -1,12 +1,14 @@
 """SynchronizeAction: be at the target position when the master is at its own, with a final speed if one is given.
 
-The way to go, s, and the master's time to its target, t, are taken anew in every step; the speed profile between now (v0) and
-the target (v1) consists of ramps of constant acceleration:
+The way to go, s, and the master's time to its target, t, are taken anew in every step; the speed profile between
+now (v0) and the target (v1) consists of ramps of constant acceleration:
  - one ramp if s = (v0 + v1) t / 2;
  - two ramps of equal magnitude otherwise, first away from v1's line and back to it. With the speed vx between them
-   2 t vx^2 - 4 s vx + 2 s (v0 + v1) - t (v0^2 + v1^2) = 0, from x + y = t, (vx - v0) / x = (vx - v1) / y and the ways of both;
+   2 t vx^2 - 4 s vx + 2 s (v0 + v1) - t (v0^2 + v1^2) = 0, from x + y = t, (vx - v0) / x = (vx - v1) / y and the
+   ways of both;
  - if vx would be negative: brake to a stand with (v0^2 + v1^2) / (2 s), wait, and start when one ramp fits.
-A steady state takes its distance off s and its time off t. Without final speed the one ramp that arrives in time is taken.
+A steady state takes its distance off s and its time off t. Without final speed the one ramp that arrives in time is
+taken.
 """
 
 from __future__ import annotations
@@ -85,7 +87,7 @@ class Synchronize:
         return way, way / final
 
     def _way(self, entity: Entity, target: Place) -> float:
-        """Distance [m] an entity has to go: along the road, or straight where it follows a trajectory or no road leads there."""
+        """Way [m] to go: along the road, or straight on a trajectory or where no road leads there."""
         straight = math.hypot(target.x - entity.x, target.y - entity.y)
         ground = self._board.ground
         if entity.lateral is not None and hasattr(entity.lateral, "follows_trajectory"):

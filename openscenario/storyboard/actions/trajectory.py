@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 class FollowTrajectory:
     """Moves the reference point along the trajectory.
 
-    With timing the trajectory's time stamps give the way along it, and the entity's speed follows from that; without, the entity goes
-    on with its own speed, which other actions may change meanwhile. The following modes differ in whether dynamics may keep the entity from
-    the trajectory; the default controller has no such limits, so both follow it exactly.
+    With timing the trajectory's time stamps give the way along it, and the entity's speed follows from that;
+    without, the entity goes on with its own speed, which other actions may change meanwhile. The following modes
+    differ in whether dynamics may keep the entity from the trajectory; the default controller has no such limits,
+    so both follow it exactly.
     """
 
     __slots__ = ("_board", "_clock", "_course", "_element", "_entity", "_reverse", "_s", "domains")

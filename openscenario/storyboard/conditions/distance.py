@@ -25,7 +25,7 @@ def _other(name: str, scope: Scope) -> Entity:
 
 
 def _dimension(kind: str | None, system: str | None, along_route: bool | None) -> tuple[str, str | None]:
-    """What to measure, in which system. `alongRoute`, deprecated since 1.1, asks for the way along the road or straight on."""
+    """What to measure, in which system. `alongRoute` (deprecated since 1.1): along the road, or straight."""
     if along_route is not None and kind is None and system is None:
         return ("longitudinal", "road") if along_route else ("euclidianDistance", None)
     return kind or "euclidianDistance", system
@@ -76,7 +76,7 @@ def reach_position(element: model.ReachPositionCondition, entity: Entity, scope:
 
 @condition(model.TimeHeadwayCondition)
 def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Scope) -> Test:
-    """Time the entity needs for its distance to the other one at its own speed; not defined if the other is behind or it stands."""
+    """Distance to the other over the own speed; not defined if the other is behind or the entity stands."""
     kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
     distance = measure(
         scope.board, entity, _other(element.entity_ref, scope), kind=kind, system=system, free=element.freespace
@@ -119,7 +119,7 @@ def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, s
 
 
 def _closing(entity: Entity, other: Entity | Callable[[], Place], kind: str) -> Callable[[float], float]:
-    """Rate [m/s] at which the distance shrinks, of the sign of the distance (behind: the other must come from behind)."""
+    """Rate [m/s] at which the distance shrinks; to something behind, that at which it catches up."""
     if kind == "longitudinal" or kind == "lateral":
         turn = 0.0 if kind == "longitudinal" else 0.5 * math.pi
 

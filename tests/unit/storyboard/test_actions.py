@@ -194,8 +194,8 @@ def test_an_entity_stops_at_the_end_of_the_road(make: Make) -> None:
 
 def test_variables_are_set_and_calculated(make: Make) -> None:
     add = (
-        '<GlobalAction><VariableAction variableRef="v"><ModifyAction><Rule><AddValue value="2.5"/></Rule></ModifyAction>'
-        "</VariableAction></GlobalAction>"
+        '<GlobalAction><VariableAction variableRef="v"><ModifyAction><Rule><AddValue value="2.5"/></Rule>'
+        "</ModifyAction></VariableAction></GlobalAction>"
     )
     board = make(A=HERE, stories=story(event("e", add)))
     run(board, 0.1)
