@@ -67,13 +67,13 @@ def task_of(
 ) -> EgoTask:
     """Task from the storyboard's Init (route, set-speed) and the gate file's [task] (start, goal, route).
 
-    The gate file says where measuring ends, so its goal wins over the last waypoint of the scenario's route.
+    The gate file says where measuring ends, so its goal takes the place of the last waypoint of the scenario's route.
     """
     found = network.locate(entity.x, entity.y, entity.h)
     here = RoadPoint(found.road, found.lane, found.s)
     points = route or _ahead(network, here, tuple(road_point(network, place) for place in entity.route))
-    if points and goal is None:
-        points, goal = points[:-1], points[-1]
+    if points:
+        points, goal = points[:-1], goal or points[-1]
     set_speed = entity.set_speed if entity.set_speed is not None and entity.set_speed > 0 else None
     return EgoTask(start or here, goal, points, set_speed)
 
