@@ -40,6 +40,7 @@ MOST_CHORDS = 20_000  # of one geometry row
 MOST_REACH = 200.0  # m
 ITERATIONS = 12
 TOLERANCE = 1e-9  # m along the reference line
+INSIDE = 1e-6  # m outside a lane that still counts as on it
 ALIGNED = 0.98  # cos of the largest heading difference at which the hint's road is kept unseen
 _X0, _Y0, _X1, _Y1, _S0, _S1, _REACH = range(7)
 
@@ -239,7 +240,7 @@ def locate(
             if chord < 0 or owners[chord] != road:
                 if road >= 0 and (near - near_reach) * 10.0 < best[0]:
                     fit = match(tables, road, x, y, z, h, near_s, drivable)
-                    cost = fit[0] - (0.05 if road == hint_road else 0.0)
+                    cost = fit[0] - (0.05 if road == hint_road and fit[6] <= INSIDE else 0.0)
                     if fit[6] < math.inf and cost < best[0]:
                         best_road = road
                         best = (cost, fit[1], fit[2], fit[3], fit[4], fit[5], fit[6])
@@ -257,4 +258,4 @@ def locate(
                 near_reach = chords[chord, 6]
         if best_road >= 0 and best[6] < MARGIN - 1.0:
             break
-    return best_road, best[1], best[2], best[3], best[3] - best[4], best[5], best[6] <= 1e-6
+    return best_road, best[1], best[2], best[3], best[3] - best[4], best[5], best[6] <= INSIDE

@@ -83,6 +83,14 @@ def test_hint_keeps_a_vehicle_on_its_way_through_a_junction(tmp_path: Path) -> N
     assert net.locate(later.x, later.y, hint=hint).road == "12"
 
 
+@pytest.mark.parametrize("past", [1e-5, 3e-4, 4e-3])
+def test_a_hint_of_the_road_before_does_not_hide_the_next_one(tmp_path: Path, past: float) -> None:
+    net = network(tmp_path, straight("1", 0, 0, 0, 100), straight("2", 100, 0, 0, 100))
+    hint = net.locate(99.9, -0.95)
+    found = net.locate(100.0 + past, -0.95, hint=hint)
+    assert (hint.road, found.road, found.on_road) == ("1", "2", True)
+
+
 def test_heading_picks_the_direction_of_traffic_in_the_junction(tmp_path: Path) -> None:
     net = crossing(tmp_path)
     assert net.locate(0.0, 1.75, h=math.pi).road == "11"
