@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 SETTINGS_KEY = pytest.StashKey[Settings]()
 ITEM_KEY = pytest.StashKey[pytest.Item]()
-VARIANT_KEY = pytest.StashKey["tuple[Variant | None, int]"]()
+VARIANT_KEY = pytest.StashKey["tuple[Variant | None, Mapping[str, Any]]"]()
 RESULTS_KEY = pytest.StashKey[list["dict[str, Any]"]]()
 
 
@@ -91,9 +91,12 @@ def note(node: pytest.Item, result: Mapping[str, Any]) -> None:
     results.append(dict(result))
 
 
-def note_variant(node: pytest.Item, variant: Variant | None, seed: int) -> None:
-    """Remember the variant this test drives now; the last one of a failing test is the smallest Hypothesis found."""
-    node.stash[VARIANT_KEY] = (variant, seed)
+def note_variant(node: pytest.Item, variant: Variant | None, options: Mapping[str, Any]) -> None:
+    """Remember the variant this test drives now, and the options of its run.
+
+    The last one of a failing test is the smallest Hypothesis found.
+    """
+    node.stash[VARIANT_KEY] = (variant, options)
 
 
 def attach(item: pytest.Item, report: pytest.TestReport) -> None:
@@ -116,11 +119,11 @@ def attach(item: pytest.Item, report: pytest.TestReport) -> None:
 
 def _say_how_to_replay(item: pytest.Item, report: pytest.TestReport, results: Sequence[Mapping[str, Any]]) -> None:
     """End a failure with a command; Hypothesis and notes add lines below the message, so it is a section of its own."""
-    variant, seed = item.stash.get(VARIANT_KEY, (None, 0))
+    variant, options = item.stash.get(VARIANT_KEY, (None, {}))
     if variant is not None:
         from pytest_dvp.fuzz import keep
 
-        replay = keep(variant, settings_of(item.config), seed, item.name)
+        replay = keep(variant, options, settings_of(item.config).runs_folder, item.name)
     elif results:
         replay = results[-1]["replay"]
     else:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,10 +12,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from hypothesis import strategies as st
 
-from pytest_dvp.settings import Settings
-
 if TYPE_CHECKING:
     from openscenario.model.declarations import ParameterDeclaration, ValueConstraint, ValueConstraintGroup
+    from pytest_dvp.prepare import Request
 
 Value: TypeAlias = float | int | str | bool
 
@@ -75,40 +73,57 @@ def searching() -> bool:
     return bool(hypothesis is not None and hypothesis.currently_in_test_context())
 
 
-def keep(variant: Variant, settings: Settings, seed: int, test: str) -> str:
-    """Write the variant as a runnable .xosc below the runs folder and return the command that replays it.
+def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) -> str:
+    """Write the variant as a runnable .xosc below the folder `runs` and return the command that replays it.
 
+    options: those of `pytest_dvp.run.run` it was driven with, without `ads`, for which a command has no word.
     One file a test: Hypothesis ends with the smallest failing variant, and that is the one that stays.
     """
-    from pytest_dvp.run import shown
+    from openscenario.findings import ScenarioError
+    from pytest_dvp.run import replay_command
 
-    command = ["dvp", "run"]
-    options = ["--seed", str(seed)]
-    folder = settings.runs_folder / "variants"
-    target = folder / f"{re.sub(r'[^A-Za-z0-9_]+', '-', test).strip('-')[:60]}-{variant.scenario.stem}.xosc"
+    asked, duration = _request(variant, options), options.get("duration")
+    source = variant.scenario
+    target = runs / "variants" / f"{re.sub(r'[^A-Za-z0-9_]+', '-', test).strip('-')[:60]}-{source.stem}.xosc"
     try:
-        _write(variant, target, settings)
-        command.append(shown(target))
-        if not variant.scenario.parent.resolve().is_relative_to(settings.rootdir.resolve()):
-            options += ["--library", shown(variant.scenario.parent)]
-        gates = settings.gates or variant.scenario.with_name(f"{variant.scenario.stem}.gates.toml")
-        options += ["--gates", shown(gates)] if gates.is_file() else []
-    except (OSError, ValueError):
+        _write(asked, target)
+    except (OSError, ValueError, ScenarioError):
         # A file that cannot be written must not hide the failure; the values alone replay it as well.
-        command.append(shown(variant.scenario))
-        options += [word for name, value in variant.values.items() for word in ("--set", f"{name}={_text(value)}")]
-    for group, values in (("P", settings.set.P), ("S", settings.set.S)):
-        options += [word for name, value in values.items() for word in ("--set", f"{group}.{name}={value}")]
-    options += [word for path in settings.library for word in ("--library", shown(path))]
-    return shlex.join(command + options)
+        return replay_command(asked, duration)
+    library, gates = asked.library, asked.gates or source.with_name(f"{source.stem}.gates.toml")
+    if asked.rootdir is None or not source.resolve().is_relative_to(asked.rootdir.resolve()):
+        library = (*library, source.parent)
+    written = dataclasses.replace(
+        asked, path=target, parameters={}, gates=gates if gates.is_file() else None, library=library
+    )
+    return replay_command(written, duration)
 
 
-def _write(variant: Variant, target: Path, settings: Settings) -> None:
+def _request(variant: Variant, options: Mapping[str, Any]) -> Request:
+    from pytest_dvp.prepare import Request
+
+    parameters = {**variant.values, **(options.get("parameters") or {})}
+    model, gates = options.get("model"), options.get("gates")
+    return Request(
+        path=variant.scenario,
+        stage=options.get("stage", "dt"),
+        seed=options["seed"],
+        parameters={name: _text(value) for name, value in parameters.items()},
+        P=options.get("P") or {},
+        S=options.get("S") or {},
+        model=None if model is None else Path(model),
+        gates=None if gates is None else Path(gates),
+        library=tuple(options.get("library") or ()),
+        rootdir=options.get("rootdir"),
+        ego=options.get("ego"),
+    )
+
+
+def _write(asked: Request, target: Path) -> None:
     from openscenario.read import read_scenario
     from openscenario.write import write_scenario
 
-    texts = {name: _text(value) for name, value in variant.values.items()}
-    scenario = read_scenario(variant.scenario, library=settings.library, rootdir=settings.rootdir, parameters=texts)
+    scenario = read_scenario(asked.path, library=asked.library, rootdir=asked.rootdir, parameters=asked.parameters)
     target.parent.mkdir(parents=True, exist_ok=True)
     write_scenario(scenario, target)
 

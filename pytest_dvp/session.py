@@ -53,7 +53,7 @@ class Session:
         defaults.update(options)
         defaults["P"] = {**settings.set.P, **defaults.get("P", {})}
         defaults["S"] = {**settings.set.S, **defaults.get("S", {})}
-        note_variant(node, variant, defaults["seed"])
+        note_variant(node, variant, {**defaults, "parameters": parameters})
         result = run(path, parameters=parameters, **defaults)
         note(node, result.as_dict())
         return result
