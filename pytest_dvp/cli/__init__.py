@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 
 from pytest_dvp.cli import check, play, report, run
 from pytest_dvp.cli.arguments import WrongArgument
-from pytest_dvp.settings import SettingError, is_users_mistake, nearest
+from pytest_dvp.settings import SettingError, is_users_mistake, nearest, unknown
 
 COMMANDS = (check, play, run, report)
 
@@ -60,6 +60,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _parse(words: list[str]) -> argparse.Namespace:
+    names = [module.__name__.rpartition(".")[2] for module in COMMANDS]
+    if words and not words[0].startswith("-") and words[0] not in names:
+        raise WrongArgument(f"dvp: {unknown('command', words[0], names)} (dvp --help)")
     parser = build_parser()
     arguments, rest = parser.parse_known_args(words)
     if rest:

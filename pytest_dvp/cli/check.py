@@ -63,20 +63,16 @@ def _scenario(path: Path, settings: Settings) -> Findings:
 
 
 def _road(path: Path, settings: Settings) -> Findings:
-    from openscenario.findings import ScenarioError
-    from openscenario.road.network import load_network
+    # Not load_network: what it compiles is for driving, and a check shall start at once.
+    from openscenario.road.opendrive import examine_opendrive
 
-    try:
-        load_network(path)
-    except ScenarioError as error:
-        return [finding.as_dict() for finding in error.findings]
-    return []
+    return [finding.as_dict() for finding in examine_opendrive(path)[1]]
 
 
 def _gates(path: Path, settings: Settings) -> Findings:
-    from pytest_dvp.gates import GateError, read_gates
+    from pytest_dvp.gates import check_gates
 
-    return _one(path, "gate.invalid", GateError, lambda: read_gates(path))
+    return [finding.as_dict() for finding in check_gates(path)]
 
 
 def _model(path: Path, settings: Settings) -> Findings:
