@@ -13,13 +13,11 @@ from ads.parameters import Parameters
 from ads.perception.camera import SEEN, camera_objects
 from ads.perception.fusion import fuse
 from ads.perception.lidar import BOX, lidar_boxes
-from ads.perception.tracking import (
+from ads.perception.track import (
     AP,
-    CONFIRM,
     CP,
     HITS,
     ID,
-    MOST_TRACKS,
     SCORE,
     TL,
     TRACK,
@@ -30,11 +28,11 @@ from ads.perception.tracking import (
     UNSEEN,
     VX,
     VY,
-    predict_tracks,
+    axis_unknown,
     track_kind,
     turn_track,
-    update_tracks,
 )
+from ads.perception.tracking import CONFIRM, MOST_TRACKS, predict_tracks, update_tracks
 from vehicle.messages import (
     OBJECT_KINDS,
     CameraFrame,
@@ -115,18 +113,17 @@ class TrackingPerception:
         lever = self._car.lidar_x
         sensor = (pose[0] + lever * math.cos(pose[2]), pose[1] + lever * math.sin(pose[2]), pose[2])
         if len(rows) or self._n:
-            known = self._next_id
-            self._n, self._next_id = update_tracks(self._tracks, self._n, rows, sensor, known)
-            if self._hint is not None and self._next_id > known:
-                self._turn_new_tracks(known)
+            self._n, self._next_id = update_tracks(self._tracks, self._n, rows, sensor, self._next_id)
+            if self._hint is not None:
+                self._turn_tracks(self._hint)
 
-    def _turn_new_tracks(self, known: int) -> None:
+    def _turn_tracks(self, hint: Callable[[float, float], float | None]) -> None:
         for i in range(self._n):
             track = self._tracks[i]
-            if track[ID] >= known and self._hint is not None:
-                hint = self._hint(float(track[TX]), float(track[TY]))
-                if hint is not None:
-                    turn_track(track, hint)
+            if axis_unknown(track):
+                heading = hint(float(track[TX]), float(track[TY]))
+                if heading is not None:
+                    turn_track(track, heading)
 
     def _detections(self, t: float) -> tuple[Detection, ...]:
         found = []

@@ -1,0 +1,190 @@
+"""A track: one object with its motion, size and kind, as a row of numbers; and how a measurement's box bears on it.
+
+A measurement's box is what was seen of the object; its middle is moved away from the sensor until the box has the
+track's size: the near face of a car is not its middle.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from ads.perception.fusion import CAMERA, PEDESTRIAN, TYPICAL, kind_by_size
+from ads.transforms import wrap_angle
+from vehicle.messages import FloatArray
+
+TRACK = 23
+(ID, TX, TY, VX, VY, AP, AV, AA, CP, CV, CC, TYAW, TL, TW, VOTE_VEHICLE, VOTE_PEDESTRIAN, VOTE_BICYCLE, VOTE_MISC,
+ HITS, UNSEEN, AGE, SCORE, SIZED) = range(TRACK)  # fmt: skip
+"""Columns: id, position, velocity, covariance along the line of sight (position, both, velocity) and across it, yaw,
+length, width, votes per kind, hits, time unseen [s], age [s], score, longest side ever seen [m]."""
+
+FIRST_SPEED = np.array([5.0, 1.7, 4.0, 1.0])  # m/s per kind, sigma of a new track's velocity
+SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a side
+
+
+@njit(cache=True, error_model="numpy")
+def track_kind(track: FloatArray) -> int:
+    """Index into messages.OBJECT_KINDS with the most votes."""
+    best = 0
+    for k in range(1, 4):
+        if track[VOTE_VEHICLE + k] > track[VOTE_VEHICLE + best]:
+            best = k
+    return best
+
+
+@njit(cache=True, error_model="numpy")
+def sight(dx: float, dy: float) -> tuple[float, float]:
+    """Unit vector of the line of sight from the sensor to something dx, dy [m] away."""
+    d = max(math.hypot(dx, dy), 1e-6)
+    return dx / d, dy / d
+
+
+@njit(cache=True, error_model="numpy")
+def correct_axis(track: FloatArray, k: int, innovation: float, variance: float) -> tuple[float, float]:
+    """Correction of position [m] and velocity [m/s] along one axis, whose covariance starts at column `k`."""
+    total = track[k] + variance
+    gain, gain_v = track[k] / total, track[k + 1] / total
+    track[k + 2] -= gain_v * track[k + 1]
+    track[k + 1] *= 1.0 - gain
+    track[k] *= 1.0 - gain
+    return gain * innovation, gain_v * innovation
+
+
+@njit(cache=True, error_model="numpy")
+def settle_box(row: FloatArray, kind: int, yaw_hint: float, known_length: float, known_width: float) -> tuple[
+    float, float, float, float, float
+]:  # fmt: skip
+    """Yaw, visible length and width of a measured box with its length axis chosen, and the size to assume."""
+    yaw, length, width = row[2], row[3], row[4]
+    if kind == PEDESTRIAN:
+        return yaw_hint, length, width, max(0.5, min(length, 1.0)), max(0.5, min(width, 1.0))
+    turn = False
+    if max(length, width) > SIDE:
+        turn = width > length
+    else:
+        turn = abs(math.sin(yaw - yaw_hint)) > math.sqrt(0.5)
+    if turn:
+        yaw, length, width = yaw + 0.5 * math.pi, width, length
+    if math.cos(yaw - yaw_hint) < 0.0:
+        yaw += math.pi
+    return wrap_angle(yaw), length, width, max(length, known_length), max(width, known_width)
+
+
+@njit(cache=True, error_model="numpy")
+def middle(
+    row: FloatArray, yaw: float, seen: float, whole: float, sensor_x: float, sensor_y: float
+) -> tuple[float, float]:
+    """Shift [m] of the box's middle along `yaw` when it grows from `seen` to `whole` [m], away from the sensor."""
+    ux, uy = math.cos(yaw), math.sin(yaw)
+    dx, dy = row[0] - sensor_x, row[1] - sensor_y
+    share = (dx * ux + dy * uy) / max(math.hypot(dx, dy), 0.1)
+    if abs(share) < 0.3:  # looked at squarely: it may be hidden on either side
+        return 0.0, 0.0
+    shift = math.copysign(0.5 * max(whole - seen, 0.0), share)
+    return shift * ux, shift * uy
+
+
+@njit(cache=True, error_model="numpy")
+def assumed_size(track: FloatArray, kind: int) -> tuple[float, float]:
+    """Length and width [m] of a track: what was seen of it, at least what is typical of its kind."""
+    return max(track[SIZED], TYPICAL[kind, 0]), max(track[TW], TYPICAL[kind, 1])
+
+
+@njit(cache=True, error_model="numpy")
+def whole_box(
+    track: FloatArray, kind: int, row: FloatArray, sensor_x: float, sensor_y: float
+) -> tuple[float, float, float, float, float, float]:
+    """Middle x, y [m] and yaw [rad] of the object that a measurement shows a part of, length seen, whole length, width.
+
+    What a camera reports is whole already.
+    """
+    if row[8] == CAMERA:
+        return row[0], row[1], track[TYAW], 0.0, track[TL], track[TW]
+    length, width = assumed_size(track, kind)
+    yaw, seen_l, seen_w, whole_l, whole_w = settle_box(row, kind, track[TYAW], length, width)
+    if kind == PEDESTRIAN:
+        return row[0], row[1], yaw, 0.0, whole_l, whole_w
+    ax, ay = middle(row, yaw, seen_l, whole_l, sensor_x, sensor_y)
+    bx, by = middle(row, yaw + 0.5 * math.pi, seen_w, whole_w, sensor_x, sensor_y)
+    return row[0] + ax + bx, row[1] + ay + by, yaw, seen_l, whole_l, whole_w
+
+
+@njit(cache=True, error_model="numpy")
+def vote(track: FloatArray, row: FloatArray) -> None:
+    """Count what a measurement says of a track's kind; a camera's word weighs more than a cluster's size."""
+    for k in range(4):
+        track[VOTE_VEHICLE + k] *= 0.95
+    if row[5] >= 0.0:
+        track[VOTE_VEHICLE + int(row[5])] += row[6]
+    else:
+        track[VOTE_VEHICLE + kind_by_size(row[3], row[4])] += 0.15
+
+
+@njit(cache=True, error_model="numpy")
+def surely_moving(track: FloatArray) -> bool:
+    """Whether a track is faster than its velocity is uncertain, so that its motion tells where it points."""
+    speed = math.hypot(track[VX], track[VY])
+    return bool(speed > 1.5 and speed > 3.0 * math.sqrt(max(track[AA], track[CC])))
+
+
+@njit(cache=True, error_model="numpy")
+def axis_unknown(track: FloatArray) -> bool:
+    """Whether neither a side nor its motion has shown yet which way an object points."""
+    return not (track[SIZED] > SIDE or track_kind(track) == PEDESTRIAN or surely_moving(track))
+
+
+@njit(cache=True, error_model="numpy")
+def turn_track(track: FloatArray, heading: float) -> None:
+    """Turn a track by quarter turns to the axis nearest to `heading` [rad], the way traffic goes there."""
+    quarter = 0.5 * math.pi
+    if track[SIZED] == 0.0:  # a camera's word: nothing measured yet
+        track[TYAW] = heading
+    else:
+        track[TYAW] += quarter * math.floor(wrap_angle(heading - track[TYAW]) / quarter + 0.5)
+    track[TYAW] = wrap_angle(track[TYAW])
+
+
+@njit(cache=True, error_model="numpy")
+def begin(track: FloatArray, row: FloatArray, sensor: tuple[float, float, float], number: int) -> None:
+    """Fill a new track from a measurement; `sensor` as update_tracks has it."""
+    track[:] = 0.0
+    vote(track, row)
+    kind = track_kind(track)
+    track[ID], track[TYAW], track[TL], track[TW] = number, sensor[2], TYPICAL[kind, 0], TYPICAL[kind, 1]
+    x, y, yaw, seen, length, width = whole_box(track, kind, row, sensor[0], sensor[1])
+    track[TX], track[TY], track[TYAW], track[SIZED], track[TL], track[TW] = x, y, yaw, seen, length, width
+    track[AP], track[CP] = row[7], row[9]
+    track[AA] = track[CC] = FIRST_SPEED[kind] ** 2
+    track[HITS], track[SCORE] = 1.0, row[6]
+
+
+@njit(cache=True, error_model="numpy")
+def correct_track(track: FloatArray, row: FloatArray, sensor_x: float, sensor_y: float) -> None:
+    """Take a measurement into a track: kind, size, yaw, position and velocity."""
+    vote(track, row)
+    kind = track_kind(track)
+    x, y, yaw, seen, length, width = whole_box(track, kind, row, sensor_x, sensor_y)
+    if row[8] != CAMERA:
+        if kind != PEDESTRIAN:
+            still = track[VX] ** 2 + track[VY] ** 2 < 1.0
+            trust = max(0.05, 1.0 / track[HITS]) if still else 0.25
+            track[TYAW] += trust * wrap_angle(yaw - track[TYAW])
+        track[SIZED] = max(track[SIZED], seen)
+        track[TL] = length
+        track[TW] += 0.1 * max(width - track[TW], 0.0)
+    c, s = sight(row[0] - sensor_x, row[1] - sensor_y)
+    ex, ey = x - track[TX], y - track[TY]
+    p, v = correct_axis(track, AP, c * ex + s * ey, row[7])
+    q, w = correct_axis(track, CP, c * ey - s * ex, row[9])
+    track[TX] += c * p - s * q
+    track[TY] += s * p + c * q
+    track[VX] += c * v - s * w
+    track[VY] += s * v + c * w
+    track[HITS] += 1.0
+    track[UNSEEN] = 0.0
+    track[SCORE] += 0.3 * (row[6] - track[SCORE])
+    if surely_moving(track):
+        track[TYAW] += 0.3 * wrap_angle(math.atan2(track[VY], track[VX]) - track[TYAW])
