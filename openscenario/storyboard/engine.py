@@ -95,15 +95,14 @@ class Storyboard:
     # --- from outside
 
     def start(self) -> None:
-        """Carry out the Init actions at t = 0, start the stories and evaluate the triggers once."""
+        """Carry out the Init actions at t = 0 and start the stories; the first step evaluates the triggers of t = 0."""
         for node, entity in self._init:
             self._begin(node, [entity])
         self.running = True
         self._enter(self.root)
+        self._end_finished()
         for entity in self.entities.values():
             self._note_rest(entity)
-        self._evaluate(self.root)
-        self._end_finished()
 
     def place(self, name: str, x: float, y: float, z: float, h: float, speed: float, ax: float = 0.0) -> None:
         """The true pose of an external entity's reference point [m, rad, m/s, m/s^2], before a step."""

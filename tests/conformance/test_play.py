@@ -33,9 +33,12 @@ FIRST = (
 )
 # what else agrees so far; kept short enough for every run of the tests, the rest is for `make conformance`
 MORE = (
+    "NCAP_AEB_C2C_CCR_2023",
     "NCAP_AEB_VRU_CPNCO_2023",
+    "alks_scenario_4_1_2_swerving_lead_vehicle_template",
     "alks_scenario_4_4_1_cut_in_no_collision_template",
     "cut-in_simple",
+    "drop-bike",
     "lane-change_clothoid_based_trajectory",
     "lane-change_trajectory_wp",
     "lane_change_crest",
@@ -43,6 +46,7 @@ MORE = (
     "ltap-od",
     "slow-lead-vehicle",
     "synch_with_steady_state",
+    "ut_condition_delay",
     "ut_lateral_maneuvers_test",
     "ut_position_types",
     "ut_relative_lane_offset",

@@ -200,3 +200,30 @@ def test_variables_are_set_and_calculated(make: Make) -> None:
     board = make(A=HERE, stories=story(event("e", add)))
     run(board, 0.1)
     assert board.variables.get("v") == 3.5
+
+
+def test_a_distance_without_limits_is_kept_from_the_start(make: Make) -> None:
+    action = (
+        '<PrivateAction><LongitudinalAction><LongitudinalDistanceAction entityRef="B" distance="20" continuous="true" '
+        'freespace="true"/></LongitudinalAction></PrivateAction>'
+    )
+    board = make(A=HERE, B=[teleport(lane_position(200.0)), speed(10.0)], stories=story(event("e", action)))
+    run(board, 2.0)
+    # A's front is 4 m ahead of its reference point, B's rear 1 m behind its own
+    assert board.entities["B"].x - board.entities["A"].x == pytest.approx(25.0, abs=0.11)
+    assert board.entities["A"].speed == 10.0
+
+
+def test_a_speed_profile_goes_through_its_entries(make: Make) -> None:
+    entries = '<SpeedProfileEntry time="1" speed="20"/><SpeedProfileEntry time="2" speed="4"/>'
+    action = (
+        f'<PrivateAction><LongitudinalAction><SpeedProfileAction followingMode="position">{entries}'
+        "</SpeedProfileAction></LongitudinalAction></PrivateAction>"
+    )
+    board = make(A=HERE, stories=story(event("e", action)))
+    run(board, 1.0)
+    assert board.entities["A"].speed == pytest.approx(20.0)
+    run(board, 1.0)
+    assert board.entities["A"].speed == pytest.approx(12.0)
+    run(board, 1.5)
+    assert board.entities["A"].speed == pytest.approx(4.0)

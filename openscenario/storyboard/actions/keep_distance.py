@@ -1,0 +1,100 @@
+"""LongitudinalDistanceAction: a distance or a time gap to another entity, once or continuously."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from openscenario import model
+from openscenario.storyboard.distances import Measure, measure
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.registry import Runner, Unsupported, action
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+
+STIFFNESS = 0.4  # 1/m per m/s^2 of the limit: how hard the distance is drawn in
+REACHED = 0.1  # m
+
+
+class KeepDistance:
+    """Without limits the entity is moved to its place and takes over the other's speed; with them it is controlled.
+
+    The standard names no control law. Here: a critically damped spring between the entity and its place,
+    a = k e - 2 sqrt(k) (v - v_other), e the distance still to go, k = STIFFNESS x limit, a within the limits.
+    """
+
+    __slots__ = ("_board", "_distance", "_element", "_entity", "_other", "_side")
+    domains: tuple[str, ...] = ("longitudinal",)
+
+    def __init__(self, element: model.LongitudinalDistanceAction, entity: Entity, board: Storyboard) -> None:
+        if element.entity_ref not in board.entities:
+            raise Unsupported("no entity of this name", element.entity_ref, ", ".join(board.entities))
+        self._element = element
+        self._entity = entity
+        self._board = board
+        self._other = board.entities[element.entity_ref]
+        self._distance: Measure = measure(
+            board, entity, self._other, kind="longitudinal", system=element.coordinate_system, free=element.freespace
+        )
+        self._side = -1.0 if element.displacement == "leadingReferencedEntity" else 1.0
+
+    def start(self) -> bool:
+        if self._element.displacement == "any":
+            apart = self._distance()
+            self._side = -1.0 if apart is not None and apart < 0.0 else 1.0
+        if self._limited():
+            return False
+        self._place()
+        return not self._element.continuous
+
+    def _limited(self) -> bool:
+        limits = self._element.dynamic_constraints
+        return limits is not None and (limits.max_acceleration is not None or limits.max_deceleration is not None)
+
+    def _to_go(self) -> float:
+        """Way ahead [m] to the place that the distance asks for."""
+        apart = self._distance()
+        if apart is None:
+            return 0.0
+        element = self._element
+        wanted = (
+            element.distance if element.distance is not None else abs(self._other.speed) * (element.time_gap or 0.0)
+        )
+        return apart - self._side * wanted
+
+    def _place(self) -> None:
+        entity, ground = self._entity, self._board.ground
+        entity.jump_to_speed(self._other.speed)
+        way = self._to_go()
+        if ground.track(entity):
+            ground.drive(entity, way)
+        else:
+            entity.put(entity.x + way * math.cos(entity.h), entity.y + way * math.sin(entity.h), entity.z, entity.h)
+
+    def step(self, dt: float) -> bool:
+        entity, limits = self._entity, self._element.dynamic_constraints
+        if not self._limited() or limits is None:
+            self._place()
+            return False
+        to_go = self._to_go()
+        up = limits.max_acceleration if limits.max_acceleration is not None else math.inf
+        down = limits.max_deceleration if limits.max_deceleration is not None else math.inf
+        limit = min(up if to_go < 0.0 else down, 100.0)
+        stiffness = STIFFNESS * limit
+        wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * (entity.speed - self._other.speed)
+        top = limits.max_speed if limits.max_speed is not None else math.inf
+        entity.speed = min(max(entity.speed + min(max(wanted, -down), up) * dt, -top), top)
+        return not self._element.continuous and abs(to_go) < REACHED
+
+    def stop(self) -> None:
+        return None
+
+    def ask(self) -> tuple[str, dict[str, Any], float]:
+        element = self._element
+        return "distance", {"to": self._other.name, "distance": element.distance, "time_gap": element.time_gap}, 0.0
+
+
+@action(model.LongitudinalDistanceAction)
+def keep_distance(element: model.LongitudinalDistanceAction, entity: Entity, board: Storyboard) -> Runner:
+    return KeepDistance(element, entity, board)
