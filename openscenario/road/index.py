@@ -232,13 +232,14 @@ def locate(
         elif 0 <= column < shape[0] and 0 <= line < shape[1]:
             cell = int(column) * shape[1] + int(line)
             first, last = starts[cell], starts[cell + 1]
-        road, near, near_s, near_reach = -1, math.inf, 0.0, 0.0
+        # no chord seen yet; not -1, whose literal type would compile all of `match` twice
+        road, near, near_s, near_reach = hint_road, math.inf, 0.0, 0.0
         for item in range(first, last + 1):
             chord = -1
             if item < last:
                 chord = item if everywhere else items[item]
             if chord < 0 or owners[chord] != road:
-                if road >= 0 and (near - near_reach) * 10.0 < best[0]:
+                if (near - near_reach) * 10.0 < best[0]:
                     fit = match(tables, road, x, y, z, h, near_s, drivable)
                     cost = fit[0] - (0.05 if road == hint_road and fit[6] <= INSIDE else 0.0)
                     if fit[6] < math.inf and cost < best[0]:

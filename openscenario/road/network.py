@@ -31,6 +31,7 @@ from openscenario.road.tables import LANE_DIRECTION, make_tables
 __all__ = ["Boundary", "Crosswalk", "Pose", "RoadNetwork", "RoadPosition", "RouteError", "RouteLane", "load_network"]
 
 _NAN = math.nan
+MOST_JOINTS = 10_000  # of roads on one way: a ring of roads without length has no end
 
 
 def load_network(path: str | os.PathLike[str]) -> RoadNetwork:
@@ -228,7 +229,7 @@ class RoadNetwork:
             raise ValueError(f"ds = {ds} m is no way to go")
         number, lane, s, offset = self._numbers[position.road], position.lane, position.s, position.offset
         left = float(ds) * self.driving_sign(position.road, lane, s)
-        while True:
+        for _ in range(MOST_JOINTS):
             lane, s, t, heading, left = path.advance(self.tables, number, lane, s, offset, left)
             if left == 0.0:
                 break

@@ -55,13 +55,14 @@ def advance(
     """
     spans, roads = tables[4], tables[3]
     section = section_at(tables, road, s)
-    if distance < 0.0 and s <= spans[section, 0] and section > roads[road, ROAD_SECTION]:
-        lane = crossed(tables, section, lane, False, road, s, offset)
+    forward = distance >= 0.0
+    if not forward and s <= spans[section, 0] and section > roads[road, ROAD_SECTION]:
+        lane = crossed(tables, section, lane, forward, road, s, offset)
         section -= 1
-    sign = 1.0 if distance >= 0.0 else -1.0
+    sign = 1.0 if forward else -1.0
     left = abs(distance)
     while left > ROUNDING:
-        border = spans[section, 1] if sign > 0.0 else spans[section, 0]
+        border = spans[section, 1] if forward else spans[section, 0]
         room = sign * (border - s)
         t, t1, _, _ = lane_centre(tables, road, section, lane, s)
         rate = stretch(reference(tables, road, s)[3], t + offset, t1)
@@ -74,10 +75,10 @@ def advance(
         left -= ds * rate
         if sign * (border - s) <= 1e-12:
             s = border
-            following = section + (1 if sign > 0.0 else -1)
+            following = section + (1 if forward else -1)
             if following < roads[road, ROAD_SECTION] or following >= roads[road, ROAD_SECTION_END]:
                 break
-            lane = crossed(tables, section, lane, sign > 0.0, road, s, offset)
+            lane = crossed(tables, section, lane, forward, road, s, offset)
             section = following
     t = lane_centre(tables, road, section, lane, s)[0] + offset
     return lane, s, t, reference(tables, road, s)[2], sign * left if left > ROUNDING else 0.0

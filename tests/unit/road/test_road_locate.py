@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from road_files import arc, crossing, cubic, geometry, lane, network, road, section, spiral, straight
 
@@ -27,6 +27,7 @@ def bends(tmp_path_factory: pytest.TempPathFactory) -> RoadNetwork:
     return network(tmp_path_factory.mktemp("whole"), text)
 
 
+@settings(deadline=None)
 @given(s=st.floats(0.01, 199.9), lane_id=st.sampled_from([1, -1, -2]), offset=st.floats(-1.4, 1.4))
 def test_a_lane_position_comes_back(bends: RoadNetwork, s: float, lane_id: int, offset: float) -> None:
     pose = bends.lane_pose("1", lane_id, s, offset)
@@ -35,6 +36,7 @@ def test_a_lane_position_comes_back(bends: RoadNetwork, s: float, lane_id: int, 
     assert (found.s, found.offset) == pytest.approx((s, offset), abs=1e-6)
 
 
+@settings(deadline=None)
 @given(s=st.floats(1.0, 190.0), ds=st.floats(-3.0, 3.0), offset=st.floats(-1.4, 1.4))
 def test_a_hint_changes_nothing_but_the_cost(bends: RoadNetwork, s: float, ds: float, offset: float) -> None:
     pose = bends.lane_pose("1", -1, s, offset)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import fresnel
@@ -42,6 +42,7 @@ def test_spiral_from_straight_is_the_fresnel_integral() -> None:
     assert heading == pytest.approx(0.5 * end * length, abs=1e-12)
 
 
+@settings(deadline=None)
 @given(
     start=st.floats(-0.2, 0.2),
     end=st.floats(-0.2, 0.2),
