@@ -140,7 +140,8 @@ def header(items: Sequence[pytest.Item], settings: Settings) -> str:
     scenarios = [item for item in items if isinstance(item, ScenarioItem)]
     stages = [stage for stage in STAGES if any(item.dvp_stage == stage for item in scenarios)]
     model = settings.model.name if settings.model else "tabby_evo.toml"
-    words = [f"dvp: {len({item.path for item in scenarios})} scenarios", f"stage {', '.join(stages)}"]
+    files = len({item.path for item in scenarios})
+    words = [f"dvp: {files} scenario{'s' if files != 1 else ''}", f"stage {', '.join(stages)}"]
     words += ["vehicle twin", f"seed {settings.seed}", f"model {model}", *settings.set.words()]
     return ", ".join(words)
 

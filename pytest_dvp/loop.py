@@ -19,7 +19,7 @@ import msgspec
 
 from pytest_dvp.ego import road_point
 from pytest_dvp.terrain import Grounded, Terrain
-from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPoint, Surroundings, Task
+from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPoint, SignalState, Surroundings, Task
 
 if TYPE_CHECKING:
     from openscenario.road.network import RoadNetwork
@@ -78,6 +78,7 @@ class Loop:
         terrain = Terrain(ready.network)
         self._terrain = None if terrain.flat else terrain
         self._hints: list[RoadPosition | None] = [None] * 4
+        self._lights: tuple[dict[str, str], tuple[SignalState, ...]] = ({}, ())
         self._transitions = 0
         self.error: str | None = None
 
@@ -93,7 +94,7 @@ class Loop:
             t = k / RATE  # the nearest double, not a sum of rounded steps
             state = rows[-1]
             self._place(state)
-            around = self._world.look(t)
+            around = self._world.look(t, self._signals())
             if before is not None and self._touched(rows, before, around) and collided is None:
                 collided = t
             before = around
@@ -108,6 +109,13 @@ class Loop:
                 self._vehicle.stop()
                 return self._end(t, "fault")
         raise AssertionError("unreachable: the last tick ends by its duration")
+
+    def _signals(self) -> tuple[SignalState, ...]:
+        """States of the traffic signals the storyboard has set, rebuilt only when one changed."""
+        now = self._storyboard.world.signals
+        if now != self._lights[0]:
+            self._lights = dict(now), tuple(SignalState(name, state) for name, state in sorted(now.items()))
+        return self._lights[1]
 
     def _place(self, state: FloatArray) -> None:
         # TRACE_COLUMNS: t x y z yaw v vx vy yaw_rate ax ay steer

@@ -122,7 +122,7 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     from pytest_dvp import summary
 
     cases = summary.cases(reports)
-    terminalreporter.section("dvp")
+    terminalreporter.write_sep("=", "dvp")
     for line in summary.lines(cases):
         terminalreporter.write_line(line)
     if os.environ.get("GITHUB_ACTIONS"):

@@ -124,8 +124,8 @@ def run(
     )
     ready = prepare(request, ads)
     limit = duration if duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
-    loop = Loop(ready, Limits(limit, wall_limit, after_collision))
     try:
+        loop = Loop(ready, Limits(limit, wall_limit, after_collision))
         ending = loop.drive()
     finally:
         ready.close()

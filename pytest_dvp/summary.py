@@ -73,12 +73,14 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
         key=lambda row: (*row[0], row[1]["nodeid"], row[2]["gate"]),
     )
     counts = {status: sum(verdict["status"] == status for _, _, verdict in rows) for status in ORDER}
-    said = ", ".join(f"{n} {status}" for status, n in counts.items() if n) or "nothing judged"
-    out = [f"{len(results)} runs, {len(rows)} gates: {said}"]
+    tally = ", ".join(f"{n} {status}" for status, n in counts.items() if n) or "nothing judged"
+    out = [f"{_count(len(results), 'run')}, {_count(len(rows), 'gate')}: {tally}"]
     room = limit - 2
     shown = rows if len(rows) <= room else rows[: room - 1]
     for _, case, verdict in shown:
-        out.append(clean(f"{verdict['status']:<12} {_name(case)} {reason(verdict)}{_margin(verdict)}"))
+        # Where a passed gate came nearest to its bound is in the report; here it would only break the line.
+        said = reason(verdict).split(" at t=")[0] if verdict["status"] == "PASS" else reason(verdict)
+        out.append(clean(f"{verdict['status']:<12} {_name(case)} {said}{_margin(verdict)}"))
     if len(shown) < len(rows):
         out.append(f"... {len(rows) - len(shown)} more gates with larger margins")
     out.append(action(results))
@@ -119,6 +121,10 @@ def append_table(path: Path, results: Sequence[Result]) -> None:
             rows.append("| " + " | ".join(_cell(cell) for cell in cells) + " |")
     with path.open("a", encoding="utf-8") as stream:
         stream.write("\n".join([*rows, "", ""]))
+
+
+def _count(n: int, noun: str) -> str:
+    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
 
 
 def _name(case: Result) -> str:

@@ -49,7 +49,7 @@ def test_a_session_without_scenarios_says_nothing_of_dvp(pytester: pytest.Pytest
 
 def test_the_header_tells_the_conditions(project: pytest.Pytester) -> None:
     result = project.runpytest_inprocess("good.xosc", "--dvp-seed", "11")
-    result.stdout.fnmatch_lines(["dvp: 1 scenarios, stage dt, pe, rw, vehicle twin, seed 11, model tabby_evo.toml"])
+    result.stdout.fnmatch_lines(["dvp: 1 scenario, stage dt, pe, rw, vehicle twin, seed 11, model tabby_evo.toml"])
 
 
 @pytest.mark.parametrize("workers", [(), ("-n", "2")])
