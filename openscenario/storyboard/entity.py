@@ -25,6 +25,7 @@ class Entity:
     __slots__ = (
         "active",
         "ax",
+        "blocked",
         "category",
         "center_x",
         "center_y",
@@ -100,7 +101,7 @@ class Entity:
         self.sense = 1.0
         self.twist = self.drift = self.offset_rate = 0.0
         self.oblique = True  # while it moves sideways: the speed is that of the oblique path
-        self.end_of_road = False
+        self.end_of_road = self.blocked = False
         self.travelled = 0.0
         self.still_since = math.inf  # time [s] since when it has been standing
         self.end_since = math.inf  # ... or at the end of its road

@@ -137,10 +137,11 @@ class Ground:
             heading = entity.h - entity.twist - entity.drift
             entity.sense = 1.0 if math.cos(heading - there.h_road) >= 0.0 else -1.0
             entity.end_of_road = False
-        elif there.s == entity.s:
-            # as far as the road goes
-            if entity.end_of_road:
+        elif entity.sense * (there.s - entity.s) >= 0.0:
+            # as far as the road goes; after a whole step without any way the speed is lost
+            if entity.end_of_road and entity.blocked:
                 entity.speed = 0.0
+            entity.blocked = entity.end_of_road
             entity.end_of_road = True
         else:
             entity.end_of_road = False

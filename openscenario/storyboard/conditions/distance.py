@@ -76,7 +76,7 @@ def reach_position(element: model.ReachPositionCondition, entity: Entity, scope:
 
 @condition(model.TimeHeadwayCondition)
 def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Scope) -> Test:
-    """Distance to the other over the own speed; not defined if the other is behind or the entity stands."""
+    """Distance to the other over the own speed; not defined if the other is behind, infinite while standing."""
     kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
     distance = measure(
         scope.board, entity, _other(element.entity_ref, scope), kind=kind, system=system, free=element.freespace
@@ -84,10 +84,10 @@ def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Sco
     holds, value = COMPARISONS[element.rule], element.value
 
     def test() -> bool:
-        if entity.speed <= SLOW:
-            return False
         apart = distance()
-        return apart is not None and apart >= 0.0 and holds(apart / entity.speed, value)
+        if apart is None or apart < 0.0:
+            return False
+        return holds(apart / entity.speed if entity.speed > SLOW else math.inf, value)
 
     return test
 
