@@ -6,7 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
 import pymunk
+from numba import njit
+from numpy.typing import NDArray
 
 from vehicle.messages import FloatArray
 
@@ -21,6 +24,45 @@ class Contact(NamedTuple):
     y: float
 
 
+@njit(cache=True, error_model="numpy")
+def _near(
+    first: FloatArray,
+    last: FloatArray,
+    before: FloatArray,
+    after: FloatArray,
+    half_length: float,
+    half_width: float,
+    center: float,
+) -> NDArray[np.int64]:
+    """Indices of the boxes that could touch the ego at some time within the tick; the others need no solver.
+
+    The widest gap along the axes of either box is a lower bound of their distance at the end of the tick, and neither
+    can have come nearer than that less the ways both went.
+    """
+    yaw = last[4]
+    ahead, left = math.cos(yaw), math.sin(yaw)
+    x, y = last[1] + center * ahead, last[2] + center * left
+    reach = math.hypot(half_length, half_width) + abs(center)
+    moved = math.hypot(last[1] - first[1], last[2] - first[2]) + reach * abs(yaw - first[4])
+    found = np.empty(len(after), dtype=np.int64)
+    count = 0
+    for i in range(len(after)):
+        box = after[i]
+        a, b = 0.5 * box[4], 0.5 * box[5]
+        dx, dy = box[0] - x, box[1] - y
+        c, s = abs(math.cos(box[3] - yaw)), abs(math.sin(box[3] - yaw))
+        gap = abs(dx * ahead + dy * left) - half_length - c * a - s * b
+        gap = max(gap, abs(dy * ahead - dx * left) - half_width - s * a - c * b)
+        u, v = math.cos(box[3]), math.sin(box[3])
+        gap = max(gap, abs(dx * u + dy * v) - a - c * half_length - s * half_width)
+        gap = max(gap, abs(dy * u - dx * v) - b - s * half_length - c * half_width)
+        turned = math.hypot(a, b) * abs(box[3] - before[i, 3])
+        if gap <= moved + turned + math.hypot(box[0] - before[i, 0], box[1] - before[i, 1]):
+            found[count] = i
+            count += 1
+    return found[:count]
+
+
 class ContactDetector:
     """Watches one ego box for overlaps. `masses` [kg] by object name; unlisted ones count as 1,000 kg.
 
@@ -30,7 +72,7 @@ class ContactDetector:
 
     def __init__(self, length: float, width: float, center_x: float, mass: float, masses: Mapping[str, float]) -> None:
         self._center = center_x
-        self._radius = math.hypot(length, width) / 2
+        self._size = (0.5 * length, 0.5 * width, center_x)
         self._mass = mass
         self._masses = dict(masses)
         self._ego_body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)  # kept: a shape refers to its body weakly
@@ -41,32 +83,27 @@ class ContactDetector:
     def check(self, rows: FloatArray, names: Sequence[str], before: FloatArray, after: FloatArray) -> list[Contact]:
         """New contacts within a tick.
 
-        rows    (n, 6) t, x, y, yaw in the map frame and vx, vy in the body frame of the ego, in time order; n >= 1
+        rows    (n, 12) motion of the ego, columns TRACE_COLUMNS, in time order; n >= 1
         before  (n, 9) boxes (see Surroundings) at the start of the tick, rows in the order of `names`; after: its end
         """
         found: list[Contact] = []
-        first, last = rows[0].tolist(), rows[-1].tolist()
-        x, y = last[1] + self._center * math.cos(last[3]), last[2] + self._center * math.sin(last[3])
-        moved = math.hypot(last[1] - first[1], last[2] - first[2]) + self._radius * abs(last[3] - first[3])
-        for index, name in enumerate(names):
-            a, b = before[index].tolist(), after[index].tolist()
-            reach = self._radius + 0.5 * math.hypot(b[4], b[5])
-            slack = math.hypot(b[0] - a[0], b[1] - a[1]) + moved
-            if (b[0] - x) ** 2 + (b[1] - y) ** 2 > (reach + slack) ** 2:
-                self._touching.discard(name)
-                continue
-            contact = self._sweep(rows, name, a, b)
+        near = _near(rows[0], rows[-1], before, after, *self._size)
+        for index in near.tolist():
+            name = names[index]
+            contact = self._sweep(rows, name, before[index].tolist(), after[index].tolist())
             if contact is None:
                 self._touching.discard(name)
             elif name not in self._touching:
                 self._touching.add(name)
                 found.append(contact)
+        if self._touching and len(near) < len(names):
+            self._touching.intersection_update(names[index] for index in near.tolist())
         return found
 
     def _sweep(self, rows: FloatArray, name: str, a: list[float], b: list[float]) -> Contact | None:
         shape, space, mass = self._shape(name, b[4], b[5])
         start, end = float(rows[0, 0]), float(rows[-1, 0])
-        for t, x, y, yaw, forward, sideways in rows.tolist():
+        for t, x, y, _, yaw, _, forward, sideways, *_ in rows.tolist():
             share = (t - start) / (end - start) if end > start else 1.0
             cos, sin = math.cos(yaw), math.sin(yaw)
             ex, ey = x + self._center * cos, y + self._center * sin

@@ -184,7 +184,7 @@ class Loop:
     def _touched(self, rows: FloatArray, before: Surroundings, after: Surroundings) -> bool:
         if not after.names:
             return False
-        contacts = self._world.contacts(rows[:, (0, 1, 2, 4, 6, 7)], before, after)
+        contacts = self._world.contacts(rows, before, after)
         for contact in contacts:
             self._recorder.event(contact.t, "collision", contact.name, f"impulse {contact.impulse:.1f} N s")
         return bool(contacts)

@@ -17,6 +17,7 @@ import libsumo
 STEP = 0.1  # s
 _PREFIX = "dvp."  # of mirrored objects, so that they cannot meet a name of the route file
 _OFFSET = re.compile(r'netOffset="([-+.\deE]+),([-+.\deE]+)"')
+_REACH = 10.0  # m around a box in which SUMO looks for a lane; its default of 100 m costs five times as much
 _ANYWHERE = 2  # keepRoute of moveToXY: put it there, on its route or not
 
 
@@ -110,7 +111,7 @@ class SumoTraffic:
             x = box.x + 0.5 * box.length * math.cos(box.yaw) + self._offset[0]
             y = box.y + 0.5 * box.length * math.sin(box.yaw) + self._offset[1]
             try:
-                vehicle.moveToXY(name, "", -1, x, y, 90.0 - math.degrees(box.yaw), _ANYWHERE)
+                vehicle.moveToXY(name, "", -1, x, y, 90.0 - math.degrees(box.yaw), _ANYWHERE, _REACH)
                 vehicle.setSpeed(name, max(0.0, box.speed))
                 self._mirrored[name] = box
             except libsumo.TraCIException:

@@ -13,7 +13,9 @@ def rows(x: float, speed: float, y: float = 0.0, yaw: float = 0.0) -> FloatArray
     """0.05 s of straight driving, sampled every 0.01 s, ending at (x, y)."""
     t = np.arange(6) * 0.01
     ahead = x + speed * (t - 0.05)
-    return np.column_stack((t, ahead, np.full(6, y), np.full(6, yaw), np.full(6, speed), np.zeros(6)))
+    zero = np.zeros(6)
+    columns = (t, ahead, zero + y, zero, zero + yaw, zero + speed, zero + speed, zero, zero, zero, zero, zero)
+    return np.column_stack(columns)  # TRACE_COLUMNS
 
 
 def box(
@@ -85,3 +87,37 @@ def test_contact_does_not_depend_on_where_the_ego_heads(yaw: float) -> None:
         for d in gap
     ]
     assert found == [1, 0]
+
+
+def test_random_pairs_agree_with_clipping() -> None:
+    # oracle: the boxes overlap if clipping one polygon by the other's four half planes leaves an area
+    def corners(x: float, y: float, yaw: float, length: float, width: float) -> list[tuple[float, float]]:
+        c, s = np.cos(yaw), np.sin(yaw)
+        sides = ((1, 1), (-1, 1), (-1, -1), (1, -1))
+        return [
+            (x + c * i * length / 2 - s * j * width / 2, y + s * i * length / 2 + c * j * width / 2) for i, j in sides
+        ]
+
+    def clipped_area(subject: list[tuple[float, float]], clip: list[tuple[float, float]]) -> float:
+        for (ax, ay), (bx, by) in zip(clip, clip[1:] + clip[:1], strict=True):
+            inside = [(bx - ax) * (py - ay) - (by - ay) * (px - ax) for px, py in subject]
+            out = []
+            for i, (p, d) in enumerate(zip(subject, inside, strict=True)):
+                q, e = subject[i - 1], inside[i - 1]
+                if (d >= 0) != (e >= 0):
+                    out.append((q[0] + (p[0] - q[0]) * e / (e - d), q[1] + (p[1] - q[1]) * e / (e - d)))
+                if d >= 0:
+                    out.append(p)
+            subject = out
+        return 0.5 * abs(sum(subject[i - 1][0] * p[1] - p[0] * subject[i - 1][1] for i, p in enumerate(subject)))
+
+    generator = np.random.default_rng(7)
+    for _ in range(300):
+        yaw, x, y, other = generator.uniform((-3.1, -5, -5, -3.1), (3.1, 5, 5, 3.1))
+        length, width = generator.uniform((0.3, 0.3), (6.0, 3.0))
+        c, s = np.cos(yaw), np.sin(yaw)
+        area = clipped_area(corners(c, s, yaw, 4.0, 2.0), corners(x, y, other, length, width))
+        if 0.0 < area < 0.02:
+            continue  # too near to touching for the solver's tolerance
+        target = box(x, y, other, length=length, width=width)
+        assert bool(detector().check(rows(0.0, 0.0, yaw=yaw), ["o"], target, target)) == (area > 0.0)
