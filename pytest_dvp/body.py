@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,8 @@ def fitted_model(path: Path | None, ego: ScenarioObject) -> tuple[VehicleModel, 
     }
     wheelbase = vehicle.axles.front_axle.position_x if vehicle.axles.front_axle else car.wheelbase
     mass = vehicle.mass or _guessed_mass(model, body)
-    about: dict[str, Any] = {"name": model.name or file.stem, "file": file.name, "scaled": False}
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    about: dict[str, Any] = {"name": model.name or file.stem, "file": file.name, "sha256": digest, "scaled": False}
     if abs(wheelbase / car.wheelbase - 1) <= SAME_CAR and abs(mass / car.mass - 1) <= SAME_CAR:
         return model.with_car(body), about
     about.update(scaled=True, wheelbase=wheelbase, mass=mass, to=vehicle.name)

@@ -52,6 +52,13 @@ class ScenarioItem(pytest.Function):
     dvp_stage: str
     dvp_line: int
 
+    dvp_refused: str | None = None  # why it must not run
+
+    def runtest(self) -> None:
+        if self.dvp_refused is not None:
+            raise SettingError(self.dvp_refused)
+        super().runtest()
+
     def reportinfo(self) -> tuple[os.PathLike[str] | str, int | None, str]:
         return self.path, self.dvp_line - 1, f"{self.path.name}::{self.dvp_stage}"
 
@@ -133,6 +140,13 @@ def check_parameters(items: Sequence[pytest.Item], settings: Settings) -> None:
     for name in settings.set.scenario:
         if name not in declared:
             raise SettingError(f"--dvp-set: {unknown('parameter', name, declared)}")
+
+
+def refuse(items: Iterable[pytest.Item], why: str) -> None:
+    """Let every scenario fail with one line instead of running."""
+    for item in items:
+        if isinstance(item, ScenarioItem):
+            item.dvp_refused = why
 
 
 def header(items: Sequence[pytest.Item], settings: Settings) -> str:

@@ -79,7 +79,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         try:
             collect.check_parameters(items, settings)
         except SettingError as error:
-            raise pytest.UsageError(str(error)) from None
+            if not hasattr(config, "workerinput"):
+                raise pytest.UsageError(str(error)) from None
+            collect.refuse(items, str(error))  # a worker of xdist that ends here would take the session down
 
 
 @pytest.hookimpl(tryfirst=True)

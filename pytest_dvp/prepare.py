@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import hashlib
 import importlib.metadata
 import itertools
 from collections.abc import Mapping
@@ -103,6 +104,7 @@ def prepare(request: Request, ads: DriverFactory | None) -> Ready:
     meta = {
         "scenario": request.path.name,
         "scenario_sha256": scenario.sha256,
+        "road_sha256": _sha256(scenario.road_network.logic_file),
         "parameters": {declared.name: declared.value for declared in scenario.parameter_declarations},
         "P": P.as_dict(),
         "S": {name: str(value) for name, value in request.S.items()},
@@ -227,6 +229,10 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
     d = twin.description
     size = {"length": d.length, "width": d.width, "height": d.height, "center_x": d.center_x, "wheelbase": d.wheelbase}
     return twin, {"model": about, "ego": {"name": ego.name, **size}}
+
+
+def _sha256(file: Path | None) -> str:
+    return "" if file is None else hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def _task_meta(task: EgoTask) -> dict[str, Any]:
