@@ -70,6 +70,8 @@ class OffsetPlanner:
         lower = np.concatenate((low - free[:, 0], -bend - free[:, 2], -free[-1:, 1], -free[-1:, 2]))
         upper = np.concatenate((high - free[:, 0], bend - free[:, 2], -free[-1:, 1], -free[-1:, 2]))
         scale = 1.0 / u  # well-scaled inputs, whatever the step
+        if np.any(lower > upper):
+            return None
         inputs, _, flag, _ = daqp.solve(hessian * scale, gradient * scale, self._rows, upper, lower, self._sense)
         if flag < 1:
             return None

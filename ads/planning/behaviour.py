@@ -108,10 +108,11 @@ class Behaviour:
             self._signals[signal.id] = signal.state
         self._memory.note(t, detections)
         objects = objects_of(detections)
-        placed = place(navigator.path, navigator.index, objects).tolist() if detections else []
+        in_path = place(navigator.path, navigator.index, objects)
+        placed = in_path.tolist()
         contact = first_contact(
-            self._path, navigator.index, s, v, 0.5 * self._car.length, 0.5 * self._car.width + DANGER_MARGIN,
-            self._car.center_x, objects, DANGER_HORIZON,
+            self._path, navigator.path, navigator.index, s, v, 0.5 * self._car.length,
+            0.5 * self._car.width + DANGER_MARGIN, self._car.center_x, objects, in_path, DANGER_HORIZON,
         )  # fmt: skip
         monitor = navigator.monitor
         needed = self._needed_deceleration(v, contact)

@@ -16,6 +16,8 @@ OBJECT = 7
 """Columns of an object: centre x, y [m], yaw [rad], length, width [m], vx, vy [m/s]."""
 
 REACH = 260  # path points to both sides in which objects are looked for
+LANE_SPEED = 1.5  # m/s
+LANE_DRIFT = 0.25  # of the speed along the path
 STILL = 0.45  # m/s; slower counts as standing, a tracker's velocity is no better
 
 
@@ -60,8 +62,15 @@ def boxes_touch(
 
 
 @njit(cache=True, error_model="numpy")
+def keeps_lane(row: FloatArray) -> bool:
+    """Whether a placed object drives along the path, with or against it, so that it will follow the road's bends."""
+    return bool(abs(row[4]) > LANE_SPEED and abs(row[5]) < LANE_DRIFT * abs(row[4]))
+
+
+@njit(cache=True, error_model="numpy")
 def first_contact(
     path: FloatArray,
+    reference: FloatArray,
     index: int,
     s: float,
     v: float,
@@ -69,11 +78,13 @@ def first_contact(
     half_width: float,
     center_x: float,
     objects: FloatArray,
+    placed: FloatArray,
     horizon: float,
 ) -> float:
-    """Time [s] until the car, driving on along `path` at `v` [m/s], touches an object that moves straight on.
+    """Time [s] until the car, driving on along `path` at `v` [m/s], touches an object; inf if later than `horizon`.
 
-    inf if that is later than `horizon`. The car's box: half sizes [m], its middle `center_x` ahead of the axle.
+    What drives along the road is taken to keep its place across the `reference` path, anything else moves straight on.
+    The car's box: half sizes [m], its middle `center_x` ahead of the axle. `objects` (n, OBJECT), `placed` (n, PLACED).
     """
     step = 0.1
     n = len(objects)
@@ -90,12 +101,20 @@ def first_contact(
             near[m] = i
             m += 1
     for k in range(int(horizon / step) + 1):
+        if m == 0:
+            break
         t = k * step
         x, y, yaw, _, _ = sample(path, index, s + v * t)
         cx, cy = x + center_x * math.cos(yaw), y + center_x * math.sin(yaw)
         for j in range(m):
-            o = objects[near[j]]
-            bx, by = o[0] + o[5] * t, o[1] + o[6] * t
-            if boxes_touch(cx, cy, yaw, half_length, half_width, bx, by, o[2], 0.5 * o[3], 0.5 * o[4]):
+            o, row = objects[near[j]], placed[near[j]]
+            bx, by, turn = o[0] + o[5] * t, o[1] + o[6] * t, 0.0
+            if keeps_lane(row):
+                along, across = 0.5 * (row[0] + row[1]), 0.5 * (row[2] + row[3])
+                _, _, before, _, _ = sample(reference, index, along)
+                px, py, after, _, _ = sample(reference, index, along + row[4] * t)
+                across += row[5] * t
+                bx, by, turn = px - across * math.sin(after), py + across * math.cos(after), after - before
+            if boxes_touch(cx, cy, yaw, half_length, half_width, bx, by, o[2] + turn, 0.5 * o[3], 0.5 * o[4]):
                 return t
     return math.inf
