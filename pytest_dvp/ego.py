@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from openscenario.findings import Finding, ScenarioError
@@ -71,20 +73,35 @@ def task_of(
     """
     found = network.locate(entity.x, entity.y, entity.h)
     here = RoadPoint(found.road, found.lane, found.s)
-    points = route or _ahead(network, here, tuple(road_point(network, place) for place in entity.route))
+    points = route or ahead(network, here, tuple(road_point(network, place) for place in entity.route))
     if points:
         points, goal = points[:-1], goal or points[-1]
     set_speed = entity.set_speed if entity.set_speed is not None and entity.set_speed > 0 else None
     return EgoTask(start or here, goal, points, set_speed)
 
 
-def _ahead(network: RoadNetwork, here: RoadPoint, points: tuple[RoadPoint, ...]) -> tuple[RoadPoint, ...]:
+def ahead(network: RoadNetwork, here: RoadPoint, points: tuple[RoadPoint, ...]) -> tuple[RoadPoint, ...]:
     """A route without its first waypoint where that is the place the ego starts from, as it mostly is."""
     if len(points) < 2:
         return points
     first, sign = points[0], network.driving_sign(here.road, here.lane, here.s)
     passed = first.road == here.road and (first.s - here.s) * sign <= AT_START
     return points[1:] if passed else points
+
+
+def route_from_here(
+    network: RoadNetwork, x: float, y: float, h: float, places: Sequence[Place]
+) -> tuple[RoadPoint, ...]:
+    """Waypoints of a route given under way, without a first one that is already passed.
+
+    Raises RouteError if no way leads along them from the pose x, y [m], h [rad].
+    """
+    found = network.locate(x, y, h)
+    here = RoadPoint(found.road, found.lane, found.s)
+    points = ahead(network, here, tuple(road_point(network, place) for place in places))
+    for start, goal in itertools.pairwise((here, *points)):
+        network.route(start, goal)
+    return points
 
 
 def road_point(network: RoadNetwork, place: Place) -> RoadPoint:

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import msgspec
 
-from pytest_dvp.ego import road_point
+from openscenario.road.route import RouteError
+from pytest_dvp.ego import route_from_here
 from pytest_dvp.terrain import Grounded, Terrain
 from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPoint, SignalState, Surroundings, Task
 
@@ -168,8 +169,12 @@ class Loop:
             self._recorder.event(step.time, f"story.{step.kind}", step.element, text, self._file(step.file), step.line)
         if self._storyboard.requests:
             for request in self._storyboard.requests:
-                self._recorder.event(request.time, "request", request.kind, _said(request.values))
-                self._task = self._requested(request.kind, request.values)
+                said = _said(request.values)
+                try:
+                    self._task = self._requested(request.kind, request.values)
+                except RouteError as error:  # the stack could not plan it either; the log says what was not done
+                    said = f"refused: {error}"
+                self._recorder.event(request.time, "request", request.kind, said)
             self._storyboard.requests.clear()
 
     def _requested(self, kind: str, values: Mapping[str, Any]) -> Task | None:
@@ -177,7 +182,8 @@ class Loop:
         if kind == "speed":
             return msgspec.structs.replace(task, set_speed=max(0.0, float(values["target"])))
         if kind == "route" and values["places"]:
-            points = tuple(road_point(self._network, place) for place in values["places"])
+            ego = self._storyboard.entities[self._ego]
+            points = route_from_here(self._network, ego.x, ego.y, ego.h, values["places"])
             return msgspec.structs.replace(task, goal=points[-1], route=points[:-1])
         return self._task
 

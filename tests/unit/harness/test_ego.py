@@ -126,3 +126,36 @@ def test_the_scaled_motor_pulls_at_the_files_top_speed(scenario: Write) -> None:
     limit = model.value("motor_torque", "max_speed")
     assert limit is not None
     assert limit * model.car.wheel_radius / model.car.gear_ratio == pytest.approx(57.0, rel=0.02)
+
+
+ROUTE_EVENT = """</Init>
+    <Story name="s"><Act name="a"><ManeuverGroup name="g" maximumExecutionCount="1">
+      <Actors selectTriggeringEntities="false"><EntityRef entityRef="Ego"/></Actors>
+      <Maneuver name="m"><Event name="e" priority="parallel" maximumExecutionCount="1">
+        <Action name="go"><PrivateAction><RoutingAction><AcquirePositionAction><Position>
+          <LanePosition roadId="1" laneId="-1" s="GOAL"/>
+        </Position></AcquirePositionAction></RoutingAction></PrivateAction></Action>
+        <StartTrigger><ConditionGroup><Condition name="c" delay="0" conditionEdge="none"><ByValueCondition>
+          <SimulationTimeCondition value="1" rule="greaterThan"/>
+        </ByValueCondition></Condition></ConditionGroup></StartTrigger>
+      </Event></Maneuver>
+    </ManeuverGroup></Act></Story>"""
+
+
+def test_a_route_under_way_reaches_the_stack_as_a_new_task(scenario: Write) -> None:
+    stack = OneTrick(coast)
+    log = run(scenario(("</Init>", ROUTE_EVENT.replace("GOAL", "200"))), ads=stack, duration=2.0).log
+    assert [o.task.goal for o in stack.seen if o.task is not None] == [None, ("1", -1, 200.0)]
+    assert [event.element for event in log.events if event.kind == "request"] == ["route"]
+
+
+def test_a_route_that_nobody_could_drive_is_refused_in_the_log(scenario: Write) -> None:
+    stack = OneTrick(coast)
+    log = run(scenario(("</Init>", ROUTE_EVENT.replace("GOAL", "2"))), ads=stack, duration=2.0).log
+    assert [o.task.goal for o in stack.seen if o.task is not None] == [None]
+    (request,) = [event for event in log.events if event.kind == "request"]
+    assert request.text.startswith("refused: no way leads")
+
+
+def test_the_stack_drives_on_after_a_refused_route(scenario: Write) -> None:
+    assert run(scenario(("</Init>", ROUTE_EVENT.replace("GOAL", "2")))).status == "PASS"
