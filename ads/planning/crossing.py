@@ -23,6 +23,7 @@ GENTLE = 1.2  # m/s^2 of a stop that d_min leaves no room for
 REACTION = 0.6  # s until the brake bites
 EDGE_GAP = 1.0  # m between bumper and crosswalk, at least
 FREE_FOR = 0.5  # s until a crossing counts as free
+UNSEEN_FOR = 8.0  # s at most that a pedestrian counts who walks towards the lane and has left the sensors' view
 
 
 class CrossingRule:
@@ -36,6 +37,7 @@ class CrossingRule:
         self._stop_s: float | None = None
         self._seen = -math.inf
         self._watch = False
+        self._across: dict[int, float] = {}  # pedestrian's track -> time [s] when he will have crossed the lane
 
     def update(
         self, t: float, s: float, v: float, monitor: MapMonitor | None, detections: tuple[Detection, ...],
@@ -46,8 +48,9 @@ class CrossingRule:
         if crossing is None:
             self._stop_s = None
             self._watch = False
+            self._across.clear()
             return False, False
-        if self._occupied(crossing, detections, placed):
+        if self._occupied(t, crossing, detections, placed):
             self._seen = t
         occupied = t - self._seen < FREE_FOR
         if not occupied:
@@ -94,10 +97,16 @@ class CrossingRule:
             return None
         return min(max(wanted, soonest), last)
 
-    def _occupied(self, crossing: Crossing, detections: tuple[Detection, ...], placed: list[list[float]]) -> bool:
-        """Whether a pedestrian is in the car's way on the crossing or walks towards it."""
+    def _occupied(
+        self, t: float, crossing: Crossing, detections: tuple[Detection, ...], placed: list[list[float]]
+    ) -> bool:
+        """Whether a pedestrian is in the car's way on the crossing or walks towards it.
+
+        Near the crosswalk he may be beside the camera's view and the LiDAR's; he walks on all the same.
+        """
         half = self._half
         self._watch = False
+        occupied = False
         for row, detection in zip(placed, detections, strict=True):
             if detection.kind not in ("pedestrian", "bicycle"):
                 continue
@@ -108,8 +117,10 @@ class CrossingRule:
             towards = -math.copysign(1.0, middle) * across
             if crossing.l_from - WATCH_SIDE < middle < crossing.l_to + WATCH_SIDE and towards > -TOWARDS:
                 self._watch = True
+            self._across.pop(detection.track, None)
             if l_from < half and l_to > -half:
-                return True
-            if towards > TOWARDS and abs(middle) - half < towards * SOON:
-                return True
-        return False
+                occupied = True
+            elif towards > TOWARDS and abs(middle) - half < towards * SOON:
+                occupied = True
+                self._across[detection.track] = t + min((abs(middle) + half) / towards, UNSEEN_FOR)
+        return occupied or any(t < until for until in self._across.values())

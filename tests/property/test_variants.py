@@ -6,27 +6,34 @@ time: `pytest tests/property --hypothesis-seed=random`, or `@settings(max_exampl
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 
 from pytest_dvp import Variant, scenario_variants
 from pytest_dvp.fixtures import Gate, Run
+from scenarios import path
 
 FEW = settings(max_examples=12, derandomize=True, database=None)
 
 
+PEDESTRIAN, OVERTAKING, URBAN = (path(f"{name}.xosc") for name in ("pedestrian_crossing", "overtaking", "urban"))
+
+
 @FEW
+@example(variant=Variant(PEDESTRIAN, {"ego_speed": 5.37, "pedestrian_speed": 1.0, "trigger_distance": 19.0}))
 @given(variant=scenario_variants("pedestrian_crossing.xosc"))
 def test_no_pedestrian_is_hit_or_frightened(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
 
 
 @FEW
+@example(variant=Variant(OVERTAKING, {"ego_speed": 5.65}))  # once off the road for a tick where two roads meet
 @given(variant=scenario_variants("overtaking.xosc"))
 def test_the_standing_vehicle_is_passed_without_a_conflict(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
 
 
 @settings(FEW, max_examples=6)
+@example(variant=Variant(URBAN, {"ego_speed": 3.0}))  # once met by traffic at 30 km/h in the bend
 @given(variant=scenario_variants("urban.xosc"))
 def test_the_whole_drive_is_safe(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
