@@ -12,7 +12,7 @@ $(STAMP): pyproject.toml constraints.txt
 	touch $@
 
 demo: $(STAMP)
-	$(BIN)/python -m scripts.demo
+	for name in overtaking pedestrian_crossing urban; do $(BIN)/dvp run scenarios/$$name.xosc || exit 1; done
 
 test: lint types contract unit
 
