@@ -24,6 +24,7 @@ from pytest_dvp.body import fitted_model
 from pytest_dvp.ego import EgoTask, find_ego, task_of
 from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
+from pytest_dvp.paths import shown
 from pytest_dvp.recorder import LogRecorder
 from pytest_dvp.world import World
 from vehicle.adapter import Vehicle
@@ -206,7 +207,7 @@ def _gates(request: Request) -> tuple[GateFile, Path]:
     if path is None:
         beside = request.path.with_name(f"{request.path.stem}.gates.toml")
         path = beside if beside.is_file() else None
-    return (read_gates(path), path.parent) if path is not None else (default_gates(), request.path.parent)
+    return (read_gates(shown(path)), path.parent) if path is not None else (default_gates(), request.path.parent)
 
 
 def _of_the_scenario(request: Request) -> dict[str, str]:

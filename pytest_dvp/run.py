@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pytest_dvp.log import Log
 from pytest_dvp.loop import Driver, Ending, Limits, Loop
+from pytest_dvp.paths import shown
 from pytest_dvp.settings import Assignments
 from pytest_dvp.stages import check_stage
 
@@ -191,13 +192,6 @@ def replay_command(request: Any, duration: float | None) -> str:
     words += ["--ego", request.ego] if request.ego is not None else []
     words += ["--duration", f"{duration:g}"] if duration is not None else []
     return shlex.join(words)
-
-
-def shown(path: Path) -> str:
-    """A path as a user would type it here: relative to the current folder where that is shorter."""
-    full = path.absolute()
-    here = Path.cwd()
-    return full.relative_to(here).as_posix() if full.is_relative_to(here) else str(path)
 
 
 class _CallableModule(ModuleType):
