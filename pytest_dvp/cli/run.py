@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 import sys
+import threading
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,9 @@ SETTINGS = (
     "runs",
 )
 
+PATIENCE = 4.0  # s of wall time before a silent run says why it may take long
+FIRST_RUN = "  still at it; the first run after an installation compiles for about a minute, once"
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="X.xosc")
@@ -47,23 +51,29 @@ def execute(arguments: argparse.Namespace) -> int:
 
     check_overrides(path, settings.set)
     print(f"dvp run: {path}, stage {arguments.stage}, seed {settings.seed}", file=sys.stderr)
-    result = run(
-        path,
-        stage=arguments.stage,
-        seed=settings.seed,
-        parameters=settings.set.scenario,
-        P=settings.set.P,
-        S=settings.set.S,
-        model=settings.model,
-        gates=settings.gates,
-        library=settings.library,
-        rootdir=settings.rootdir,
-        ego=settings.ego,
-        duration=settings.duration,
-        wall_limit=settings.wall_limit,
-        after_collision=settings.after_collision,
-        log_dir=None if arguments.no_report else settings.runs_folder,
-    )
+    notice = threading.Timer(PATIENCE, print, (FIRST_RUN,), {"file": sys.stderr, "flush": True})
+    notice.daemon = True
+    notice.start()
+    try:
+        result = run(
+            path,
+            stage=arguments.stage,
+            seed=settings.seed,
+            parameters=settings.set.scenario,
+            P=settings.set.P,
+            S=settings.set.S,
+            model=settings.model,
+            gates=settings.gates,
+            library=settings.library,
+            rootdir=settings.rootdir,
+            ego=settings.ego,
+            duration=settings.duration,
+            wall_limit=settings.wall_limit,
+            after_collision=settings.after_collision,
+            log_dir=None if arguments.no_report else settings.runs_folder,
+        )
+    finally:
+        notice.cancel()
     for note in result.notes:
         print(note, file=sys.stderr)
     print(json.dumps(_finite(result.as_dict()), ensure_ascii=False) if arguments.json else table(result))
