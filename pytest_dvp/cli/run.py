@@ -29,7 +29,7 @@ SETTINGS = (
     "runs",
 )
 
-PATIENCE = 4.0  # s of wall time before a silent run says why it may take long
+PATIENCE = 8.0  # s of wall time before a silent run says why it may take long
 FIRST_RUN = "  still at it; the first run after an installation compiles for about a minute, once"
 
 
