@@ -19,6 +19,10 @@ FAR = 25.0  # m; beyond it one empty cell between two returns is forgiven
 CLEARANCE = 0.15  # m above the ground plane; lower returns are ground
 CEILING = 3.0  # m; higher returns are no obstacle
 GROUND_BAND = 0.3  # m around the base plane in which ground is looked for
+SLIVER = 0.25  # m across the line of sight
+NEXT_DIRECTION = 0.02  # rad; directions closer than this are neighbours
+GRAZING = 0.13  # m of step between neighbouring directions per m of range
+LARGEST_STEP = 2.5  # m
 SMALL = 0.9  # m; a cluster no larger has no orientation to fit
 MOST_POINTS = 40  # of a cluster in the fit, evenly picked
 CLOSENESS_FLOOR = 0.05  # m
@@ -123,6 +127,56 @@ def clusters(points: FloatArray) -> NDArray[np.int64]:
 
 
 @njit(cache=True, error_model="numpy")
+def join_slivers(points: FloatArray, label: NDArray[np.int64], origin_x: float) -> None:
+    """Give slivers the label of the nearest cluster in the next direction, in place.
+
+    A side seen at a grazing angle returns points far apart along the line of sight, one direction each: clusters with
+    hardly any width across the line of sight from the sensor at (origin_x, 0). A pedestrian is wider.
+    """
+    again = True
+    while again:  # a chain of slivers grows by one link a round
+        again = False
+        for i in range(len(points)):
+            if label[i] == i:
+                owner = neighbour(points, label, i, origin_x)
+                if owner >= 0:
+                    again = True
+                    a, b = min(owner, i), max(owner, i)
+                    for j in range(len(points)):
+                        if label[j] == b:
+                            label[j] = a
+
+
+@njit(cache=True, error_model="numpy")
+def neighbour(points: FloatArray, label: NDArray[np.int64], i: int, origin_x: float) -> int:
+    """Label of the cluster next to cluster `i` that continues it, if that is a sliver; else -1."""
+    n = len(points)
+    bearing = math.atan2(points[i, 1], points[i, 0] - origin_x)
+    reach = math.hypot(points[i, 0] - origin_x, points[i, 1])
+    c, s = math.cos(bearing), math.sin(bearing)
+    low = high = 0.0
+    for j in range(i, n):
+        if label[j] == i:
+            across = c * points[j, 1] - s * (points[j, 0] - origin_x)
+            low, high = min(low, across), max(high, across)
+            if high - low > SLIVER:
+                return -1
+    beside = max(NEXT_DIRECTION * reach, CELL)
+    best, owner = min(GRAZING * reach, LARGEST_STEP), -1
+    for j in range(n):
+        if label[j] == i:
+            continue
+        across = c * points[j, 1] - s * (points[j, 0] - origin_x)
+        if low - beside < across < high + beside:
+            for k in range(i, n):
+                if label[k] == i:
+                    d = math.hypot(points[j, 0] - points[k, 0], points[j, 1] - points[k, 1])
+                    if d < best:
+                        best, owner = d, label[j]
+    return owner
+
+
+@njit(cache=True, error_model="numpy")
 def closeness(points: FloatArray, angle: float) -> float:
     """How well a rectangle at `angle` [rad] fits: sum over points of 1 / distance to the nearer visible edge."""
     c, s = math.cos(angle), math.sin(angle)
@@ -170,6 +224,7 @@ def lidar_boxes(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: float, 
     """
     points = obstacle_points(scan, lidar_x, lidar_z, x_max, abs_y_max)
     label = clusters(points)
+    join_slivers(points, label, lidar_x)
     n = len(points)
     boxes = np.zeros((MOST_BOXES, BOX))
     k = 0

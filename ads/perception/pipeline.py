@@ -115,15 +115,15 @@ class TrackingPerception:
         if len(rows) or self._n:
             self._n, self._next_id = update_tracks(self._tracks, self._n, rows, sensor, self._next_id)
             if self._hint is not None:
-                self._turn_tracks(self._hint)
+                self._turn_tracks(self._hint, sensor[0], sensor[1])
 
-    def _turn_tracks(self, hint: Callable[[float, float], float | None]) -> None:
+    def _turn_tracks(self, hint: Callable[[float, float], float | None], sensor_x: float, sensor_y: float) -> None:
         for i in range(self._n):
             track = self._tracks[i]
             if axis_unknown(track):
                 heading = hint(float(track[TX]), float(track[TY]))
                 if heading is not None:
-                    turn_track(track, heading)
+                    turn_track(track, heading, sensor_x, sensor_y)
 
     def _detections(self, t: float) -> tuple[Detection, ...]:
         found = []

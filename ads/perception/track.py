@@ -22,6 +22,7 @@ TRACK = 23
 length, width, votes per kind, hits, time unseen [s], age [s], score, longest side ever seen [m]."""
 
 FIRST_SPEED = np.array([5.0, 1.7, 4.0, 1.0])  # m/s per kind, sigma of a new track's velocity
+MEASURED = 0.01  # m, least side of a box that the LiDAR has seen; 0 is a camera's word
 SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a side
 
 
@@ -109,7 +110,7 @@ def whole_box(
         return row[0], row[1], yaw, 0.0, whole_l, whole_w
     ax, ay = middle(row, yaw, seen_l, whole_l, sensor_x, sensor_y)
     bx, by = middle(row, yaw + 0.5 * math.pi, seen_w, whole_w, sensor_x, sensor_y)
-    return row[0] + ax + bx, row[1] + ay + by, yaw, seen_l, whole_l, whole_w
+    return row[0] + ax + bx, row[1] + ay + by, yaw, max(seen_l, MEASURED), whole_l, whole_w
 
 
 @njit(cache=True, error_model="numpy")
@@ -137,14 +138,31 @@ def axis_unknown(track: FloatArray) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def turn_track(track: FloatArray, heading: float) -> None:
-    """Turn a track by quarter turns to the axis nearest to `heading` [rad], the way traffic goes there."""
+def depth(track: FloatArray, c: float, s: float) -> float:
+    """Half the extent [m] of a track's box in the direction (c, s)."""
+    along = abs(c * math.cos(track[TYAW]) + s * math.sin(track[TYAW]))
+    return float(0.5 * (track[TL] * along + track[TW] * math.sqrt(max(1.0 - along * along, 0.0))))
+
+
+@njit(cache=True, error_model="numpy")
+def turn_track(track: FloatArray, heading: float, sensor_x: float, sensor_y: float) -> None:
+    """Turn a track by quarter turns to the axis nearest to `heading` [rad], the way traffic goes there.
+
+    The face towards the sensor at (sensor_x, sensor_y) [m] stays where it was seen.
+    """
     quarter = 0.5 * math.pi
     if track[SIZED] == 0.0:  # a camera's word: nothing measured yet
-        track[TYAW] = heading
-    else:
-        track[TYAW] += quarter * math.floor(wrap_angle(heading - track[TYAW]) / quarter + 0.5)
-    track[TYAW] = wrap_angle(track[TYAW])
+        track[TYAW] = wrap_angle(heading)
+        return
+    turns = math.floor(wrap_angle(heading - track[TYAW]) / quarter + 0.5)
+    if turns == 0:
+        return
+    c, s = sight(track[TX] - sensor_x, track[TY] - sensor_y)
+    before = depth(track, c, s)
+    track[TYAW] = wrap_angle(track[TYAW] + quarter * turns)
+    shift = depth(track, c, s) - before
+    track[TX] += shift * c
+    track[TY] += shift * s
 
 
 @njit(cache=True, error_model="numpy")

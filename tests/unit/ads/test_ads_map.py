@@ -1,0 +1,141 @@
+"""Route, waypoints, map monitor and navigator on a small map of the tests' own."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from ads_plane import WIDTH, PlaneMap
+
+from ads.control.spline import KAPPA, S, X, Y
+from ads.localization import Estimate
+from ads.map_monitor import MapMonitor
+from ads.parameters import Parameters
+from ads.planning.navigator import Navigator
+from ads.planning.route import Leg, follow, lane_heading, to_goal
+from ads.planning.waypoints import BEHIND, reference_path
+from ads.transforms import Pose, moved, wrap_angle
+from vehicle.messages import RoadPoint, Task
+
+
+def navigator_at(network: PlaneMap, x: float, y: float, yaw: float, task: Task | None = None) -> Navigator:
+    navigator = Navigator(Parameters(), network)
+    navigator.assign(task or Task())
+    navigator.update(Estimate(0.0, x, y, yaw, 5.0, 0.0, 0.0, 0.1, 0.01), True)
+    return navigator
+
+
+class TestRoute:
+    def test_the_left_lane_leads_back(self):
+        assert lane_heading(PlaneMap([(100.0, 0.0)]), "1", 1, 50.0) == pytest.approx(math.pi)
+
+    def test_following_stops_at_the_dead_end(self):
+        (leg,) = follow(PlaneMap([(100.0, 0.0)]), "1", -1, 20.0, 500.0)
+        assert leg == Leg("1", -1, 20.0, 100.0)
+
+    def test_following_against_s(self):
+        (leg,) = follow(PlaneMap([(100.0, 0.0)]), "1", 1, 80.0, 30.0)
+        assert leg == Leg("1", 1, 80.0, 50.0)
+
+    def test_points_of_the_route_are_visited_in_order(self):
+        network = PlaneMap([(100.0, 0.0)])
+        task = Task(goal=RoadPoint("1", -1, 90.0), route=(RoadPoint("1", -1, 40.0),))
+        assert to_goal(network, RoadPoint("1", -1, 5.0), task) == (Leg("1", -1, 5.0, 90.0),)
+
+
+class TestWaypoints:
+    def test_the_path_runs_in_the_middle_of_the_lane(self):
+        network = PlaneMap([(40.0, 0.0), (30.0, 0.05), (40.0, 0.0)])
+        path = reference_path(network, (Leg("1", -1, 0.0, 110.0),), 5.0)
+        inner = path[(path[:, S] > BEHIND) & (path[:, S] < BEHIND + 100.0)]
+        offsets = [network.locate(x, y).offset for x, y in inner[:, X : Y + 1]]
+        assert np.abs(offsets).max() < 0.05
+
+    def test_a_lane_change_is_smooth(self):
+        class TwoLanes(PlaneMap):
+            def lane_pose(self, road, lane, s, offset=0.0):
+                return self.at(s, (lane + 0.5) * WIDTH + offset)
+
+        path = reference_path(TwoLanes([(200.0, 0.0)]), (Leg("1", -1, 0.0, 100.0), Leg("1", -2, 100.0, 200.0)), 5.0)
+        assert np.abs(path[:, KAPPA]).max() < 0.06
+        assert path[-80, Y] == pytest.approx(-1.5 * WIDTH, abs=0.05)
+
+
+class TestMapMonitor:
+    def monitor(self, network: PlaneMap) -> MapMonitor:
+        legs = (Leg("1", -1, 0.0, 200.0),)
+        return MapMonitor(network, legs, reference_path(network, legs, 5.0))
+
+    def test_a_crossing_lies_where_the_road_has_it(self):
+        (crossing,) = self.monitor(PlaneMap([(200.0, 0.0)], crosswalk_at=80.0)).view(BEHIND + 10.0).crossings
+        assert (crossing.s_from, crossing.s_to) == pytest.approx((BEHIND + 78.5, BEHIND + 81.5), abs=0.05)
+        assert (crossing.l_from, crossing.l_to) == pytest.approx((-2.25, 5.75), abs=0.05)  # lane -1: t = -1.75
+
+    def test_a_signal_lies_where_the_road_has_it(self):
+        (signal,) = self.monitor(PlaneMap([(200.0, 0.0)], signal_at=60.0)).view(BEHIND).signals
+        assert signal.s == pytest.approx(BEHIND + 60.0, abs=0.1)
+
+    def test_a_passed_crossing_is_out_of_view(self):
+        assert self.monitor(PlaneMap([(200.0, 0.0)], crosswalk_at=80.0)).view(BEHIND + 120.0).crossings == ()
+
+    def test_room_beside_the_lane(self):
+        room = self.monitor(PlaneMap([(200.0, 0.0)])).room(BEHIND + 50.0)
+        assert room == (WIDTH / 2, WIDTH, False)
+
+    def test_current_lane(self):
+        view = self.monitor(PlaneMap([(200.0, 0.0)])).view(BEHIND + 50.0)
+        assert view.lane.lane == -1
+        assert view.junction_distance == math.inf
+
+
+class TestNavigator:
+    def test_the_goal_has_its_place_on_the_path(self):
+        navigator = navigator_at(PlaneMap([(200.0, 0.0)]), 10.0, -1.75, 0.0, Task(goal=RoadPoint("1", -1, 150.0)))
+        assert navigator.goal_s - navigator.s == pytest.approx(140.0, abs=0.05)
+
+    def test_a_set_speed_overrides_the_parameter(self):
+        navigator = navigator_at(PlaneMap([(200.0, 0.0)]), 10.0, -1.75, 0.0)
+        assert navigator.set_speed == Parameters().LQR_v_max
+        navigator.assign(Task(set_speed=4.0))
+        assert navigator.set_speed == 4.0
+        assert navigator.path[:, 5].max() == pytest.approx(4.0)
+
+    def test_a_new_speed_leaves_the_goal(self):
+        navigator = navigator_at(PlaneMap([(200.0, 0.0)]), 10.0, -1.75, 0.0, Task(goal=RoadPoint("1", -1, 150.0)))
+        navigator.assign(Task(set_speed=4.0))
+        assert navigator.task.goal == RoadPoint("1", -1, 150.0)
+
+    def test_off_the_road_it_goes_straight_on(self):
+        navigator = navigator_at(PlaneMap([(200.0, 0.0)]), 10.0, 40.0, 0.5)
+        heading = math.atan2(*(navigator.path[-1, [Y, X]] - navigator.path[0, [Y, X]]))
+        assert heading == pytest.approx(0.5)
+        assert navigator.monitor is None
+
+    def test_a_followed_lane_is_planned_on_before_it_ends(self):
+        network = PlaneMap([(2000.0, 0.0)])
+        navigator = navigator_at(network, 10.0, -1.75, 0.0)
+        first = navigator.path
+        for x in np.arange(10.0, 900.0, 2.0):
+            navigator.update(Estimate(0.0, float(x), -1.75, 0.0, 5.0, 0.0, 0.0, 0.1, 0.01), True)
+        assert navigator.path is not first
+        assert navigator.path[-1, X] > 1100.0
+        assert navigator.lateral == pytest.approx(0.0, abs=1e-6)
+
+
+class TestTransforms:
+    def test_a_pose_and_its_inverse_cancel(self):
+        pose = Pose(3.0, -2.0, 0.7)
+        assert pose.then(pose.inverse()) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+
+    def test_points_go_with_their_frame(self):
+        points = Pose(10.0, 5.0, math.pi / 2).apply(np.array([[2.0, 1.0]]))
+        assert points[0] == pytest.approx([9.0, 7.0])
+
+    @pytest.mark.parametrize(("angle", "wrapped"), [(3.5 * math.pi, -0.5 * math.pi), (math.pi, math.pi), (-3.0, -3.0)])
+    def test_wrap(self, angle, wrapped):
+        assert wrap_angle(angle) == pytest.approx(wrapped)
+
+    def test_motion_on_an_arc(self):
+        x, y, yaw = moved(0.0, 0.0, 0.0, 5.0, 0.5, 0.2)
+        assert (x, y, yaw) == pytest.approx((10 * math.sin(0.1), 10 * (1 - math.cos(0.1)), 0.1), abs=1e-3)
