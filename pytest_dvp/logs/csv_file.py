@@ -1,0 +1,298 @@
+"""CSV -> Table. Every complaint has its line and column; nothing is guessed, shifted or filled in.
+
+numpy's own reader: exact, 0.4 s for an hour at 100 Hz, and `dvp check` need not import pandas.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_dvp.log import FloatArray, LogError
+from pytest_dvp.logs.names import Header, parse_header
+from pytest_dvp.logs.table import RawColumn, Table
+from pytest_dvp.signals import SIGNALS
+
+_EMPTY = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "#n/a", "-nan", "nil"))
+_LOGIC = {"true": 1.0, "false": 0.0}
+_BLOCK = 1 << 22  # bytes looked at together: small beside the file, so that counting costs no memory
+_MOST = 4 << 30  # bytes; larger files need another format
+_MOST_COLUMNS = 10_000
+
+
+def read_csv(path: Path) -> Table:
+    """Read a CSV file: separator `,` `;` or tab, decimal comma with `;` or tab, a row of units, quotes, comments `#`.
+
+    Raises LogError; findings that do not forbid reading on are in the table.
+    """
+    table = Table(str(path), "csv", [], place="column t")
+    text = _decoded(path)
+    start, line = _skip_comments(text)
+    end = text.find(b"\n", start)
+    head = text[start : end if end >= 0 else len(text)]
+    table.header_line = line
+    if not head.strip():
+        table.findings.add(
+            "log.empty", table.file, None, "", "the file is empty", allowed="a header and rows of numbers"
+        )
+        raise LogError.of(table.findings.in_order())
+    separator = _separator(head)
+    names = [name.strip() for name in next(csv.reader([_text(head)], delimiter=separator))]
+    if len(names) > _MOST_COLUMNS:
+        _refuse(table, "log.too_many_columns", line, "", f"{len(names)} columns", f"at most {_MOST_COLUMNS}")
+    while names and not names[-1] and len(names) > 1:
+        names.pop()  # a separator at the end of each line
+    _refuse_headless(table, names, line)
+    body = text[end + 1 :] if end >= 0 else b""
+    line += 1
+    headers = [parse_header(name) for name in names]
+    headers, body, line = _units_row(headers, body, line, separator)
+    if separator != "," and b"," in body:
+        body = body.replace(b",", b".")
+    if b'"' in body:
+        body = _unquoted(body, separator)
+    lines = _check_shape(table, body, line, len(names), separator)
+    values = _numbers(table, body, lines, headers, separator)
+    table.lines = lines
+    table.columns = [
+        RawColumn(header, column) for header, column in zip(headers, values, strict=True) if column is not None
+    ]
+    return table
+
+
+def _refuse(
+    table: Table, code: str, line: int | None, element: str, text: str, allowed: str = "", hint: str = ""
+) -> None:
+    table.findings.add(code, table.file, line, element, text, allowed=allowed, hint=hint)
+    raise LogError.of(table.findings.in_order())
+
+
+def _decoded(path: Path) -> bytes:
+    """The file as UTF-8 (or Latin-1: only headers hold more than ASCII) with `\\n` at the end of lines."""
+    try:
+        if path.stat().st_size > _MOST:
+            raise LogError(f"{path}: more than {_MOST >> 30} GB; cut it or convert it to MCAP", "log.too_large")
+        data = path.read_bytes()
+    except OSError as error:
+        raise LogError(f"{path}: the log cannot be read: {error.strerror or error}", "log.unreadable") from error
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        try:
+            data = data.decode("utf-16").encode()
+        except UnicodeDecodeError:
+            raise LogError(f"{path}: UTF-16 by its first bytes but not readable as such", "log.bad_encoding") from None
+    elif data[:3] == b"\xef\xbb\xbf":
+        data = data[3:]
+    if b"\x00" in data:
+        raise LogError(f"{path}: not a text file (a zero byte at {data.index(0)})", "log.not_csv")
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return data
+
+
+def _text(raw: bytes) -> str:
+    try:
+        return raw.decode()
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")
+
+
+def _skip_comments(text: bytes) -> tuple[int, int]:
+    """Offset and line of the header: leading empty lines and comments are passed over (`# t [s],...` is a header)."""
+    position, line = 0, 1
+    while position < len(text):
+        end = text.find(b"\n", position)
+        end = len(text) if end < 0 else end
+        row = text[position:end].strip()
+        if row.startswith(b"#") and row.count(b"[") > 1:
+            return text.index(b"#", position) + 1, line
+        if row and not row.startswith(b"#"):
+            break
+        position, line = end + 1, line + 1
+    return position, line
+
+
+def _separator(head: bytes) -> str:
+    outside = re.sub(rb"\[[^\]]*\]", b"", head)
+    return max((",", ";", "\t"), key=lambda mark: (outside.count(mark.encode()), mark == ","))
+
+
+def _refuse_headless(table: Table, names: list[str], line: int) -> None:
+    for number, name in enumerate(names, 1):
+        if not name:
+            _refuse(
+                table, "log.name_missing", line, f"column {number}", f"column {number} has no name", "`name [unit]`"
+            )
+    if all(_is_number(name) for name in names):
+        _refuse(
+            table,
+            "log.header_missing",
+            line,
+            "",
+            "the first row holds numbers, not names",
+            "a header `t [s],v [m/s],...`",
+        )
+
+
+def _units_row(headers: list[Header], body: bytes, line: int, separator: str) -> tuple[list[Header], bytes, int]:
+    """Takes a row of units under a header of bare names."""
+    end = body.find(b"\n")
+    first = _text(body[: end if end >= 0 else len(body)])
+    cells = [cell.strip() for cell in next(csv.reader([first], delimiter=separator), [])]
+    words = [cell for cell in cells if cell.lower() not in _EMPTY or cell == "-"]
+    if len(cells) != len(headers) or not words or any(_is_number(cell) and cell != "1" for cell in words):
+        return headers, body, line
+    if any(header.unit is None for header in headers) and not any(cell.startswith("=") for cell in cells):
+        filled = [
+            Header(header.text, header.text.strip(), cell.strip("[]() ") or "-") if header.unit is None else header
+            for header, cell in zip(headers, cells, strict=True)
+        ]
+        return filled, body[end + 1 :] if end >= 0 else b"", line + 1
+    return headers, body, line
+
+
+def _unquoted(body: bytes, separator: str) -> bytes:
+    out = io.StringIO()
+    writer = csv.writer(out, delimiter=separator, quoting=csv.QUOTE_NONE, escapechar="\\", lineterminator="\n")
+    for row in csv.reader(io.StringIO(_text(body)), delimiter=separator):
+        writer.writerow([cell.replace("\n", " ").replace(separator, " ") for cell in row])
+    return out.getvalue().encode()
+
+
+def _counts(body: bytes, mark: int) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Marks on, and length of, each line; a last line without its end counts."""
+    data = np.frombuffer(body, np.uint8)
+    carried, length = 0, 0
+    for begin in range(0, len(data), _BLOCK):
+        block = data[begin : begin + _BLOCK]
+        ends = np.flatnonzero(block == 10)
+        marks = np.flatnonzero(block == mark)
+        if not len(ends):
+            carried, length = carried + len(marks), length + len(block)
+            continue
+        upto = np.searchsorted(marks, ends)
+        count, size = np.diff(upto, prepend=0), np.diff(ends, prepend=-1) - 1
+        count[0] += carried
+        size[0] += length
+        carried, length = len(marks) - int(upto[-1]), len(block) - int(ends[-1]) - 1
+        yield count, size
+    if length:
+        yield np.array([carried]), np.array([length])
+
+
+def _check_shape(table: Table, body: bytes, line: int, width: int, separator: str) -> NDArray[np.int64]:
+    """Line of each row. Raises LogError for the first row that has not one field a column."""
+    pairs = list(_counts(body, ord(separator)))
+    if not pairs:
+        return np.zeros(0, np.int64)
+    counts, sizes = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+    lines = np.arange(line, line + len(counts), dtype=np.int64)
+    full = sizes > 0
+    counts, lines = counts[full], lines[full]
+    extra = 1 if len(counts) and np.all(counts == width) and width > 1 else 0  # a separator at the end of each line
+    ragged = np.flatnonzero(counts != width - 1 + extra)
+    if len(ragged):
+        at = int(ragged[0])
+        which = (
+            "the last row is cut"
+            if at == len(counts) - 1
+            else f"fields and columns differ in number ({len(ragged)} rows)"
+        )
+        table.findings.add(
+            "log.ragged_row", table.file, int(lines[at]), "", which, found=f"{counts[at] + 1} fields",
+            allowed=f"{width} fields, as the header names", hint="an empty field means: not measured",
+        )  # fmt: skip
+        raise LogError.of(table.findings.in_order())
+    return lines
+
+
+def _numbers(
+    table: Table, body: bytes, lines: NDArray[np.int64], headers: list[Header], separator: str
+) -> list[FloatArray | None]:
+    """Values by column; None for a column of words that no signal needs."""
+    width = len(headers)
+    if not len(lines):
+        return [np.zeros(0) for _ in headers]
+    raw = separator.encode()
+    mark = re.escape(raw)
+    if raw + raw in body or raw + b"\n" in body or b"\n" + raw in body or body[:1] == raw or body[-1:] == raw:
+        body = re.sub(rb"(?<=" + mark + rb")(?=" + mark + rb"|\n|\Z)", b"nan", body)
+        body = re.sub(rb"(?m)^(?=" + mark + rb")", b"nan", body)
+    try:
+        matrix = np.loadtxt(
+            io.BytesIO(body), delimiter=separator, comments=None, ndmin=2, usecols=range(width), encoding="latin-1"
+        )
+        return [_finite(table, headers[i], matrix[:, i], lines) for i in range(width)]
+    except ValueError:
+        pass
+    return _slowly(table, body, lines, headers, separator)
+
+
+def _slowly(
+    table: Table, body: bytes, lines: NDArray[np.int64], headers: list[Header], separator: str
+) -> list[FloatArray | None]:
+    """Cell by cell, for files with words in them: finds the first cell of each column that is no number."""
+    width = len(headers)
+    values = np.full((width, len(lines)), np.nan)
+    bad: dict[int, tuple[int, str]] = {}
+    numbers = [0] * width
+    rows = (row for row in _text(body).split("\n") if row)
+    for i, row in enumerate(rows):
+        cells = row.split(separator)
+        for j in range(width):
+            cell = cells[j].strip()
+            try:
+                values[j, i] = float(cell)
+                numbers[j] += 1
+            except ValueError:
+                word = cell.lower()
+                if word in _LOGIC:
+                    values[j, i] = _LOGIC[word]
+                    numbers[j] += 1
+                elif word not in _EMPTY:
+                    bad.setdefault(j, (i, cell))
+    result: list[FloatArray | None] = []
+    for j, header in enumerate(headers):
+        if j not in bad:
+            result.append(_finite(table, header, values[j], lines))
+            continue
+        i, cell = bad[j]
+        words_only = numbers[j] == 0 and header.name not in SIGNALS and not cell.startswith("=")
+        table.findings.add(
+            "log.text_column" if words_only else "value.not_a_number",
+            table.file, int(lines[i]), f"column {header.name}",
+            "a column of words is left out" if words_only else "this is not a number",
+            found=cell, allowed="" if words_only else "a number such as 1.5 or -2e-3; an empty field where nothing was measured",
+            severity="warning" if words_only else "error",
+        )  # fmt: skip
+        result.append(None)
+    if table.findings.errors:
+        raise LogError.of(table.findings.in_order())
+    return result
+
+
+def _finite(table: Table, header: Header, values: FloatArray, lines: NDArray[np.int64]) -> FloatArray:
+    endless = np.flatnonzero(np.isinf(values))
+    if not len(endless):
+        return np.ascontiguousarray(values)
+    table.findings.add(
+        "value.not_finite", table.file, int(lines[endless[0]]), f"column {header.name}",
+        f"{len(endless)} values are infinite; they count as not measured", found=str(values[endless[0]]),
+        allowed="finite numbers", severity="warning",
+    )  # fmt: skip
+    kept = np.array(values)
+    kept[endless] = np.nan
+    return kept
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
