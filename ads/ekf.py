@@ -15,8 +15,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from ads.transforms import wrap_angle
 from vehicle.messages import FloatArray
 
@@ -31,7 +31,7 @@ GATE_2 = 13.82  # chi-square, 2 degrees of freedom, 99.9 %
 GATE_1 = 10.83  # chi-square, 1 degree of freedom, 99.9 %
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def predict(m: FloatArray, p: FloatArray, acceleration: float, dt: float, noise: FloatArray) -> None:
     """Move mean `m` (6,) and covariance `p` (6, 6) forward by `dt` [s], in place."""
     if dt <= 0.0:
@@ -62,7 +62,7 @@ def predict(m: FloatArray, p: FloatArray, acceleration: float, dt: float, noise:
     p[B, B] += noise[4] * noise[4] * dt
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def correct(m: FloatArray, p: FloatArray, h: FloatArray, innovation: float, variance: float, gate: float) -> bool:
     """Scalar update with row `h` (6,); False and no change if the squared Mahalanobis distance exceeds `gate`."""
     ph = np.empty(6)
@@ -84,7 +84,7 @@ def correct(m: FloatArray, p: FloatArray, h: FloatArray, innovation: float, vari
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def correct_gnss(m: FloatArray, p: FloatArray, row: FloatArray, lever: float, counts: FloatArray) -> None:
     """Antenna position, `lever` [m] ahead of the rear axle, and heading; counts: rejected in a row, rejected in all."""
     c, s = math.cos(m[YAW]), math.sin(m[YAW])
@@ -116,7 +116,7 @@ def correct_gnss(m: FloatArray, p: FloatArray, row: FloatArray, lever: float, co
         correct(m, p, h, wrap_angle(row[5] - m[YAW]), row[6] * row[6], GATE_1)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def digest(
     m: FloatArray, p: FloatArray, hold: FloatArray, row: FloatArray, lever: float, noise: FloatArray, counts: FloatArray
 ) -> None:
@@ -138,7 +138,14 @@ def digest(
         hold[1] = row[4]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
+def copy_row(source: FloatArray, i: int, target: FloatArray, k: int) -> None:
+    """Copy row `i` of `source` to row `k` of `target`; a loop compiles faster than an assignment of slices."""
+    for j in range(source.shape[1]):
+        target[k, j] = source[i, j]
+
+
+@compiled
 def advance(
     m: FloatArray,
     p: FloatArray,
@@ -158,14 +165,14 @@ def advance(
     Rows stamped up to `t_keep` go into (m, p, hold) for good; newer ones stay in `rows`, sorted, and are replayed on
     every call, so that a late measurement takes its place in time. Returns how many rows stay.
     """
-    held = np.empty(ROW)
+    held = np.empty((1, ROW))
     for i in range(1, n):  # insertion sort: nearly sorted already
-        held[:] = rows[i]
+        copy_row(rows, i, held, 0)
         k = i - 1
-        while k >= 0 and (rows[k, 0] > held[0] or (rows[k, 0] == held[0] and rows[k, 1] > held[1])):
-            rows[k + 1] = rows[k]
+        while k >= 0 and (rows[k, 0] > held[0, 0] or (rows[k, 0] == held[0, 0] and rows[k, 1] > held[0, 1])):
+            copy_row(rows, k, rows, k + 1)
             k -= 1
-        rows[k + 1] = held
+        copy_row(held, 0, rows, k + 1)
     done = 0
     while done < n and rows[done, 0] <= t_keep:
         if rows[done, 0] >= hold[0] - 1e-9:
@@ -173,11 +180,14 @@ def advance(
         done += 1
     left = n - done
     for i in range(left):
-        rows[i] = rows[done + i]
-    m_out[:] = m
-    p_out[:] = p
-    last = hold.copy()
-    scratch = counts.copy()
+        copy_row(rows, done + i, rows, i)
+    for i in range(6):
+        m_out[i] = m[i]
+        for k in range(6):
+            p_out[i, k] = p[i, k]
+    last, scratch = np.empty(2), np.empty(2)
+    for i in range(2):
+        last[i], scratch[i] = hold[i], counts[i]
     for i in range(left):
         digest(m_out, p_out, last, rows[i], lever, noise, scratch)
     predict(m_out, p_out, last[1], t_now - last[0], noise)

@@ -6,12 +6,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from vehicle.messages import FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def wrap_angle(angle: float) -> float:
     """The same angle [rad] in (-pi, pi]."""
     return angle - 2.0 * math.pi * math.ceil((angle - math.pi) / (2.0 * math.pi))
@@ -41,7 +41,6 @@ class Pose(NamedTuple):
         return there
 
 
-@njit(cache=True, error_model="numpy")
 def moved(x: float, y: float, yaw: float, v: float, yaw_rate: float, dt: float) -> tuple[float, float, float]:
     """Pose after `dt` [s] (may be negative) at constant speed [m/s] and yaw rate [rad/s].
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from vehicle.messages import FloatArray
 
 HISTORY = 64  # commands
 CHARACTERISTIC_SPEED = 25.0  # m/s; an understeering car turns half as much per steer angle at it
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def predicted_pose(
     x: float,
     y: float,

@@ -6,8 +6,8 @@ import math
 from typing import Protocol
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from ads.control.speed_profile import approach_acceleration
 from ads.control.spline import sample
 from ads.localization import Estimate
@@ -24,13 +24,13 @@ ROOM = 16  # constraints
 NOW = -1e9  # m; as a distance: from now on
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def comfort_deceleration(v: float) -> float:
     """Planned braking [m/s^2] at speed [m/s]: gentle in town, firmer from motorway speed."""
     return COMFORT_DECELERATION * min(max(v / 8.0, 1.0), 2.0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def wanted_acceleration(
     v: float, a_now: float, path: FloatArray, index: int, s: float, points: FloatArray, n: int, lag: float, a_up: float
 ) -> tuple[float, bool]:

@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from vehicle.messages import FloatArray
 
 DT = 0.05  # s
@@ -24,7 +24,7 @@ INTEGRAL_LIMIT = 0.03  # rad
 LARGEST_ERROR = 2.0  # m; beyond it the car aims at the path at a constant angle
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def riccati_gain(v: float, wheelbase: float, q11: float, q22: float, r11: float) -> tuple[float, float]:
     """Gains [rad/m, rad/rad] at speed `v` [m/s] > 0 for weights q11, q22 >= 0, r11 > 0."""
     a = v * DT
@@ -50,7 +50,7 @@ def riccati_gain(v: float, wheelbase: float, q11: float, q22: float, r11: float)
     return k1, k2
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def gain_table(wheelbase: float, q11: float, q22: float, r11: float) -> FloatArray:
     """Gains (n, 2) at V_STEP, 2 V_STEP, ... V_TOP [m/s]."""
     n = int(V_TOP / V_STEP)
@@ -60,7 +60,7 @@ def gain_table(wheelbase: float, q11: float, q22: float, r11: float) -> FloatArr
     return table
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def steer_law(
     table: FloatArray, wheelbase: float, v: float, lateral: float, heading: float, curvature: float, integral: float
 ) -> tuple[float, float]:

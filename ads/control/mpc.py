@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import daqp
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from ads.control.spline import S
 from vehicle.messages import FloatArray
 
@@ -82,7 +82,7 @@ class OffsetPlanner:
         return result
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def offset_at(pieces: FloatArray, s_from: float, step: float, s: float) -> tuple[float, float, float]:
     """l [m], l' [-], l'' [1/m] of a plan at arc length `s` [m]; zero before its start and behind its end."""
     at = (s - s_from) / step
@@ -95,7 +95,7 @@ def offset_at(pieces: FloatArray, s_from: float, step: float, s: float) -> tuple
     return o + a * (d + a * (0.5 * c + a * u / 6.0)), d + a * (c + 0.5 * a * u), c + a * u
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def write_offsets(path: FloatArray, offsets: FloatArray, pieces: FloatArray, s_from: float, step: float) -> None:
     """Write a plan over `offsets` (n,) [m] of the points of `path`, from `s_from` [m] on; what lies before stays."""
     for i in range(len(path)):

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from ads.compiled import compiled
 from ads.control.spline import KAPPA, SPEED, S
 from vehicle.messages import FloatArray
 
@@ -19,7 +18,7 @@ EASE_K = 0.7  # 1/s
 GAP_GAIN = 0.4  # 1/s^2; how firmly a gap that is too small is opened
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def fill_speed(path: FloatArray, set_speed: float, rc_max: float, accel: float, decel: float) -> None:
     """Write the speed limit column of `path`, in place.
 
@@ -47,7 +46,7 @@ def fill_speed(path: FloatArray, set_speed: float, rc_max: float, accel: float, 
         path[i, SPEED] = min(path[i, SPEED], math.sqrt(path[i - 1, SPEED] ** 2 + 2.0 * accel * ds))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def stopping_distance(v: float, b: float) -> float:
     """Distance [m] to come from speed `v` [m/s] to rest by the braking law with deceleration `b` [m/s^2]."""
     knee = max(b - EASE_A, 0.0) / EASE_K
@@ -58,7 +57,7 @@ def stopping_distance(v: float, b: float) -> float:
     return d
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def approach_speed(distance: float, b: float) -> float:
     """Speed [m/s] from which the braking law with `b` [m/s^2] comes to rest in `distance` [m]; inverse of the above."""
     if distance <= 0.0:
@@ -77,7 +76,7 @@ def approach_speed(distance: float, b: float) -> float:
     return 0.5 * (low + high)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def approach_acceleration(v: float, v_target: float, distance: float, b: float, gain: float, lag: float) -> float:
     """Acceleration [m/s^2] that reaches `v_target` [m/s] in `distance` [m] by the braking law, with feedback `gain`.
 

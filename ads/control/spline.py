@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from vehicle.messages import FloatArray
 
 COLUMNS = 6
@@ -17,7 +17,7 @@ S, X, Y, YAW, KAPPA, SPEED = range(COLUMNS)
 """Columns of a path: arc length [m], position [m], heading [rad], curvature [1/m], speed limit [m/s]."""
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def second_derivatives(u: FloatArray, f: FloatArray) -> FloatArray:
     """Second derivatives (n,) at the knots `u` (n,) of the natural cubic spline through `f` (n,)."""
     n = len(u)
@@ -33,7 +33,7 @@ def second_derivatives(u: FloatArray, f: FloatArray) -> FloatArray:
     return m
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def at_knot(h: float, a: float, f0: float, f1: float, m0: float, m1: float) -> tuple[float, float, float]:
     """Value, first and second derivative at distance `a` into an interval of length `h` between two knots."""
     slope = (f1 - f0) / h - h * (2.0 * m0 + m1) / 6.0
@@ -42,7 +42,7 @@ def at_knot(h: float, a: float, f0: float, f1: float, m0: float, m1: float) -> t
     return value, slope + a * (m0 + 0.5 * a * jerk), m0 + a * jerk
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def spline_path(waypoints: FloatArray, step: float) -> FloatArray:
     """Dense path (n, COLUMNS), spacing about `step` [m], through `waypoints` (k, 2) [m], k >= 2, all distinct.
 
@@ -52,7 +52,9 @@ def spline_path(waypoints: FloatArray, step: float) -> FloatArray:
     u = np.zeros(k)
     for i in range(1, k):
         u[i] = u[i - 1] + math.hypot(waypoints[i, 0] - waypoints[i - 1, 0], waypoints[i, 1] - waypoints[i - 1, 1])
-    wx, wy = waypoints[:, 0].copy(), waypoints[:, 1].copy()
+    wx, wy = np.empty(k), np.empty(k)
+    for i in range(k):
+        wx[i], wy[i] = waypoints[i, 0], waypoints[i, 1]
     mx, my = second_derivatives(u, wx), second_derivatives(u, wy)
     n = max(int(u[k - 1] / step + 0.5), 1) + 1
     path = np.zeros((n, COLUMNS))
@@ -74,7 +76,7 @@ def spline_path(waypoints: FloatArray, step: float) -> FloatArray:
     return path
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def project(path: FloatArray, x: float, y: float, hint: int, window: int) -> tuple[int, float, float]:
     """Nearest point of a path: index of its segment, arc length [m] and lateral offset [m], left positive.
 
@@ -110,7 +112,7 @@ def project(path: FloatArray, x: float, y: float, hint: int, window: int) -> tup
     return i, path[i, S] + along * ds / length, side
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def sample(path: FloatArray, index: int, s: float) -> tuple[float, float, float, float, float]:
     """x, y [m], heading [rad], curvature [1/m], speed [m/s] at arc length `s` [m]; `index` is a near segment."""
     n = len(path)
@@ -130,7 +132,7 @@ def sample(path: FloatArray, index: int, s: float) -> tuple[float, float, float,
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def shifted(reference: FloatArray, first: int, offsets: FloatArray) -> FloatArray:
     """A copy of a path moved sideways by `offsets` (k,) [m], left positive, from point `first` on.
 

@@ -7,15 +7,15 @@ with potentials.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ads.compiled import compiled
 from vehicle.messages import FloatArray
 
 FORBIDDEN = 1e6
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def assign(cost: FloatArray) -> NDArray[np.int64]:
     """Column (n,) for each row of `cost` (n, m), -1 for none; pairs that cost FORBIDDEN or more are never made."""
     rows, columns = cost.shape

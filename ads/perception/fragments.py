@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ads.compiled import compiled
 from ads.perception.fusion import CAMERA, VEHICLE
 from ads.perception.track import AP, CP, SIDE, TL, TW, TX, TY, TYAW, track_kind
 from vehicle.messages import FloatArray
@@ -18,7 +18,7 @@ LONGER = 1.0  # m more at each end
 GROWTH = 1.5  # m by which a joint box may be longer than the track
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def outside(track: FloatArray, x: float, y: float) -> tuple[float, float]:
     """How far a point [m] lies outside a track's box, along and across it [m]; 0 inside."""
     c, s = math.cos(track[TYAW]), math.sin(track[TYAW])
@@ -27,7 +27,7 @@ def outside(track: FloatArray, x: float, y: float) -> tuple[float, float]:
     return max(along - 0.5 * track[TL], 0.0), max(across - 0.5 * track[TW], 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def owner_of(tracks: FloatArray, n: int, row: FloatArray) -> int:
     """The vehicle track that a LiDAR box fits best as a piece of it, -1 if none."""
     best, owner = 1e300, -1
@@ -47,7 +47,7 @@ def owner_of(tracks: FloatArray, n: int, row: FloatArray) -> int:
     return owner
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def gather_fragments(tracks: FloatArray, n: int, rows: FloatArray, used: NDArray[np.uint8]) -> NDArray[np.int64]:
     """Join LiDAR boxes that lie in one vehicle track: a side seen at a grazing angle falls into pieces.
 

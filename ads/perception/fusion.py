@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from ads.perception.assignment import FORBIDDEN, assign
 from vehicle.messages import FloatArray
 
@@ -21,7 +21,7 @@ VEHICLE, PEDESTRIAN, BICYCLE, MISC = 0, 1, 2, 3  # as in messages.OBJECT_KINDS
 TYPICAL = np.array([[4.0, 1.75], [0.5, 0.5], [1.8, 0.6], [1.0, 1.0]])  # m, length and width of each kind
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def kind_by_size(length: float, width: float) -> int:
     """What a LiDAR cluster without a camera object probably is."""
     longest = max(length, width)
@@ -30,7 +30,7 @@ def kind_by_size(length: float, width: float) -> int:
     return VEHICLE if longest < 8.0 else MISC
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def fuse(
     boxes: FloatArray,
     pose: tuple[float, float, float],

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ads.compiled import compiled
 from vehicle.messages import FloatArray
 
 CELL = 0.4  # m; returns in neighbouring cells belong together
@@ -31,7 +31,7 @@ BOX = 7
 """Columns of a box: x, y [m], yaw [rad], length (along yaw), width, top [m], number of points."""
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def ground_plane(points: FloatArray) -> tuple[float, float, float]:
     """Least-squares plane z = c + a x + b y through the returns near z = 0 of `points` (n, 3); zeros if too few."""
     n = 0
@@ -59,7 +59,7 @@ def ground_plane(points: FloatArray) -> tuple[float, float, float]:
     return c, a, b
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def obstacle_points(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: float, abs_y_max: float) -> FloatArray:
     """Returns (n, 3) of a scan in the base frame, inside the crop and above the ground.
 
@@ -82,7 +82,7 @@ def obstacle_points(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: flo
     return inside[:k]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def root(parent: NDArray[np.int64], i: int) -> int:
     """Representative of a set of points (union-find with path halving)."""
     while parent[i] != i:
@@ -91,16 +91,28 @@ def root(parent: NDArray[np.int64], i: int) -> int:
     return i
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
+def extent(points: FloatArray, n: int) -> tuple[float, float, float, float]:
+    """Least and largest x, least and largest y [m] of the first `n` points."""
+    x_low = y_low = 1e300
+    x_high = y_high = -1e300
+    for i in range(n):
+        x_low, x_high = min(x_low, points[i, 0]), max(x_high, points[i, 0])
+        y_low, y_high = min(y_low, points[i, 1]), max(y_high, points[i, 1])
+    return x_low, x_high, y_low, y_high
+
+
+@compiled
 def clusters(points: FloatArray) -> NDArray[np.int64]:
     """Label (n,) of each point (n, >= 2): the index of its cluster's first point."""
     n = len(points)
     parent = np.arange(n)
     if n == 0:
         return parent
-    x0, y0 = points[:, 0].min() - 3 * CELL, points[:, 1].min() - 3 * CELL
-    nx = int((points[:, 0].max() - x0) / CELL) + 4
-    ny = int((points[:, 1].max() - y0) / CELL) + 4
+    x_low, x_high, y_low, y_high = extent(points, n)
+    x0, y0 = x_low - 3 * CELL, y_low - 3 * CELL
+    nx = int((x_high - x0) / CELL) + 4
+    ny = int((y_high - y0) / CELL) + 4
     first = np.full(nx * ny, -1, np.int64)
     cell = np.empty(n, np.int64)
     for i in range(n):
@@ -126,7 +138,7 @@ def clusters(points: FloatArray) -> NDArray[np.int64]:
     return parent
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def join_slivers(points: FloatArray, label: NDArray[np.int64], origin_x: float) -> None:
     """Give slivers the label of the nearest cluster in the next direction, in place.
 
@@ -147,7 +159,7 @@ def join_slivers(points: FloatArray, label: NDArray[np.int64], origin_x: float) 
                             label[j] = a
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def neighbour(points: FloatArray, label: NDArray[np.int64], i: int, origin_x: float) -> int:
     """Label of the cluster next to cluster `i` that continues it, if that is a sliver; else -1."""
     n = len(points)
@@ -176,7 +188,7 @@ def neighbour(points: FloatArray, label: NDArray[np.int64], i: int, origin_x: fl
     return owner
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def closeness(points: FloatArray, angle: float) -> float:
     """How well a rectangle at `angle` [rad] fits: sum over points of 1 / distance to the nearer visible edge."""
     c, s = math.cos(angle), math.sin(angle)
@@ -199,7 +211,7 @@ def closeness(points: FloatArray, angle: float) -> float:
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def box_angle(points: FloatArray) -> float:
     """Angle [rad] in [0, pi/2) of the rectangle that fits `points` (n, >= 2) best; to 1 degree."""
     best, angle = -1.0, 0.0
@@ -216,7 +228,7 @@ def box_angle(points: FloatArray) -> float:
     return angle % (0.5 * math.pi)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def lidar_boxes(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: float, abs_y_max: float) -> FloatArray:
     """Boxes (k, BOX) in the base frame that a scan (n, 3) in the sensor frame shows, at most MOST_BOXES.
 
@@ -236,25 +248,24 @@ def lidar_boxes(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: float, 
         m = 0
         for j in range(i, n):
             if label[j] == i:
-                member[m] = points[j]
+                member[m, 0], member[m, 1], member[m, 2] = points[j, 0], points[j, 1], points[j, 2]
                 m += 1
         if m < 2:
             continue
-        cluster = member[:m]
-        extent = max(cluster[:, 0].max() - cluster[:, 0].min(), cluster[:, 1].max() - cluster[:, 1].min())
+        x_low, x_high, y_low, y_high = extent(member, m)
         angle = 0.0
-        if extent > SMALL and m > 3:
+        if max(x_high - x_low, y_high - y_low) > SMALL and m > 3:
             take = min(m, MOST_POINTS)
             for j in range(take):
-                few[j] = cluster[j * m // take]
+                few[j, 0], few[j, 1] = member[j * m // take, 0], member[j * m // take, 1]
             angle = box_angle(few[:take])
         c, s = math.cos(angle), math.sin(angle)
         low1 = low2 = 1e300
         high1 = high2 = top = -1e300
         for j in range(m):
-            p, q = cluster[j, 0] * c + cluster[j, 1] * s, -cluster[j, 0] * s + cluster[j, 1] * c
+            p, q = member[j, 0] * c + member[j, 1] * s, -member[j, 0] * s + member[j, 1] * c
             low1, high1, low2, high2 = min(low1, p), max(high1, p), min(low2, q), max(high2, q)
-            top = max(top, cluster[j, 2])
+            top = max(top, member[j, 2])
         p, q = 0.5 * (low1 + high1), 0.5 * (low2 + high2)
         boxes[k, 0], boxes[k, 1], boxes[k, 2] = p * c - q * s, p * s + q * c, angle
         boxes[k, 3], boxes[k, 4], boxes[k, 5], boxes[k, 6] = high1 - low1, high2 - low2, top, m

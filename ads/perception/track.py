@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from ads.perception.fusion import CAMERA, PEDESTRIAN, TYPICAL, kind_by_size
 from ads.transforms import wrap_angle
 from vehicle.messages import FloatArray
@@ -26,7 +26,7 @@ MEASURED = 0.01  # m, least side of a box that the LiDAR has seen; 0 is a camera
 SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a side
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def track_kind(track: FloatArray) -> int:
     """Index into messages.OBJECT_KINDS with the most votes."""
     best = 0
@@ -36,14 +36,14 @@ def track_kind(track: FloatArray) -> int:
     return best
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def sight(dx: float, dy: float) -> tuple[float, float]:
     """Unit vector of the line of sight from the sensor to something dx, dy [m] away."""
     d = max(math.hypot(dx, dy), 1e-6)
     return dx / d, dy / d
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def correct_axis(track: FloatArray, k: int, innovation: float, variance: float) -> tuple[float, float]:
     """Correction of position [m] and velocity [m/s] along one axis, whose covariance starts at column `k`."""
     total = track[k] + variance
@@ -54,7 +54,7 @@ def correct_axis(track: FloatArray, k: int, innovation: float, variance: float) 
     return gain * innovation, gain_v * innovation
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def settle_box(row: FloatArray, kind: int, yaw_hint: float, known_length: float, known_width: float) -> tuple[
     float, float, float, float, float
 ]:  # fmt: skip
@@ -74,7 +74,7 @@ def settle_box(row: FloatArray, kind: int, yaw_hint: float, known_length: float,
     return wrap_angle(yaw), length, width, max(length, known_length), max(width, known_width)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def middle(
     row: FloatArray, yaw: float, seen: float, whole: float, sensor_x: float, sensor_y: float
 ) -> tuple[float, float]:
@@ -88,13 +88,13 @@ def middle(
     return shift * ux, shift * uy
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def assumed_size(track: FloatArray, kind: int) -> tuple[float, float]:
     """Length and width [m] of a track: what was seen of it, at least what is typical of its kind."""
     return max(track[SIZED], TYPICAL[kind, 0]), max(track[TW], TYPICAL[kind, 1])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def whole_box(
     track: FloatArray, kind: int, row: FloatArray, sensor_x: float, sensor_y: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -113,7 +113,7 @@ def whole_box(
     return row[0] + ax + bx, row[1] + ay + by, yaw, max(seen_l, MEASURED), whole_l, whole_w
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def vote(track: FloatArray, row: FloatArray) -> None:
     """Count what a measurement says of a track's kind; a camera's word weighs more than a cluster's size."""
     for k in range(4):
@@ -124,27 +124,27 @@ def vote(track: FloatArray, row: FloatArray) -> None:
         track[VOTE_VEHICLE + kind_by_size(row[3], row[4])] += 0.15
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def surely_moving(track: FloatArray) -> bool:
     """Whether a track is faster than its velocity is uncertain, so that its motion tells where it points."""
     speed = math.hypot(track[VX], track[VY])
     return bool(speed > 1.5 and speed > 3.0 * math.sqrt(max(track[AA], track[CC])))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def axis_unknown(track: FloatArray) -> bool:
     """Whether neither a side nor its motion has shown yet which way an object points."""
     return not (track[SIZED] > SIDE or track_kind(track) == PEDESTRIAN or surely_moving(track))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def depth(track: FloatArray, c: float, s: float) -> float:
     """Half the extent [m] of a track's box in the direction (c, s)."""
     along = abs(c * math.cos(track[TYAW]) + s * math.sin(track[TYAW]))
     return float(0.5 * (track[TL] * along + track[TW] * math.sqrt(max(1.0 - along * along, 0.0))))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def turn_track(track: FloatArray, heading: float, sensor_x: float, sensor_y: float) -> None:
     """Turn a track by quarter turns to the axis nearest to `heading` [rad], the way traffic goes there.
 
@@ -165,10 +165,11 @@ def turn_track(track: FloatArray, heading: float, sensor_x: float, sensor_y: flo
     track[TY] += shift * s
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def begin(track: FloatArray, row: FloatArray, sensor: tuple[float, float, float], number: int) -> None:
     """Fill a new track from a measurement; `sensor` as update_tracks has it."""
-    track[:] = 0.0
+    for k in range(TRACK):
+        track[k] = 0.0
     vote(track, row)
     kind = track_kind(track)
     track[ID], track[TYAW], track[TL], track[TW] = number, sensor[2], TYPICAL[kind, 0], TYPICAL[kind, 1]
@@ -179,7 +180,7 @@ def begin(track: FloatArray, row: FloatArray, sensor: tuple[float, float, float]
     track[HITS], track[SCORE] = 1.0, row[6]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def correct_track(track: FloatArray, row: FloatArray, sensor_x: float, sensor_y: float) -> None:
     """Take a measurement into a track: kind, size, yaw, position and velocity."""
     vote(track, row)

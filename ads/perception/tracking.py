@@ -6,8 +6,9 @@ Constant-velocity Kalman filter along and across the line of sight: a camera see
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
+from ads.ekf import copy_row
 from ads.perception.assignment import FORBIDDEN, assign
 from ads.perception.fragments import gather_fragments, outside
 from ads.perception.fusion import CAMERA, VEHICLE
@@ -41,7 +42,7 @@ OTHER_KIND = 6.0  # added to the squared distance when kinds differ
 SAME = 0.2  # m; a track whose middle lies so near another's box is the same object
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def predict_tracks(tracks: FloatArray, n: int, dt: float) -> int:
     """Move the first `n` tracks by `dt` [s] in place, drop those unseen too long; returns how many are left."""
     left = 0
@@ -60,12 +61,12 @@ def predict_tracks(tracks: FloatArray, n: int, dt: float) -> int:
         patience = COAST[kind] if track[HITS] >= CONFIRM else 0.25
         if track[UNSEEN] <= patience:
             if left != i:
-                tracks[left] = track
+                copy_row(tracks, i, tracks, left)
             left += 1
     return left
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def update_tracks(
     tracks: FloatArray, n: int, rows: FloatArray, sensor: tuple[float, float, float], next_id: int
 ) -> tuple[int, int]:
@@ -111,7 +112,7 @@ def update_tracks(
     return without_doubles(tracks, n), next_id
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def without_doubles(tracks: FloatArray, n: int) -> int:
     """Drop tracks whose middle lies in a vehicle track with more hits; returns how many are left."""
     left = 0
@@ -125,6 +126,6 @@ def without_doubles(tracks: FloatArray, n: int) -> int:
                     double = True
         if not double:
             if left != i:
-                tracks[left] = tracks[i]
+                copy_row(tracks, i, tracks, left)
             left += 1
     return left

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from ads.control.spline import project, sample
 from vehicle.messages import Detection, FloatArray
 
@@ -30,7 +30,7 @@ def objects_of(detections: tuple[Detection, ...]) -> FloatArray:
     return rows
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def place(path: FloatArray, index: int, objects: FloatArray) -> FloatArray:
     """Objects (n, OBJECT) in coordinates of a path near point `index`: (n, PLACED)."""
     out = np.empty((len(objects), PLACED))
@@ -46,7 +46,7 @@ def place(path: FloatArray, index: int, objects: FloatArray) -> FloatArray:
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def boxes_touch(
     ax: float, ay: float, ayaw: float, al: float, aw: float, bx: float, by: float, byaw: float, bl: float, bw: float
 ) -> bool:
@@ -61,13 +61,13 @@ def boxes_touch(
     return abs(dx * cb + dy * sb) <= bl + al * c + aw * s and abs(dy * cb - dx * sb) <= bw + al * s + aw * c
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def keeps_lane(row: FloatArray) -> bool:
     """Whether a placed object drives along the path, with or against it, so that it will follow the road's bends."""
     return bool(abs(row[4]) > LANE_SPEED and abs(row[5]) < LANE_DRIFT * abs(row[4]))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def first_contact(
     path: FloatArray,
     reference: FloatArray,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from ads.compiled import compiled
 from ads.control.spline import spline_path
 from ads.planning.route import Leg, Map
 from vehicle.messages import FloatArray
@@ -18,7 +18,7 @@ BEYOND = 30.0  # m of path after the end of the route
 JUMP = 0.3  # m sideways between neighbours: a lane change, not a bend
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def thin(line: FloatArray, spacing: float, blend: float) -> FloatArray:
     """Waypoints (k, 2) at `spacing` [m] from a line (n, >= 3) of x, y, heading.
 
