@@ -1,0 +1,223 @@
+"""How far a model is from a measured log, signal by signal, and where."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from pytest_dvp.log import FloatArray, Log
+from pytest_dvp.reality_gap import iso18571, noise
+from pytest_dvp.reality_gap.alignment import Alignment, alike, common_lag, grid, on_grid
+from pytest_dvp.reality_gap.black_box import CompareError, LogSubject, ModelSubject, Subject
+from pytest_dvp.reality_gap.locate import Where, locate
+from pytest_dvp.reality_gap.regimes import regimes
+from pytest_dvp.reality_gap.segments import (
+    CHANNELS,
+    UNITS,
+    BoolArray,
+    Segments,
+    cut,
+    measured_array,
+    residuals,
+)
+
+if TYPE_CHECKING:
+    from vehicle.model.model import VehicleModel
+
+Comparable: TypeAlias = "Subject | VehicleModel | Log"
+
+RATING_STEP = 0.1  # s: both signals are averaged to this step before they are rated, as ISO 18571 wants filtered ones
+_LAG_SIGNALS = ("yaw_rate", "v", "ay", "ax")
+_VISIBLE = 4.0  # a signal tells a lag if it varies by this many sigma
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class SignalScore:
+    """How far apart a signal is. rmse in its unit; nrmse: rmse / range of the measured; chi2_per_n: mean square in
+    units of the noise, 1 = nothing left to explain; mncc, lag [s] (> 0: the measurement comes later), gain
+    measured/model (None for a constant signal); iso18571: total rating 0..1."""
+
+    rmse: float
+    nrmse: float | None
+    chi2_per_n: float
+    mncc: float | None
+    lag: float | None
+    gain: float | None
+    iso18571: float | None
+    unit: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """The entry of `compare --json`."""
+        return dataclasses.asdict(self)
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Comparison:
+    """Result of `compare`. Arrays (n,) at the stamps t [s] of the log, by channel; NaN = not compared.
+
+    modelled is the model's output on re-initialised segments with the best start, so residuals = measured - modelled.
+    open_loop: total mean square of the residuals in units of the noise, over all channels.
+    """
+
+    model: str
+    alignment: Alignment
+    signals: dict[str, SignalScore]
+    where: tuple[Where, ...]
+    noise: dict[str, float]
+    residuals: dict[str, FloatArray]
+    t: FloatArray
+    measured: dict[str, FloatArray]
+    modelled: dict[str, FloatArray]
+    segments: Segments
+    regimes: dict[str, BoolArray]
+    position: tuple[FloatArray, FloatArray] | None
+    chi2_per_n: float
+    not_compared: dict[str, str]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The document of `compare --json`."""
+        return {
+            "alignment": {"lag": self.alignment.lag, "coverage": self.alignment.coverage},
+            "signals": {name: score.as_dict() for name, score in self.signals.items()},
+            "where": [where.as_dict() for where in self.where],
+        }
+
+
+def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = None) -> Comparison:
+    """Compare a measured log with a vehicle model, a black box (`Subject`) or the model's own log.
+
+    channels: those to compare, else all that both have, out of x, y, yaw, v, yaw_rate, ax, ay, steer. The model is
+    driven by the log's commands, open loop, on segments of about 5 s that start from the measured motion; what a wrong
+    start explains is taken out. Raises CompareError (one line) if nothing can be compared.
+    """
+    subject = as_subject(model)
+    if len(log.t) < 16:
+        raise CompareError(f"log: {len(log.t)} samples are too few to compare")
+    if not (np.diff(log.t) > 0.0).all():
+        row = int(np.argmin(np.diff(log.t) > 0.0)) + 1
+        raise CompareError(f"log: time does not increase at row {row} (t={log.t[row]:.3f} s); see dvp doctor")
+    measured = measured_array(log.columns)
+    wheelbase = subject.model.car.wheelbase if isinstance(subject, ModelSubject) else 2.5
+    segments = cut(log.t, measured, wheelbase=wheelbase)
+    output = subject.output(log, segments)
+    judged, left_out = _channels(subject, measured, output, channels)
+    sigma = np.array(
+        [noise.sigma(log.t, measured[:, k]) if name in judged else np.inf for k, name in enumerate(CHANNELS)]
+    )
+    sigma = np.where(sigma > 0.0, sigma, np.where(np.isfinite(sigma), 1e-9, sigma))
+    found = residuals(output, measured, log.t, sigma, segments, free_speed="v" not in subject.held)
+    column = {name: CHANNELS.index(name) for name in judged}
+    rest = {name: np.ascontiguousarray(found.values[:, k]) for name, k in column.items()}
+    real = {name: np.ascontiguousarray(measured[:, k]) for name, k in column.items()}
+    twin = {name: real[name] - rest[name] for name in judged}
+    chi2 = {name: float(found.chi2[k]) for name, k in column.items()}
+    even = grid(log.t)
+    signals = {
+        name: _score(real[name], twin[name], rest[name], chi2[name], log.t, even, UNITS[name]) for name in judged
+    }
+    v, rate = (on_grid(log.t, log.t, measured[:, k]) for k in (3, 4))
+    masks = _regimes(log, v, rate)
+    position = (measured[:, 0], measured[:, 1]) if np.isfinite(measured[:, :2]).any() else None
+    compared = np.isfinite(output[:, list(column.values())]) & np.isfinite(measured[:, list(column.values())])
+    return Comparison(
+        model=subject.name,
+        alignment=Alignment(_lag(real, twin, sigma, log.t, even), float(compared.any(axis=1).mean())),
+        signals=signals,
+        where=locate(rest, chi2, masks, log.t, v, position, segments),
+        noise={name: float(sigma[k]) for name, k in column.items()},
+        residuals=rest,
+        t=log.t,
+        measured=real,
+        modelled=twin,
+        segments=segments,
+        regimes=masks,
+        position=position,
+        chi2_per_n=found.total,
+        not_compared=left_out,
+    )
+
+
+def as_subject(model: Comparable) -> Subject:
+    """What `compare` takes, as a Subject."""
+    from vehicle.model.model import VehicleModel
+
+    if isinstance(model, VehicleModel):
+        return ModelSubject(model)
+    if isinstance(model, Log):
+        return LogSubject(model)
+    return model
+
+
+def _channels(
+    subject: Subject, measured: FloatArray, output: FloatArray, wanted: Collection[str] | None
+) -> tuple[list[str], dict[str, str]]:
+    """Channels to judge in their order, and why the others are not."""
+    for name in wanted or ():
+        if name not in CHANNELS:
+            near = difflib.get_close_matches(name, CHANNELS, n=1)
+            raise CompareError(f"no channel {name!r}; " + (f"nearest is {near[0]!r}" if near else ", ".join(CHANNELS)))
+    reasons: dict[str, str] = {}
+    for k, name in enumerate(CHANNELS):
+        if not np.isfinite(measured[:, k]).any():
+            reasons[name] = "not measured"
+        elif name in subject.inputs:
+            reasons[name] = "drives the model"
+        elif name in subject.held:
+            reasons[name] = "follows from what drives the model"
+        elif not np.isfinite(output[:, k]).any():
+            reasons[name] = "the model does not give it"
+        elif not (np.isfinite(output[:, k]) & np.isfinite(measured[:, k])).any():
+            reasons[name] = "never known at the same time"
+        elif wanted is not None and name not in wanted:
+            reasons[name] = "not asked for"
+    judged = [name for name in CHANNELS if name not in reasons]
+    missing = [f"{name}: {reasons[name]}" for name in (wanted or CHANNELS) if name in reasons]
+    if not judged or (wanted is not None and missing):
+        raise CompareError("nothing to compare (" + "; ".join(missing) + ")")
+    return judged, reasons
+
+
+def _regimes(log: Log, v: FloatArray, rate: FloatArray) -> dict[str, BoolArray]:
+    return regimes(log.t, v, rate, log.columns.get("accel_cmd"))
+
+
+def _score(
+    measured: FloatArray, twin: FloatArray, rest: FloatArray, chi2: float, t: FloatArray, even: FloatArray, unit: str
+) -> SignalScore:
+    known = np.isfinite(rest)
+    if not known.any():
+        return SignalScore(math.nan, None, math.nan, None, None, None, None, unit)
+    rmse = float(np.sqrt(np.mean(rest[known] ** 2)))
+    span = float(np.ptp(measured[np.isfinite(measured)]))
+    masked = np.where(known, measured, np.nan)
+    a, b = on_grid(even, t, masked), on_grid(even, t, twin)
+    step = float(even[1] - even[0])
+    likeness = alike(a, b, step)
+    block = max(1, round(RATING_STEP / step))
+    c, d = _blocks(a, block), _blocks(b, block)
+    rating = iso18571.score(c, d, block * step).total if len(c) >= 10 else None
+    return SignalScore(rmse, rmse / span if span > 0.0 else None, chi2, likeness.mncc, likeness.lag, likeness.gain,
+                       rating, unit)  # fmt: skip
+
+
+def _blocks(y: FloatArray, block: int) -> FloatArray:
+    count = len(y) // block
+    return np.asarray(y[: count * block].reshape(count, block).mean(axis=1))
+
+
+def _lag(
+    real: Mapping[str, FloatArray], twin: Mapping[str, FloatArray], sigma: FloatArray, t: FloatArray, even: FloatArray
+) -> float:
+    """Common lag of the signals that vary well above their noise."""
+    pairs = []
+    for name in _LAG_SIGNALS:
+        if name in real and np.isfinite(twin[name]).sum() > 16:
+            a, b = on_grid(even, t, np.where(np.isfinite(twin[name]), real[name], np.nan)), on_grid(even, t, twin[name])
+            if float(np.std(a)) > _VISIBLE * sigma[CHANNELS.index(name)]:
+                pairs.append((a, b))
+    return common_lag(pairs, float(even[1] - even[0]))

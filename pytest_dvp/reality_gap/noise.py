@@ -1,0 +1,84 @@
+"""Noise floor of a measured signal, from the signal itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytest_dvp.log import FloatArray
+
+_GAIN = 20.0**0.5  # standard deviation of the third difference of white noise of standard deviation 1
+_WHITE = -0.6  # correlation of neighbouring third differences; -15/20 for white noise, towards +1 for a smooth signal
+_LONGEST = 0.3  # s: over longer strides a car's motion shows, not noise
+_FILTERED_FLOOR = 0.005  # of the signal's change over a second, for signals that were smoothed before they were logged
+_WHITE_FLOOR = 0.0002
+_CLIP = 2.5  # standard deviations beyond which a difference is an event, not noise
+
+
+def sigma(t: FloatArray, y: FloatArray) -> float:
+    """Standard deviation of the noise in y (n,), in its unit; t (n,) [s] ascending, NaN = not measured.
+
+    Third differences (y[i+3k] - 3 y[i+2k] + 3 y[i+k] - y[i]) remove what a car can do in 3k samples; white noise leaves
+    sqrt(20) sigma in them. Median instead of mean, so that jerks do not count. A signal that was filtered before it was
+    logged has smooth noise and would seem noiseless: the stride k grows until neighbouring differences look like those
+    of white noise, and the result gets a floor of 0.5 % of the signal's usual change over a second. A quantised signal
+    is never better than its step / sqrt(12). Valid while the noise is wider than a tenth of the motion in one sample;
+    slow drift is not seen. NaN with fewer than 16 samples; 0 for a constant.
+
+    Source: von Neumann et al., Ann. Math. Stat. 12 (1941) 153, with differences of third instead of first order.
+    """
+    known = np.isfinite(y) & np.isfinite(t)
+    t, y = t[known], y[known]
+    if len(y) < 16:
+        return float("nan")
+    step = float(np.median(np.diff(t)))
+    if step <= 0.0:
+        return float("nan")
+    reach = max(1, min(len(y) // 8, round(_LONGEST / step)))
+    found, filtered = _white_level(y, reach)
+    swing = _swing(y, max(1, min(len(y) - 1, round(1.0 / step))))
+    floor = (_FILTERED_FLOOR if filtered else _WHITE_FLOOR) * swing
+    return max(found, floor, _quantum(y) / 12.0**0.5)
+
+
+def _white_level(y: FloatArray, reach: int) -> tuple[float, bool]:
+    """Level at the shortest stride at which the differences look white, and whether that took more than one sample."""
+    best, best_likeness = 0.0, np.inf
+    for stride in _strides(reach):
+        d = y[3 * stride :] - 3.0 * y[2 * stride : -stride] + 3.0 * y[stride : -2 * stride] - y[: -3 * stride]
+        spread = 1.482602 * float(np.median(np.abs(d)))
+        if spread == 0.0:  # mostly quantised away; the quantum is the floor
+            spread = float(np.sqrt(np.mean(d * d)))
+            if spread == 0.0:
+                continue
+        c = np.clip(d / spread, -_CLIP, _CLIP)
+        likeness = float(np.mean(c[stride:] * c[:-stride]) / np.mean(c * c))
+        if likeness <= _WHITE:
+            return spread / _GAIN, stride > 1
+        if likeness < best_likeness:
+            best, best_likeness = spread / _GAIN, likeness
+    return best, True
+
+
+def _strides(reach: int) -> list[int]:
+    strides, k = [], 1
+    while k <= reach:
+        strides.append(k)
+        k = max(k + 1, round(1.4 * k))
+    return strides
+
+
+def _swing(y: FloatArray, lag: int) -> float:
+    """Range from the 1st to the 99th percentile of the change over `lag` samples."""
+    change = y[lag:] - y[:-lag]
+    return float(np.subtract(*np.percentile(change, [99.0, 1.0]))) if len(change) else 0.0
+
+
+def _quantum(y: FloatArray) -> float:
+    """Step of a quantised signal: most samples differ from the next by whole multiples of it; 0 if there is none."""
+    jumps = np.abs(np.diff(y))
+    jumps = jumps[jumps > 0.0]
+    if len(jumps) < 8:
+        return 0.0
+    least = float(np.quantile(jumps, 0.02))
+    ratio = jumps / least
+    return least if float(np.mean(np.abs(ratio - np.round(ratio)) < 0.02)) > 0.95 else 0.0
