@@ -49,8 +49,8 @@ class ModelSubject:
     def __init__(self, model: VehicleModel, name: str = "") -> None:
         self.model = model
         self.name = name or model.name or model.base
-        self.inputs = (model.inputs.steer, *model.inputs.longitudinal)
-        self.held = ("v", "ax") if "v" in self.inputs else ()
+        self.inputs: tuple[str, ...] = (model.inputs.steer, *model.inputs.longitudinal)
+        self.held: tuple[str, ...] = ("v", "ax") if "v" in self.inputs else ()
 
     def output(self, log: Log, segments: Segments) -> FloatArray:
         from vehicle.model.replay import Replay
@@ -113,10 +113,9 @@ class StepSubject:
                 try:
                     state = {**state, **self.step(dict(state), inputs, dts[i - 1])}
                 except KeyError as error:
-                    near = ", ".join([*names, *MOTION])
-                    raise CompareError(
-                        f"{self.name}: asks for {error}, which is neither input nor state ({near})"
-                    ) from error
+                    known = ", ".join([*names, *MOTION])
+                    text = f"{self.name}: asks for {error}, which is neither input nor state ({known})"
+                    raise CompareError(text) from error
                 except Exception as error:  # a user's function may raise anything
                     text = f"{self.name}: failed at t={log.t[i]:.2f} s: {type(error).__name__}: {error}"
                     raise CompareError(text) from error
@@ -144,7 +143,7 @@ class FmuSubject:
 
     def output(self, log: Log, segments: Segments) -> FloatArray:
         try:
-            import fmpy
+            import fmpy  # type: ignore[import-not-found]
         except ImportError as error:
             raise CompareError(f"{self.name}: FMUs need the extra fmi: pip install 'pytest-dvp[fmi]'") from error
         try:

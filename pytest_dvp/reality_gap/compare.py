@@ -106,10 +106,7 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
     segments = cut(log.t, measured, wheelbase=wheelbase)
     output = subject.output(log, segments)
     judged, left_out = _channels(subject, measured, output, channels)
-    sigma = np.array(
-        [noise.sigma(log.t, measured[:, k]) if name in judged else np.inf for k, name in enumerate(CHANNELS)]
-    )
-    sigma = np.where(sigma > 0.0, sigma, np.where(np.isfinite(sigma), 1e-9, sigma))
+    sigma = _noise(log.t, measured, judged)
     found = residuals(output, measured, log.t, sigma, segments, free_speed="v" not in subject.held)
     column = {name: CHANNELS.index(name) for name in judged}
     rest = {name: np.ascontiguousarray(found.values[:, k]) for name, k in column.items()}
@@ -180,6 +177,16 @@ def _channels(
     if not judged or (wanted is not None and missing):
         raise CompareError("nothing to compare (" + "; ".join(missing) + ")")
     return judged, reasons
+
+
+def _noise(t: FloatArray, measured: FloatArray, judged: Collection[str]) -> FloatArray:
+    """Sigma (8,) of the judged channels, inf for the others; a noiseless constant gets a tiny one."""
+    found = np.full(len(CHANNELS), np.inf)
+    for name in judged:
+        k = CHANNELS.index(name)
+        sigma = noise.sigma(t, measured[:, k])
+        found[k] = max(sigma, 1e-9) if np.isfinite(sigma) else np.inf
+    return found
 
 
 def _regimes(log: Log, v: FloatArray, rate: FloatArray) -> dict[str, BoolArray]:

@@ -37,7 +37,7 @@ def sigma(t: FloatArray, y: FloatArray) -> float:
     found, filtered = _white_level(y, reach)
     swing = _swing(y, max(1, min(len(y) - 1, round(1.0 / step))))
     floor = (_FILTERED_FLOOR if filtered else _WHITE_FLOOR) * swing
-    return max(found, floor, _quantum(y) / 12.0**0.5)
+    return float(max(found, floor, _quantum(y) / 12.0**0.5))
 
 
 def _white_level(y: FloatArray, reach: int) -> tuple[float, bool]:

@@ -21,7 +21,7 @@ _START = 3.0  # s after the first motion that count as launch
 def regimes(
     t: FloatArray, v: FloatArray, yaw_rate: FloatArray, demand: FloatArray | None = None
 ) -> dict[str, BoolArray]:
-    """Masks (n,) by regime from t [s], speed v [m/s], yaw rate [rad/s] and, if known, the demanded acceleration [m/s^2].
+    """Masks (n,) by regime from t [s], speed v [m/s], yaw rate [rad/s] and, if known, demanded acceleration [m/s^2].
 
     Of the longitudinal ones (standstill, reverse, launch, cruise, lift_off, braking) one holds in each sample; turn_in
     and steady_turn hold beside them. Thresholds: standing below 0.3 m/s; accelerating or braking beyond 0.5 m/s^2 or
