@@ -1,0 +1,101 @@
+"""How far a model is from measured logs, and where the error sits.
+
+The model is a vehicle model (.toml), a Python file with step(state, inputs, dt) (.py), an FMU (.fmu), or a second log:
+its own output.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json
+
+if TYPE_CHECKING:
+    from pytest_dvp.reality_gap.compare import Comparison
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("logs", nargs="+", metavar="LOG", help="measured log; a part of it as LOG@0:285 (seconds)")
+    parser.add_argument(
+        "--model", required=True, metavar="M", help="M.toml, step.py or step.py:function, model.fmu, or a second log"
+    )
+    parser.add_argument("--map", metavar="FILE", help="mapping of the logs' columns (dvp map proposes one)")
+    parser.add_argument("--channels", metavar="LIST", help="only these, as in v,yaw_rate")
+    parser.add_argument("--report", metavar="FILE", help="write a page with figures")
+    add_json(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    for text in [*arguments.logs, arguments.model, *([arguments.map] if arguments.map else [])]:
+        file = text.partition(".py:")[0] + ".py" if ".py:" in text else text
+        if not Path(file).exists() and not Path(file.rpartition("@")[0]).is_file():
+            raise WrongArgument(f"{text}: no such file")
+    if arguments.report and not Path(arguments.report).absolute().parent.is_dir():
+        raise WrongArgument(f"--report {arguments.report}: no folder {Path(arguments.report).parent}")
+    from pytest_dvp.reality_gap.pooled import pooled
+
+    found = _compare_all(arguments)
+    if arguments.report:
+        _report(arguments.report, found)
+    if arguments.json:
+        print(json.dumps(_finite(pooled(found)), ensure_ascii=False, allow_nan=False))
+        return 0
+    for number, (name, comparison) in enumerate(found.items()):
+        print(("\n" if number else "") + _page(name, comparison))
+    if arguments.report:
+        print(f"dvp compare: report in {arguments.report}", file=sys.stderr)
+    return 0
+
+
+def _compare_all(arguments: argparse.Namespace) -> dict[str, Comparison]:
+    """Comparisons by log as it was named; the status line on stderr is shown on terminals only."""
+    from rich.console import Console
+
+    from pytest_dvp.logs.read import read_log
+    from pytest_dvp.reality_gap.black_box import load_subject
+    from pytest_dvp.reality_gap.compare import compare
+
+    channels = [name.strip() for name in arguments.channels.split(",")] if arguments.channels else None
+    found: dict[str, Comparison] = {}
+    with Console(stderr=True).status("reading") as status:
+        subject = load_subject(arguments.model)
+        for text in arguments.logs:
+            status.update(f"reading {text}")
+            log = read_log(text, mapping=Path(arguments.map) if arguments.map else None)
+            status.update(f"comparing {text} with {subject.name}")
+            name = Path(text).name
+            found[name if name not in found else text] = compare(log, subject, channels=channels)
+    return found
+
+
+def _page(name: str, comparison: Comparison) -> str:
+    from pytest_dvp.reality_gap.words import headline, places, skipped, table
+
+    left = skipped(comparison.not_compared)
+    return "\n".join([
+        f"{name}: {comparison.t[-1] - comparison.t[0]:.1f} s, {len(comparison.segments.starts)} segments, "
+        f"lag {comparison.alignment.lag:+.3f} s, coverage {100.0 * comparison.alignment.coverage:.0f} %",
+        headline(comparison), "", *table(comparison), *([f"not compared: {left}"] if left else []), "",
+        *places(comparison.where),
+    ])  # fmt: skip
+
+
+def _report(path: str, found: dict[str, Comparison]) -> None:
+    from pytest_dvp.reality_gap.page import page_of
+    from reports.compare import write_compare_report
+
+    write_compare_report(path, [page_of(name, comparison) for name, comparison in found.items()])
+
+
+def _finite(value: Any) -> Any:
+    """NaN and infinite as null: the document is JSON."""
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

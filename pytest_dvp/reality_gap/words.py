@@ -1,0 +1,96 @@
+"""A comparison in words and tables, for terminals, failing tests and gates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from pytest_dvp.reality_gap.compare import Comparison, SignalScore
+from pytest_dvp.reality_gap.locate import Where
+
+NOTHING_LEFT = 1.3  # chi^2/N up to which a signal counts as explained by its noise
+WORTH_SAYING = 0.1  # excess share of the error from which a regime is worth a sentence
+
+
+def headline(comparison: Comparison) -> str:
+    """One sentence: how far off the worst signal is, and where."""
+    scores = {k: s for k, s in comparison.signals.items() if math.isfinite(s.chi2_per_n)}
+    if not scores:
+        return f"{comparison.model}: no sample could be compared"
+    worst = max(scores, key=lambda name: scores[name].chi2_per_n)
+    score = scores[worst]
+    if score.chi2_per_n <= NOTHING_LEFT:
+        return (
+            f"{comparison.model} explains every signal to its noise (worst: {worst}, chi²/N {score.chi2_per_n:.2f}); "
+            "nothing is left to find in this log"
+        )
+    text = f"{comparison.model} misses {worst} by {amount(score)}, {math.sqrt(score.chi2_per_n):.1f} times its noise"
+    place = worst_place(comparison.where, worst)
+    return text + (f"; {sentence(place)}" if place else "")
+
+
+def worst_place(where: Sequence[Where], channel: str) -> Where | None:
+    """The regime that holds most of a channel's error for its time, else the segment; None if it is everywhere."""
+    for kind in ("regime", "speed", "segment"):
+        for entry in where:
+            if entry.channel == channel and entry.kind == kind and entry.excess >= WORTH_SAYING:
+                return entry
+    return None
+
+
+def sentence(where: Where) -> str:
+    """ "73 % of it in braking, which is 18 % of the time"."""
+    name = where.regime.replace("_", " ")
+    link = "at" if where.kind in ("speed", "place") else "in"
+    return f"{where.share_of_error:.0%} of it {link} {name}, {where.share_of_time:.0%} of the time".replace("%", " %")
+
+
+def amount(score: SignalScore) -> str:
+    """RMSE with its unit."""
+    return f"{score.rmse:.3g} {score.unit}"
+
+
+def table(comparison: Comparison) -> list[str]:
+    """Lines of the table of signals."""
+    head = ("signal", "rmse", "unit", "noise", "chi²/N", "nrmse", "mncc", "lag [s]", "gain", "ISO 18571")
+    rows = [head]
+    for name, score in comparison.signals.items():
+        rows.append((
+            name, f"{score.rmse:.4g}", score.unit, f"{comparison.noise[name]:.2g}", f"{score.chi2_per_n:.2f}",
+            "-" if score.nrmse is None else f"{100.0 * score.nrmse:.2f} %", _text(score.mncc, ".4f"),
+            _text(score.lag, "+.3f"), _text(score.gain, ".3f"), _text(score.iso18571, ".3f"),
+        ))  # fmt: skip
+    return columns(rows)
+
+
+def columns(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows of words as aligned lines, the first column to the left."""
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    return [
+        "  ".join(cell.ljust(w) if k in (0, 2) else cell.rjust(w) for k, (cell, w) in enumerate(zip(row, widths, strict=True))).rstrip()
+        for row in rows
+    ]  # fmt: skip
+
+
+def places(where: Sequence[Where], limit: int = 8) -> list[str]:
+    """Lines of where the error sits: the regimes first, then the worst speed, segment and place."""
+    chosen: list[Where] = [w for w in where if w.kind == "regime" and w.excess >= 0.05][:limit]
+    for kind in ("speed", "segment", "place"):
+        chosen += [w for w in where if w.kind == kind and w.excess >= 0.05][:2]
+    if not chosen:
+        return ["the error is spread evenly"]
+    rows = [("channel", "where", "", "share of error", "share of time")]
+    rows += [
+        (w.channel, w.regime, "", f"{100.0 * w.share_of_error:.0f} %", f"{100.0 * w.share_of_time:.0f} %")
+        for w in chosen
+    ]
+    return columns([(a, f"{b:<34}", c, d, e) for a, b, c, d, e in rows])
+
+
+def skipped(not_compared: Mapping[str, str]) -> str:
+    """Which channels were not compared and why, in one line; empty if none."""
+    return "; ".join(f"{name}: {reason}" for name, reason in not_compared.items())
+
+
+def _text(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
