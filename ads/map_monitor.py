@@ -111,7 +111,7 @@ class MapMonitor:
         at = leg.s_from + share * (leg.s_to - leg.s_from)
         net = self._network
         half = 0.5 * float(net.lane_width(leg.road, leg.lane, at))
-        sign = net.driving_sign(leg.road, leg.lane)
+        sign = net.driving_sign(leg.road, leg.lane, at)
         beside = leg.lane + sign * int(self.side)
         if beside == 0:
             beside = sign * int(self.side)
@@ -121,7 +121,7 @@ class MapMonitor:
             if net.lane_type(leg.road, beside, at) not in ("driving", "bidirectional", "entry", "exit"):
                 return Room(half, 0.0, False)
             width = float(net.lane_width(leg.road, beside, at))
-            return Room(half, width, net.driving_sign(leg.road, beside) == sign)
+            return Room(half, width, net.driving_sign(leg.road, beside, at) == sign)
         except (KeyError, ValueError, IndexError):
             return Room(half, 0.0, False)
 
@@ -193,5 +193,5 @@ def _signals(network: Map, spans: tuple[LaneSpan, ...], path: FloatArray) -> tup
 def _faces(network: Map, signal: object, leg: Leg) -> bool:
     """True unless the signal is for the other direction ("+" is for traffic along increasing s)."""
     orientation = str(getattr(signal, "orientation", "none"))
-    sign = network.driving_sign(leg.road, leg.lane)
+    sign = network.driving_sign(leg.road, leg.lane, leg.s_from)
     return not ((orientation == "+" and sign < 0) or (orientation == "-" and sign > 0))

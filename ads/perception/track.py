@@ -21,7 +21,7 @@ TRACK = 23
 """Columns: id, position, velocity, covariance along the line of sight (position, both, velocity) and across it, yaw,
 length, width, votes per kind, hits, time unseen [s], age [s], score, longest side ever seen [m]."""
 
-FIRST_SPEED = np.array([5.0, 1.7, 4.0, 1.0])  # m/s per kind, sigma of a new track's velocity
+FIRST_SPEED = np.array([12.0, 1.7, 4.0, 1.0])  # m/s per kind, sigma of a new track's velocity
 MEASURED = 0.01  # m, least side of a box that the LiDAR has seen; 0 is a camera's word
 SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a side
 

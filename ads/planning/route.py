@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple, Protocol
 
-from ads.transforms import wrap_angle
 from vehicle.messages import FloatArray, RoadPoint, Task
 
-LARGEST_TURN = math.radians(100.0)
+FOLLOW_STEP = 2.0  # m
 
 
 class Leg(NamedTuple):
@@ -47,11 +46,14 @@ class Map(Protocol):
     def lane_type(self, road: str, lane: int, s: float) -> str:
         """Type as in the file."""
 
-    def driving_sign(self, road: str, lane: int) -> int:
+    def driving_sign(self, road: str, lane: int, s: float = 0.0) -> int:
         """+1 if traffic goes with increasing s."""
 
-    def lane_successors(self, road: str, lane: int) -> Any:
-        """(road, lane) pairs that follow in driving direction."""
+    def advance(self, position: Any, ds: float) -> Any:
+        """The position `ds` [m] further along its lane; straight on where lanes part."""
+
+    def dead_end(self, position: Any) -> bool:
+        """Whether a lane leads nowhere from here."""
 
     def route(self, start: Any, goal: Any) -> Any:
         """Cheapest legs from start to goal."""
@@ -70,38 +72,36 @@ class Route(NamedTuple):
 def lane_heading(network: Map, road: str, lane: int, s: float) -> float:
     """Direction of traffic [rad] in the middle of a lane."""
     h: float = network.lane_pose(road, lane, s).h
-    return h if network.driving_sign(road, lane) > 0 else h + math.pi
+    return h if network.driving_sign(road, lane, s) > 0 else h + math.pi
 
 
 def follow(network: Map, road: str, lane: int, s: float, length: float) -> tuple[Leg, ...]:
-    """Legs that keep to a lane for `length` [m]; at a junction the way that turns least, lower road id first."""
-    legs: list[Leg] = []
-    left = length
-    while left > 0.0 and len(legs) < 500:
-        forward = network.driving_sign(road, lane) > 0
-        end = float(network.roads[road].length) if forward else 0.0
-        piece = abs(end - s)
-        if piece > left:
-            end = s + left if forward else s - left
-        if abs(end - s) > 1e-6:
-            legs.append(Leg(road, lane, s, end))
-        left -= piece
-        if left <= 0.0:
+    """Legs that keep to a lane for `length` [m], at a junction the way that turns least; shorter at a dead end."""
+    pose = network.lane_pose(road, lane, s)
+    at = network.locate(pose.x, pose.y)._replace(road=road, lane=lane, s=s, offset=0.0)
+    legs = [Leg(road, lane, s, s)]
+    for _ in range(math.ceil(length / FOLLOW_STEP)):
+        after = network.advance(at, FOLLOW_STEP)._replace(offset=0.0)
+        last = legs[-1]
+        if str(after.road) != last.road:
+            legs[-1] = last._replace(s_to=_ends(network, last.road, last.lane, last.s_to)[1])
+            begin = _ends(network, str(after.road), int(after.lane), after.s)[0]
+            legs.append(Leg(str(after.road), int(after.lane), begin, float(after.s)))
+        elif after.lane != last.lane:  # lanes are numbered anew in another section
+            legs[-1] = last._replace(s_to=float(after.s))
+            legs.append(Leg(last.road, int(after.lane), float(after.s), float(after.s)))
+        else:
+            legs[-1] = last._replace(s_to=float(after.s))
+        if network.dead_end(after):
             break
-        arriving = lane_heading(network, road, lane, end)
-        best: tuple[float, str, int] | None = None
-        for next_road, next_lane in network.lane_successors(road, lane):
-            ahead = network.driving_sign(next_road, next_lane) > 0
-            far = float(network.roads[next_road].length) if ahead else 0.0
-            turn = abs(wrap_angle(lane_heading(network, next_road, next_lane, far) - arriving))
-            choice = (round(turn, 3), str(next_road), int(next_lane))
-            if best is None or choice < best:
-                best = choice
-        if best is None:
-            break
-        road, lane = best[1], best[2]
-        s = 0.0 if network.driving_sign(road, lane) > 0 else float(network.roads[road].length)
-    return tuple(legs)
+        at = after
+    return tuple(leg for leg in legs if leg.s_from != leg.s_to)
+
+
+def _ends(network: Map, road: str, lane: int, s: float) -> tuple[float, float]:
+    """s [m] where traffic enters and leaves a road on the lane that is `lane` at `s`."""
+    length = float(network.roads[road].length)
+    return (0.0, length) if network.driving_sign(road, lane, s) > 0 else (length, 0.0)
 
 
 def to_goal(network: Map, start: RoadPoint, task: Task) -> tuple[Leg, ...]:

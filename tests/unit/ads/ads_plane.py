@@ -116,11 +116,15 @@ class PlaneMap:
             raise KeyError(lane)
         return "driving"
 
-    def driving_sign(self, road: str, lane: int) -> int:
+    def driving_sign(self, road: str, lane: int, s: float = 0.0) -> int:
         return 1 if lane < 0 else -1
 
-    def lane_successors(self, road: str, lane: int) -> tuple[tuple[str, int], ...]:
-        return ()
+    def advance(self, position: Place, ds: float) -> Place:
+        s = position.s + ds * self.driving_sign("1", position.lane)
+        return position._replace(s=min(max(s, 0.0), self.roads["1"].length))
+
+    def dead_end(self, position: Place) -> bool:
+        return position.s in (0.0, self.roads["1"].length)
 
     def route(self, start: tuple[str, int, float], goal: tuple[str, int, float]) -> tuple[Leg, ...]:
         return (Leg(start[0], start[1], start[2], goal[2]),)

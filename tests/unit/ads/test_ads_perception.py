@@ -241,6 +241,13 @@ class TestTracking:
         assert len(numbers) == 1
         assert found[0].vx == pytest.approx(-5.0, abs=0.4)
 
+    def test_a_fast_car_is_known_within_half_a_second(self):
+        run, found = Run(), ()
+        for k in range(10):
+            found = run.tick((10.0 + 33.0 * 0.05 * k, 3.5, 0.0, 4.4, 1.8))
+        (d,) = found
+        assert d.vx == pytest.approx(33.0, abs=3.0)
+
     def test_without_sensors_there_is_nothing(self):
         perception = TrackingPerception(Parameters(), TABBY)
         assert perception.update(Observation(0.0), Estimate(0.0, 0, 0, 0, 0, 0, 0, 0.1, 0.01)) == ()
