@@ -164,6 +164,34 @@ def _build(channels: Channels) -> Log:
     )
 
 
+def build_partial(channels: Channels) -> tuple[Log, int]:
+    """The log of the messages that are left of a damaged file, and the rows that it once had.
+
+    Rows whose time is lost are left out, other lost values are NaN; what is missing is for the caller to tell.
+    Raises LogError, LookupError, TypeError or ValueError if the head is lost.
+    """
+    head = channels["/meta"][0]
+    rows = int(head["rows"])
+    columns = {c["name"]: np.full(rows, np.nan) for c in head["columns"]}
+    for topic in ("/signals", "/commands", "/ads"):
+        for block in channels.get(topic, []):
+            pieces: dict[str, list[FloatArray]] = {name: [] for name in block["columns"]}
+            _append_block(pieces, block)
+            for name, (values,) in pieces.items():
+                columns[name][block["row"] : block["row"] + block["count"]] = values
+    left = np.isfinite(columns["t"])
+    whole = {
+        **channels,
+        "/meta": [{**head, "rows": int(np.count_nonzero(left))}],
+        "/signals": [{"count": int(np.count_nonzero(left)), "columns": {n: v[left] for n, v in columns.items()}}],
+        "/commands": [],
+        "/ads": [],
+        "/reference": channels.get("/reference") or [{"points": []}],
+        "/road": channels.get("/road") or [{"lines": []}],
+    }
+    return _build(whole), rows
+
+
 def _append_block(parts: dict[str, list[FloatArray]], block: Any) -> None:
     count = block["count"]
     held = block.get("held")
@@ -204,7 +232,7 @@ def _columns(blocks: list[Any], names: tuple[str, ...]) -> dict[str, FloatArray]
 
 
 def _column(cell: Any, count: int) -> FloatArray:
-    if isinstance(cell, list):
+    if isinstance(cell, list | np.ndarray):
         return np.array(cell, dtype=np.float64)  # numpy reads None as NaN and the words "inf", "-inf"
     return np.full(count, _float(cell))
 

@@ -267,7 +267,7 @@ def _slowly(
             "log.text_column" if words_only else "value.not_a_number",
             table.file, int(lines[i]), f"column {header.name}",
             "a column of words is left out" if words_only else "this is not a number",
-            found=cell, allowed="" if words_only else "a number such as 1.5 or -2e-3; an empty field where nothing was measured",
+            found=cell, allowed="" if words_only else "a number such as 1.5 or -2e-3; empty where nothing was measured",
             severity="warning" if words_only else "error",
         )  # fmt: skip
         result.append(None)

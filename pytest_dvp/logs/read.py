@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
+from openscenario.findings import Findings, listed
 from pytest_dvp.log import Log, LogError
 from pytest_dvp.logs.cut import cut_log, parse_argument
+from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import build_log
 
-KINDS = {".csv": "csv", ".txt": "csv", ".tsv": "csv"}
+KINDS = {
+    **dict.fromkeys((".csv", ".txt", ".tsv"), "csv"),
+    **dict.fromkeys((".mf4", ".mdf", ".dat"), "mdf"),
+    **dict.fromkeys((".bag", ".db3"), "bag"),
+    ".mat": "mat",
+    ".mcap": "mcap",
+}
 """Format by file name ending."""
 
 
@@ -31,19 +40,89 @@ def read_log(
     return log if part.whole else cut_log(log, part.start, part.stop, str(part.path))
 
 
-def _whole(path: Path, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool) -> Log:
+def kind_of(path: Path) -> str:
+    """Format of a file or folder by its name. Raises LogError for none that is known."""
+    if path.is_dir():
+        if (path / "log.mcap").is_file():
+            return "run"
+        if (path / "metadata.yaml").is_file():
+            return "bag"
+        raise LogError(
+            f"{path}: a folder, but neither a run (log.mcap) nor a ROS 2 bag (metadata.yaml)", "log.unreadable"
+        )
     if not path.exists():
         raise LogError(f"{path}: no such log", "log.unreadable")
     kind = KINDS.get(path.suffix.lower())
+    if kind is None:
+        raise LogError(
+            f"{path}: not a kind of log; allowed: {listed(list(KINDS))}, a ROS bag's folder", "log.unknown_kind"
+        )
+    return kind
+
+
+def read_streams(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) -> list[Stream] | Log:
+    """What a file holds before any mapping; a log of ours, or what is left of one, is a Log already."""
+    kind = kind_of(path)
     if kind == "csv":
+        from pytest_dvp.logs.csv_file import read_csv
+
+        table = read_csv(path)
+        findings.found.extend(table.findings.found)
+        fields = {column.header.name: column.values for column in table.columns}
+        units = {column.header.name: column.header.unit for column in table.columns if column.header.unit}
+        first = next(iter(fields.values()))
+        return [Stream("", "", fields.get("t", first), fields, units)]
+    if kind == "mcap":
+        from pytest_dvp.logs.mcap_file import read_mcap
+
+        return read_mcap(path, findings, msg_dirs)
+    if kind == "mat":
+        from pytest_dvp.logs.mat_file import read_mat
+
+        return read_mat(path)
+    if kind == "mdf":
+        from pytest_dvp.logs.mdf_file import read_mdf
+
+        return read_mdf(path)
+    from pytest_dvp.logs.ros import read_bag
+
+    return read_bag(path, findings, msg_dirs)
+
+
+def _whole(path: Path, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool) -> Log:
+    kind = kind_of(path)
+    if kind == "run":
+        path, kind = path / "log.mcap", "mcap"
+    if kind == "mcap" and mapping is None:
+        try:
+            return Log.load(path)
+        except LogError as error:
+            if error.code not in ("log.foreign", "log.truncated", "log.corrupt", "log.record_too_long", "log.not_mcap"):
+                raise
+    if kind == "csv" and mapping is None:
         from pytest_dvp.logs.csv_file import read_csv
 
         log = build_log(read_csv(path), strict=strict)
     else:
-        log = Log.load(path)
-    if "import" in log.meta and path.is_file():
+        log = _mapped(path, kind, mapping, msg_dirs, strict)
+    if path.is_file():
         log.meta["import"] |= {"file": path.name, "sha256": sha256(path)}
     return log
+
+
+def _mapped(path: Path, kind: str, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool) -> Log:
+    from pytest_dvp.logs.mapping import read_mapping, table_of
+    from pytest_dvp.logs.propose import certain
+
+    findings = Findings()
+    chosen = read_mapping(mapping) if mapping is not None else None
+    found = read_streams(path, findings, msg_dirs)
+    if isinstance(found, Log):
+        told = [dataclasses.asdict(finding) for finding in findings.in_order()]
+        found.meta["import"] = {"format": kind, "unknown": [], "findings": told}
+        return found
+    table = table_of(found, chosen or certain(found, str(path)), str(path), kind, findings)
+    return build_log(table, strict=strict)
 
 
 def sha256(path: Path) -> str:

@@ -206,7 +206,7 @@ def _time_base(table: Table, columns: dict[str, FloatArray]) -> dict[str, FloatA
         add(
             "log.duplicate_messages" if table.kind in ("mcap", "bag") else "log.duplicate_stamps",
             file, table.line(row), place,
-            f"{len(same)} rows repeat the time of the row before, first at t = {t[row]:.6g} s; the first of each is kept",
+            f"{len(same)} rows repeat the stamp before, first at t = {t[row]:.6g} s; the first of each is kept",
             severity="warning", hint="write each sample once",
         )  # fmt: skip
         if not len(back):

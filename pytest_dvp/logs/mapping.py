@@ -1,0 +1,312 @@
+"""Mapping files: which field of a foreign log is which signal, in which unit, sign and frame, by which clock."""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from openscenario.findings import Findings, nearest
+from pytest_dvp.log import FloatArray, LogError
+from pytest_dvp.logs.names import Header
+from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.table import RawColumn, Table
+from pytest_dvp.logs.units import find_unit, units_of
+from pytest_dvp.signals import SIGNALS, describe
+
+EARTH = 6378137.0  # WGS 84 semi-major axis [m]
+FLATTENING = 1 / 298.257223563  # WGS 84
+QUATERNION, LATITUDE, LONGITUDE = "quaternion", "latitude", "longitude"
+_FLIPPED = frozenset(("y", "vy", "ay", "yaw_rate", "steer", "steer_cmd"))  # by a body frame with y to the right
+STAMP = 1e-6  # [s]: stamps nearer than this are one
+
+
+@dataclasses.dataclass(frozen=True)
+class SignalMap:
+    """One signal of the log from one field of the file: SI value = sign * scale * (unit -> SI) / ratio + offset.
+
+    unit    of the field; "quaternion" (yaw from `FIELD.x` .. `.w`), "latitude", "longitude" (x, y from degrees)
+    ratio   hand wheel to road wheel, for steering
+    frame   "flu" (x forward, y left; yaw counter-clockwise from the x axis), "frd" (y to the right) or "ned" (yaw is
+            a compass heading, clockwise from north)
+    time    "header", "receive" or the name of a field with the time [s]
+    delay   [s] that the stamps come too late; taken off them
+    """
+
+    name: str
+    topic: str = ""
+    field: str = ""
+    unit: str = ""
+    scale: float = 1.0
+    sign: float = 1.0
+    offset: float = 0.0
+    ratio: float = 1.0
+    frame: str = "flu"
+    time: str = ""
+    delay: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class MappingFile:
+    """A mapping.
+
+    time     default clock of the signals
+    origin   latitude, longitude [deg] of x = y = 0; None: the first fix
+    antenna  x ahead, y left of the reference point [m] of what measured x, y
+    """
+
+    signals: tuple[SignalMap, ...]
+    time: str = "header"
+    origin: tuple[float, float] | None = None
+    antenna: tuple[float, float] = (0.0, 0.0)
+    file: str = ""
+
+
+def read_mapping(path: Path) -> MappingFile:
+    """Raises LogError naming file and key, with the nearest valid name."""
+    try:
+        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise LogError(f"{path}: the mapping cannot be read: {error.strerror or error}", "log.unreadable") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise LogError(f"{path}: not TOML: {error}", "log.bad_mapping") from error
+    head = _table(path, raw, {"log": dict, "signal": list}, "")
+    log = _table(path, head.get("log", {}), {"time": str, "origin": list, "antenna": list}, "log.")
+    known = {field.name: str if field.type == "str" else float for field in dataclasses.fields(SignalMap)}
+    signals = tuple(
+        SignalMap(**_table(path, entry, known, f"signal[{i}].")) for i, entry in enumerate(head.get("signal", []))
+    )
+    if not signals:
+        raise LogError(f"{path}: no [[signal]]; `dvp map LOG` proposes some", "log.bad_mapping")
+    for signal in signals:
+        if signal.frame not in ("flu", "frd", "ned"):
+            raise _bad(path, f"{signal.name}.frame", signal.frame, "flu, frd, ned")
+        if signal.ratio == 0.0 or signal.scale == 0.0 or signal.sign not in (1.0, -1.0):
+            raise _bad(path, signal.name, "", "ratio and scale not 0, sign 1 or -1")
+    return MappingFile(
+        signals,
+        log.get("time", "header"),
+        _pair(path, log, "origin"),
+        _pair(path, log, "antenna") or (0.0, 0.0),
+        str(path),
+    )
+
+
+def _bad(path: Path, key: str, found: str, allowed: str) -> LogError:
+    return LogError(f"{path}: {key}: found {found!r}, allowed: {allowed}", "log.bad_mapping")
+
+
+def _pair(path: Path, log: dict[str, Any], key: str) -> tuple[float, float] | None:
+    value = log.get(key)
+    if value is None:
+        return None
+    if len(value) != 2 or not all(isinstance(v, int | float) and np.isfinite(v) for v in value):
+        raise _bad(path, f"log.{key}", str(value), "two numbers")
+    return float(value[0]), float(value[1])
+
+
+def _table(path: Path, raw: Any, known: dict[str, type], prefix: str) -> dict[str, Any]:
+    if not isinstance(raw, dict):
+        raise _bad(path, prefix.rstrip("."), str(raw), "a table")
+    out: dict[str, Any] = {}
+    for key, value in raw.items():
+        kind = known.get(key)
+        if kind is None:
+            hint = nearest(key, known)
+            raise LogError(
+                f"{path}: unknown key {prefix}{key}; allowed: {', '.join(known)}" + (f" ({hint})" if hint else ""),
+                "log.bad_mapping",
+            )
+        if kind is float and isinstance(value, int) and not isinstance(value, bool):
+            value = float(value)
+        if not isinstance(value, kind) or (kind is float and not np.isfinite(float(value))):
+            raise _bad(path, prefix + key, str(value), f"a {'number' if kind is float else kind.__name__}")
+        out[key] = value
+    if prefix.startswith("signal") and "name" not in out:
+        raise LogError(f"{path}: {prefix[:-1]} has no name", "log.bad_mapping")
+    return out
+
+
+def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: str, findings: Findings) -> Table:
+    """The mapped signals on the union of their stamps: NaN between the samples of a slower channel, a command holds.
+
+    Raises LogError for a topic or field that is not there.
+    """
+    parts: list[tuple[SignalMap, FloatArray, FloatArray]] = []
+    checked: set[tuple[str, str]] = set()
+    for signal in mapping.signals:
+        stream = _stream(streams, signal, mapping, file)
+        t = _stamps(stream, signal, mapping)
+        values = _values(stream, signal, streams, mapping, file)
+        if (stream.topic, signal.time) not in checked:
+            checked.add((stream.topic, signal.time))
+            # The recorder's clock too: what was set back between two messages may be seen in one of them only.
+            _check_stamps(t if np.any(np.diff(t) < 0) else stream.receive, stream, file, findings)
+        kept = _first_of_equal(t)
+        parts.append((signal, t[kept], values[kept]))
+    stamps = np.unique(np.concatenate([np.round(t / STAMP).astype(np.int64) for _, t, _ in parts]))
+    base = stamps * STAMP
+    columns = [RawColumn(Header("t", "t", "s"), base)]
+    for signal, t, values in parts:
+        column = np.full(len(base), np.nan)
+        rows = np.searchsorted(stamps, np.round(t / STAMP).astype(np.int64))
+        column[rows] = values
+        if describe(signal.name).held:
+            column = _held(column)
+        known = SIGNALS.get(signal.name)
+        target = known.unit if known is not None else _si(signal.unit)
+        columns.append(RawColumn(Header(f"{signal.topic}:{signal.field}", signal.name, target), column))
+    _move_antenna(columns, mapping.antenna)
+    place = mapping.signals[0].topic if len({s.topic for s in mapping.signals}) == 1 else ""
+    notes = {"mapping": [dataclasses.asdict(signal) for signal in mapping.signals]}
+    return Table(file, kind, columns, place=place, findings=findings, notes=notes)
+
+
+def _si(unit: str) -> str:
+    known = find_unit(unit) if unit else None
+    return known.si if known is not None else "-"
+
+
+def _stream(streams: Sequence[Stream], signal: SignalMap, mapping: MappingFile, file: str) -> Stream:
+    for stream in streams:
+        if stream.topic == signal.topic or (not signal.topic and len(streams) == 1):
+            return stream
+    topics = [stream.topic for stream in streams]
+    where = mapping.file or file
+    raise LogError(
+        f"{where}: {signal.name}: no topic {signal.topic!r} in {file}; it has {', '.join(topics[:8])} "
+        + nearest(signal.topic, topics), "log.no_field",
+    )  # fmt: skip
+
+
+def _stamps(stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArray:
+    choice = signal.time or mapping.time
+    header = stream.header
+    if choice in stream.fields:
+        t = stream.fields[choice]
+    elif choice == "header" and header is not None:
+        t = header
+    elif choice == "header" and stream.si and "t" in stream.fields:
+        t = stream.fields["t"]
+    else:
+        t = stream.receive
+    return t - signal.delay
+
+
+def _field(stream: Stream, name: str, signal: SignalMap, mapping: MappingFile) -> FloatArray:
+    values = stream.fields.get(name)
+    if values is None:
+        raise LogError(
+            f"{mapping.file or stream.topic}: {signal.name}: no field {name!r} in {stream.topic or 'the file'} "
+            + nearest(name, stream.fields), "log.no_field",
+        )  # fmt: skip
+    return values
+
+
+def _values(
+    stream: Stream, signal: SignalMap, streams: Sequence[Stream], mapping: MappingFile, file: str
+) -> FloatArray:
+    if signal.unit == QUATERNION:
+        x, y, z, w = (_field(stream, f"{signal.field}.{axis}", signal, mapping) for axis in "xyzw")
+        raw = np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    else:
+        raw = _field(stream, signal.field, signal, mapping)
+        if signal.unit in (LATITUDE, LONGITUDE):
+            raw = _metres(raw, stream, signal, mapping)
+        else:
+            raw = _converted(raw, stream, signal, mapping)
+    values = signal.sign * signal.scale * raw / signal.ratio + signal.offset
+    if signal.frame == "ned" and signal.name == "yaw":
+        values = np.pi / 2.0 - values
+    if (signal.frame == "frd" and signal.name in _FLIPPED) or (signal.frame == "ned" and signal.name == "yaw_rate"):
+        values = -values
+    return np.unwrap(values) if signal.name == "yaw" and np.all(np.isfinite(values)) else values
+
+
+def _converted(raw: FloatArray, stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArray:
+    text = signal.unit or stream.units.get(signal.field, "") or (describe(signal.name).unit if stream.si else "")
+    known = SIGNALS.get(signal.name)
+    where = mapping.file or stream.topic or signal.field
+    if not text or text == "?":
+        allowed = ", ".join(units_of(known.unit)) if known is not None else "a unit"
+        raise LogError(
+            f"{where}: {signal.name} = {signal.field}: no unit; add unit = one of {allowed}", "log.unit_missing"
+        )
+    unit = find_unit(text)
+    if unit is None or (known is not None and unit.si != known.unit):
+        allowed = ", ".join(units_of(known.unit)) if known is not None else "a known unit"
+        raise LogError(f"{where}: {signal.name}: unit {text!r}, allowed: {allowed}", "log.unit_mismatch")
+    return raw * unit.scale + unit.offset
+
+
+def _metres(raw: FloatArray, stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArray:
+    """East or north of the origin [m]: radii of curvature of the WGS 84 ellipsoid there; good to 1 cm within 2 km."""
+    fixes = raw[np.isfinite(raw)]
+    e2 = FLATTENING * (2.0 - FLATTENING)
+    if signal.unit == LATITUDE:
+        origin = mapping.origin[0] if mapping.origin else float(fixes[0])
+        w = 1.0 - e2 * np.sin(np.radians(origin)) ** 2
+        return np.asarray(np.radians(raw - origin) * (EARTH * (1.0 - e2) / w**1.5))
+    latitude = mapping.origin[0] if mapping.origin else _first_latitude(stream, mapping)
+    origin = mapping.origin[1] if mapping.origin else float(fixes[0])
+    w = 1.0 - e2 * np.sin(np.radians(latitude)) ** 2
+    return np.asarray(np.radians(raw - origin) * (EARTH / np.sqrt(w) * np.cos(np.radians(latitude))))
+
+
+def _first_latitude(stream: Stream, mapping: MappingFile) -> float:
+    for signal in mapping.signals:
+        if signal.unit == LATITUDE and signal.field in stream.fields:
+            values = stream.fields[signal.field]
+            return float(values[np.isfinite(values)][0])
+    raise LogError(
+        f"{mapping.file}: a longitude needs a latitude of the same topic, or origin = [lat, lon]", "log.bad_mapping"
+    )
+
+
+def _check_stamps(t: FloatArray, stream: Stream, file: str, findings: Findings) -> None:
+    steps = np.diff(t)
+    back = np.flatnonzero(steps < 0)
+    if len(back):
+        i = int(back[0])
+        findings.add(
+            "log.time_not_monotonic", file, None, stream.topic,
+            f"time jumps back {len(back)} times, first by {-steps[i]:.6g} s after t = {t[i]:.6g} s",
+            found=f"{t[i + 1]:.6g} s after {t[i]:.6g} s", allowed="rising time",
+            hint="a clock that was set, or two recordings in one: cut the file there",
+        )  # fmt: skip
+    same = int(np.count_nonzero(steps == 0))
+    if same:
+        findings.add(
+            "log.duplicate_messages", file, None, stream.topic,
+            f"{same} messages repeat the time of the one before; the first of each is kept", severity="warning",
+        )  # fmt: skip
+
+
+def _first_of_equal(t: FloatArray) -> Any:
+    _, first = np.unique(np.round(t / STAMP).astype(np.int64), return_index=True)
+    return first
+
+
+def _held(column: FloatArray) -> FloatArray:
+    """Each value until the next one: what a command means."""
+    known = np.isfinite(column)
+    last = np.maximum.accumulate(np.where(known, np.arange(len(column)), -1))
+    return np.where(last >= 0, column[np.maximum(last, 0)], np.nan)
+
+
+def _move_antenna(columns: list[RawColumn], antenna: tuple[float, float]) -> None:
+    """Position of the reference point from that of the antenna; between its samples the yaw is interpolated."""
+    if antenna == (0.0, 0.0):
+        return
+    by_name = {column.header.name: column.values for column in columns}
+    if not {"x", "y", "yaw"} <= by_name.keys():
+        raise LogError("mapping: an antenna position needs x, y and yaw", "log.bad_mapping")
+    known = np.isfinite(by_name["yaw"])
+    yaw = np.interp(by_name["t"], by_name["t"][known], by_name["yaw"][known])
+    ahead, left = antenna
+    by_name["x"] -= ahead * np.cos(yaw) - left * np.sin(yaw)
+    by_name["y"] -= ahead * np.sin(yaw) + left * np.cos(yaw)

@@ -1,0 +1,56 @@
+"""MATLAB .mat (v4 to v7) -> streams: vectors of one length belong together; a struct of vectors is a group."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pytest_dvp.log import FloatArray, LogError
+from pytest_dvp.logs.names import canonical, parse_header
+from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.units import find_unit
+
+
+def read_mat(path: Path) -> list[Stream]:
+    """Streams by struct (top level: the file). Names state units as in CSV, `v_mps`; others need a mapping.
+
+    Raises LogError: not a .mat file, version 7.3 (HDF5), or no vectors with a time.
+    """
+    from scipy.io import loadmat
+
+    try:
+        head = path.read_bytes()[:128]
+        if b"MATLAB 7.3" in head:
+            raise LogError(f"{path}: version 7.3; save it with -v7", "log.mat_version")
+        found = loadmat(str(path), squeeze_me=True, struct_as_record=False)
+    except LogError:
+        raise
+    except Exception as error:  # scipy raises many kinds on a damaged file; all mean: not readable
+        raise LogError(f"{path}: not a .mat file: {error}".split("\n")[0], "log.not_mat") from None
+    streams: list[Stream] = []
+    _group(str(path), "", {k: v for k, v in found.items() if not k.startswith("__")}, streams, 0)
+    if not streams:
+        raise LogError(f"{path}: no vectors with a time of the same length (`t_s`, `time`)", "log.time_missing")
+    return streams
+
+
+def _group(file: str, topic: str, items: dict[str, Any], streams: list[Stream], depth: int) -> None:
+    vectors: dict[str, FloatArray] = {}
+    for name, value in items.items():
+        if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiub" and len(value) > 2:
+            vectors[name] = value.astype(np.float64)
+        elif hasattr(value, "_fieldnames") and depth < 4:
+            inner = {str(n): getattr(value, n) for n in value._fieldnames}
+            _group(file, f"{topic}/{name}" if topic else name, inner, streams, depth + 1)
+    for name, values in vectors.items():
+        header = parse_header(name)
+        if canonical(header.name) != "t":
+            continue
+        unit = find_unit(header.unit or "s")
+        t = values * (unit.scale if unit is not None and unit.si == "s" else 1.0)
+        fields = {n: v for n, v in vectors.items() if n != name and len(v) == len(t)}
+        units = {n: u for n in fields if (u := parse_header(n).unit) is not None}
+        streams.append(Stream(topic, "mat", t, fields, units))
+        return

@@ -1,0 +1,228 @@
+"""MCAP, any writer's, whole or damaged: every message that can be read, and a finding for all that cannot.
+
+Read in the order of the file and never through the summary: a file that lost its end then yields all it holds.
+Source: MCAP specification, "Serialization" and "Opcodes".
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+import zlib
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from openscenario.findings import Findings
+from pytest_dvp.log_read import MAGIC
+
+OPCODES = {1: "Header", 2: "Footer", 3: "Schema", 4: "Channel", 5: "Message", 6: "Chunk", 7: "MessageIndex",
+           8: "ChunkIndex", 9: "Attachment", 10: "AttachmentIndex", 11: "Statistics", 12: "MetadataIndex",
+           13: "Metadata", 14: "SummaryOffset", 15: "DataEnd"}  # fmt: skip
+_MAX_CHUNK = 1 << 30  # bytes after decompression; a larger one is an attack or a mistake
+
+
+class Schema(NamedTuple):
+    name: str
+    encoding: str
+    data: bytes
+
+
+class Channel(NamedTuple):
+    """A topic, its message encoding ("json", "cdr", ...) and schema."""
+
+    topic: str
+    encoding: str
+    schema: Schema
+
+
+class Message(NamedTuple):
+    """Times in ns as the file has them."""
+
+    log_time: int
+    publish_time: int
+    sequence: int
+    data: memoryview
+
+
+@dataclasses.dataclass
+class Scan:
+    """What a file holds: channels and messages by channel id, and whether the file is whole."""
+
+    channels: dict[int, Channel] = dataclasses.field(default_factory=dict)
+    messages: dict[int, list[Message]] = dataclasses.field(default_factory=dict)
+    schemas: dict[int, Schema] = dataclasses.field(default_factory=dict)
+    statistics: int | None = None
+    whole: bool = True
+    lost_messages: int = 0
+
+    @property
+    def count(self) -> int:
+        return sum(len(messages) for messages in self.messages.values())
+
+
+class _CutError(Exception):
+    """The file ends inside a record."""
+
+
+class _TooLongError(Exception):
+    """A record says that it is longer than the file that holds it."""
+
+
+def scan_mcap(data: bytes, file: str, findings: Findings) -> Scan:
+    """All that can be read of `data`; `findings` says what is lost, in messages and seconds."""
+    scan = Scan()
+    if data[:8] != MAGIC:
+        findings.add(
+            "log.not_mcap", file, None, "", "not an MCAP file", found=data[:8].hex(" "), allowed=MAGIC.hex(" "),
+            hint="the first 8 bytes of an MCAP file are its magic",
+        )  # fmt: skip
+        return scan
+    ended = data[-8:] == MAGIC
+    position = 8
+    try:
+        position = _walk(data, scan, file, findings, ended)
+    except _TooLongError as error:
+        findings.add("log.record_too_long", file, None, str(error), "a record is longer than the file that holds it")
+        return scan
+    except _CutError as cut:
+        position = int(cut.args[0])
+        scan.whole = False
+    except (struct.error, UnicodeDecodeError, IndexError):
+        findings.add("log.corrupt", file, None, "", "a record does not hold what its kind needs")
+        return scan
+    if not ended or not scan.whole:
+        _tell_cut(scan, file, findings, len(data) - position)
+    return scan
+
+
+def _walk(data: bytes, scan: Scan, file: str, findings: Findings, ended: bool) -> int:
+    stop = len(data) - (8 if ended else 0)
+    checked = False
+    pending: list[tuple[float, float]] = []  # start and end [s] of a chunk that could not be read, until its index
+    for opcode, start, end in _records(data, 8, stop, ended):
+        if opcode == 6:
+            if not _chunk(data, start, end, scan, file, findings):
+                low, high = struct.unpack_from("<QQ", data, start)
+                pending.append((low * 1e-9, high * 1e-9))
+        elif opcode == 7 and pending:
+            (size,) = struct.unpack_from("<I", data, start + 2)
+            scan.lost_messages += size // 16
+        elif opcode == 15:
+            (crc,) = struct.unpack_from("<I", data, start)
+            checked = True
+            if crc and not pending and zlib.crc32(memoryview(data)[: start - 9]) != crc:
+                findings.add(
+                    "log.corrupt", file, None, "", "the checksum of the data does not match: some value was changed",
+                    hint="take the file from its source again",
+                )  # fmt: skip
+        elif opcode == 11:
+            scan.statistics = struct.unpack_from("<Q", data, start)[0]
+        elif opcode == 2:
+            _summary(data, start, file, findings)
+            break
+        else:
+            _record(data, opcode, start, end, scan)
+    if pending:
+        seconds = sum(high - low for low, high in pending)
+        findings.add(
+            "log.corrupt", file, None, "",
+            f"{len(pending)} chunks are damaged and left out: {scan.lost_messages} messages, {seconds:.3g} s, "
+            f"first at {pending[0][0]:.3f} s",
+            severity="warning", hint="what is left is whole",
+        )  # fmt: skip
+        scan.whole = scan.whole and checked
+    return stop
+
+
+def _records(data: bytes, position: int, stop: int, ended: bool) -> Iterator[tuple[int, int, int]]:
+    """(opcode, start, end) of the records. Raises when one does not fit in."""
+    while position < stop:
+        if position + 9 > stop:
+            raise _CutError(position)
+        opcode, length = struct.unpack_from("<BQ", data, position)
+        start = position + 9
+        if start + length > stop:
+            if ended or length > 1 << 40 or position == 8:
+                raise _TooLongError(OPCODES.get(opcode, f"opcode {opcode}"))
+            raise _CutError(position)
+        position = start + length
+        yield opcode, start, position
+
+
+def _record(data: bytes | memoryview, opcode: int, start: int, end: int, scan: Scan) -> None:
+    if opcode == 5:
+        channel, sequence, log_time, publish_time = struct.unpack_from("<HIQQ", data, start)
+        message = Message(log_time, publish_time, sequence, memoryview(data)[start + 22 : end])
+        scan.messages.setdefault(channel, []).append(message)
+    elif opcode == 4:
+        identity, schema = struct.unpack_from("<HH", data, start)
+        topic, position = _string(data, start + 4)
+        encoding, _ = _string(data, position)
+        scan.channels[identity] = Channel(topic, encoding, scan.schemas.get(schema, Schema("", "", b"")))
+    elif opcode == 3:
+        (identity,) = struct.unpack_from("<H", data, start)
+        name, position = _string(data, start + 2)
+        encoding, position = _string(data, position)
+        (size,) = struct.unpack_from("<I", data, position)
+        scan.schemas[identity] = Schema(name, encoding, bytes(data[position + 4 : position + 4 + size]))
+
+
+def _string(data: bytes | memoryview, position: int) -> tuple[str, int]:
+    (length,) = struct.unpack_from("<I", data, position)
+    return bytes(data[position + 4 : position + 4 + length]).decode(), position + 4 + length
+
+
+def _chunk(data: bytes, start: int, end: int, scan: Scan, file: str, findings: Findings) -> bool:
+    """Reads a chunk; False if it is damaged."""
+    size, crc = struct.unpack_from("<QI", data, start + 16)
+    name, position = _string(data, start + 28)
+    (packed,) = struct.unpack_from("<Q", data, position)
+    if size > _MAX_CHUNK or packed != end - position - 8:
+        return False
+    chunk = _unpacked(name, data[position + 8 : end], size)
+    if chunk is None or len(chunk) != size or (crc and zlib.crc32(chunk) != crc):
+        return False
+    try:
+        for opcode, low, high in _records(chunk, 0, len(chunk), True):
+            _record(chunk, opcode, low, high, scan)
+    except (_CutError, _TooLongError):
+        return False
+    return True
+
+
+def _unpacked(name: str, packed: bytes, size: int) -> bytes | None:
+    if name == "":
+        return packed
+    try:
+        if name == "lz4":
+            from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
+
+            return bytes(LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
+        if name == "zstd":
+            import zstandard
+
+            return zstandard.ZstdDecompressor().decompress(packed, max_output_size=size + 1)
+    except Exception:  # each library has errors of its own; whatever it says, the chunk is lost
+        return None
+    return None
+
+
+def _summary(data: bytes, start: int, file: str, findings: Findings) -> None:
+    summary, _offsets, crc = struct.unpack_from("<QQI", data, start)
+    begin = summary or start - 9
+    if crc and zlib.crc32(memoryview(data)[begin : start + 16]) != crc:
+        findings.add(
+            "log.corrupt", file, None, "Footer", "the checksum of the summary does not match; the messages are whole",
+            severity="warning",
+        )  # fmt: skip
+
+
+def _tell_cut(scan: Scan, file: str, findings: Findings, left: int) -> None:
+    times = [message.log_time for messages in scan.messages.values() for message in messages]
+    span = (max(times) - min(times)) * 1e-9 if times else 0.0
+    findings.add(
+        "log.truncated", file, None, "",
+        f"the end of the file is missing: {len(times)} messages over {span:.3f} s are whole and read, "
+        f"{max(left, 0)} bytes of an unfinished record are not",
+        severity="warning", hint="the recording was not finished",
+    )  # fmt: skip

@@ -1,0 +1,51 @@
+"""MDF 3 and 4 (ASAM) -> streams: a channel group each. Needs the extra `mdf` (asammdf)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pytest_dvp.log import FloatArray, LogError
+from pytest_dvp.logs.stream import Stream
+
+
+def read_mdf(path: Path) -> list[Stream]:
+    """Streams by channel group, time from the group's master channel, units from the channels.
+
+    Raises LogError if asammdf is not installed or the file cannot be read.
+    """
+    try:
+        from asammdf import MDF
+    except ImportError:
+        raise LogError(
+            f"{path}: MDF files need the package asammdf: pip install 'pytest-dvp[mdf]'", "log.extra_missing"
+        ) from None
+    streams: list[Stream] = []
+    try:
+        with MDF(str(path)) as file:
+            groups: list[Any] = list(file.groups)
+            for index, group in enumerate(groups):
+                name = group.channel_group.acq_name or f"group {index}"
+                fields: dict[str, FloatArray] = {}
+                units: dict[str, str] = {}
+                time = np.asarray(file.get_master(index), dtype=np.float64)
+                master = file.masters_db.get(index)
+                for number, channel in enumerate(group.channels):
+                    if number == master:
+                        continue
+                    signal = file.get(group=index, index=number)
+                    values = np.asarray(signal.samples)
+                    if values.ndim == 1 and values.dtype.kind in "fiub":
+                        fields[channel.name] = values.astype(np.float64)
+                        if signal.unit:
+                            units[channel.name] = str(signal.unit)
+                if len(time) > 2 and fields:
+                    streams.append(Stream(name, "mdf", time, fields, units))
+    except Exception as error:  # asammdf raises many kinds on a damaged file; all mean: not readable
+        text = f"{path}: not an MDF file: {error or type(error).__name__}".split("\n")[0]
+        raise LogError(text, "log.not_mdf") from None
+    if not streams:
+        raise LogError(f"{path}: no channel group with numbers", "log.foreign")
+    return streams

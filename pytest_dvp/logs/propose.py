@@ -1,0 +1,164 @@
+"""Proposes a mapping for a log that does not say which field is which signal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from openscenario.findings import listed
+from pytest_dvp.log import LogError
+from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION, MappingFile, SignalMap
+from pytest_dvp.logs.names import canonical, parse_header
+from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.units import find_unit
+from pytest_dvp.signals import SIGNALS
+
+# Message types whose definition states the unit (REP-103: SI, yaw counter-clockwise).
+_ROS = {
+    "nav_msgs/Odometry": {
+        "x": ("pose.pose.position.x", "m"), "y": ("pose.pose.position.y", "m"),
+        "yaw": ("pose.pose.orientation", QUATERNION), "v": ("twist.twist.linear.x", "m/s"),
+        "vy": ("twist.twist.linear.y", "m/s"), "yaw_rate": ("twist.twist.angular.z", "rad/s"),
+    },
+    "sensor_msgs/Imu": {
+        "yaw_rate": ("angular_velocity.z", "rad/s"), "ax": ("linear_acceleration.x", "m/s^2"),
+        "ay": ("linear_acceleration.y", "m/s^2"),
+    },
+    "sensor_msgs/NavSatFix": {"x": ("longitude", LONGITUDE), "y": ("latitude", LATITUDE)},
+    "geometry_msgs/PoseStamped": {
+        "x": ("pose.position.x", "m"), "y": ("pose.position.y", "m"), "yaw": ("pose.orientation", QUATERNION),
+    },
+    "geometry_msgs/TwistStamped": {
+        "v": ("twist.linear.x", "m/s"), "vy": ("twist.linear.y", "m/s"), "yaw_rate": ("twist.angular.z", "rad/s"),
+    },
+    "autoware_auto_vehicle_msgs/VelocityReport": {
+        "v": ("longitudinal_velocity", "m/s"), "vy": ("lateral_velocity", "m/s"), "yaw_rate": ("heading_rate", "rad/s"),
+    },
+    "autoware_auto_vehicle_msgs/SteeringReport": {"steer": ("steering_tire_angle", "rad")},
+    "autoware_auto_control_msgs/AckermannControlCommand": {
+        "steer_cmd": ("lateral.steering_tire_angle", "rad"), "accel_cmd": ("longitudinal.acceleration", "m/s^2"),
+        "speed_cmd": ("longitudinal.speed", "m/s"),
+    },
+    "ackermann_msgs/AckermannDriveStamped": {
+        "steer_cmd": ("drive.steering_angle", "rad"), "speed_cmd": ("drive.speed", "m/s"),
+        "accel_cmd": ("drive.acceleration", "m/s^2"),
+    },
+}  # fmt: skip
+_SAME_AS = {
+    "autoware_vehicle_msgs": "autoware_auto_vehicle_msgs",
+    "autoware_control_msgs": "autoware_auto_control_msgs",
+}
+
+
+def certain(streams: Sequence[Stream], file: str) -> MappingFile:
+    """The mapping of a file that states it: every unit given, by the schema or by the message definition.
+
+    Raises LogError naming what the file has, if that is too little.
+    """
+    chosen, unsure = propose(streams)
+    if not chosen.signals:
+        topics = listed([f"{s.topic} ({s.type or 'no type'})" for s in streams], 6)
+        names = sorted({signal.name for signal in unsure})
+        raise LogError(
+            f"{file}: a mapping is needed: no field states which signal it is and in which unit; it has {topics}"
+            + (f"; perhaps {', '.join(names)}" if names else "")
+            + f" (write one: `dvp map {file} > map.toml`, then --mapping map.toml)",
+            "log.mapping_needed",
+        )  # fmt: skip
+    return chosen
+
+
+def propose(streams: Sequence[Stream]) -> tuple[MappingFile, tuple[SignalMap, ...]]:
+    """What is certain, and what is likely but lacks a unit (unit "?")."""
+    best: dict[str, tuple[float, SignalMap]] = {}
+    unsure: dict[str, tuple[float, SignalMap]] = {}
+    for stream in streams:
+        for signal in _candidates(stream):
+            rank = _rank(stream, signal)
+            book = unsure if signal.unit == "?" else best
+            if signal.name not in book or rank > book[signal.name][0]:
+                book[signal.name] = (rank, signal)
+    if ("x" in best) != ("y" in best) or (
+        "x" in best and best["x"][1].topic != best["y"][1].topic
+    ):  # position is one thing: both from the better topic
+        for name in ("x", "y"):
+            best.pop(name, None)
+    chosen = tuple(best[name][1] for name in SIGNALS if name in best)
+    return MappingFile(chosen), tuple(unsure[name][1] for name in SIGNALS if name in unsure and name not in best)
+
+
+def _rank(stream: Stream, signal: SignalMap) -> float:
+    metres = 0.0 if signal.unit in (LATITUDE, LONGITUDE) else 1e6  # a local position before a GNSS fix
+    moving = (v for f, v in stream.fields.items() if f.startswith(signal.field) and np.isfinite(v).any())
+    varies = 1e5 if any(np.nanmax(values) > np.nanmin(values) for values in moving) else 0.0
+    exact = 1e4 if signal.field.rpartition(".")[2] == signal.name else 0.0
+    return metres + varies + exact + min(stream.rate, 1e3)
+
+
+def _candidates(stream: Stream) -> list[SignalMap]:
+    package, _, kind = stream.type.replace("/msg/", "/").partition("/")
+    table = _ROS.get(f"{_SAME_AS.get(package, package)}/{kind}")
+    if table is not None:
+        return [
+            SignalMap(name, stream.topic, field, unit)
+            for name, (field, unit) in table.items()
+            if any(known == field or known.startswith(field + ".") for known in stream.fields)
+        ]
+    found: list[SignalMap] = []
+    for field in stream.fields:
+        header = parse_header(field.rpartition(".")[2])
+        name = canonical(header.name)
+        if name not in SIGNALS or name == "t":
+            continue
+        stated = stream.units.get(field) or header.unit or (SIGNALS[name].unit if stream.si else None)
+        unit = find_unit(stated) if stated else None
+        fits = unit is not None and unit.si == SIGNALS[name].unit
+        found.append(SignalMap(name, stream.topic, field, str(stated) if fits else "?"))
+    return found
+
+
+def mapping_text(streams: Sequence[Stream]) -> str:
+    """The proposal as a TOML file: certain signals first, likely ones commented out until their unit is filled in."""
+    mapping, unsure = propose(streams)
+    clock = "header" if any(s.header is not None for s in streams) else "receive"
+    lines = [
+        "# Proposed by `dvp map`. Look at every line: names and units are the file's own words, nobody measured them.",
+        "[log]",
+        f'time = "{clock}"             # "header": stamp of the sender; "receive": stamp of the recorder; or a field',
+        "# origin = [52.0, 4.3]        # latitude, longitude [deg] of x = y = 0; default: the first fix",
+        "# antenna = [1.2, 0.0]        # of what measures x, y: [m] ahead and left of the rear axle's middle",
+        "# a signal also takes: scale, sign = -1, offset, ratio (hand wheel to road wheel), delay [s], time,",
+        '# frame = "frd" (y to the right) or "ned" (yaw is a compass heading)',
+    ]
+    for signal in mapping.signals:
+        lines += ["", *_entry(signal, streams)]
+    for signal in unsure:
+        lines += [
+            "",
+            "# the file does not say the unit: fill it in",
+            *(f"# {line}" for line in _entry(signal, streams)),
+        ]
+    used = {(s.topic, s.field) for s in (*mapping.signals, *unsure)}
+    rest = [f"{s.topic} {f}".strip() for s in streams for f in s.fields if (s.topic, f) not in used]
+    if rest:
+        lines += ["", "# not mapped:", *(f"#   {name}" for name in rest[:60])]
+        lines += [f"#   ... and {len(rest) - 60} more"] if len(rest) > 60 else []
+    return "\n".join(lines) + "\n"
+
+
+def _entry(signal: SignalMap, streams: Sequence[Stream]) -> list[str]:
+    stream = next(s for s in streams if s.topic == signal.topic)
+    values = stream.fields.get(signal.field)
+    seen = ""
+    if values is not None and np.isfinite(values).any():
+        seen = f"  # {np.nanmin(values):.4g} to {np.nanmax(values):.4g}, {stream.rate:.4g} Hz"
+    topic = [f'topic = "{_quoted(signal.topic)}"'] if signal.topic else []
+    return [
+        "[[signal]]", f'name = "{signal.name}"', *topic, f'field = "{_quoted(signal.field)}"{seen}',
+        f'unit = "{_quoted(signal.unit)}"',
+    ]  # fmt: skip
+
+
+def _quoted(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"')

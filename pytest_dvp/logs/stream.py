@@ -1,0 +1,72 @@
+"""Streams: what a file with several topics, each at its own rate, holds before anything is mapped."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from pytest_dvp.log import FloatArray
+
+_MOST_FIELDS = 400  # a message with more is an image or a point cloud
+
+
+@dataclasses.dataclass
+class Stream:
+    """A topic (MDF: a group; CSV: the whole file).
+
+    receive  when the recorder got each message [s], since the first message of the file
+    fields   values (n,) by dotted name, `pose.position.x`
+    units    unit of a field as the file states it; absent where it does not
+    si       the writer's schema promises the names and units of the signal table
+    """
+
+    topic: str
+    type: str
+    receive: FloatArray
+    fields: dict[str, FloatArray]
+    units: dict[str, str] = dataclasses.field(default_factory=dict)
+    si: bool = False
+
+    @property
+    def rate(self) -> float:
+        """Messages a second [Hz]; 0 for fewer than two."""
+        span = float(self.receive[-1] - self.receive[0]) if len(self.receive) > 1 else 0.0
+        return (len(self.receive) - 1) / span if span > 0 else 0.0
+
+    @property
+    def header(self) -> FloatArray | None:
+        """The stamps in the messages' headers [s], None if they have none."""
+        for prefix in ("header.stamp", "stamp", "timestamp"):
+            for low in ("nanosec", "nsec", "nsecs"):
+                if f"{prefix}.sec" in self.fields and f"{prefix}.{low}" in self.fields:
+                    stamps = self.fields[f"{prefix}.sec"] + 1e-9 * self.fields[f"{prefix}.{low}"]
+                    return stamps if np.any(stamps > 0) else None
+        return None
+
+
+def flatten(message: Any, prefix: str = "", into: dict[str, float] | None = None) -> dict[str, float]:
+    """Numbers of a nested message by dotted name; lists up to 16 long by index; words are left out."""
+    found: dict[str, float] = {} if into is None else into
+    if len(found) > _MOST_FIELDS:
+        return found
+    if isinstance(message, Mapping):
+        for name, value in message.items():
+            flatten(value, f"{prefix}.{name}" if prefix else str(name), found)
+    elif isinstance(message, bool | int | float):
+        found[prefix] = float(message)
+    elif isinstance(message, list | tuple | np.ndarray) and len(message) <= 16:
+        for i, value in enumerate(message):
+            flatten(value.item() if isinstance(value, np.generic) else value, f"{prefix}[{i}]", found)
+    elif isinstance(message, np.generic):
+        found[prefix] = float(message.item())
+    return found
+
+
+def columns_of(rows: Iterable[Mapping[str, float]]) -> dict[str, FloatArray]:
+    """Columns of flattened messages; NaN where one lacks a field."""
+    table = list(rows)
+    names = list(dict.fromkeys(name for row in table for name in row))
+    return {name: np.array([row.get(name, np.nan) for row in table]) for name in names}
