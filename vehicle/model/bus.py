@@ -34,9 +34,13 @@ class Bus(Protocol):
     gear_ratio: float  # motor turns per wheel turn
     full_throttle: float  # m/s^2 asked for by throttle 1
     full_brake: float  # m/s^2 asked for by brake 1
+    steer_scale: float  # rad at the road wheel per unit of the steering input
+    steer_zero: float  # rad at the road wheel at steering input 0
+    track: float  # m, between the wheels of an axle
 
     # What drives it: held from one command to the next
     steer_cmd: float  # rad at the road wheel
+    steer_slope: float  # change of steer_cmd over the step, nought for a command that is held
     accel_cmd: float  # m/s^2
     throttle_cmd: float  # 0..1
     brake_cmd: float  # 0..1
@@ -48,6 +52,9 @@ class Bus(Protocol):
     # Slots command and actuator: first the wish, after both the produced value (mean over the step)
     accel: float  # m/s^2
     steer: float  # rad
+    accel_lead: float  # m/s^2, value at the start of the step minus its mean: nought while it is constant
+    steer_lead: float  # rad, the same; a gain may leave both alone at the price of half a step in what is logged
+    settle: float  # 1 in the one long step that brings actuators to rest before a log begins, else 0
 
     # Slot force
     traction: float  # N along the wheels, >= 0 drives forward
@@ -65,6 +72,9 @@ class Bus(Protocol):
     tangent_front: float  # N/rad, slope of fy_front over slip_front
     tangent_rear: float  # N/rad
     yaw_moment: float  # N m, added
+    turning_inertia: float  # kg m^2 about z
+    slip_change_front: float  # rad, by which motion alone changed the slip angle in the last step
+    slip_change_rear: float  # rad
 
     # Slot road
     grade: float  # rad, > 0 uphill
@@ -81,6 +91,12 @@ class Bus(Protocol):
     yaw_rate: float  # rad/s
     ax: float  # m/s^2, specific force at the rear axle
     ay: float  # m/s^2
+
+    # A replay may put the car elsewhere: where it was before, for sensors that show the past
+    moved: float  # 1 in the first sensor call after that, else 0
+    old_x: float  # m
+    old_y: float  # m
+    old_yaw: float  # rad
 
     # Slot sensor: what a log of this car would show
     meas_x: float

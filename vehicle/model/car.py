@@ -10,6 +10,7 @@ from vehicle.model.declaration import Declaration
 from vehicle.model.errors import ModelError, nearest_name
 
 STIFFNESS_PER_LOAD = 12.0  # 1/rad, cornering stiffness over axle load of a road tyre; Pacejka, 3rd ed., sec. 1.2: 5..25
+STIFF_AXLE = 200.0  # 1/rad, of a kinematic car that gets tyres by an effect: 0.03 deg of slip at 1 m/s^2
 
 CAR_DECLARATIONS: tuple[Declaration, ...] = (
     Declaration("wheelbase", "m", 0.0, 20.0, "front axle to rear axle", positive=True),
@@ -58,6 +59,15 @@ class Car:
         """[m]"""
         return self.wheelbase - self.cg_to_front_axle
 
+    def stiffness(self, *, stiff: bool = False) -> tuple[float, float]:
+        """Cornering stiffness of front and rear axle [N/rad]; `stiff`: STIFF_AXLE where only the default is known."""
+        front, rear = self.cornering_stiffness_front, self.cornering_stiffness_rear
+        load = self.mass * GRAVITY / self.wheelbase
+        at_front, at_rear = load * self.cg_to_rear_axle, load * self.cg_to_front_axle
+        if stiff and front == STIFFNESS_PER_LOAD * at_front and rear == STIFFNESS_PER_LOAD * at_rear:
+            return STIFF_AXLE * at_front, STIFF_AXLE * at_rear
+        return front, rear
+
     def values(self) -> dict[str, float]:
         """All parameters by name."""
         return {f.name: getattr(self, f.name) for f in fields(self)}
@@ -99,8 +109,8 @@ def make_car(values: Mapping[str, float]) -> Car:
     rear = wheelbase - front
     full.setdefault("command_mass", mass)
     full.setdefault("yaw_inertia", mass * front * rear)
-    full.setdefault("cornering_stiffness_front", STIFFNESS_PER_LOAD * mass * GRAVITY * rear / wheelbase)
-    full.setdefault("cornering_stiffness_rear", STIFFNESS_PER_LOAD * mass * GRAVITY * front / wheelbase)
+    full.setdefault("cornering_stiffness_front", STIFFNESS_PER_LOAD * (mass * GRAVITY / wheelbase * rear))
+    full.setdefault("cornering_stiffness_rear", STIFFNESS_PER_LOAD * (mass * GRAVITY / wheelbase * front))
     full.setdefault("center_x", wheelbase / 2)
     for name in ("yaw_inertia", "cornering_stiffness_front", "cornering_stiffness_rear", "command_mass"):
         if full[name] <= 0.0:

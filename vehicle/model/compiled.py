@@ -25,7 +25,15 @@ from vehicle.model.errors import ModelError, nearest_name
 BUS_DTYPE = np.dtype([(name, np.float64) for name in BUS_FIELDS])
 _BUS_TYPE = numba.from_dtype(BUS_DTYPE)
 
-for _helper in (maths.clip, maths.lag_end, maths.lag_mean, maths.delayed):
+for _helper in (
+    maths.clip,
+    maths.lag_end,
+    maths.lag,
+    maths.limit_rate,
+    maths.delayed,
+    maths.remember,
+    maths.recall,
+):
     register_jitable(_helper)
 
 

@@ -23,9 +23,10 @@ from typing import Any, Literal, TypeAlias
 
 from vehicle.model.bus import BUS_FIELDS, Bus
 from vehicle.model.errors import ModelError, nearest_name
+from vehicle.model.maths import DELAY_LINE
 
-Slot: TypeAlias = Literal["command", "actuator", "force", "body", "road", "sensor"]
-SLOTS: tuple[Slot, ...] = ("command", "actuator", "force", "body", "road", "sensor")
+Slot: TypeAlias = Literal["command", "actuator", "force", "body", "road", "sensor", "perception"]
+SLOTS: tuple[Slot, ...] = ("command", "actuator", "force", "body", "road", "sensor", "perception")
 
 EffectFunction: TypeAlias = Callable[[Bus, Any, Any], None]
 
@@ -82,6 +83,7 @@ class Effect:
     order: int = 50
     base: tuple[str, ...] = ("kinematic_bicycle", "dynamic_bicycle")
     delay: str = ""
+    tyres: bool = False
 
     def key(self, name: str) -> Key:
         """The parameter called `name`. Raises ModelError with the nearest name."""
@@ -111,6 +113,20 @@ class Effect:
         return all(values[k.name] == k.neutral for k in self.parameters)
 
 
+DELAY_MEMORY: tuple[Memory, ...] = (
+    Memory("head"),
+    Memory("tail"),
+    Memory("ring", DELAY_LINE),
+    Memory("leads", DELAY_LINE),
+    Memory("ends", DELAY_LINE),
+    Memory("spans", DELAY_LINE),
+)
+"""Memory of `maths.delayed`, to which an effect adds Memory("before"), what the input was before the first step."""
+
+HISTORY_MEMORY: tuple[Memory, ...] = (Memory("head"), Memory("tail"), Memory("times", DELAY_LINE))
+"""Memory of `maths.remember` and `recall`, to which an effect adds its own lines of DELAY_LINE values."""
+
+
 def effect(
     *,
     name: str,
@@ -125,11 +141,13 @@ def effect(
     order: int = 50,
     base: tuple[str, ...] = ("kinematic_bicycle", "dynamic_bicycle"),
     delay: str = "",
+    tyres: bool = False,
 ) -> Callable[[EffectFunction], Effect]:
     """Turn a function into an Effect.
 
     `order` sorts effects within a slot (smaller first, then by name); `ties` names effects that data of the usual kind
-    cannot tell from this one; `delay` names the parameter that a delay line of `maths.DELAY_LINE` steps must hold.
+    cannot tell from this one; `delay` names the parameter that a delay line of `maths.DELAY_LINE` steps must hold;
+    `tyres` says that it acts on tyre forces: a kinematic car with it moves as a single-track car with tyres.
     Raises ModelError at once if the description is wrong, so that a faulty third-party effect cannot get far.
     """
     if slot not in SLOTS:
@@ -161,6 +179,7 @@ def effect(
             order=order,
             base=base,
             delay=delay,
+            tyres=tyres,
         )
 
     return make

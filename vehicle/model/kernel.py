@@ -1,5 +1,8 @@
 """The compiled step: commands -> actuators -> forces -> body -> road -> motion -> sensors.
 
+`run` is for the twin: many small steps, sensors after each. `replay` drives a log: steps as long as its samples, what is
+shown at a stamp is the motion there under the command that begins there.
+
 Everything numeric of the car's motion is in this one file, because a compiled cache notices changes of its own file
 only. Effects are called by address in their slots (see `vehicle.model.compiled`).
 
@@ -35,6 +38,7 @@ ACCELERATION, PEDALS, SPEED, IMPOSED = 0, 1, 2, 3
 
 COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "speed_cmd", "v_cmd")
 
+SETTLING = 10.0  # s
 BLEND_LOW = 1.0  # m/s, kinematic below
 BLEND_WIDTH = 1.0  # m/s, dynamic above BLEND_LOW + BLEND_WIDTH
 BLEND_TIME = 0.02  # s, time constant with which slip fades in the middle of the blend
@@ -73,7 +77,9 @@ def _slot(index: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory
 @njit(cache=True, error_model="numpy")
 def _wish(x: Any, mode: int) -> None:
     """Inputs of the model file -> wanted acceleration and road-wheel angle."""
-    x.steer = x.steer_cmd
+    x.steer = x.steer_zero + x.steer_scale * x.steer_cmd
+    x.accel_lead = 0.0
+    x.steer_lead = -0.5 * x.steer_scale * x.steer_slope
     if mode == ACCELERATION:
         x.accel = x.accel_cmd
     elif mode == PEDALS:
@@ -99,55 +105,87 @@ def _tyres(x: Any) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _move(x: Any, kind: int, mode: int) -> None:
-    """Integrate the motion over one step."""
+def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
+    """Everything that acts on the car during the step that begins now."""
+    _wish(x, mode)
+    _slot(0, bus, table, bounds, parameters, memory)
+    _slot(1, bus, table, bounds, parameters, memory)
+    x.traction = x.mass_ref * max(x.accel, 0.0)
+    x.brake = x.mass_ref * max(-x.accel, 0.0)
+    x.resistance = x.drag = x.rotating_mass = x.yaw_moment = 0.0
+    x.turning_inertia = x.yaw_inertia
+    _slot(2, bus, table, bounds, parameters, memory)
+    if kind == DYNAMIC:
+        _tyres(x)
+    _slot(3, bus, table, bounds, parameters, memory)
+    x.curvature = math.tan(x.steer) / x.wheelbase
+    x.grade, x.bank = x.road_grade, x.road_bank
+    _slot(4, bus, table, bounds, parameters, memory)
+
+
+@njit(cache=True, error_model="numpy")
+def _blend(kind: int, speed: float) -> float:
+    """Share of the motion with tyres in a car that is kinematic when slow."""
+    if kind != DYNAMIC:
+        return 0.0
+    s = min(max((speed - BLEND_LOW) / BLEND_WIDTH, 0.0), 1.0)
+    return s * s * (3.0 - 2.0 * s)
+
+
+@njit(cache=True, error_model="numpy")
+def _pull(slope: float) -> float:
+    """Specific gravity along a slope [m/s^2]."""
+    return 0.0 if slope == 0.0 else -GRAVITY * math.sin(slope)
+
+
+@njit(cache=True, error_model="numpy")
+def _along(x: Any, blend: float, mode: int) -> float:
+    """Speed at the end of the step: smooth forces first, then dry friction, which can stop the car but not reverse it."""
+    if mode == IMPOSED:
+        return float(x.v_cmd)
+    inertia = x.mass + x.rotating_mass
+    smooth = x.traction + x.drag + x.mass * _pull(x.grade)
+    if blend > 0.0:
+        smooth += blend * (x.mass * x.yaw_rate * x.vy - x.fy_front * math.sin(x.steer))
+    v1 = x.vx + x.dt * smooth / inertia
+    friction = x.dt * (x.brake + x.resistance) / inertia
+    if v1 > friction:
+        return float(v1 - friction)
+    if v1 < -friction:
+        return float(v1 + friction)
+    return 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _move(x: Any, blend: float, v1: float) -> None:
+    """Integrate the motion over one step, at whose end the speed is v1."""
     dt = x.dt
     v0, r0, vy0, vyr0 = x.vx, x.yaw_rate, x.vy, x.vy_rear
-    slope = math.tan(x.steer)
-    cos_d = 1.0 / math.sqrt(1.0 + slope * slope)
-    gx = 0.0 if x.grade == 0.0 else -GRAVITY * math.sin(x.grade)
-    gy = 0.0 if x.bank == 0.0 else -GRAVITY * math.sin(x.bank)
-    blend = 0.0
-    if kind == DYNAMIC:
-        s = min(max((v0 - BLEND_LOW) / BLEND_WIDTH, 0.0), 1.0)
-        blend = s * s * (3.0 - 2.0 * s)
-
-    # Along: smooth forces first, then dry friction, which can stop the car but not reverse it
-    inertia = x.mass + x.rotating_mass
-    smooth = x.traction + x.drag + x.mass * gx
-    if blend > 0.0:
-        smooth += blend * (x.mass * r0 * vy0 - x.fy_front * slope * cos_d)
-    v1 = v0 + dt * smooth / inertia
-    friction = dt * (x.brake + x.resistance) / inertia
-    if v1 > friction:
-        v1 -= friction
-    elif v1 < -friction:
-        v1 += friction
-    else:
-        v1 = 0.0
-    if mode == IMPOSED:
-        v1 = x.v_cmd
+    gy = _pull(x.bank)
     v_mean = 0.5 * (v0 + v1)
-
-    # Across
     r1 = v1 * x.curvature
     r_mean = v_mean * x.curvature
     vy1 = r1 * x.cg_rear
+    x.slip_change_front = x.slip_change_rear = 0.0
     if blend > 0.0:
+        slope = math.tan(x.steer)
+        cos_d = 1.0 / math.sqrt(1.0 + slope * slope)
         speed = max(v0, BLEND_LOW)
         qf = (vy0 + x.cg_front * r0) / speed
         qr = (vy0 - x.cg_rear * r0) / speed
-        front = x.tangent_front * cos_d / (speed * (1.0 + qf * qf))
-        rear = x.tangent_rear / (speed * (1.0 + qr * qr))
+        front_slip = 1.0 / (speed * (1.0 + qf * qf))
+        rear_slip = 1.0 / (speed * (1.0 + qr * qr))
+        front = x.tangent_front * cos_d * front_slip
+        rear = x.tangent_rear * rear_slip
         fyf = x.fy_front * cos_d
         f_vy = (fyf + x.fy_rear) / x.mass + gy - v0 * r0
-        f_r = (x.cg_front * fyf - x.cg_rear * x.fy_rear + x.yaw_moment) / x.yaw_inertia
+        f_r = (x.cg_front * fyf - x.cg_rear * x.fy_rear + x.yaw_moment) / x.turning_inertia
         turn = x.cg_rear * rear - x.cg_front * front
         h = 0.5 * dt
         j11 = 1.0 + h * (front + rear) / x.mass
         j12 = h * (v0 - turn / x.mass)
-        j21 = -h * turn / x.yaw_inertia
-        j22 = 1.0 + h * (x.cg_front * x.cg_front * front + x.cg_rear * x.cg_rear * rear) / x.yaw_inertia
+        j21 = -h * turn / x.turning_inertia
+        j22 = 1.0 + h * (x.cg_front * x.cg_front * front + x.cg_rear * x.cg_rear * rear) / x.turning_inertia
         scale = dt / (j11 * j22 - j12 * j21)
         vy_dyn = vy0 + scale * (j22 * f_vy - j12 * f_r)
         r_dyn = r0 + scale * (j11 * f_r - j21 * f_vy)
@@ -157,6 +195,8 @@ def _move(x: Any, kind: int, mode: int) -> None:
         r1 = r_dyn + fade * (r1 - r_dyn)
         vy1 = vy_dyn + fade * (vy1 - vy_dyn)
         r_mean = 0.5 * (r0 + r1)
+        x.slip_change_front = -front_slip * (vy1 - vy0 + x.cg_front * (r1 - r0))
+        x.slip_change_rear = -rear_slip * (vy1 - vy0 - x.cg_rear * (r1 - r0))
     vyr1 = vy1 - x.cg_rear * r1
     vyr_mean = 0.5 * (vyr0 + vyr1)
 
@@ -165,7 +205,7 @@ def _move(x: Any, kind: int, mode: int) -> None:
     x.x += dt * (v_mean * c - vyr_mean * s)
     x.y += dt * (v_mean * s + vyr_mean * c)
     x.yaw += dt * r_mean
-    x.ax = (v1 - v0) / dt - r_mean * vyr_mean - gx
+    x.ax = (v1 - v0) / dt - r_mean * vyr_mean - _pull(x.grade)
     x.ay = (vyr1 - vyr0) / dt + r_mean * v_mean - gy
     x.vx, x.vy, x.vy_rear, x.yaw_rate = v1, vy1, vyr1, r1
 
@@ -179,7 +219,7 @@ def _show(x: Any) -> None:
 @njit(cache=True, error_model="numpy")
 def _write(row: Any, x: Any, measured: bool) -> None:
     """One row of TRACE_COLUMNS."""
-    row[0], row[3], row[7], row[11] = x.t, x.z, x.vy_rear, x.steer
+    row[0], row[3], row[7], row[11] = x.t, x.z, x.vy_rear, x.steer - x.steer_lead
     if measured:
         row[1], row[2], row[4], row[5], row[6] = x.meas_x, x.meas_y, x.meas_yaw, x.meas_v, x.meas_v
         row[8], row[9], row[10] = x.meas_yaw_rate, x.meas_ax, x.meas_ay
@@ -206,7 +246,7 @@ def run(
     """Advance by `hold` steps for each row of `commands` (COMMAND_COLUMNS); returns the number of trace rows written.
 
     `bus` is an array of one bus record; `table` int64 (n, 3): address, place of parameters, place of memory of each
-    effect, sorted by slot; `bounds` int64 (7,) where each slot begins; a row of TRACE_COLUMNS is written whenever the
+    effect, sorted by slot; `bounds` int64 (8,) where each slot begins; a row of TRACE_COLUMNS is written whenever the
     step count is a multiple of `every`.
     """
     x = bus[0]
@@ -215,20 +255,9 @@ def run(
         x.steer_cmd, x.accel_cmd, x.throttle_cmd = commands[i, 0], commands[i, 1], commands[i, 2]
         x.brake_cmd, x.speed_cmd, x.v_cmd = commands[i, 3], commands[i, 4], commands[i, 5]
         for _ in range(hold):
-            _wish(x, mode)
-            _slot(0, bus, table, bounds, parameters, memory)
-            _slot(1, bus, table, bounds, parameters, memory)
-            x.traction = x.mass_ref * max(x.accel, 0.0)
-            x.brake = x.mass_ref * max(-x.accel, 0.0)
-            x.resistance = x.drag = x.rotating_mass = x.yaw_moment = 0.0
-            _slot(2, bus, table, bounds, parameters, memory)
-            x.curvature = math.tan(x.steer) / x.wheelbase
-            if kind == DYNAMIC:
-                _tyres(x)
-            _slot(3, bus, table, bounds, parameters, memory)
-            x.grade, x.bank = x.road_grade, x.road_bank
-            _slot(4, bus, table, bounds, parameters, memory)
-            _move(x, kind, mode)
+            _act(x, kind, mode, bus, table, bounds, parameters, memory)
+            blend = _blend(kind, x.vx)
+            _move(x, blend, _along(x, blend, mode))
             x.count += 1.0
             x.t = x.t_start + x.count * x.dt
             _show(x)
@@ -239,6 +268,133 @@ def run(
     return rows
 
 
+@njit(cache=True, error_model="numpy")
+def _look(x: Any, blend: float, v1: float) -> None:
+    """What a perfect instrument shows at the start of the step: motion and the accelerations that begin now."""
+    steer = x.steer + x.steer_lead
+    kinematic = x.vx * math.tan(steer) / x.wheelbase
+    r = kinematic
+    gy = _pull(x.bank)
+    ay = x.vx * r - gy
+    if blend > 0.0:
+        cos_d = math.cos(steer)
+        front = (x.fy_front + x.tangent_front * x.steer_lead) * cos_d
+        turn = (x.cg_front * front - x.cg_rear * x.fy_rear + x.yaw_moment) / x.turning_inertia
+        r += blend * (x.yaw_rate - kinematic)
+        ay += blend * ((front + x.fy_rear) / x.mass - x.cg_rear * turn - ay)
+    rate = (v1 - x.vx) / x.dt
+    if v1 != 0.0 and x.accel_lead != 0.0:
+        rate += x.accel_lead * x.mass_ref / (x.mass + x.rotating_mass)
+    x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
+    x.meas_yaw_rate, x.meas_ay = r, ay
+    x.meas_ax = rate - blend * r * x.vy_rear - _pull(x.grade)
+
+
+@njit(cache=True, error_model="numpy")
+def _restart(x: Any, state: Any) -> None:
+    """Put the car at `state` (x, y, yaw, v, vy at the rear axle, yaw rate); what is NaN runs on."""
+    x.old_x, x.old_y, x.old_yaw, x.moved = x.x, x.y, x.yaw, 1.0
+    if not math.isnan(state[0]):
+        x.x = state[0]
+    if not math.isnan(state[1]):
+        x.y = state[1]
+    if not math.isnan(state[2]):
+        x.yaw = state[2]
+    if not math.isnan(state[3]):
+        x.vx = state[3]
+    if not math.isnan(state[5]):
+        x.yaw_rate = state[5]
+    if not math.isnan(state[4]):
+        x.vy_rear = state[4]
+    x.vy = x.vy_rear + x.cg_rear * x.yaw_rate
+
+
+@njit(cache=True, error_model="numpy")
+def _settle(x: Any, mode: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
+    """Bring actuators to rest at the first command: one long step in which the car does not move."""
+    x.dt, x.settle = SETTLING, 1.0
+    x.t = x.t_start - SETTLING
+    _wish(x, mode)
+    _slot(0, bus, table, bounds, parameters, memory)
+    _slot(1, bus, table, bounds, parameters, memory)
+    x.settle = 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def replay(
+    bus: Any,
+    kind: int,
+    mode: int,
+    table: Any,
+    bounds: Any,
+    parameters: FloatArray,
+    memory: FloatArray,
+    t: FloatArray,
+    commands: FloatArray,
+    slopes: FloatArray,
+    step: float,
+    starts: Any,
+    states: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Drive recorded commands and write what the log would show at its stamps.
+
+    `commands` (n, 6): COMMAND_COLUMNS, held from stamp to stamp, but changing straight by `slopes` (n, 2) of steer_cmd
+    and v_cmd, the value at the next stamp minus this one; `step` [s] the longest step; at row starts[j] the motion
+    takes states[j]; `out` (n, 8). A row shows the motion at its stamp, with the command of the stamp already acting.
+    """
+    x = bus[0]
+    n = t.shape[0]
+    x.t_start = t[0]
+    x.steer_cmd, x.accel_cmd, x.throttle_cmd = commands[0, 0], commands[0, 1], commands[0, 2]
+    x.brake_cmd, x.speed_cmd, x.v_cmd = commands[0, 3], commands[0, 4], commands[0, 5]
+    if starts.shape[0] > 0:
+        _restart(x, states[0])
+    if mode == IMPOSED:
+        x.vx = commands[0, 5]
+    _settle(x, mode, bus, table, bounds, parameters, memory)
+    if kind == DYNAMIC and starts.shape[0] > 0 and math.isnan(states[0, 5]):
+        x.yaw_rate = x.vx * math.tan(x.steer) / x.wheelbase
+        x.vy = x.vy_rear + x.cg_rear * x.yaw_rate
+    x.moved = 0.0
+    segment = 0
+    seen = t[0]
+    for k in range(n):
+        if segment < starts.shape[0] and starts[segment] == k:
+            if k > 0:
+                _restart(x, states[segment])
+            segment += 1
+        x.accel_cmd, x.throttle_cmd = commands[k, 1], commands[k, 2]
+        x.brake_cmd, x.speed_cmd = commands[k, 3], commands[k, 4]
+        span = t[k + 1] - t[k] if k + 1 < n else step
+        pieces = int(math.ceil(span / step - 1e-6))
+        x.dt = span / pieces
+        for i in range(pieces):
+            part = (i + 0.5) / pieces
+            x.t = t[k] + i * x.dt
+            x.steer_cmd = commands[k, 0] + part * slopes[k, 0]
+            x.v_cmd = commands[k, 5] + (part + 0.5 / pieces) * slopes[k, 1]
+            x.steer_slope = slopes[k, 0] / pieces
+            _act(x, kind, mode, bus, table, bounds, parameters, memory)
+            blend = _blend(kind, x.vx)
+            v1 = _along(x, blend, mode)
+            if i == 0:
+                _look(x, blend, v1)
+                dt = x.dt
+                if k > 0:
+                    x.dt = x.t - seen
+                seen = x.t
+                _slot(5, bus, table, bounds, parameters, memory)
+                x.dt, x.moved = dt, 0.0
+                row = out[k]
+                row[0], row[1], row[2], row[3] = x.meas_x, x.meas_y, x.meas_yaw, x.meas_v
+                row[4], row[5], row[6] = x.meas_yaw_rate, x.meas_ax, x.meas_ay
+                row[7] = x.steer + x.steer_lead
+                if k == n - 1:
+                    break
+            _move(x, blend, v1)
+
+
 def empty_table() -> tuple[Any, Any]:
     """Table and bounds of a model without effects."""
-    return np.zeros((0, 3), dtype=np.int64), np.zeros(7, dtype=np.int64)
+    return np.zeros((0, 3), dtype=np.int64), np.zeros(8, dtype=np.int64)

@@ -12,23 +12,14 @@ from vehicle.model.car import Car
 from vehicle.model.catalogue import find_effect
 from vehicle.model.effect import Effect
 from vehicle.model.errors import ModelError, nearest_name
+from vehicle.model.inputs import Inputs
 
 Base: TypeAlias = Literal["kinematic_bicycle", "dynamic_bicycle"]
+__all__ = ["BASES", "AppliedEffect", "Base", "Inputs", "Interval", "VehicleModel", "check_base"]
+
 BASES: tuple[Base, ...] = get_args(Base)
 
-PEDAL_ACCELERATION = 3.0  # m/s^2 of full throttle, where nothing is declared
-PEDAL_DECELERATION = 6.0  # m/s^2 of full brake, where nothing is declared
 MAX_STEER = 0.6  # rad, of a model without steer_angle_limit
-
-
-@dataclass(frozen=True, slots=True)
-class Inputs:
-    """Which log columns drive the model, and what the pedals ask for [m/s^2]."""
-
-    steer: str = "steer_cmd"
-    longitudinal: tuple[str, ...] = ("accel_cmd",)
-    full_throttle: float = PEDAL_ACCELERATION
-    full_brake: float = PEDAL_DECELERATION
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,21 +13,28 @@ from vehicle.model.car import CAR_DECLARATIONS, make_car
 from vehicle.model.catalogue import find_effect
 from vehicle.model.effect import Effect
 from vehicle.model.errors import ModelError, nearest_name
-from vehicle.model.model import (
-    BASES,
+from vehicle.model.inputs import (
+    FULL_CURRENT,
+    FULL_PRESSURE,
+    LONGITUDINAL,
     PEDAL_ACCELERATION,
     PEDAL_DECELERATION,
-    AppliedEffect,
     Inputs,
-    Interval,
-    VehicleModel,
-    check_base,
+    default_steer_scale,
 )
+from vehicle.model.model import BASES, AppliedEffect, Interval, VehicleModel, check_base
 
 __all__ = ["ModelError", "model_text", "parse_model", "read_model", "write_model"]
 
 MAX_BYTES = 1_000_000
-LONGITUDINAL = ("accel_cmd", "throttle_cmd + brake_cmd", "throttle_cmd", "motor_current", "speed_cmd", "v")
+_INPUT_NUMBERS = (  # key, default, low, high, unit
+    ("full_throttle", PEDAL_ACCELERATION, 0.0, 50.0, "m/s^2"),
+    ("full_brake", PEDAL_DECELERATION, 0.0, 50.0, "m/s^2"),
+    ("steer_scale", 1.0, -10.0, 10.0, "rad"),
+    ("steer_zero", 0.0, -1.0, 1.0, "rad"),
+    ("full_current", FULL_CURRENT, 0.0, 1e5, "A"),
+    ("full_pressure", FULL_PRESSURE, 0.0, 1e9, "Pa"),
+)
 _TABLES = ("model", "inputs", "parameters", "effect")
 
 
@@ -154,7 +161,7 @@ def _number(value: Any, key: str, file: str, line: int | None) -> float:
 
 
 def _inputs(table: Mapping[str, Any], file: str, lines: _Lines) -> Inputs:
-    _known(table, ("steer", "longitudinal", "full_throttle", "full_brake"), file, "inputs", lines)
+    _known(table, ("steer", "longitudinal", *(key for key, *_ in _INPUT_NUMBERS)), file, "inputs", lines)
     steer = table.get("steer", "steer_cmd")
     if not isinstance(steer, str) or not steer.strip():
         line = lines.find("inputs", "steer")
@@ -171,21 +178,22 @@ def _inputs(table: Mapping[str, Any], file: str, lines: _Lines) -> Inputs:
             allowed=", ".join(LONGITUDINAL),
             nearest=nearest_name(str(longitudinal), LONGITUDINAL),
         )
-    pedals = {}
-    for key, default in (("full_throttle", PEDAL_ACCELERATION), ("full_brake", PEDAL_DECELERATION)):
+    numbers = {}
+    for key, default, low, high, unit in _INPUT_NUMBERS:
         line = lines.find("inputs", key)
-        value = _number(table.get(key, default), f"inputs.{key}", file, line)
-        if not 0.0 < value <= 50.0:
+        standard = default_steer_scale(steer) if key == "steer_scale" else default
+        value = _number(table.get(key, standard), f"inputs.{key}", file, line)
+        if not low <= value <= high or (value == low == 0.0):
             raise ModelError(
                 "value not allowed",
                 file=file,
                 line=line,
                 key=f"inputs.{key}",
                 found=f"{value:g}",
-                allowed="more than 0 to 50 m/s^2",
+                allowed=f"{'more than 0' if low == 0.0 else f'{low:g}'} to {high:g} {unit}",
             )
-        pedals[key] = value
-    return Inputs(steer=steer, longitudinal=columns, **pedals)
+        numbers[key] = value
+    return Inputs(steer=steer, longitudinal=columns, **numbers)
 
 
 def _effect(
@@ -256,6 +264,10 @@ def model_text(model: VehicleModel) -> str:
     out.append(f"longitudinal = {_toml_text(' + '.join(model.inputs.longitudinal))}")
     out.append(f"full_throttle = {_toml_number(model.inputs.full_throttle)}  # m/s^2")
     out.append(f"full_brake = {_toml_number(model.inputs.full_brake)}  # m/s^2")
+    for key, default, _low, _high, unit in _INPUT_NUMBERS[2:]:
+        value = getattr(model.inputs, key)
+        if value != (default_steer_scale(model.inputs.steer) if key == "steer_scale" else default):
+            out.append(f"{key} = {_toml_number(value)}  # {unit}")
     out += ["", "[parameters]"]
     out += [f"{name} = {_toml_number(value)}  # {units[name]}" for name, value in model.car.values().items()]
     for applied in model.effects:

@@ -7,21 +7,13 @@ from typing import Any
 import numpy as np
 
 from vehicle.messages import TRACE_COLUMNS, FloatArray, VehicleState
-from vehicle.model.compiled import BUS_DTYPE, compiled, doubles, memory_dtype, parameter_dtype
-from vehicle.model.effect import SLOTS
-from vehicle.model.errors import ModelError
-from vehicle.model.kernel import ACCELERATION, COMMAND_COLUMNS, DYNAMIC, IMPOSED, KINEMATIC, PEDALS, SPEED, run
-from vehicle.model.maths import DELAY_LINE
-from vehicle.model.model import AppliedEffect, VehicleModel
+from vehicle.model.kernel import COMMAND_COLUMNS, run
+from vehicle.model.layout import Layout, body_kind, bus_of, check_delay, input_mode
+from vehicle.model.model import VehicleModel
+
+__all__ = ["STEP", "Plant", "input_mode"]
 
 STEP = 1e-3  # s, step of the twin
-
-
-def input_mode(longitudinal: tuple[str, ...]) -> int:
-    """How the longitudinal input columns drive the kernel."""
-    if len(longitudinal) == 2 or longitudinal[0] == "throttle_cmd":
-        return PEDALS
-    return {"v": IMPOSED, "speed_cmd": SPEED}.get(longitudinal[0], ACCELERATION)
 
 
 class Plant:
@@ -34,71 +26,28 @@ class Plant:
     def __init__(self, model: VehicleModel, *, dt: float = STEP, every: int = 10, keep_neutral: bool = False) -> None:
         self.model, self.dt, self.every = model, dt, every
         active = [a for a in model.effects if keep_neutral or not a.effect.is_off(a.values)]
-        active.sort(key=lambda a: (SLOTS.index(a.effect.slot), a.effect.order, a.name))
-        self._active = tuple(active)
-        self._code = tuple(compiled(a.effect) for a in active)  # keeps the machine code alive
-        self._lay_out()
-        self._kind = DYNAMIC if model.base == "dynamic_bicycle" else KINEMATIC
+        for applied in active:
+            check_delay(applied.effect, applied.values, dt)
+        self._layout = Layout(a.effect for a in active)
+        self._parameters = self._layout.parameters({a.name: a.values for a in active})
+        self._memory = np.zeros(self._layout.memory_size)
+        switching = Layout(a.effect for a in active if not a.effect.is_off(a.values))
+        self._kind = body_kind(model, switching)
         self._mode = input_mode(model.inputs.longitudinal)
-        self._bus = np.zeros(1, dtype=BUS_DTYPE)
+        self._bus = bus_of(model)
         self._command = np.zeros((1, len(COMMAND_COLUMNS)))
         self._trace = np.zeros((64, len(TRACE_COLUMNS)))
         self.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
 
-    def _lay_out(self) -> None:
-        table = np.zeros((len(self._active), 3), dtype=np.int64)
-        self._bounds = np.zeros(len(SLOTS) + 1, dtype=np.int64)
-        parameters: list[float] = []
-        memory_at = 0
-        self._starts: list[tuple[int, int, str]] = []
-        for j, (applied, code) in enumerate(zip(self._active, self._code, strict=True)):
-            self._check_delay(applied)
-            table[j] = code.address, len(parameters), memory_at
-            parameters += [applied.values[name] for name in parameter_dtype(applied.effect).names or ()]
-            at = memory_at
-            for m in applied.effect.memory:
-                if m.start:
-                    self._starts.append((at, m.size, m.start))
-                at += m.size
-            memory_at += doubles(memory_dtype(applied.effect))
-            self._bounds[SLOTS.index(applied.effect.slot) + 1 :] += 1
-        self._table = table
-        self._parameters = np.array(parameters, dtype=np.float64)
-        self._memory = np.zeros(memory_at)
-
-    def _check_delay(self, applied: AppliedEffect) -> None:
-        key = applied.effect.delay
-        if key and applied.values[key] / self.dt > DELAY_LINE - 2:
-            most = (DELAY_LINE - 2) * self.dt
-            raise ModelError(
-                f"dead time of {applied.name} too long for a step of {self.dt:g} s",
-                key=key,
-                found=f"{applied.values[key]:g}",
-                allowed=f"up to {most:g} s",
-            )
-
     def reset(self, state: VehicleState) -> None:
         """Put the car at `state`: steering at rest there, drive and brake without force, delay lines empty."""
-        car, inputs = self.model.car, self.model.inputs
+        car = self.model.car
+        self._bus = bus_of(self.model)
         bus = self._bus[0]
-        values: dict[str, float] = dict.fromkeys(BUS_DTYPE.names or (), 0.0)
-        values |= {
+        values: dict[str, float] = {
             "t": state.t,
             "t_start": state.t,
             "dt": self.dt,
-            "wheelbase": car.wheelbase,
-            "cg_front": car.cg_to_front_axle,
-            "cg_rear": car.cg_to_rear_axle,
-            "cg_height": car.cg_height,
-            "mass": car.mass,
-            "mass_ref": car.command_mass,
-            "yaw_inertia": car.yaw_inertia,
-            "stiffness_front": car.cornering_stiffness_front,
-            "stiffness_rear": car.cornering_stiffness_rear,
-            "wheel_radius": car.wheel_radius,
-            "gear_ratio": car.gear_ratio,
-            "full_throttle": inputs.full_throttle,
-            "full_brake": inputs.full_brake,
             "steer": state.steer,
             "steer_cmd": state.steer,
             "x": state.x,
@@ -115,7 +64,7 @@ class Plant:
         for name, value in values.items():
             bus[name] = value
         self._memory[:] = 0.0
-        for at, size, start in self._starts:
+        for at, size, start in self._layout.starts:
             self._memory[at : at + size] = bus[start]
         self._command[:] = 0.0
         self._command[0, 0] = state.steer
@@ -155,8 +104,8 @@ class Plant:
             self._bus,
             self._kind,
             self._mode,
-            self._table,
-            self._bounds,
+            self._layout.table,
+            self._layout.bounds,
             self._parameters,
             self._memory,
             commands,

@@ -102,7 +102,6 @@ MISTAKES = [
     ("cg_to_front_axle = 1.15", "cg_to_front_axle = 2.5", 10, "cg_to_front_axle", "less than the wheelbase 2.45"),
     ("yaw_inertia = 1400.0", "yaw_inertia = 0", 12, "yaw_inertia", "more than zero"),
     ('name = "steer_delay"', 'name = "steer_dellay"', 15, "effect.name", "did you mean 'steer_delay'?"),
-    ('name = "steer_delay"', 'name = "tyre_saturation"', 15, "effect.name", "allowed: dynamic_bicycle"),
     ("[effect.parameters.T]", "[effect.parameters.tau]", 17, "steer_delay.tau", "allowed: T"),
     ("value = 0.21", "value = -0.21", 17, "steer_delay.T", "found -0.21"),
     ("value = 0.21", "value = nan", 17, "steer_delay.T", "found nan"),

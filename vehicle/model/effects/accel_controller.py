@@ -27,6 +27,9 @@ from vehicle.model.maths import lag_end
     reveals="acceleration steps uphill and downhill",
 )
 def accel_controller(x: Bus, p: Any, m: Any) -> None:
+    if x.settle > 0.0:
+        m.v, m.a = x.vx, x.accel
+        return
     m.a = lag_end(m.a, (x.vx - m.v) / x.dt, 0.05, x.dt)
     m.v = x.vx
     wanted = x.accel

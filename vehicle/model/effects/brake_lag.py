@@ -6,7 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
-from vehicle.model.maths import lag_end, lag_mean
+from vehicle.model.maths import lag
 
 
 @effect(
@@ -22,9 +22,8 @@ from vehicle.model.maths import lag_end, lag_mean
     reveals="brake steps of several sizes from 8 m/s, beside equal steps of the drive",
 )
 def brake_lag(x: Bus, p: Any, m: Any) -> None:
-    if x.accel < 0.0:
-        end = lag_end(m.a, x.accel, p.tau, x.dt)
-        x.accel = lag_mean(m.a, end, x.accel, p.tau, x.dt)
-        m.a = end
-    else:
-        m.a = 0.0
+    start = m.a
+    m.a = min(x.accel - x.accel_lead, 0.0)
+    if x.accel < 0.0 < p.tau:
+        x.accel, m.a = lag(start, x.accel, x.accel_lead, p.tau, x.dt)
+        x.accel_lead = start - x.accel

@@ -21,4 +21,7 @@ from vehicle.model.effect import Key, effect
     reveals="brake steps of growing size up to the full command",
 )
 def brake_limit(x: Bus, p: Any, m: Any) -> None:
-    x.accel = max(x.accel, -p.limit)
+    if x.accel - abs(x.accel_lead) < -p.limit:
+        start = max(x.accel + x.accel_lead, -p.limit)
+        x.accel = 0.5 * (start + max(x.accel - x.accel_lead, -p.limit))
+        x.accel_lead = start - x.accel

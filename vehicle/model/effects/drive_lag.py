@@ -6,7 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
-from vehicle.model.maths import lag_end, lag_mean
+from vehicle.model.maths import lag
 
 
 @effect(
@@ -22,6 +22,9 @@ from vehicle.model.maths import lag_end, lag_mean
     reveals="steps of the acceleration command, each held for 2 s",
 )
 def drive_lag(x: Bus, p: Any, m: Any) -> None:
-    end = lag_end(m.a, x.accel, p.tau, x.dt)
-    x.accel = lag_mean(m.a, end, x.accel, p.tau, x.dt)
-    m.a = end
+    start = m.a
+    if p.tau <= 0.0:
+        m.a = x.accel - x.accel_lead
+        return
+    x.accel, m.a = lag(start, x.accel, x.accel_lead, p.tau, x.dt)
+    x.accel_lead = start - x.accel

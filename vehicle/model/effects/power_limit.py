@@ -23,3 +23,4 @@ from vehicle.model.effect import Key, effect
 def power_limit(x: Bus, p: Any, m: Any) -> None:
     if x.traction * x.vx > p.limit * x.mass_ref:
         x.traction = p.limit * x.mass_ref / x.vx
+        x.accel_lead = 0.0

@@ -25,5 +25,6 @@ from vehicle.model.effect import Key, Memory, effect
 )
 def speed_controller(x: Bus, p: Any, m: Any) -> None:
     error = x.speed_cmd - x.vx
-    m.sum += p.ki * error * x.dt
+    if x.settle == 0.0:
+        m.sum += p.ki * error * x.dt
     x.accel += p.kp * error + m.sum

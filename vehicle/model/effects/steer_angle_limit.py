@@ -24,4 +24,7 @@ from vehicle.model.maths import clip
     reveals="slow full-lock turns to both sides",
 )
 def steer_angle_limit(x: Bus, p: Any, m: Any) -> None:
-    x.steer = clip(x.steer, -p.limit, p.limit)
+    start = clip(x.steer + x.steer_lead, -p.limit, p.limit)
+    if abs(x.steer) + abs(x.steer_lead) > p.limit:
+        x.steer = 0.5 * (start + clip(x.steer - x.steer_lead, -p.limit, p.limit))
+        x.steer_lead = start - x.steer

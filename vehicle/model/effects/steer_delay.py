@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
-from vehicle.model.effect import Key, Memory, effect
-from vehicle.model.maths import DELAY_LINE, delayed
+from vehicle.model.effect import DELAY_MEMORY, Key, Memory, effect
+from vehicle.model.maths import delayed
 
 
 @effect(
@@ -17,12 +17,10 @@ from vehicle.model.maths import DELAY_LINE, delayed
     equation="d(t) = d_c(t - T)",
     source="Autoware simple planning simulator, steering with delay (delay_steer_acc)",
     parameters=(Key("T", "s", 0.03, 0.5, neutral=0.0, least=0.02, minimum=0.0, maximum=1.0, meaning="dead time"),),
-    memory=(Memory("head"), Memory("ring", DELAY_LINE, start="steer")),
+    memory=(*DELAY_MEMORY, Memory("before", start="steer")),
     delay="T",
     ties=("steer_lag", "tyre_relaxation", "yaw_rate_latency"),
     reveals="steps of the steering command of both signs at 5 m/s",
 )
 def steer_delay(x: Bus, p: Any, m: Any) -> None:
-    head = int(m.head)
-    x.steer = delayed(m.ring, head, x.steer, p.T, x.dt)
-    m.head = (head + 1) % DELAY_LINE
+    x.steer, x.steer_lead = delayed(m, x.steer, x.steer_lead, p.T, x.t, x.dt)

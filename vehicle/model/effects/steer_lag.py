@@ -6,7 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
-from vehicle.model.maths import lag_end, lag_mean
+from vehicle.model.maths import lag
 
 
 @effect(
@@ -22,6 +22,9 @@ from vehicle.model.maths import lag_end, lag_mean
     reveals="steps of the steering command of both signs at 5 m/s",
 )
 def steer_lag(x: Bus, p: Any, m: Any) -> None:
-    end = lag_end(m.d, x.steer, p.tau, x.dt)
-    x.steer = lag_mean(m.d, end, x.steer, p.tau, x.dt)
-    m.d = end
+    start = m.d
+    if p.tau <= 0.0:
+        m.d = x.steer - x.steer_lead
+        return
+    x.steer, m.d = lag(start, x.steer, x.steer_lead, p.tau, x.dt)
+    x.steer_lead = start - x.steer

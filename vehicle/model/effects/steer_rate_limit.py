@@ -7,7 +7,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
-from vehicle.model.maths import clip
+from vehicle.model.maths import limit_rate
 
 
 @effect(
@@ -23,6 +23,9 @@ from vehicle.model.maths import clip
     reveals="steering steps of growing size at 3 m/s",
 )
 def steer_rate_limit(x: Bus, p: Any, m: Any) -> None:
-    most = p.limit * x.dt
-    m.d += clip(x.steer - m.d, -most, most)
-    x.steer = m.d
+    start = m.d
+    if p.limit == inf:
+        m.d = x.steer - x.steer_lead
+        return
+    x.steer, m.d = limit_rate(start, x.steer, x.steer_lead, p.limit, x.dt)
+    x.steer_lead = start - x.steer
