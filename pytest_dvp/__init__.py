@@ -5,17 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pytest_dvp.assertions import assert_matches
     from pytest_dvp.fuzz import Variant, scenario_variants
     from pytest_dvp.log import Log
     from pytest_dvp.run import RunResult, run
 
-__all__ = ["Log", "RunResult", "Variant", "run", "scenario_variants"]
+__all__ = ["Log", "RunResult", "Variant", "assert_matches", "run", "scenario_variants"]
 
 # pytest imports this package in every session that has the plugin installed, so nothing heavy may load here.
 _HOMES = {
     "Log": "pytest_dvp.log",
     "RunResult": "pytest_dvp.run",
     "Variant": "pytest_dvp.fuzz",
+    "assert_matches": "pytest_dvp.assertions",
     "run": "pytest_dvp.run",
     "scenario_variants": "pytest_dvp.fuzz",
 }

@@ -43,9 +43,10 @@ def write_compare_report(path: str | Path, pages: Sequence[Mapping[str, Any]]) -
     """Write one page for one or more logs compared with a model; same input, same bytes.
 
     Each of `pages` is a mapping with log, model, headline, alignment {lag [s], coverage}, signals {name: {rmse, nrmse,
-    chi2_per_n, mncc, lag, gain, iso18571, unit, noise}}, where [{channel, regime, share_of_error, share_of_time, kind}],
-    skipped, t (n,) [s], measured, modelled, residuals {name: (n,)}, ribbons {row: [(regime, from, to)]}, groups {group:
-    {channel: RMS error / noise or None}}, segments [s], position ((n,), (n,)) [m] or None, error (n,) [times the noise].
+    chi2_per_n, mncc, lag, gain, iso18571, unit, noise}}, where [{channel, regime, share_of_error, share_of_time,
+    kind}], skipped, t (n,) [s], measured, modelled, residuals {name: (n,)}, ribbons {row: [(regime, from, to)]},
+    groups {group: {channel: RMS error / noise or None}}, segments [s], position ((n,), (n,)) [m] or None, error (n,)
+    [times the noise].
 
     Raises OSError if the file cannot be written.
     """
@@ -64,6 +65,7 @@ def render_compare_report(pages: Sequence[Mapping[str, Any]]) -> str:
     text: str = _template().render(
         pages=pages,
         figures=figures,
+        regimes=REGIME_COLOURS,
         data=Markup(embed(figures)),
         style=Markup(_asset("run.css") + _asset("compare.css")),
         scripts=[Markup(script) for script in scripts],
@@ -133,7 +135,7 @@ def path_figure(t: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.fl
 
 
 def time_figure(page: Mapping[str, Any]) -> Figure:
-    """Regimes, then a row a channel: measured, model, noise band; or their difference where the curves would hide it."""
+    """Regimes, then a row a channel: measured, model, noise band; the difference where the curves would hide it."""
     t, signals = page["t"], page["signals"]
     worst = sorted(signals, key=lambda name: -_number(signals[name].get("chi2_per_n")))
     rows = [name for name in worst if name in OVERLAID]

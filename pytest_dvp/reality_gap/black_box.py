@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -143,7 +144,7 @@ class FmuSubject:
 
     def output(self, log: Log, segments: Segments) -> FloatArray:
         try:
-            import fmpy  # type: ignore[import-not-found]
+            fmpy: Any = importlib.import_module("fmpy")
         except ImportError as error:
             raise CompareError(f"{self.name}: FMUs need the extra fmi: pip install 'pytest-dvp[fmi]'") from error
         try:
@@ -180,7 +181,9 @@ def load_subject(argument: str) -> Subject:
     """
     path, _, function = argument.partition(".py:")
     if function or argument.endswith(".py"):
-        return StepSubject(load_step(Path(path + ".py" if function else argument), function or "step"), argument)
+        return StepSubject(
+            load_step(Path(path + ".py" if function else argument), function or "step"), Path(argument).name
+        )
     if argument.endswith(".toml"):
         from vehicle.model.model_file import read_model
 

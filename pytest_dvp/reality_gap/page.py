@@ -22,7 +22,9 @@ def page_of(name: str, comparison: Comparison) -> dict[str, Any]:
         "model": comparison.model,
         "headline": headline(comparison),
         "alignment": {"lag": comparison.alignment.lag, "coverage": comparison.alignment.coverage},
-        "signals": {key: {**score.as_dict(), "noise": comparison.noise[key]} for key, score in comparison.signals.items()},
+        "signals": {
+            key: {**score.as_dict(), "noise": comparison.noise[key]} for key, score in comparison.signals.items()
+        },
         "where": [{**where.as_dict(), "kind": where.kind} for where in comparison.where],
         "skipped": skipped(comparison.not_compared),
         "t": comparison.t,

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from pytest_dvp.reality_gap.bounds import Judged
 from pytest_dvp.reality_gap.compare import Comparison, SignalScore
 from pytest_dvp.reality_gap.locate import Where
 
 NOTHING_LEFT = 1.3  # chi^2/N up to which a signal counts as explained by its noise
+CAUSES = ("v", "yaw_rate", "ax", "ay", "steer")
 WORTH_SAYING = 0.1  # excess share of the error from which a regime is worth a sentence
 
 
@@ -18,6 +20,10 @@ def headline(comparison: Comparison) -> str:
     if not scores:
         return f"{comparison.model}: no sample could be compared"
     worst = max(scores, key=lambda name: scores[name].chi2_per_n)
+    # Position and heading follow from speed and turn rate: where those are off already, they are what to look at
+    causes = [name for name in CAUSES if name in scores and scores[name].chi2_per_n > NOTHING_LEFT]
+    if causes:
+        worst = max(causes, key=lambda name: scores[name].chi2_per_n)
     score = scores[worst]
     if score.chi2_per_n <= NOTHING_LEFT:
         return (
@@ -66,10 +72,14 @@ def table(comparison: Comparison) -> list[str]:
 def columns(rows: Sequence[Sequence[str]]) -> list[str]:
     """Rows of words as aligned lines, the first column to the left."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    return [
-        "  ".join(cell.ljust(w) if k in (0, 2) else cell.rjust(w) for k, (cell, w) in enumerate(zip(row, widths, strict=True))).rstrip()
-        for row in rows
-    ]  # fmt: skip
+    lines = []
+    for row in rows:
+        cells = [
+            cell.ljust(width) if k in (0, 2) else cell.rjust(width)
+            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return lines
 
 
 def places(where: Sequence[Where], limit: int = 8) -> list[str]:
@@ -94,3 +104,13 @@ def skipped(not_compared: Mapping[str, str]) -> str:
 
 def _text(value: float | None, form: str) -> str:
     return "-" if value is None else format(value, form)
+
+
+def failure(comparison: Comparison, judged: Sequence[Judged]) -> str:
+    """Why a model does not match: the broken bounds, the headline, and where the error of each broken signal sits."""
+    broken = [one for one in judged if not one.holds]
+    lines = [f"{comparison.model} does not match the log: {len(broken)} of {len(judged)} bounds are broken"]
+    for one in broken:
+        place = worst_place(comparison.where, one.signal) if one.kind == "rmse" else None
+        lines.append(f"  {one}" + (f"; {sentence(place)}" if place else ""))
+    return "\n".join([*lines, headline(comparison), *table(comparison)])
