@@ -1,0 +1,272 @@
+"""The truth car in motion: actuators and a bicycle, integrated with Runge-Kutta at 1250 Hz.
+
+Kinematic bicycle at the rear axle (r = v tan(d)/L), or, with effects that need slip angles, a dynamic one. Commands are
+held for 20 ms; a delayed command is looked up in the history of commands, exactly, as a mean over the step.
+Source of the equations: M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., secs. 2, 20-21.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from tests.truth.effects import (
+    C_A,
+    C_CF,
+    C_CR,
+    C_DYNAMIC,
+    C_I,
+    C_L,
+    C_M,
+    C_SPEED_MODE,
+    INDEX,
+    FloatArray,
+)
+
+PERIOD = 0.02  # s, hold of the commands
+SUBSTEPS = 25
+H = PERIOD / SUBSTEPS  # s
+G = 9.80665  # m/s^2
+SLOW = 1.0  # m/s, below it the dynamic bicycle rolls without slip
+IDLE = 0.1  # m/s^2, a smaller command means that no pedal is pressed
+
+# the state
+X, Y, YAW, V, VY, R, FF, FR = range(8)  # motion, vy at the centre of gravity, relaxed tyre forces
+(A_LAG, A_BRAKE, A_JERK, D_LAG, D_RATE, D_STICK, D_PLAY, ROLL, SUM, HEAT, ENERGY, WAY, D_RES, W_RES, GAP) = range(8, 23)
+N_STATE = 23
+FINE = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
+"""Columns of the fine record."""
+
+P = INDEX
+(DRIVE_T, DRIVE_TAU, BRAKE_TAU) = (P["drive_delay", "T"], P["drive_lag", "tau"], P["brake_lag", "tau"])
+(G_DRIVE, G_BRAKE, M_RATIO) = (P["drive_gain", "g"], P["brake_gain", "g"], P["mass", "ratio"])
+(JERK, POWER, BRAKE_MAX) = (P["jerk_limit", "limit"], P["power_limit", "limit"], P["brake_limit", "limit"])
+(DEAD, LIFT, ROLLING) = (P["pedal_deadband", "width"], P["lift_off_braking", "a"], P["rolling_resistance", "c"])
+(VISCOUS, AERO, CORNER) = (P["viscous_resistance", "c"], P["aero_drag", "k"], P["cornering_drag", "c"])
+(GRADE, GRADE_H) = (P["road_grade", "slope"], P["road_grade", "heading"])
+(BANK, BANK_H) = (P["road_bank", "slope"], P["road_bank", "heading"])
+(WIND, WIND_K) = (P["headwind", "speed"], P["headwind", "k"])
+(STEER_T, STEER_TAU, STEER_RATE) = (P["steer_delay", "T"], P["steer_lag", "tau"], P["steer_rate_limit", "limit"])
+(STEER_MAX, STICK, PLAY) = (
+    P["steer_angle_limit", "limit"],
+    P["steer_stiction", "width"],
+    P["steer_backlash", "half_width"],
+)
+(RATIO, LEFT, RIGHT) = (P["steer_ratio", "g"], P["steer_asymmetry", "g_left"], P["steer_asymmetry", "g_right"])
+(OFFSET, GRIP, RELAX) = (P["steer_offset", "offset"], P["tyre_saturation", "limit"], P["tyre_relaxation", "length"])
+(TRANSFER, COMPLY) = (P["load_transfer", "c"], P["steer_compliance", "c"])
+(ROLL_GAIN, ROLL_TAU, INERTIA) = (P["roll_dynamics", "gain"], P["roll_dynamics", "tau"], P["yaw_inertia", "ratio"])
+(KP, KI) = (P["speed_controller", "kp"], P["speed_controller", "ki"])
+(RIPPLE, PER_METRE) = (P["torque_ripple", "amplitude"], P["torque_ripple", "per_metre"])
+(RATIO_V, FADE, FADE_HEAT) = (P["speed_dependent_ratio", "c"], P["brake_fade", "drop"], P["brake_fade", "heat"])
+(GUST, GUST_T) = (P["cross_wind", "amplitude"], P["cross_wind", "period"])
+(RES_F, RES_D) = (P["steer_resonance", "frequency"], P["steer_resonance", "damping"])
+(SAG, SAG_E) = (P["battery_sag", "drop"], P["battery_sag", "energy"])
+(GAP_V, GAP_T) = (P["gear_gap", "speed"], P["gear_gap", "duration"])
+(CREEP, CREEP_V) = (P["creep", "a"], P["creep", "speed"])
+
+
+@njit(cache=True, error_model="numpy")
+def held(commands: FloatArray, last: int, column: int, begin: float) -> float:
+    """Mean of a held command over begin..begin+H [s]; before the log the first one held."""
+    first = int(math.floor(begin / PERIOD + 1e-9))
+    then = int(math.floor((begin + H) / PERIOD - 1e-9))
+    u0 = commands[min(max(first, 0), last), column]
+    if then <= first:
+        return float(u0)
+    u1 = commands[min(max(then, 0), last), column]
+    part = (then * PERIOD - begin) / H
+    return float(part * u0 + (1.0 - part) * u1)
+
+
+@njit(cache=True, error_model="numpy")
+def follow(y: float, u: float, tau: float) -> float:
+    """tau y' = u - y over one step, implicit midpoint."""
+    if tau <= 0.0:
+        return u
+    q = 0.5 * H / tau
+    return (y * (1.0 - q) + 2.0 * q * u) / (1.0 + q)
+
+
+@njit(cache=True, error_model="numpy")
+def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: float) -> tuple[float, float]:
+    """Produced acceleration (its brake part negative) and the friction of a lifted pedal, >= 0 [m/s^2]."""
+    if p[C_SPEED_MODE] > 0.0:
+        error = held(commands, last, 2, t - p[DRIVE_T]) - s[V]
+        s[SUM] += p[KI] * error * H
+        wish = p[KP] * error + s[SUM]
+    else:
+        wish = held(commands, last, 0, t - p[DRIVE_T])
+    lifted = p[LIFT] if abs(wish) < IDLE else 0.0
+    if abs(wish) < p[DEAD]:
+        wish = 0.0
+    if wish > 0.0:
+        wish *= p[G_DRIVE] * (1.0 - p[SAG] * (1.0 - math.exp(-s[ENERGY] / p[SAG_E])))
+    else:
+        wish *= p[G_BRAKE] * (1.0 - p[FADE] * (1.0 - math.exp(-s[HEAT] / p[FADE_HEAT])))
+    wish /= p[M_RATIO]
+    old = s[A_LAG]
+    s[A_LAG] = follow(old, wish, p[DRIVE_TAU])
+    a = 0.5 * (old + s[A_LAG]) if p[DRIVE_TAU] > 0.0 else wish
+    if a < 0.0:
+        old = s[A_BRAKE]
+        s[A_BRAKE] = follow(old, a, p[BRAKE_TAU])
+        a = 0.5 * (old + s[A_BRAKE]) if p[BRAKE_TAU] > 0.0 else a
+    else:
+        s[A_BRAKE] = 0.0
+    a = min(max(a, s[A_JERK] - p[JERK] * H), s[A_JERK] + p[JERK] * H)
+    s[A_JERK] = a
+    a = max(a, -p[BRAKE_MAX])
+    if a > 0.0:
+        if a * s[V] > p[POWER]:
+            a = p[POWER] / s[V]
+        if p[GAP_T] > 0.0:
+            if s[V] < 0.6 * p[GAP_V]:
+                s[GAP] = 0.0
+            elif s[V] > p[GAP_V] and s[GAP] < p[GAP_T]:
+                s[GAP] += H
+                a = 0.0
+    if p[CREEP] > 0.0 and a > -0.3 and s[V] < p[CREEP_V]:
+        a += p[CREEP] * (1.0 - s[V] / p[CREEP_V])
+    if p[RIPPLE] > 0.0 and s[V] > 0.0:
+        a += p[RIPPLE] * math.sin(2.0 * math.pi * p[PER_METRE] * s[WAY])
+    return a, lifted
+
+
+@njit(cache=True, error_model="numpy")
+def steering(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: float) -> float:
+    """Mean road-wheel angle of the step [rad]."""
+    d = held(commands, last, 1, t - p[STEER_T])
+    d *= p[RATIO] * (p[LEFT] if d > 0.0 else p[RIGHT]) / (1.0 + p[RATIO_V] * s[V])
+    d += p[OFFSET]
+    d = min(max(d, -p[STEER_MAX]), p[STEER_MAX])
+    old = s[D_LAG]
+    s[D_LAG] = follow(old, d, p[STEER_TAU])
+    if p[STEER_TAU] > 0.0:
+        d = 0.5 * (old + s[D_LAG])
+    old = s[D_RATE]
+    s[D_RATE] = min(max(d, old - p[STEER_RATE] * H), old + p[STEER_RATE] * H)
+    d = s[D_RATE]
+    if p[RES_F] > 0.0:
+        w = 2.0 * math.pi * p[RES_F]
+        s[W_RES] += H * (w * w * (d - s[D_RES]) - 2.0 * p[RES_D] * w * s[W_RES])
+        s[D_RES] += H * s[W_RES]
+        d = s[D_RES]
+    if abs(d - s[D_STICK]) >= p[STICK]:  # breaks away and catches up
+        s[D_STICK] = d
+    d = s[D_STICK]
+    s[D_PLAY] = min(max(s[D_PLAY], d - p[PLAY]), d + p[PLAY])
+    d = s[D_PLAY]
+    if p[GUST] > 0.0:
+        d += p[GUST] * math.sin(2.0 * math.pi * t / p[GUST_T])
+    if p[ROLL_GAIN] > 0.0:
+        s[ROLL] = follow(s[ROLL], p[ROLL_GAIN] * s[R] * s[V] / G, p[ROLL_TAU])
+        d -= s[ROLL]
+    return d
+
+
+@njit(cache=True, error_model="numpy")
+def grip(force: float, most: float) -> float:
+    """Linear force that levels off at `most`."""
+    if most == math.inf:
+        return force
+    return force / math.sqrt(1.0 + (force / most) ** 2)
+
+
+@njit(cache=True, error_model="numpy")
+def tyres(q: FloatArray, p: FloatArray, d: float) -> tuple[float, float]:
+    """Steady lateral forces of front and rear axle [N] in motion q."""
+    a, b = p[C_A], p[C_L] - p[C_A]
+    v = max(q[V], SLOW)
+    soft = 1.0 - p[TRANSFER] * (q[R] * q[V] / G) ** 2
+    # d turns back by c F, and F = C (d - c F - ...): solved for F
+    stiff = p[C_CF] * soft
+    front = stiff / (1.0 + 1e-3 * p[COMPLY] * stiff) * (d - math.atan((q[VY] + a * q[R]) / v))
+    rear = -p[C_CR] * soft * math.atan((q[VY] - b * q[R]) / v)
+    load = p[C_M] * p[GRIP] / p[C_L]
+    return grip(front, load * b), grip(rear, load * a)
+
+
+@njit(cache=True, error_model="numpy")
+def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: FloatArray) -> None:
+    """Time derivative f of the motion q at produced acceleration a and road-wheel angle d."""
+    b = p[C_L] - p[C_A]
+    v = q[V]
+    r = q[R] if slipping else v * math.tan(d) / p[C_L]
+    vy_rear = q[VY] - b * r if slipping else 0.0
+    c, s = math.cos(q[YAW]), math.sin(q[YAW])
+    f[X], f[Y], f[YAW] = v * c - vy_rear * s, v * s + vy_rear * c, r
+    wind = v + p[WIND]
+    along = a - p[ROLLING] - p[VISCOUS] * v - p[AERO] * v * v - p[CORNER] * abs(r * v)
+    along += p[WIND_K] * (v * v - wind * abs(wind))
+    along -= G * math.sin(p[GRADE] * math.cos(q[YAW] - p[GRADE_H]))
+    f[VY] = f[R] = f[FF] = f[FR] = 0.0
+    if slipping:
+        front, rear = tyres(q, p, d)
+        if p[RELAX] > 0.0:
+            f[FF] = (front - q[FF]) * v / p[RELAX]
+            f[FR] = (rear - q[FR]) * v / p[RELAX]
+            front, rear = q[FF], q[FR]
+        across = -G * math.sin(p[BANK] * math.cos(q[YAW] - p[BANK_H]))
+        along += r * q[VY] - front * math.sin(d) / p[C_M]
+        f[VY] = (front * math.cos(d) + rear) / p[C_M] - v * r + across
+        f[R] = (p[C_A] * front * math.cos(d) - b * rear) / (p[C_I] * p[INERTIA])
+    f[V] = along
+
+
+@njit(cache=True, error_model="numpy")
+def advance(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, fine: FloatArray) -> None:
+    """One period with command row `last` held: changes s; fine (SUBSTEPS, 8) gets FINE at the begin of each substep."""
+    b = p[C_L] - p[C_A]
+    k1, k2, k3, k4, q = np.zeros(8), np.zeros(8), np.zeros(8), np.zeros(8), np.zeros(8)
+    for j in range(SUBSTEPS):
+        t = last * PERIOD + j * H
+        a, lifted = pedals(s, p, commands, last, t)
+        d = steering(s, p, commands, last, t)
+        v = s[V]
+        slipping = p[C_DYNAMIC] > 0.0 and v > SLOW
+        bank = p[BANK] * math.cos(s[YAW] - p[BANK_H])
+        lean = G * math.sin(p[GRADE] * math.cos(s[YAW] - p[GRADE_H]))
+        if not slipping:
+            s[R] = v * math.tan(d) / p[C_L]
+            s[VY] = b * s[R]
+        slope(s[:8], p, a - lifted, d, slipping, k1)
+        rolls = v > 0.0 or k1[V] > 0.0
+        # what stands at the begin of this substep
+        fine[j, 0], fine[j, 1], fine[j, 2], fine[j, 3], fine[j, 4] = s[X], s[Y], s[YAW], v, s[R]
+        vy_rear = s[VY] - b * s[R]
+        if not rolls:
+            fine[j, 5] = lean
+            fine[j, 6] = G * math.sin(bank)
+        else:
+            fine[j, 5] = k1[V] - s[R] * vy_rear + lean
+            fine[j, 6] = s[R] * v + G * math.sin(bank)
+            if slipping:
+                fine[j, 6] += k1[VY] - b * k1[R]
+        fine[j, 7] = d
+        if not rolls:
+            continue
+        for i in range(8):
+            q[i] = s[i] + 0.5 * H * k1[i]
+        slope(q, p, a - lifted, d, slipping, k2)
+        for i in range(8):
+            q[i] = s[i] + 0.5 * H * k2[i]
+        slope(q, p, a - lifted, d, slipping, k3)
+        for i in range(8):
+            q[i] = s[i] + H * k3[i]
+        slope(q, p, a - lifted, d, slipping, k4)
+        for i in range(8):
+            s[i] += H / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
+        s[V] = max(s[V], 0.0)
+        if not slipping:
+            s[R] = s[V] * math.tan(d) / p[C_L]
+            s[VY] = b * s[R]
+            s[FF] = p[C_M] * b / p[C_L] * s[R] * s[V]
+            s[FR] = p[C_M] * p[C_A] / p[C_L] * s[R] * s[V]
+        elif p[RELAX] <= 0.0:
+            s[FF], s[FR] = tyres(s[:8], p, d)
+        s[WAY] += H * v
+        s[ENERGY] += H * v * max(a, 0.0)
+        s[HEAT] += H * v * max(-a, 0.0)

@@ -1,0 +1,178 @@
+"""What can be hidden in a truth car: names and keys of DIAGNOSIS's catalogue, and some that no catalogue has.
+
+Written down here a second time on purpose: the kernel's own catalogue is what the truth is to test.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+Effects = Mapping[str, Mapping[str, float]]
+
+# name -> key -> (value that switches it off, a value in the middle of its range, unit)
+PLANT: dict[str, dict[str, tuple[float, float, str]]] = {
+    "drive_delay": {"T": (0.0, 0.2, "s")},
+    "drive_lag": {"tau": (0.0, 0.3, "s")},
+    "brake_lag": {"tau": (0.0, 0.3, "s")},
+    "drive_gain": {"g": (1.0, 0.85, "-")},
+    "brake_gain": {"g": (1.0, 0.8, "-")},
+    "mass": {"ratio": (1.0, 1.2, "-")},
+    "jerk_limit": {"limit": (math.inf, 3.0, "m/s^3")},
+    "power_limit": {"limit": (math.inf, 8.0, "W/kg")},
+    "brake_limit": {"limit": (math.inf, 2.0, "m/s^2")},
+    "pedal_deadband": {"width": (0.0, 0.3, "m/s^2")},
+    "lift_off_braking": {"a": (0.0, 0.5, "m/s^2")},
+    "rolling_resistance": {"c": (0.0, 0.2, "m/s^2")},
+    "viscous_resistance": {"c": (0.0, 0.05, "1/s")},
+    "aero_drag": {"k": (0.0, 0.003, "1/m")},
+    "cornering_drag": {"c": (0.0, 0.15, "-")},
+    "road_grade": {"slope": (0.0, 0.03, "rad"), "heading": (0.0, 0.4, "rad")},
+    "road_bank": {"slope": (0.0, 0.06, "rad"), "heading": (0.0, 0.4, "rad")},
+    "headwind": {"speed": (0.0, 6.0, "m/s"), "k": (0.0, 0.003, "1/m")},
+    "steer_delay": {"T": (0.0, 0.15, "s")},
+    "steer_lag": {"tau": (0.0, 0.2, "s")},
+    "steer_rate_limit": {"limit": (math.inf, 0.2, "rad/s")},
+    "steer_angle_limit": {"limit": (math.inf, 0.2, "rad")},
+    "steer_stiction": {"width": (0.0, 0.012, "rad")},
+    "steer_backlash": {"half_width": (0.0, 0.01, "rad")},
+    "steer_ratio": {"g": (1.0, 0.88, "-")},
+    "steer_asymmetry": {"g_left": (1.0, 0.9, "-"), "g_right": (1.0, 1.1, "-")},
+    "steer_offset": {"offset": (0.0, 0.012, "rad")},
+    "understeer": {"K": (0.0, 0.004, "rad s^2/m")},
+    "tyre_saturation": {"limit": (math.inf, 3.0, "m/s^2")},
+    "tyre_relaxation": {"length": (0.0, 0.8, "m")},
+    "load_transfer": {"c": (0.0, 0.4, "-")},
+    "steer_compliance": {"c": (0.0, 0.008, "rad/kN")},
+    "roll_dynamics": {"gain": (0.0, 0.15, "-"), "tau": (0.2, 0.2, "s")},
+    "yaw_inertia": {"ratio": (1.0, 1.5, "-")},
+    "speed_controller": {"kp": (0.0, 1.2, "1/s"), "ki": (0.0, 0.2, "1/s^2")},
+    # in no catalogue: a diagnosis must say UNKNOWN or PARTIAL
+    "torque_ripple": {"amplitude": (0.0, 0.5, "m/s^2"), "per_metre": (0.5, 0.35, "1/m")},
+    "speed_dependent_ratio": {"c": (0.0, 0.025, "s/m")},
+    "brake_fade": {"drop": (0.0, 0.5, "-"), "heat": (60.0, 60.0, "m^2/s^2")},
+    "cross_wind": {"amplitude": (0.0, 0.012, "rad"), "period": (7.0, 7.0, "s")},
+    "steer_resonance": {"frequency": (0.0, 1.8, "Hz"), "damping": (0.25, 0.25, "-")},
+    "battery_sag": {"drop": (0.0, 0.4, "-"), "energy": (100.0, 100.0, "m^2/s^2")},
+    "gear_gap": {"speed": (0.0, 6.0, "m/s"), "duration": (0.0, 0.5, "s")},
+    "creep": {"a": (0.0, 0.6, "m/s^2"), "speed": (2.0, 2.5, "m/s")},
+}
+"""Effects of the car itself, integrated with its motion."""
+
+SENSORS: dict[str, dict[str, tuple[float, float, str]]] = {
+    "wheel_radius": {"ratio": (1.0, 0.96, "-")},
+    "gyro_bias": {"b": (0.0, 0.01, "rad/s")},
+    "yaw_rate_latency": {"T": (0.0, 0.1, "s")},
+    "accelerometer_bias": {"b": (0.0, 0.2, "m/s^2")},
+    "imu_misalignment": {"angle": (0.0, 0.06, "rad")},
+    "pitch": {"gain": (0.0, 0.12, "-")},
+    "roll": {"gain": (0.0, 0.12, "-")},
+    "heading_bias": {"b": (0.0, 0.025, "rad")},
+    "gnss_latency": {"T": (0.0, 0.15, "s")},
+    "gnss_lever_arm": {"x": (0.0, 0.8, "m"), "y": (0.0, 0.2, "m")},
+}
+"""Effects of what the sensors show."""
+
+OUTSIDE = (
+    "torque_ripple",
+    "speed_dependent_ratio",
+    "brake_fade",
+    "cross_wind",
+    "steer_resonance",
+    "battery_sag",
+    "gear_gap",
+    "creep",
+)
+"""Effects that no library is expected to have."""
+
+KNOWN = {**PLANT, **SENSORS}
+CATALOGUE: tuple[str, ...] = tuple(name for name in KNOWN if name not in OUTSIDE)
+TYRE_EFFECTS = frozenset(
+    {
+        "understeer",
+        "tyre_saturation",
+        "tyre_relaxation",
+        "load_transfer",
+        "steer_compliance",
+        "roll_dynamics",
+        "yaw_inertia",
+    }
+)
+"""Effects that need slip angles: with one of them the body is a dynamic bicycle, else a kinematic one."""
+
+
+@dataclass(frozen=True)
+class TruthCar:
+    """The car of the blind cases, and its stiffness where an effect leaves that open. SI units."""
+
+    wheelbase: float = 2.45
+    cg_to_front_axle: float = 1.15
+    mass: float = 1150.0
+    yaw_inertia: float = 1400.0
+    # N/rad of a whole axle, for effects that only show on tyres that slip; b/Cf = a/Cr, so that they steer neutrally
+    stiffness_front: float = 104_000.0
+    stiffness_rear: float = 92_000.0
+    stiff: float = 600_000.0  # N/rad, an axle that hardly slips: the dynamic twin of a kinematic car
+
+
+INDEX: dict[tuple[str, str], int] = {
+    pair: k for k, pair in enumerate((name, key) for name, keys in PLANT.items() for key in keys)
+}
+N_EFFECT = len(INDEX)
+# behind the effects: the car
+(C_L, C_A, C_M, C_I, C_CF, C_CR, C_DYNAMIC, C_SPEED_MODE) = range(N_EFFECT, N_EFFECT + 8)
+
+
+def typical(name: str) -> dict[str, float]:
+    """A plain value of every key of an effect, well inside its range."""
+    return {key: middle for key, (_, middle, _) in KNOWN[name].items()}
+
+
+def checked(effects: Effects) -> dict[str, dict[str, float]]:
+    """The effects with all their keys. Raises ValueError on a name or key that nobody knows."""
+    full: dict[str, dict[str, float]] = {}
+    for name, given in effects.items():
+        if name not in KNOWN:
+            raise ValueError(f"no truth effect called {name!r}; known: {', '.join(sorted(KNOWN))}")
+        for key in given:
+            if key not in KNOWN[name]:
+                raise ValueError(f"{name} has no key {key!r}; it has {', '.join(KNOWN[name])}")
+        full[name] = {key: float(given.get(key, off)) for key, (off, _, _) in KNOWN[name].items()}
+    return full
+
+
+def stiffnesses(car: TruthCar, effects: Effects) -> tuple[float, float]:
+    """Cornering stiffness of front and rear axle [N/rad].
+
+    Given K, the steady state decides: K = m/L (b/Cf - a/Cr); the stiffer axle is nearly rigid. Effects of how tyres
+    work get tyres that slip; the others hang on nearly rigid ones, so that nothing else is hidden with them.
+    """
+    a, b = car.cg_to_front_axle, car.wheelbase - car.cg_to_front_axle
+    if "understeer" in effects:
+        k = effects["understeer"]["K"]
+        rigid_rear = car.mass * a / (car.wheelbase * car.stiff)
+        if k + rigid_rear > car.mass * b / (car.wheelbase * car.stiff):
+            return car.mass * b / (car.wheelbase * (k + rigid_rear)), car.stiff
+        rigid_front = car.mass * b / (car.wheelbase * car.stiff)
+        return car.stiff, car.mass * a / (car.wheelbase * (rigid_front - k))
+    if {"load_transfer", "tyre_relaxation", "yaw_inertia"} & set(effects):
+        return car.stiffness_front, car.stiffness_rear
+    return car.stiff, car.stiff
+
+
+def parameters(car: TruthCar, effects: Effects) -> FloatArray:
+    """Everything the integrator needs as one array (effects at INDEX, the car at C_...)."""
+    p = np.empty(N_EFFECT + 8)
+    for (name, key), k in INDEX.items():
+        p[k] = effects[name][key] if name in effects else PLANT[name][key][0]
+    p[C_L], p[C_A], p[C_M] = car.wheelbase, car.cg_to_front_axle, car.mass
+    p[C_I] = car.yaw_inertia
+    p[C_CF], p[C_CR] = stiffnesses(car, effects)
+    p[C_DYNAMIC] = float(bool(TYRE_EFFECTS & set(effects)))
+    p[C_SPEED_MODE] = float("speed_controller" in effects)
+    return p
