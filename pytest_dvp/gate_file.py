@@ -10,6 +10,7 @@ from typing import Any
 
 from openscenario.findings import Finding, nearest
 from pytest_dvp.gate_lines import Lines, locate_lines
+from pytest_dvp.gate_match import read_model_gate
 from pytest_dvp.gate_model import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.metrics import Metric, MetricError, find_metric, known_metrics
 from pytest_dvp.metrics.registry import check_options
@@ -63,8 +64,15 @@ class _Reader:
             tables = []
         elif not tables and not self.findings:
             self.find("no_gate", 1, "gate", "no [[gate]]: a file without gates judges nothing")
-        gates = [self._gate(table, i) for i, table in enumerate(tables)]
-        return GateFile(task, tuple(gate for gate in gates if gate is not None), self.file, traffic)
+        gates: list[Gate] = []
+        for i, table in enumerate(tables):
+            if "model" in table and "metric" not in table:
+                head, keys = self.lines.gates[i] if i < len(self.lines.gates) else (self.lines.top.get("gate"), {})
+                gates += read_model_gate(table, f"gate[{i + 1}]", head, keys, self.file, self.find, self._stages)
+            else:
+                gate = self._gate(table, i)
+                gates += [gate] if gate is not None else []
+        return GateFile(task, tuple(gates), self.file, traffic)
 
     def _toml(self, path: Path) -> dict[str, Any]:
         try:
@@ -199,7 +207,7 @@ class _Reader:
     def _metric(self, table: dict[str, Any], line: int | None, element: str) -> Metric | None:
         name = table.get("metric")
         if not isinstance(name, str):
-            self.find("no_metric", line, element, 'a gate needs a metric: metric = "collision"')
+            self.find("no_metric", line, element, 'a gate needs a metric: metric = "collision" (or model = "car.toml")')
             return None
         try:
             return find_metric(name)

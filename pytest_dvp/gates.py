@@ -132,12 +132,13 @@ def _verdict(gate: Gate, status: Status, value: MetricValue | None, reason: str)
     unit = value.unit if value is not None else ""
     number = value.value if value is not None and value.valid else None
     margin = bound = None
-    short = f"{gate.metric} {status}: {_printable(reason)}"
+    name = _name(gate)
+    short = f"{name} {status}: {_printable(reason)}"
     message = short
     if number is not None and value is not None:
         margin, bound, relation = _margin(gate, number)
         shown, limit = _pair(number, bound, unit)
-        short = f"{gate.metric} {shown}{_suffix(unit)} {relation} {limit}"
+        short = f"{name} {shown}{_suffix(unit)} {relation} {limit}"
         short += f" at t={value.t:.2f} s" if value.t is not None else ""
         short += f" ({_printable(value.object)})" if value.object else ""
         message = f"{short}, margin {_pair(margin, 0.0, unit)[0]}{_suffix(unit)}"
@@ -168,6 +169,11 @@ def _label(gate: Gate, unit: str) -> str:
         parts.append(f"<= {_pair(gate.max, gate.max, unit)[0]}")
     signal = f"({gate.options['signal']})" if "signal" in gate.options else ""
     return f"{gate.metric}{signal} {' and '.join(parts)}{_suffix(unit)}"
+
+
+def _name(gate: Gate) -> str:
+    """A model's figures mean nothing without their signal."""
+    return f"{gate.metric}({gate.options['signal']})" if "model" in gate.options else gate.metric
 
 
 def _suffix(unit: str) -> str:

@@ -16,6 +16,7 @@ import msgspec
 from pytest_dvp.gates import Verdict, overall
 from pytest_dvp.log import Log
 from pytest_dvp.metrics import MetricValue, compute, known_metrics
+from pytest_dvp.metrics.base import REQUIRED
 
 _NUMBERED = re.compile(r"\.?(\d{4,})[.-]")
 
@@ -49,8 +50,12 @@ def save_run(run: FinishedRun, root: Path | str) -> Path:
 
 
 def measure(log: Log) -> dict[str, MetricValue]:
-    """All metrics of one log with their default options, by name, for tables and pictures."""
-    return {name: compute(name, log) for name, chosen in known_metrics().items() if chosen.logs == 1}
+    """All metrics of one log that need no option, with their defaults, by name, for tables and pictures."""
+    return {
+        name: compute(name, log)
+        for name, chosen in known_metrics().items()
+        if chosen.logs == 1 and REQUIRED not in chosen.options.values()
+    }
 
 
 def result_of(

@@ -28,13 +28,15 @@ class Series:
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Measured:
-    """What a metric's function returns: value, time [s] and object of the worst moment, course, further figures."""
+    """What a metric's function returns: value, time [s] and object of the worst moment, course, further figures; the
+    unit where it depends on the options."""
 
     value: float
     t: float | None = None
     object: str = ""
     series: Series | None = None
     extra: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    unit: str = ""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

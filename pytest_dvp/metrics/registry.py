@@ -108,4 +108,5 @@ def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> Me
         return invalid(f"the value is {value}")
     t = None if result.t is None or not math.isfinite(result.t) else float(result.t)
     extra = {key: float(number) for key, number in result.extra.items()}
-    return MetricValue(name, value, chosen.unit, t, result.object, True, "", result.series, extra, note)
+    unit = result.unit or chosen.unit
+    return MetricValue(name, value, unit, t, result.object, True, "", result.series, extra, note)

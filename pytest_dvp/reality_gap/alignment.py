@@ -25,7 +25,8 @@ class Alignment:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Alike:
-    """MNCC, lag [s] to a fraction of a sample, gain measured/model; None where a constant signal does not define it."""
+    """MNCC, lag [s] to a fraction of a sample, gain measured/model; None where a constant signal does
+    not define them, lag and gain also where the best lag is beyond the search."""
 
     mncc: float | None
     lag: float | None
@@ -50,6 +51,8 @@ def alike(measured: FloatArray, model: FloatArray, step: float, max_lag: float =
         found = likeness(model, measured, step, max_lag)
     except Undefined:
         return Alike(None, None, None)
+    if int(np.argmax(found.correlation)) in (0, len(found.lags) - 1):
+        return Alike(found.mncc, None, None)  # still rising at the end of the search: no lag was found
     gain = found.gain if np.isfinite(found.gain) else None
     return Alike(found.mncc, peak(found.lags, found.correlation), gain)
 

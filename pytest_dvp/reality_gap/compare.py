@@ -106,8 +106,11 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
     segments = cut(log.t, measured, wheelbase=wheelbase)
     output = subject.output(log, segments)
     judged, left_out = _channels(subject, measured, output, channels)
+    free_speed = "v" not in subject.held
     sigma = _noise(log.t, measured, judged)
-    found = residuals(output, measured, log.t, sigma, segments, free_speed="v" not in subject.held)
+    rough = residuals(output, measured, log.t, sigma, segments, free_speed=free_speed)
+    sigma = _noise(log.t, measured, judged, rough.values)
+    found = residuals(output, measured, log.t, sigma, segments, free_speed=free_speed)
     column = {name: CHANNELS.index(name) for name in judged}
     rest = {name: np.ascontiguousarray(found.values[:, k]) for name, k in column.items()}
     real = {name: np.ascontiguousarray(measured[:, k]) for name, k in column.items()}
@@ -179,12 +182,12 @@ def _channels(
     return judged, reasons
 
 
-def _noise(t: FloatArray, measured: FloatArray, judged: Collection[str]) -> FloatArray:
+def _noise(t: FloatArray, measured: FloatArray, judged: Collection[str], rest: FloatArray | None = None) -> FloatArray:
     """Sigma (8,) of the judged channels, inf for the others; a noiseless constant gets a tiny one."""
     found = np.full(len(CHANNELS), np.inf)
     for name in judged:
         k = CHANNELS.index(name)
-        sigma = noise.sigma(t, measured[:, k])
+        sigma = noise.sigma(t, measured[:, k], None if rest is None else rest[:, k])
         found[k] = max(sigma, 1e-9) if np.isfinite(sigma) else np.inf
     return found
 

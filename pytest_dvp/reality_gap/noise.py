@@ -8,25 +8,28 @@ from pytest_dvp.log import FloatArray
 
 _GAIN = 20.0**0.5  # standard deviation of the third difference of white noise of standard deviation 1
 _WHITE = -0.6  # correlation of neighbouring third differences; -15/20 for white noise, towards +1 for a smooth signal
-_LONGEST = 0.3  # s: over longer strides a car's motion shows, not noise
+_LONGEST = 0.12  # s: over longer strides a car's motion shows, not noise
 _FILTERED_FLOOR = 0.005  # of the signal's change over a second, for signals that were smoothed before they were logged
 _WHITE_FLOOR = 0.0002
 _CLIP = 2.5  # standard deviations beyond which a difference is an event, not noise
 
 
-def sigma(t: FloatArray, y: FloatArray) -> float:
+def sigma(t: FloatArray, y: FloatArray, residual: FloatArray | None = None) -> float:
     """Standard deviation of the noise in y (n,), in its unit; t (n,) [s] ascending, NaN = not measured.
 
     Third differences (y[i+3k] - 3 y[i+2k] + 3 y[i+k] - y[i]) remove what a car can do in 3k samples; white noise leaves
     sqrt(20) sigma in them. Median instead of mean, so that jerks do not count. A signal that was filtered before it was
     logged has smooth noise and would seem noiseless: the stride k grows until neighbouring differences look like those
     of white noise, and the result gets a floor of 0.5 % of the signal's usual change over a second. A quantised signal
-    is never better than its step / sqrt(12). Valid while the noise is wider than a tenth of the motion in one sample;
-    slow drift is not seen. NaN with fewer than 16 samples; 0 for a constant.
+    is never better than its step / sqrt(12). A jittery command shakes the car itself, which looks like noise; so where
+    there is a model's `residual` (n,), measured - model, the smaller of the two estimates is taken: a model adds error
+    to the noise, never takes it away. Slow drift is not seen. NaN with fewer than 16 samples; 0 for a constant.
 
     Source: von Neumann et al., Ann. Math. Stat. 12 (1941) 153, with differences of third instead of first order.
     """
     known = np.isfinite(y) & np.isfinite(t)
+    if residual is not None:
+        residual = residual[known & np.isfinite(residual)]
     t, y = t[known], y[known]
     if len(y) < 16:
         return float("nan")
@@ -35,28 +38,33 @@ def sigma(t: FloatArray, y: FloatArray) -> float:
         return float("nan")
     reach = max(1, min(len(y) // 8, round(_LONGEST / step)))
     found, filtered = _white_level(y, reach)
+    if residual is not None and len(residual) >= 16:
+        left, smooth = _white_level(residual, reach)
+        if filtered or not smooth:
+            found = min(found, left)
     swing = _swing(y, max(1, min(len(y) - 1, round(1.0 / step))))
     floor = (_FILTERED_FLOOR if filtered else _WHITE_FLOOR) * swing
     return float(max(found, floor, _quantum(y) / 12.0**0.5))
 
 
 def _white_level(y: FloatArray, reach: int) -> tuple[float, bool]:
-    """Level at the shortest stride at which the differences look white, and whether that took more than one sample."""
-    best, best_likeness = 0.0, np.inf
+    """Level at the shortest stride at which the differences look white, and whether that took more than one sample; the
+    level at one sample if they never do."""
+    first = 0.0
     for stride in _strides(reach):
         d = y[3 * stride :] - 3.0 * y[2 * stride : -stride] + 3.0 * y[stride : -2 * stride] - y[: -3 * stride]
+        if len(d) <= 2 * stride:
+            break
         spread = 1.482602 * float(np.median(np.abs(d)))
         if spread == 0.0:  # mostly quantised away; the quantum is the floor
             spread = float(np.sqrt(np.mean(d * d)))
             if spread == 0.0:
                 continue
         c = np.clip(d / spread, -_CLIP, _CLIP)
-        likeness = float(np.mean(c[stride:] * c[:-stride]) / np.mean(c * c))
-        if likeness <= _WHITE:
+        if float(np.mean(c[stride:] * c[:-stride]) / np.mean(c * c)) <= _WHITE:
             return spread / _GAIN, stride > 1
-        if likeness < best_likeness:
-            best, best_likeness = spread / _GAIN, likeness
-    return best, True
+        first = first or spread / _GAIN
+    return first, True
 
 
 def _strides(reach: int) -> list[int]:

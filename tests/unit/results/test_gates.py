@@ -12,6 +12,7 @@ from results_logs import drive_straight, log_of, times, track
 from pytest_dvp.gates import Gate, GateFile, Verdict, default_gates, judge, overall
 from pytest_dvp.log import Log, LogEvent
 from pytest_dvp.metrics import Measured, known_metrics, metric, registry
+from pytest_dvp.metrics.base import REQUIRED
 
 CLOSING = drive_straight(5.0, objects={"target": track(times()[::5], 62.0, 0.0)})
 """Greatest inverse TTC 5.0 / 7.3 = 0.685 1/s at t = 10 s."""
@@ -76,7 +77,7 @@ def test_undefined_metric_is_inconclusive_with_its_reason() -> None:
     assert verdict.message == "completion_time INCONCLUSIVE: the goal was never reached, gate a.gates.toml:3"
 
 
-@pytest.mark.parametrize("name", sorted(set(known_metrics()) - {"mncc", "lag", "gain"}))
+@pytest.mark.parametrize("name", sorted(n for n, m in known_metrics().items() if REQUIRED not in m.options.values()))
 @pytest.mark.parametrize("bound", [{"max": 1e9}, {"min": -1e9}])
 def test_log_without_samples_passes_no_gate(name: str, bound: dict[str, float]) -> None:
     assert one(Gate(name, **bound), log_of(0.0)).status == "INCONCLUSIVE"
