@@ -21,14 +21,14 @@ from dataclasses import dataclass
 from math import inf, isfinite, isnan
 from typing import Any, Literal, TypeAlias
 
-from vehicle.model.bus import BUS_FIELDS, Bus
+from vehicle.model.bus import BUS_FIELDS
 from vehicle.model.errors import ModelError, nearest_name
 from vehicle.model.maths import DELAY_LINE
 
 Slot: TypeAlias = Literal["command", "actuator", "force", "body", "road", "sensor", "perception"]
 SLOTS: tuple[Slot, ...] = ("command", "actuator", "force", "body", "road", "sensor", "perception")
 
-EffectFunction: TypeAlias = Callable[[Bus, Any, Any], None]
+EffectFunction: TypeAlias = Callable[[Any, Any, Any], Any]  # (bus, p, m), of perception (tracks, p, rng)
 
 
 @dataclass(frozen=True, slots=True)

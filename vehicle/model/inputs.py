@@ -1,7 +1,7 @@
 """From log columns to the commands of the kernel: pedals, motor current, brake pressure, normalised steering.
 
-The scales of a map are numbers of the model file's [inputs] and can be fitted like those of an effect: INPUT_KEYS, under
-the name "inputs".
+The scales of a map are numbers of the model file's [inputs] and can be fitted like those of an effect: INPUT_KEYS,
+under the name "inputs".
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ class Inputs:
     """Which log columns drive the model, and what they mean.
 
     Road-wheel angle [rad] = steer_zero + steer_scale * column. Full throttle and brake ask for `full_throttle`,
-    `full_brake` [m/s^2]; a motor current [A] of `full_current` is full throttle (negative: brake), a brake pressure [Pa]
-    of `full_pressure` is full brake.
+    `full_brake` [m/s^2]; a motor current [A] of `full_current` is full throttle (negative: brake), a brake pressure
+    [Pa] of `full_pressure` is full brake.
     """
 
     steer: str = "steer_cmd"

@@ -1,7 +1,7 @@
 """The compiled step: commands -> actuators -> forces -> body -> road -> motion -> sensors.
 
-`run` is for the twin: many small steps, sensors after each. `replay` drives a log: steps as long as its samples, what is
-shown at a stamp is the motion there under the command that begins there.
+`run` is for the twin: many small steps, sensors after each. `replay` drives a log: steps as long as its samples; a row
+shows the motion at its stamp under the command that begins there.
 
 Everything numeric of the car's motion is in this one file, because a compiled cache notices changes of its own file
 only. Effects are called by address in their slots (see `vehicle.model.compiled`).
@@ -140,7 +140,7 @@ def _pull(slope: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _along(x: Any, blend: float, mode: int) -> float:
-    """Speed at the end of the step: smooth forces first, then dry friction, which can stop the car but not reverse it."""
+    """Speed at the end of the step: smooth forces, then dry friction, which can stop the car but not reverse it."""
     if mode == IMPOSED:
         return float(x.v_cmd)
     inertia = x.mass + x.rotating_mass
@@ -367,7 +367,7 @@ def replay(
         x.accel_cmd, x.throttle_cmd = commands[k, 1], commands[k, 2]
         x.brake_cmd, x.speed_cmd = commands[k, 3], commands[k, 4]
         span = t[k + 1] - t[k] if k + 1 < n else step
-        pieces = int(math.ceil(span / step - 1e-6))
+        pieces = max(math.ceil(span / step - 1e-6), 1)
         x.dt = span / pieces
         for i in range(pieces):
             part = (i + 0.5) / pieces

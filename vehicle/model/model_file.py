@@ -264,10 +264,10 @@ def model_text(model: VehicleModel) -> str:
     out.append(f"longitudinal = {_toml_text(' + '.join(model.inputs.longitudinal))}")
     out.append(f"full_throttle = {_toml_number(model.inputs.full_throttle)}  # m/s^2")
     out.append(f"full_brake = {_toml_number(model.inputs.full_brake)}  # m/s^2")
-    for key, default, _low, _high, unit in _INPUT_NUMBERS[2:]:
-        value = getattr(model.inputs, key)
-        if value != (default_steer_scale(model.inputs.steer) if key == "steer_scale" else default):
-            out.append(f"{key} = {_toml_number(value)}  # {unit}")
+    for name, default, _low, _high, unit in _INPUT_NUMBERS[2:]:
+        value = getattr(model.inputs, name)
+        if value != (default_steer_scale(model.inputs.steer) if name == "steer_scale" else default):
+            out.append(f"{name} = {_toml_number(value)}  # {unit}")
     out += ["", "[parameters]"]
     out += [f"{name} = {_toml_number(value)}  # {units[name]}" for name, value in model.car.values().items()]
     for applied in model.effects:

@@ -1,0 +1,30 @@
+"""Gain of the brake."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, effect
+
+
+@effect(
+    name="brake_gain",
+    slot="command",
+    order=60,
+    physics="the brake gives another deceleration than the command asks for",
+    equation="a = g a_c for a_c < 0",
+    source="B. Breuer, K. Bill (eds.), Brake Technology Handbook",
+    parameters=(
+        Key("g", "-", 0.6, 1.2, neutral=1.0, least=0.02, minimum=0.0, meaning="produced over wanted deceleration"),
+    ),
+    ties=(
+        "mass",
+        "brake_limit",
+    ),
+    reveals="equal steps of drive and brake command from 3 to 8 m/s",
+)
+def brake_gain(x: Bus, p: Any, m: Any) -> None:
+    if x.accel < 0.0:
+        x.accel *= p.g
+        x.accel_lead *= p.g

@@ -1,0 +1,27 @@
+"""Drag of turning tyres."""
+
+from __future__ import annotations
+
+from math import tan
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, effect
+
+
+@effect(
+    name="cornering_drag",
+    slot="force",
+    physics="in turns the lateral tyre forces have a part that points backward",
+    equation="a = -c abs(v r)",
+    source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed. (curve resistance)",
+    parameters=(
+        Key(
+            "c", "-", 0.02, 0.5, neutral=0.0, least=0.01, minimum=0.0, meaning="deceleration over lateral acceleration"
+        ),
+    ),
+    ties=("rolling_resistance",),
+    reveals="steady circles at constant command and growing speed",
+)
+def cornering_drag(x: Bus, p: Any, m: Any) -> None:
+    x.resistance += p.c * x.mass * abs(x.vx * x.vx * tan(x.steer) / x.wheelbase)

@@ -1,0 +1,31 @@
+"""Braking without pedal."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, effect
+
+RELEASED = 0.05  # m/s^2, commands below count as a released pedal
+
+
+@effect(
+    name="lift_off_braking",
+    slot="force",
+    physics="with the pedal released, regeneration or engine drag slows the car",
+    equation="a = -a_r while abs(a) < 0.05 m/s^2, when moving",
+    source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed. (coasting)",
+    parameters=(
+        Key("a", "m/s^2", 0.2, 1.0, neutral=0.0, least=0.05, minimum=0.0, meaning="deceleration at released pedal"),
+    ),
+    ties=(
+        "rolling_resistance",
+        "motor_damping",
+        "pedal_deadband",
+    ),
+    reveals="lift-off from several speeds, held for 3 s",
+)
+def lift_off_braking(x: Bus, p: Any, m: Any) -> None:
+    if abs(x.accel) < RELEASED:
+        x.resistance += p.a * x.mass_ref

@@ -1,0 +1,44 @@
+"""Load sensitivity of the tyres."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vehicle.model.bus import GRAVITY, Bus
+from vehicle.model.effect import Key, effect
+
+
+@effect(
+    name="load_transfer",
+    slot="body",
+    order=20,
+    tyres=True,
+    physics="in a turn load moves to the outer wheels, whose tyres gain less than the inner ones lose",
+    equation="C = C_0 (1 - c q^2), q = 2 h ay/(g T)",
+    source="H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., ch. 1 (effective axle characteristic)",
+    parameters=(
+        Key(
+            "c",
+            "-",
+            0.0,
+            0.5,
+            neutral=0.0,
+            least=0.02,
+            minimum=0.0,
+            maximum=0.95,
+            meaning="loss of axle stiffness when the inner wheels lift",
+        ),
+    ),
+    ties=(
+        "tyre_saturation",
+        "understeer",
+    ),
+    reveals="steady circles at growing speed up to the limit",
+)
+def load_transfer(x: Bus, p: Any, m: Any) -> None:
+    share = 2.0 * x.cg_height * x.vx * x.yaw_rate / (GRAVITY * x.track)
+    left = 1.0 - p.c * min(share * share, 1.0)
+    x.fy_front *= left
+    x.fy_rear *= left
+    x.tangent_front *= left
+    x.tangent_rear *= left

@@ -1,0 +1,30 @@
+"""Effective mass: payload and turning parts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, effect
+
+
+@effect(
+    name="mass",
+    slot="command",
+    order=62,
+    physics="the same force moves more mass than the commands were calibrated for",
+    equation="a = a_c / ratio",
+    source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed. (rotating masses)",
+    parameters=(
+        Key("ratio", "-", 0.7, 1.4, neutral=1.0, least=0.02, minimum=0.05, meaning="effective over nominal mass"),
+    ),
+    ties=(
+        "drive_gain",
+        "brake_gain",
+        "motor_inertia",
+    ),
+    reveals="equal steps of drive and brake command from 3 to 8 m/s",
+)
+def mass(x: Bus, p: Any, m: Any) -> None:
+    x.accel /= p.ratio
+    x.accel_lead /= p.ratio

@@ -1,0 +1,50 @@
+"""Build-up of lateral force over distance."""
+
+from __future__ import annotations
+
+from math import expm1
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, Memory, effect
+
+MEMORY = ("front", "rear", "front_steady", "rear_steady", "front_tangent", "rear_tangent", "gone", "follow", "begun")
+
+
+@effect(
+    name="tyre_relaxation",
+    slot="body",
+    order=80,
+    tyres=True,
+    physics="a tyre must roll some way before its lateral force follows its slip",
+    equation="sigma/v F' = F_ss - F",
+    source="H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed. (relaxation length)",
+    parameters=(Key("length", "m", 0.1, 3.0, neutral=0.0, least=0.05, minimum=0.0, meaning="relaxation length sigma"),),
+    memory=tuple(Memory(name) for name in MEMORY),
+    ties=(
+        "steer_lag",
+        "steer_delay",
+    ),
+    reveals="steering steps of both signs at 3 and at 10 m/s",
+)
+def tyre_relaxation(x: Bus, p: Any, m: Any) -> None:
+    if m.begun == 0.0:
+        m.begun, m.front, m.rear = 1.0, x.fy_front, x.fy_rear
+        m.front_steady, m.rear_steady = x.fy_front, x.fy_rear
+    elif m.gone > 0.0:  # the last step: slip moved straight from its start to its end
+        m.front += m.gone * (m.front_steady - m.front) + m.follow * m.front_tangent * x.slip_change_front
+        m.rear += m.gone * (m.rear_steady - m.rear) + m.follow * m.rear_tangent * x.slip_change_rear
+    m.front_steady, m.rear_steady = x.fy_front, x.fy_rear
+    m.front_tangent, m.rear_tangent = x.tangent_front, x.tangent_rear
+    if p.length <= 0.0:
+        m.front, m.rear, m.gone = x.fy_front, x.fy_rear, 0.0
+        return
+    way = max(x.vx, 1.0) * x.dt / p.length
+    m.gone = -expm1(-way)
+    share = m.gone / way
+    m.follow = 1.0 - share
+    x.fy_front += (m.front - x.fy_front) * share
+    x.fy_rear += (m.rear - x.fy_rear) * share
+    mean = 1.0 - 2.0 * (1.0 - share) / way
+    x.tangent_front *= mean
+    x.tangent_rear *= mean
