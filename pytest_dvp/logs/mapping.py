@@ -76,7 +76,9 @@ def read_mapping(path: Path) -> MappingFile:
         raise LogError(f"{path}: not TOML: {error}", "log.bad_mapping") from error
     head = _table(path, raw, {"log": dict, "signal": list}, "")
     log = _table(path, head.get("log", {}), {"time": str, "origin": list, "antenna": list}, "log.")
-    known = {field.name: str if field.type == "str" else float for field in dataclasses.fields(SignalMap)}
+    known: dict[str, type] = {
+        field.name: str if field.type == "str" else float for field in dataclasses.fields(SignalMap)
+    }
     signals = tuple(
         SignalMap(**_table(path, entry, known, f"signal[{i}].")) for i, entry in enumerate(head.get("signal", []))
     )
@@ -123,7 +125,7 @@ def _table(path: Path, raw: Any, known: dict[str, type], prefix: str) -> dict[st
             )
         if kind is float and isinstance(value, int) and not isinstance(value, bool):
             value = float(value)
-        if not isinstance(value, kind) or (kind is float and not np.isfinite(float(value))):
+        if not isinstance(value, kind) or (isinstance(value, float) and not np.isfinite(value)):
             raise _bad(path, prefix + key, str(value), f"a {'number' if kind is float else kind.__name__}")
         out[key] = value
     if prefix.startswith("signal") and "name" not in out:

@@ -1,0 +1,6 @@
+"""What is wrong with a log, and which effects it could ever reveal. Runs before any physics is fitted to it."""
+
+from pytest_dvp.doctor.examine import examine
+from pytest_dvp.doctor.excitation import Excitation, excitation
+
+__all__ = ["Excitation", "examine", "excitation"]

@@ -1,0 +1,232 @@
+"""The time base: rate, jitter, gaps, jumps of the state that time does not explain, and clocks that disagree."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from openscenario.findings import Findings
+from pytest_dvp.doctor.motion import Motion, best_lag, correlation
+from pytest_dvp.log import FloatArray, Log
+
+SLOWEST = 0.5  # Hz: below, no manoeuvre of a car can be seen
+FASTEST = 20_000.0  # Hz: above, the stamps are in another unit
+JITTER = 0.04  # share of the sample interval: standard deviation that bends a derivative by as much
+GAP = 2.5  # sample intervals
+OFFSET = 0.08  # [s]: least disagreement of two clocks that is told; two intervals if that is more
+LONGEST = 2.0  # [s] looked for
+
+# Two channels that tell one thing, the least standard deviation [SI] to judge them by, and the lag [s] that no clock is
+# needed for: a sensor ahead of the rear axle sees a turn d/v earlier, side slip moves ay against v * yaw_rate.
+PAIRS = (
+    ("turn", "yaw_rate", 0.02, OFFSET), ("path_turn", "turn", 0.03, 0.25), ("ay", "v*yaw_rate", 0.3, 0.16),
+    ("ax", "accel", 0.3, 0.15), ("path_speed", "v", 0.5, OFFSET),
+)  # fmt: skip
+_TOLERANCE = {(first, second): tolerance for first, second, _, tolerance in PAIRS}
+_CHANNELS = {
+    "turn": ("yaw",), "yaw_rate": ("yaw_rate",), "path_turn": ("x, y",), "ay": ("ay",), "v*yaw_rate": ("yaw_rate",),
+    "ax": ("ax",), "accel": ("v",), "path_speed": ("x, y",), "v": ("v",),
+}  # fmt: skip
+_ONE = (
+    ("yaw_rate",),
+    ("yaw",),
+    ("v",),
+    ("x, y",),
+    ("ay",),
+    ("ax",),
+    ("x, y", "yaw"),
+    ("ax", "ay"),
+    ("ax", "ay", "yaw_rate"),
+)
+_EXPLANATIONS: tuple[tuple[tuple[str, ...], ...], ...] = (
+    *((one,) for one in _ONE),
+    *((one, two) for i, one in enumerate(_ONE) for two in _ONE[i + 1 :] if not set(one) & set(two)),
+)
+
+
+def check_rate(log: Log, file: str, line: int | None, findings: Findings) -> bool:
+    """False if the stamps cannot be seconds."""
+    steps = np.diff(log.t)
+    median = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    ratio = _travel_ratio(log, median)
+    slow, fast = median > 1.0 / SLOWEST, 0 < median < 1.0 / FASTEST
+    if not (slow or fast or ratio > 100.0 or 0.0 < ratio < 0.01):
+        return True
+    guess = " milliseconds stored as seconds?" if 0.5 < median < 1e4 and (ratio > 100.0 or slow) else ""
+    against = f"; v * dt is {ratio:.3g} times the distance between positions" if ratio > 0.0 else ""
+    findings.add(
+        "log.implausible_rate", file, line, "column t", f"the stamps do not fit seconds:{guess or ' wrong unit'}{against}",
+        found=f"{median:.6g} s between rows, {1 / median if median else 0:.3g} Hz", allowed=f"{SLOWEST} to {FASTEST:g} Hz",
+        hint="correct the unit of the column: `t [ms]`",
+    )  # fmt: skip
+    return False
+
+
+def _travel_ratio(log: Log, median: float) -> float:
+    """Distance by v over distance by x, y, row by row; 0 if it cannot be said."""
+    if not {"x", "y", "v"} <= log.columns.keys():
+        return 0.0
+    x, y, v = (log.columns[name] for name in "xyv")
+    every = max(1, round(0.5 / median)) if median > 0 else 1
+    moved = np.hypot(np.diff(x[::every]), np.diff(y[::every]))
+    driven = np.abs(v[::every][1:]) * np.diff(log.t[::every])
+    known = np.isfinite(moved) & np.isfinite(driven) & (moved > 0) & (driven > 0)
+    return float(np.median(driven[known] / moved[known])) if np.count_nonzero(known) > 5 else 0.0
+
+
+def check_stamps(log: Log, file: str, findings: Findings) -> None:
+    """Jitter and gaps; duplicated and reversed stamps are the reader's findings."""
+    steps = np.diff(log.t)
+    steps = steps[steps > 0]
+    if len(steps) < 10:
+        return
+    median = float(np.median(steps))
+    gaps = np.flatnonzero(np.diff(log.t) > max(GAP * median, median + 0.02))
+    regular = steps[steps <= GAP * median]
+    share = float(np.std(regular)) / median
+    mixed = any(np.isnan(values).mean() > 0.2 for values in log.columns.values())
+    if share > JITTER and not mixed:
+        findings.add(
+            "log.jitter", file, None, "column t", "the sample interval scatters",
+            found=f"{100 * share:.1f} % of {median:.4g} s (standard deviation)", allowed=f"up to {100 * JITTER:.0f} %",
+            hint="these are stamps of reception: record the sender's stamps, or allow for as much in every delay found",
+            severity="warning",
+        )  # fmt: skip
+    if len(gaps) and not mixed:
+        lost = float(np.sum(np.diff(log.t)[gaps] - median))
+        first = int(gaps[0])
+        findings.add(
+            "log.gap", file, None, "column t",
+            f"{len(gaps)} gaps, {lost:.3g} s in all, the first of {steps.max() if len(gaps) == 1 else np.diff(log.t)[first]:.3g} s "
+            f"at t = {log.t[first]:.6g} s", hint="cut the log there: LOG@START:STOP", severity="warning",
+        )  # fmt: skip
+
+
+def check_jumps(log: Log, file: str, findings: Findings) -> None:
+    """A state that jumps farther than its rates allow: another run begins, or a position fix jumped."""
+    t = log.t
+    steps = np.diff(t)
+    moved = _beyond(log, steps)
+    turned = _turned(log, steps)
+    faster = _faster(log, steps)
+    for row in np.flatnonzero(moved > 1.0)[:1]:
+        others = [name for name, jump in (("yaw", turned), ("v", faster)) if len(jump) and jump[row] > 1.0]
+        several = int(np.count_nonzero(moved > 1.0))
+        if others:
+            findings.add(
+                "log.concatenated", file, None, "column x",
+                f"x, y and {' and '.join(others)} jump at t = {t[row + 1]:.6g} s: another run begins there",
+                hint=f"split it: LOG@:{t[row + 1]:.6g} and LOG@{t[row + 1]:.6g}:",
+            )  # fmt: skip
+        else:
+            findings.add(
+                "log.position_jump", file, None, "column x",
+                f"the position jumps {several} times, first at t = {t[row + 1]:.6g} s, while speed and heading go on",
+                hint="a position fix that jumped, or two runs in one file: cut the log there", severity="warning",
+            )  # fmt: skip
+
+
+def _beyond(log: Log, steps: FloatArray) -> FloatArray:
+    """Jump of the position over what is allowed, a value a step."""
+    if not {"x", "y", "v"} <= log.columns.keys():
+        return np.zeros(len(steps))
+    x, y, v = (log.columns[name] for name in "xyv")
+    moved = np.hypot(np.diff(x), np.diff(y))
+    speed = np.maximum(np.abs(v[1:]), np.abs(v[:-1]))
+    noise = 8.0 * float(np.nanmedian(np.abs(moved - speed * steps))) + 1e-9
+    top = float(np.nanpercentile(np.abs(v), 95))
+    return np.nan_to_num(np.maximum(moved - 2.0 * speed * np.abs(steps), 0.0) / max(0.3 * top, noise, 0.1))
+
+
+def _turned(log: Log, steps: FloatArray) -> FloatArray:
+    yaw = log.columns.get("yaw")
+    if yaw is None:
+        return np.zeros(0)
+    turn = np.abs(np.angle(np.exp(1j * np.diff(yaw))))
+    usual = 20.0 * float(np.nanmedian(turn))
+    return np.nan_to_num(turn / max(0.15, usual))
+
+
+def _faster(log: Log, steps: FloatArray) -> FloatArray:
+    v = log.columns["v"]
+    return np.nan_to_num(
+        np.abs(np.diff(v)) / (15.0 * np.abs(steps) + 0.1 * float(np.nanpercentile(np.abs(v), 95)) + 0.05)
+    )
+
+
+def check_offsets(motion: Motion, median: float, file: str, findings: Findings) -> None:
+    """Channels whose clock disagrees with the others'."""
+    lags = pair_lags(motion)
+    allowed = {pair: max(_TOLERANCE[pair], 2.0 * median) for pair in lags}
+    off = {pair: lag for pair, lag in lags.items() if abs(lag) > allowed[pair]}
+    if not off:
+        return
+    best: tuple[float, dict[tuple[str, ...], float]] | None = None
+    for sources in _EXPLANATIONS:
+        if best is not None and len(sources) > len(best[1]):
+            break  # one channel that explains all is better than two
+        delays = {source: _delay(source, sources, lags) for source in sources}
+        if any(abs(delay) <= 0.75 * OFFSET for delay in delays.values()):
+            continue
+        miss = [
+            (lag - sum(delays[source] * _sign(pair, source) for source in sources)) / (allowed[pair] + 0.25 * abs(lag))
+            for pair, lag in lags.items()
+        ]
+        score = float(np.sum(np.square(miss)))
+        if max(map(abs, miss)) <= 1.0 and (best is None or score < best[0] - 1e-9):
+            best = (score, delays)
+    if best is not None:
+        for source, delay in best[1].items():
+            _tell(", ".join(source), delay, "the other channels", file, findings)
+        return
+    for (first, second), lag in off.items():
+        _tell(", ".join(_CHANNELS[first]), lag, ", ".join(_CHANNELS[second]), file, findings)
+
+
+def _delay(source: tuple[str, ...], sources: tuple[tuple[str, ...], ...], lags: dict[tuple[str, str], float]) -> float:
+    """Delay of a source by the sharpest pair that it takes part in alone; 0 if there is none."""
+    own = [
+        (_TOLERANCE[pair], lag * _sign(pair, source))
+        for pair, lag in lags.items()
+        if _sign(pair, source) and not any(_sign(pair, other) for other in sources if other != source)
+    ]
+    return min(own, default=(0.0, 0.0), key=lambda entry: entry[0])[1]
+
+
+def pair_lags(motion: Motion) -> dict[tuple[str, str], float]:
+    """Lag [s] of each pair of channels that can be judged: both there, moving enough, and of one shape."""
+    of = dict(motion.of)
+    if motion.has("v", "yaw_rate"):
+        of["v*yaw_rate"] = of["v"] * of["yaw_rate"]
+    lags: dict[tuple[str, str], float] = {}
+    for first, second, least, _ in PAIRS:
+        if first not in of or second not in of:
+            continue
+        needs_motion = first in ("path_turn", "ay")
+        a = np.where(motion.moving, of[first], np.nan) if needs_motion else of[first]
+        b = of[second]
+        known = np.isfinite(a) & np.isfinite(b)
+        if np.count_nonzero(known) < 100 or min(np.std(a[known]), np.std(b[known])) < least:
+            continue
+        lag, top = best_lag(a, b, motion.step, LONGEST, positive=True)
+        if top < 0.8 or abs(lag) >= LONGEST - motion.step:
+            continue
+        if top**2 - correlation(a[known], b[known]) ** 2 < 0.05 * (1.0 - top**2):
+            lag = 0.0  # no better than together
+        lags[first, second] = lag
+    return lags
+
+
+def _sign(pair: tuple[str, str], source: tuple[str, ...]) -> int:
+    """+1 if the source is the pair's first channel alone, -1 if its second, 0 if both or none."""
+    first = any(channel in source for channel in _CHANNELS[pair[0]])
+    second = any(channel in source for channel in _CHANNELS[pair[1]])
+    return int(first) - int(second)
+
+
+def _tell(channel: str, lag: float, other: str, file: str, findings: Findings) -> None:
+    findings.add(
+        "log.clock_offset", file, None, f"column {channel}",
+        f"{channel} comes {abs(lag):.2f} s {'later' if lag > 0 else 'earlier'} than {other} tell",
+        hint="a clock offset or a sensor's latency, the data cannot say which: correct the stamps by `delay` in a mapping, "
+        "or let the model have the latency", severity="warning",
+    )  # fmt: skip

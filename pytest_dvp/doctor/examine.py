@@ -1,0 +1,53 @@
+"""examine: everything that is wrong with a log, as findings with what to do about each."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from openscenario.findings import Finding, Findings
+from pytest_dvp.doctor.clock import check_jumps, check_offsets, check_rate, check_stamps
+from pytest_dvp.doctor.motion import motion_of
+from pytest_dvp.doctor.sensors import check_echoes, check_sensors
+from pytest_dvp.doctor.signs import check_acceleration, check_angles, check_speed, check_turning
+from pytest_dvp.log import Log
+from pytest_dvp.logs.table import findings_of
+
+
+def examine(log: Log, *, file: str = "", line: int | None = None) -> tuple[Finding, ...]:
+    """Findings of the import and of the physical consistency of the log; an error means: do not compare with it.
+
+    file  name for the messages; default: that of the import
+    line  line of the second row of numbers, where the file has lines
+
+    Limits: judges what at least two signals tell; needs about 5 s of motion, some turning for signs and axes, some
+    speeding up or braking for ax. A delay between command and answer is no finding: that is for the model.
+    """
+    findings = Findings()
+    findings.found.extend(findings_of(log))
+    name = file or str(log.meta.get("import", {}).get("file", "log"))
+    if len(log.t) < 3:
+        if not findings.found:
+            findings.add("log.too_short", name, None, "", f"{len(log.t)} rows are no log", allowed="3 or more")
+        return findings.in_order()
+    if any(f.code == "log.time_not_monotonic" for f in findings.found):
+        check_jumps(log, name, findings)
+        return findings.in_order()
+    if not check_rate(log, name, line, findings):
+        return findings.in_order()
+    check_stamps(log, name, findings)
+    before = len(findings.found)
+    check_jumps(log, name, findings)
+    check_echoes(log, name, findings)
+    motion = motion_of(log)
+    if motion is None or any(f.code == "log.concatenated" for f in findings.found[before:]):
+        return findings.in_order()
+    check_speed(motion, name, findings)
+    check_angles(log, motion, name, findings)
+    suspects = {f.element for f in findings.found if f.code in ("log.implausible_range", "log.unit_suspect")}
+    check_sensors(log, motion, name, findings)
+    check_acceleration(motion, name, findings)
+    if "column yaw" not in suspects:
+        check_turning(motion, name, findings)
+        if not any(f.code in ("log.axes_swapped", "log.sign_flipped") for f in findings.found):
+            check_offsets(motion, float(np.median(np.diff(log.t))), name, findings)
+    return findings.in_order()
