@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, settings_from
+from pytest_dvp.cli.found_files import Kind, files_of, kind_of
 from pytest_dvp.settings import Settings
 
 Findings = Iterable[dict[str, Any]]
@@ -17,7 +18,7 @@ Findings = Iterable[dict[str, Any]]
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("paths", nargs="+", metavar="PATH", help=".xosc, .xodr, .gates.toml, .toml, .mcap, or a folder")
-    add_settings(parser, ("library",))
+    add_settings(parser, ("library", "ego"))
     add_json(parser)
 
 
@@ -41,25 +42,53 @@ def execute(arguments: argparse.Namespace) -> int:
 def _files(text: str) -> list[Path]:
     path = Path(text)
     if path.is_dir():
-        return sorted(file for file in path.rglob("*") if file.is_file() and _kind(file) in CHECKERS)
+        found = files_of(path)
+        if not found:  # a wrong path must not look like a checked one
+            raise WrongArgument(
+                f"{text}: nothing to check here: no .xosc, .xodr, .gates.toml, vehicle model or .mcap"
+            )
+        return found
     if not path.exists():
         raise WrongArgument(f"{text}: no such file")
     return [path]
 
 
-def _kind(path: Path) -> str:
-    return ".gates.toml" if path.name.endswith(".gates.toml") else path.suffix.lower()
-
-
 def _checker(path: Path) -> Callable[[Path, Settings], Findings]:
     # Whatever is none of the known kinds was named by a user as a scenario: its reader says what is wrong with it.
-    return CHECKERS.get(_kind(path), _scenario)
+    return CHECKERS[kind_of(path) or ("model" if path.suffix.lower() == ".toml" else "scenario")]
 
 
 def _scenario(path: Path, settings: Settings) -> Findings:
     from openscenario.read import check_scenario
 
-    return [finding.as_dict() for finding in check_scenario(path, library=settings.library, rootdir=settings.rootdir)]
+    findings = check_scenario(path, library=settings.library, rootdir=settings.rootdir)
+    yield from (finding.as_dict() for finding in findings)
+    if not any(finding.severity == "error" for finding in findings):
+        yield from _ego(path, settings)
+
+
+def _ego(path: Path, settings: Settings) -> Findings:
+    """What a run would need and `dvp play` would not: the one vehicle that the driving stack drives."""
+    from openscenario.findings import ScenarioError
+    from openscenario.read import read_scenario
+    from openscenario.xml import read_xml
+    from pytest_dvp.ego import find_ego
+
+    root = read_xml(path).root
+    entities = root.find("Entities")
+    if entities is None:
+        return  # a catalogue
+    try:
+        find_ego(read_scenario(path, library=settings.library, rootdir=settings.rootdir), settings.ego)
+    except ScenarioError as error:
+        hint = "" if settings.ego else "; dvp run needs it, dvp play does not: call the vehicle under test Ego"
+        for finding in error.findings:
+            yield finding.as_dict() | {
+                "severity": "error" if settings.ego else "warning",
+                "line": entities.line,
+                "element": "OpenSCENARIO/Entities",
+                "message": finding.message + hint,
+            }
 
 
 def _road(path: Path, settings: Settings) -> Findings:
@@ -70,9 +99,11 @@ def _road(path: Path, settings: Settings) -> Findings:
 
 
 def _gates(path: Path, settings: Settings) -> Findings:
+    from pytest_dvp.gate_beside import check_beside
     from pytest_dvp.gates import check_gates
 
-    return [finding.as_dict() for finding in check_gates(path)]
+    beside = check_beside(path, library=settings.library, rootdir=settings.rootdir)
+    return [finding.as_dict() for finding in (*check_gates(path), *beside)]
 
 
 def _model(path: Path, settings: Settings) -> Findings:
@@ -105,10 +136,10 @@ def _one(path: Path, code: str, kind: type[Exception], read: Callable[[], object
     return []
 
 
-CHECKERS: dict[str, Callable[[Path, Settings], Findings]] = {
-    ".xosc": _scenario,
-    ".xodr": _road,
-    ".gates.toml": _gates,
-    ".toml": _model,
-    ".mcap": _log,
+CHECKERS: dict[Kind, Callable[[Path, Settings], Findings]] = {
+    "scenario": _scenario,
+    "road": _road,
+    "gates": _gates,
+    "model": _model,
+    "log": _log,
 }

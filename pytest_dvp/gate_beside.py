@@ -1,0 +1,138 @@
+"""A gate file against the scenario beside it: whether there is one, and whether the task lies on its road."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from openscenario.findings import Finding, ScenarioError, listed, nearest
+from openscenario.model.scenario import Scenario
+from openscenario.read import read_scenario
+from openscenario.read.road import RoadFacts, road_facts
+from pytest_dvp.gate_file import read_gates
+from pytest_dvp.gate_lines import Lines, locate_lines
+from pytest_dvp.gate_model import GateError, GateFile
+from vehicle.messages import RoadPoint
+
+ENDING = ".gates.toml"
+NEED_A_GOAL = ("goal_reached", "completion_time")
+_ROUTES = ("AssignRouteAction", "AcquirePositionAction")
+
+
+def check_beside(path: Path, *, library: Sequence[Path] = (), rootdir: Path | None = None) -> tuple[Finding, ...]:
+    """Findings of a gate file that only its scenario shows; none where either of them is wrong in itself."""
+    if not path.name.endswith(ENDING):
+        return tuple(_wrong_name(path))
+    scenario_path = path.with_name(f"{path.name.removesuffix(ENDING)}.xosc")
+    if not scenario_path.is_file():
+        return (_orphan(path, scenario_path),)
+    try:
+        gates = read_gates(path)
+        lines = locate_lines(path.read_text(encoding="utf-8"))
+        scenario = read_scenario(scenario_path, library=library, rootdir=rootdir)
+        road = scenario.road_network.logic_file
+        facts = None if road is None else road_facts(road)
+    except (GateError, ScenarioError):
+        return ()  # each file's own check tells
+    found = [*_places(gates, facts, lines, str(path), scenario_path.name)] if facts is not None else []
+    return (*found, *_without_goal(gates, scenario, str(path), scenario_path.name))
+
+
+def _wrong_name(path: Path) -> Iterator[Finding]:
+    stem = next((path.name[: -len(end)] for end in (".gate.toml", "_gates.toml") if path.name.endswith(end)), "")
+    if not stem:
+        return
+    right = path.with_name(stem + ENDING)
+    # Beside a scenario without a gate file it is meant to be that file, and a run would silently not use it.
+    lost = path.with_name(f"{stem}.xosc").is_file() and not right.is_file()
+    yield Finding(
+        "dvp.gates.name",
+        "error" if lost else "warning",
+        str(path),
+        None,
+        "",
+        text="a run does not find a gate file of this name",
+        found=path.name,
+        allowed=f"NAME{ENDING} beside NAME.xosc, or any file with --gates",
+        hint=f"did you mean {right.name}?",
+    )
+
+
+def _orphan(path: Path, scenario: Path) -> Finding:
+    names = sorted(other.name for other in path.parent.glob("*.xosc"))
+    return Finding(
+        "dvp.gates.orphan",
+        "warning",
+        str(path),
+        None,
+        "",
+        text=f"no scenario {scenario.name} beside this gate file: no run finds it by itself",
+        allowed=listed(names),
+        hint=nearest(scenario.name, names),
+    )
+
+
+def _places(gates: GateFile, facts: RoadFacts, lines: Lines, file: str, scenario: str) -> Iterator[Finding]:
+    if gates.task is None:
+        return
+    for key, place in (("start", gates.task.start), ("goal", gates.task.goal)):
+        if place is None:
+            continue
+        line = lines.task.get(key, lines.top.get("task"))
+        wrong = _off_road(place, facts)
+        if wrong is not None:
+            part, text, found, allowed, hint = wrong
+            yield Finding(
+                "dvp.task",
+                "error",
+                file,
+                line,
+                f"task.{key}.{part}",
+                text=f"{text} in {scenario}",
+                found=found,
+                allowed=allowed,
+                hint=hint,
+            )
+
+
+def _off_road(place: RoadPoint, facts: RoadFacts) -> tuple[str, str, str, str, str] | None:
+    """(key, text, found, allowed, hint) if the place does not exist."""
+    length = facts.lengths.get(place.road)
+    if length is None:
+        roads = sorted(facts.lengths, key=lambda road: (len(road), road))
+        hint = "" if place.road.isdigit() else nearest(place.road, roads)  # 2 is no likely 29
+        return "road", f"no road {place.road[:40]}", "", listed(roads), hint
+    if place.s > length:
+        allowed = f"0 ... {length:g} m on road {place.road}"
+        return "s", "beyond the end of the road", f"{place.s:g}", allowed, ""
+    here = [numbers for start, numbers in facts.lanes[place.road] if start <= place.s]
+    lanes = sorted((here[-1] if here else frozenset[int]()) - {0})
+    if place.lane not in lanes:
+        text = f"no lane {place.lane} on road {place.road} at s = {place.s:g} m"
+        return "lane", text, "", ", ".join(map(str, lanes)) or "none", ""
+    return None
+
+
+def _without_goal(gates: GateFile, scenario: Scenario, file: str, name: str) -> Iterator[Finding]:
+    if (gates.task is not None and gates.task.goal is not None) or _has_route(scenario):
+        return
+    for number, gate in enumerate(gates.gates, start=1):
+        if gate.metric in NEED_A_GOAL:
+            yield Finding(
+                "dvp.gates.no_goal",
+                "error",
+                file,
+                gate.line,
+                f"gate[{number}].metric",
+                text=f"{gate.metric} needs a goal, and neither this file nor the Init of {name} names one",
+                allowed='[task] goal = { road = "1", lane = -1, s = 420.0 }',
+                hint="without a goal the verdict is INCONCLUSIVE",
+            )
+
+
+def _has_route(scenario: Scenario) -> bool:
+    return any(
+        type(action).__name__ in _ROUTES
+        for private in scenario.storyboard.init.actions.privates
+        for action in private.private_actions
+    )

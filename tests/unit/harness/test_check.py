@@ -1,0 +1,130 @@
+"""dvp check of folders, of gate files beside their scenario, and of what a run needs besides a valid file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_dvp.cli import main
+
+Write = Callable[..., Path]
+GATE = '[[gate]]\nmetric = "collision"\nmax = 0\n'
+BROKEN = '[[gate]]\nmetric = "tetx"\nmax = 1\n'
+NEEDS_GOAL = '[[gate]]\nmetric = "goal_reached"\nmin = 1\n'
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "pytest.ini").write_text("[pytest]\n")
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def check(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, list[dict[str, Any]]]]:
+    def run(*words: str) -> tuple[int, list[dict[str, Any]]]:
+        code = main(["check", *words, "--json"])
+        return code, json.loads(capsys.readouterr().out)["findings"]
+
+    return run
+
+
+@pytest.mark.parametrize("folder", [".hidden", "node_modules", "runs/0001-x-dt", ".venv/lib"])
+def test_folders_of_others_are_not_looked_at(folder: str, scenario: Write, check: Callable[..., Any]) -> None:
+    place = scenario().parent / folder
+    place.mkdir(parents=True)
+    (place / "x.gates.toml").write_text(BROKEN)
+    assert check(".") == (0, [])
+
+
+def test_a_virtual_environment_of_any_name_is_not_looked_at(scenario: Write, check: Callable[..., Any]) -> None:
+    place = scenario().parent / "env"
+    place.mkdir()
+    (place / "pyvenv.cfg").write_text("")
+    (place / "x.gates.toml").write_text(BROKEN)
+    assert check(".") == (0, [])
+
+
+def test_other_toml_files_are_none_of_ours(scenario: Write, check: Callable[..., Any]) -> None:
+    folder = scenario().parent
+    (folder / "pyproject.toml").write_text("[model]\n[[gate]]\n")
+    (folder / "tool.toml").write_text('[tool]\nname = "x"\n')
+    assert check(".") == (0, [])
+
+
+def test_a_toml_file_with_a_model_table_is_a_vehicle_model(scenario: Write, check: Callable[..., Any]) -> None:
+    (scenario().parent / "car.toml").write_text('[model]\nbase = "hovercraft"\n')
+    code, found = check(".")
+    assert code == 1
+    assert Path(found[0]["file"]).name == "car.toml"
+
+
+@pytest.mark.parametrize("content", [None, "notes.txt"])
+def test_a_folder_with_nothing_to_check_is_a_usage_error(
+    content: str | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "wrong").mkdir()
+    if content:
+        (tmp_path / "wrong" / content).write_text("hello")
+    assert main(["check", "wrong"]) == 2
+    assert capsys.readouterr().err.startswith("wrong: nothing to check here")
+
+
+def test_a_gate_file_that_a_run_would_not_find_is_an_error(scenario: Write, check: Callable[..., Any]) -> None:
+    scenario().with_name("x.gate.toml").write_text(GATE)
+    code, found = check(".")
+    assert (code, [f["code"] for f in found]) == (1, ["dvp.gates.name"])
+    assert "did you mean x.gates.toml?" in found[0]["message"]
+
+
+def test_a_gate_file_without_its_scenario_is_a_warning_with_the_nearest_one(
+    scenario: Write, check: Callable[..., Any]
+) -> None:
+    scenario(name="overtaking.xosc").with_name("overtakin.gates.toml").write_text(GATE)
+    code, found = check(".")
+    assert (code, [(f["code"], f["severity"]) for f in found]) == (0, [("dvp.gates.orphan", "warning")])
+    assert "did you mean 'overtaking.xosc'?" in found[0]["message"]
+
+
+@pytest.mark.parametrize(
+    ("goal", "element", "said"),
+    [
+        ('{ road = "29", lane = -1, s = 10 }', "task.goal.road", "no road 29 in x.xosc; allowed: 1"),
+        ('{ road = "1", lane = -7, s = 10 }', "task.goal.lane", "no lane -7 on road 1 at s = 10 m"),
+        ('{ road = "1", lane = -1, s = 99999 }', "task.goal.s", "beyond the end of the road"),
+    ],
+)
+def test_a_goal_off_the_road_is_found_at_its_line(
+    goal: str, element: str, said: str, scenario: Write, check: Callable[..., Any]
+) -> None:
+    scenario().with_name("x.gates.toml").write_text(f"[task]\n# where to\ngoal = {goal}\n{GATE}")
+    code, (found,) = check(".")
+    assert (code, found["line"], found["element"]) == (1, 3, element)
+    assert said in found["message"]
+
+
+def test_a_gate_on_reaching_a_goal_that_nobody_names_is_found(scenario: Write, check: Callable[..., Any]) -> None:
+    scenario().with_name("x.gates.toml").write_text(GATE + NEEDS_GOAL)
+    code, (found,) = check(".")
+    assert (code, found["line"], found["code"]) == (1, 4, "dvp.gates.no_goal")
+
+
+def test_a_gate_on_reaching_the_goal_of_the_task_is_fine(scenario: Write, check: Callable[..., Any]) -> None:
+    task = '[task]\ngoal = { road = "1", lane = -1, s = 50 }\n'
+    scenario().with_name("x.gates.toml").write_text(task + NEEDS_GOAL)
+    assert check(".") == (0, [])
+
+
+def test_a_scenario_without_an_ego_is_a_warning_because_it_can_be_played(
+    scenario: Write, check: Callable[..., Any]
+) -> None:
+    path = scenario()
+    path.write_text(path.read_text().replace('"Ego"', '"Hero"'))
+    line = next(i for i, text in enumerate(path.read_text().splitlines(), start=1) if "<Entities>" in text)
+    code, (found,) = check(".")
+    assert (code, found["severity"], found["line"]) == (0, "warning", line)
+    assert "call the vehicle under test Ego" in found["message"]
+    assert check(".", "--ego", "Hero") == (0, [])
