@@ -33,11 +33,13 @@ class Subject(Protocol):
     name    for tables
     inputs  log columns it is driven by; these are not compared
     held    channels that say nothing about it, as they are imposed or follow from what is
+    restarts  True if its output begins each segment in the segment's state
     """
 
     name: str
     inputs: tuple[str, ...]
     held: tuple[str, ...]
+    restarts: bool
 
     def output(self, log: Log, segments: Segments) -> FloatArray:
         """The channels (n, 8) at the log's stamps, NaN where it has none, each segment from its measured start."""
@@ -46,6 +48,8 @@ class Subject(Protocol):
 
 class ModelSubject:
     """A vehicle model of ours, restarted at each segment; actuators run on."""
+
+    restarts = True
 
     def __init__(self, model: VehicleModel, name: str = "") -> None:
         self.model = model
@@ -66,6 +70,7 @@ class LogSubject:
 
     held: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
+    restarts = False
 
     def __init__(self, log: Log, name: str = "second log") -> None:
         self.log, self.name = log, name
@@ -97,6 +102,7 @@ class StepSubject:
 
     inputs: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
+    restarts = True
 
     def __init__(self, step: StepFunction, name: str = "step") -> None:
         self.step, self.name = step, name
@@ -138,6 +144,7 @@ class FmuSubject:
 
     inputs: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
+    restarts = False
 
     def __init__(self, path: Path) -> None:
         self.path, self.name = path, path.name

@@ -8,6 +8,7 @@ from pytest_dvp.log import FloatArray
 
 _GAIN = 20.0**0.5  # standard deviation of the third difference of white noise of standard deviation 1
 _WHITE = -0.6  # correlation of neighbouring third differences; -15/20 for white noise, towards +1 for a smooth signal
+_ECHO = -0.25
 _LONGEST = 0.12  # s: over longer strides a car's motion shows, not noise
 _FILTERED_FLOOR = 0.005  # of the signal's change over a second, for signals that were smoothed before they were logged
 _WHITE_FLOOR = 0.0002
@@ -61,10 +62,17 @@ def _white_level(y: FloatArray, reach: int) -> tuple[float, bool]:
             if spread == 0.0:
                 continue
         c = np.clip(d / spread, -_CLIP, _CLIP)
-        if float(np.mean(c[stride:] * c[:-stride]) / np.mean(c * c)) <= _WHITE:
+        power = float(np.mean(c * c))
+        if float(np.mean(c[stride:] * c[:-stride])) <= _WHITE * power and not _echoes(c, power, stride):
             return spread / _GAIN, stride > 1
         first = first or spread / _GAIN
     return first, True
+
+
+def _echoes(c: FloatArray, power: float, stride: int) -> bool:
+    """True if the differences come back with the other sign some samples later, as behind a moving window's end."""
+    lags = range(4 * stride, min(4 * stride + 32, len(c) // 4))
+    return any(float(np.mean(c[lag:] * c[:-lag])) < _ECHO * power for lag in lags)
 
 
 def _strides(reach: int) -> list[int]:

@@ -27,7 +27,7 @@ UNITS: Mapping[str, str] = {
 LENGTH = 5.0  # s
 _SETTLE = 1.0  # s of a standstill that still counts, at both ends: a late or early start shows there
 _FIT = 0.15  # s around a start from which its state is taken
-_STOPPED = 0.1  # m/s of the model, below which a wrong start speed has no effect
+_STOPPED = 1e-3  # m/s: once the model stands, a wrong start speed has no effect any more
 _CREEP = 0.5  # m/s, below which the curvature r/v is not taken from the model
 
 IntArray = NDArray[np.int64]
@@ -110,6 +110,14 @@ def residuals(output: FloatArray, measured: FloatArray, t: FloatArray, sigma: Fl
     total = float(chi2.sum() / known) if known else float("nan")
     mean = np.where(count > 0, chi2 / np.maximum(count, 1), np.nan)
     return Residuals(values, mean, count, start, total)
+
+
+def restarted(segments: Segments, found: Residuals) -> Segments:
+    """The same segments, begun with the start that suited best: a second simulation from there is exact where the
+    first order is not, above all in when a car comes to rest."""
+    states = segments.states.copy()
+    states[:, :4] += found.start
+    return dataclasses.replace(segments, states=states)
 
 
 def posed(output: FloatArray, segments: Segments) -> FloatArray:
@@ -204,7 +212,7 @@ def _project(output: FloatArray, measured: FloatArray, t: FloatArray, weight: Fl
             yaw_before = output[starts[j], 2]
             for i in range(starts[j], ends[j]):
                 v, rate = output[i, 3], output[i, 4]
-                if abs(v) < _STOPPED:
+                if abs(v) < _STOPPED and i > starts[j]:
                     moving = False
                 gain = 1.0 if moving else 0.0
                 turn = rate / v if moving and abs(v) > _CREEP else 0.0
