@@ -34,7 +34,8 @@ class Judged:
         if self.value is None:
             return f"{name}: {self.reason}"
         relation = ("<=" if self.holds else ">") if self.kind != "mncc" else (">=" if self.holds else "<")
-        return f"{name} {self.value:.4g}{unit} {relation} {self.bound:.4g}{unit}"
+        digits = ".6g" if self.kind == "mncc" else ".4g"
+        return f"{name} {self.value:{digits}}{unit} {relation} {self.bound:{digits}}{unit}"
 
 
 def judge_bounds(comparison: Comparison, bounds: Mapping[str, Bound | None]) -> list[Judged]:

@@ -1,0 +1,105 @@
+"""Models made elsewhere: a second log, a Python function, an FMU; and what a wrong one says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gap_logs import WHEELBASE, baseline, drive
+
+from pytest_dvp.log import Log
+from pytest_dvp.reality_gap.black_box import CompareError, FmuSubject, StepSubject, load_subject
+from pytest_dvp.reality_gap.compare import compare
+
+STEP = f"""
+import math
+def step(state, inputs, dt):
+    v = state["v"]
+    after = max(v + inputs["accel_cmd"] * dt, 0.0)
+    k = math.tan(inputs["steer_cmd"]) / {WHEELBASE}
+    mean = 0.5 * (v + after)
+    heading = state["yaw"] + 0.5 * dt * mean * k
+    return {{
+        "x": state["x"] + dt * mean * math.cos(heading), "y": state["y"] + dt * mean * math.sin(heading),
+        "yaw": state["yaw"] + dt * mean * k, "v": after, "count": state.get("count", 0) + 1,
+    }}
+"""
+
+
+def test_second_log_of_the_same_motion_leaves_the_noise() -> None:
+    found = compare(drive(seed=1), drive(noise=0.0))
+    assert found.signals["v"].chi2_per_n == pytest.approx(1.0, abs=0.2)
+    assert found.alignment.coverage == 1.0
+
+
+def test_second_log_that_drifted_away_is_judged_segment_by_segment() -> None:
+    found = compare(drive(), drive(noise=0.0, yaw_bias=0.3))
+    assert found.signals["x"].rmse < 0.1
+
+
+def test_second_log_that_is_shorter_covers_less() -> None:
+    assert compare(drive(60.0), drive(30.0, noise=0.0)).alignment.coverage == pytest.approx(0.5, abs=0.01)
+
+
+def test_second_log_at_another_time_is_refused() -> None:
+    other = drive(30.0)
+    late = Log({**other.columns, "t": other.t + 500.0})
+    with pytest.raises(CompareError, match="no time in common"):
+        compare(drive(30.0), late)
+
+
+def test_python_function_is_as_good_as_the_model_it_copies(tmp_path: Path) -> None:
+    (tmp_path / "car.py").write_text(STEP)
+    log = drive()
+    ours, theirs = compare(log, baseline()), compare(log, load_subject(str(tmp_path / "car.py")))
+    for name in ("x", "y", "yaw", "v"):
+        assert theirs.signals[name].rmse == pytest.approx(ours.signals[name].rmse, rel=0.25)
+    assert theirs.not_compared["ay"] == "the model does not give it"
+
+
+def test_function_of_another_name_is_named_after_a_colon(tmp_path: Path) -> None:
+    (tmp_path / "car.py").write_text(STEP.replace("def step", "def simulate"))
+    assert compare(drive(20.0), load_subject(f"{tmp_path / 'car.py'}:simulate")).signals["v"].rmse < 0.1
+    with pytest.raises(CompareError, match="no function step"):
+        load_subject(str(tmp_path / "car.py"))
+
+
+def test_function_that_asks_for_a_column_the_log_lacks_says_which() -> None:
+    def step(state: dict[str, float], inputs: Mapping[str, float], dt: float) -> Mapping[str, float]:
+        return {"v": inputs["throttle"]}
+
+    with pytest.raises(CompareError, match=r"'throttle'.*accel_cmd"):
+        compare(drive(20.0), StepSubject(step))
+
+
+def test_function_that_fails_says_when() -> None:
+    def step(state: dict[str, float], inputs: Mapping[str, float], dt: float) -> Mapping[str, float]:
+        return {"v": math.sqrt(-1.0)}
+
+    with pytest.raises(CompareError, match=r"failed at t=0\.02 s: ValueError"):
+        compare(drive(20.0), StepSubject(step))
+
+
+def test_file_that_is_no_python_says_so(tmp_path: Path) -> None:
+    (tmp_path / "car.py").write_text("def step(:")
+    with pytest.raises(CompareError, match=r"cannot be loaded: SyntaxError"):
+        load_subject(str(tmp_path / "car.py"))
+
+
+def test_file_that_is_no_fmu_is_refused_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "car.fmu").write_bytes(b"no zip")
+    with pytest.raises(CompareError, match=r"extra fmi|not a readable FMU") as caught:
+        compare(drive(20.0), FmuSubject(tmp_path / "car.fmu"))
+    assert "\n" not in str(caught.value)
+
+
+def test_command_not_logged_in_every_row_is_held() -> None:
+    log = drive()
+    sparse = log["accel_cmd"].copy()
+    sparse[np.arange(len(sparse)) % 5 != 0] = np.nan
+    held = np.repeat(log["accel_cmd"][::5], 5)
+    found = compare(Log({**log.columns, "accel_cmd": sparse}), baseline())
+    assert found.signals["v"] == compare(Log({**log.columns, "accel_cmd": held}), baseline()).signals["v"]

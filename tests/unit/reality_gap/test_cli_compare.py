@@ -1,0 +1,91 @@
+"""dvp compare as a user types it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from gap_logs import WHEELBASE, drive
+
+from pytest_dvp.cli import main
+from pytest_dvp.log import Log
+from pytest_dvp.signals import SIGNALS
+
+
+def written(folder: Path, log: Log, name: str = "drive.csv") -> str:
+    head = ",".join(f"{column} [{SIGNALS[column].unit}]" for column in log.columns)
+    rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*log.columns.values(), strict=True)]
+    (folder / name).write_text("\n".join([head, *rows]) + "\n")
+    return str(folder / name)
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> str:
+    (tmp_path / "car.toml").write_text(
+        f"[parameters]\nwheelbase = {WHEELBASE}\ncg_to_front_axle = 1.2\nmass = 1200.0\n"
+    )
+    return str(tmp_path / "car.toml")
+
+
+def test_table_says_how_far_and_where(tmp_path: Path, model: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", written(tmp_path, drive(brake_gain=0.8)), "--model", model]) == 0
+    out = capsys.readouterr().out
+    assert "car.toml misses" in out.splitlines()[1]
+    assert "braking" in out
+    assert "chi²/N" in out
+
+
+def test_json_is_one_document_on_stdout(tmp_path: Path, model: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", written(tmp_path, drive(20.0)), "--model", model, "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert set(document) == {"alignment", "signals", "where"}
+
+
+def test_log_may_be_cut(tmp_path: Path, model: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", written(tmp_path, drive(40.0)) + "@10:30", "--model", model]) == 0
+    assert "20.0 s" in capsys.readouterr().out.splitlines()[0]
+
+
+def test_second_log_is_a_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    one, other = written(tmp_path, drive(20.0)), written(tmp_path, drive(20.0, noise=0.0), "model.csv")
+    assert main(["compare", one, "--model", other]) == 0
+    assert "model.csv explains every signal to its noise" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("missing", ["log", "model"])
+def test_missing_file_is_exit_code_2(
+    tmp_path: Path, model: str, missing: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = written(tmp_path, drive(20.0))
+    words = ["nope.csv", "--model", model] if missing == "log" else [log, "--model", "nope.toml"]
+    assert main(["compare", *words]) == 2
+    assert "no such file" in capsys.readouterr().err
+
+
+def test_wrong_model_file_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "car.toml").write_text("[parameters]\nwheelbas = 2.5\n")
+    assert main(["compare", written(tmp_path, drive(20.0)), "--model", str(tmp_path / "car.toml")]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_report_is_one_page_without_network(tmp_path: Path, model: str) -> None:
+    page = tmp_path / "compare.html"
+    assert main(["compare", written(tmp_path, drive(20.0)), "--model", model, "--report", str(page)]) == 0
+    text = page.read_text(encoding="utf-8")
+    assert "drive.csv" in text
+    assert "default-src 'none'" in text
+    assert "<script src" not in text
+
+
+def test_same_comparison_gives_the_same_page(tmp_path: Path, model: str) -> None:
+    log = written(tmp_path, drive(20.0))
+    pages = [tmp_path / "one.html", tmp_path / "two.html"]
+    for page in pages:
+        main(["compare", log, "--model", model, "--report", str(page)])
+    assert pages[0].read_bytes() == pages[1].read_bytes()
+
+
+def test_report_into_a_missing_folder_is_exit_code_2(tmp_path: Path, model: str) -> None:
+    log = written(tmp_path, drive(20.0))
+    assert main(["compare", log, "--model", model, "--report", str(tmp_path / "nope" / "a.html")]) == 2

@@ -1,0 +1,119 @@
+"""compare: the figures say what was hidden, and where."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from gap_logs import NOISE, baseline, drive
+
+from pytest_dvp.log import Log
+from pytest_dvp.reality_gap.black_box import CompareError
+from pytest_dvp.reality_gap.compare import compare
+from pytest_dvp.reality_gap.pooled import pooled
+
+
+def test_model_without_error_leaves_nothing_to_explain() -> None:
+    found = compare(drive(), baseline())
+    assert {name: score.chi2_per_n for name, score in found.signals.items()} == pytest.approx(
+        dict.fromkeys(NOISE, 1.0), abs=0.2
+    )
+
+
+def test_residual_is_measured_minus_modelled() -> None:
+    found = compare(drive(), baseline())
+    known = np.isfinite(found.residuals["v"])
+    assert (found.measured["v"] - found.modelled["v"])[known] == pytest.approx(found.residuals["v"][known])
+
+
+def test_steering_delay_is_a_lag_of_yaw_rate_and_of_no_speed() -> None:
+    found = compare(drive(steer_delay=0.2), baseline())
+    assert found.signals["yaw_rate"].lag == pytest.approx(0.2, abs=0.01)
+    assert found.signals["v"].lag == pytest.approx(0.0, abs=0.02)
+
+
+def test_brake_gain_is_located_in_braking() -> None:
+    found = compare(drive(brake_gain=0.85), baseline())
+    first = next(w for w in found.where if w.channel == "v" and w.kind == "regime")
+    assert first.regime == "braking"
+    assert first.share_of_error > 0.6
+    assert first.share_of_time < 0.35
+
+
+def test_drive_gain_is_located_in_launch_or_acceleration() -> None:
+    found = compare(drive(drive_gain=0.85), baseline())
+    assert next(w for w in found.where if w.channel == "ax" and w.kind == "regime").regime == "launch"
+
+
+def test_steering_delay_is_located_in_turn_in() -> None:
+    found = compare(drive(steer_delay=0.2), baseline())
+    assert next(w for w in found.where if w.channel == "yaw_rate" and w.kind == "regime").regime in (
+        "turn_in",
+        "steady_turn",
+    )
+
+
+def test_gain_is_the_slope_of_measured_against_model() -> None:
+    assert compare(drive(drive_gain=0.8, brake_gain=0.8), baseline()).signals["ax"].gain == pytest.approx(0.8, abs=0.03)
+
+
+def test_document_has_exactly_the_keys_of_the_contract() -> None:
+    document = compare(drive(), baseline()).as_dict()
+    assert list(document) == ["alignment", "signals", "where"]
+    assert set(document["alignment"]) == {"lag", "coverage"}
+    assert set(document["signals"]["v"]) == {
+        "rmse", "nrmse", "chi2_per_n", "mncc", "lag", "gain", "iso18571", "unit",
+    }  # fmt: skip
+    assert all(set(entry) == {"channel", "regime", "share_of_error", "share_of_time"} for entry in document["where"])
+    json.dumps(document)
+
+
+def test_shares_of_a_partition_add_up_to_one() -> None:
+    found = compare(drive(), baseline())
+    speed = [w for w in found.where if w.channel == "v" and w.kind == "speed"]
+    assert sum(w.share_of_error for w in speed) == pytest.approx(1.0, abs=1e-6)
+    assert sum(w.share_of_time for w in speed) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_same_log_and_model_give_the_same_document() -> None:
+    assert compare(drive(), baseline()).as_dict() == compare(drive(), baseline()).as_dict()
+
+
+def test_only_channels_asked_for() -> None:
+    assert list(compare(drive(), baseline(), channels=["v"]).signals) == ["v"]
+
+
+def test_unknown_channel_names_the_nearest() -> None:
+    with pytest.raises(CompareError, match="yaw_rate"):
+        compare(drive(), baseline(), channels=["yawrate"])
+
+
+def test_log_without_the_commands_says_which() -> None:
+    log = drive()
+    with pytest.raises(CompareError, match="'steer_cmd'"):
+        compare(Log({name: values for name, values in log.columns.items() if name != "steer_cmd"}), baseline())
+
+
+def test_time_that_stands_still_is_refused_with_its_row() -> None:
+    log = drive()
+    log.columns["t"][100] = log.columns["t"][99]
+    with pytest.raises(CompareError, match="row 100"):
+        compare(log, baseline())
+
+
+def test_channel_not_measured_is_named_as_such() -> None:
+    assert compare(drive(), baseline()).not_compared == {"steer": "not measured"}
+
+
+def test_several_logs_become_one_document_weighted_by_samples() -> None:
+    short, long = compare(drive(20.0), baseline()), compare(drive(60.0, brake_gain=0.85), baseline())
+    document = pooled({"a": short, "b": long})
+    parts = [one.residuals["v"][np.isfinite(one.residuals["v"])] for one in (short, long)]
+    assert document["signals"]["v"]["rmse"] == pytest.approx(float(np.sqrt(np.mean(np.concatenate(parts) ** 2))))
+    assert [entry["log"] for entry in document["logs"]] == ["a", "b"]
+
+
+def test_one_log_is_its_own_document() -> None:
+    found = compare(drive(20.0), baseline())
+    assert pooled({"a": found}) == found.as_dict()
