@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import unquote
 
-from openscenario.findings import nearest
+from openscenario.findings import listed, nearest
 
 _SCHEME: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]+:")
 _DRIVE: Final = re.compile(r"[A-Za-z]:")
 _LONGEST: Final = 4_096
+_COPY: Final = "copy the file beside the scenario, or "
 
 
 class PathError(ValueError):
@@ -53,7 +54,7 @@ class Roots:
         try:
             mode = place.stat().st_mode
         except (OSError, ValueError):
-            raise PathError("path.not_found", f"no such file: {place}", "", self._near(place)) from None
+            raise self._missing(place, "folder" if folder else "file") from None
         if not (stat.S_ISDIR(mode) if folder else stat.S_ISREG(mode)):
             raise PathError("path.not_a_file", f"not a {'folder' if folder else 'regular file'}: {place}")
         return place
@@ -83,15 +84,27 @@ class Roots:
             "path.outside_root",
             "the path leaves the allowed folders",
             "below the scenario's folder or a declared library folder",
-            "declare the folder with --library",
+            f"{_COPY}permit its folder with --library DIR",
         )
 
-    def _near(self, place: Path) -> str:
+    def _missing(self, place: Path, what: str) -> PathError:
+        """Relative paths start at the file that names them and nowhere else, so there is one folder to look at."""
+        advice = f"{_COPY}write the path to it and permit that folder with --library DIR"
+        folder = place.parent
+        if not _under(folder, self.real):
+            return PathError("path.not_found", f"no such {what}: {place}", "", advice)
         try:
-            names = sorted(entry.name for entry in os.scandir(place.parent)) if _under(place.parent, self.real) else []
+            names = sorted(entry.name for entry in os.scandir(folder))
         except OSError:
-            return f"no such folder: {place.parent}"
-        return nearest(place.name, names)
+            return PathError("path.not_found", f"no such {what}: {place}", "", f"no such folder: {folder}; {advice}")
+        alike = listed([name for name in names if Path(name).suffix == place.suffix], most=6) or "nothing of this kind"
+        near = nearest(place.name, names)
+        return PathError(
+            "path.not_found",
+            f"no such {what}: {place}; looked in {folder} only, there: {alike}",
+            "",
+            f"{near} else {advice}" if near else advice,
+        )
 
 
 def _under(path: str | Path, folders: Sequence[Path]) -> bool:

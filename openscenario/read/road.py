@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,9 @@ from openscenario.read.context import Context
 from openscenario.xml import MAX_BYTES, Node, parse_xml, read_bytes
 
 _TOLERANCE: Final = 0.01  # m; lengths in files are rounded
+_HEAD_BYTES: Final = 1 << 16
+_ROOT: Final = re.compile(rb"\s*<([\w.:-]+)")
+_ASIDE: Final = re.compile(rb"\A\xef\xbb\xbf|<\?.*?\?>|<!--.*?-->", re.DOTALL)  # what may stand before the root
 _SHARED_BYTES: Final = 1 << 20  # facts of larger files are not kept
 
 
@@ -51,7 +55,7 @@ def with_road(network: RoadNetwork | None, roots: Roots, context: Context) -> Ro
 def check_on_road(network: RoadNetwork | None, context: Context) -> None:
     """Notes positions beyond a road or lane that exists, and signals that nothing shows."""
     path = None if network is None else network.logic_file
-    if network is None or path is None or not context.on_road:
+    if network is None or path is None or _is_no_road(network, path, context) or not context.on_road:
         return
     try:
         facts = road_facts(path)
@@ -74,6 +78,29 @@ def check_on_road(network: RoadNetwork | None, context: Context) -> None:
                 found=element.name,
                 allowed=listed(sorted(signals)) or "none",
             )
+
+
+def _is_no_road(network: RoadNetwork, path: Path, context: Context) -> bool:
+    """True, and noted once at the LogicFile, if the file it names is of another kind: no road of it could be found."""
+    try:
+        with path.open("rb") as file:
+            head = _ASIDE.sub(b"", file.read(_HEAD_BYTES))
+    except OSError:
+        return False  # reading the road reports it
+    root = _ROOT.match(head)
+    name = root[1].decode("utf-8", "replace") if root else ""
+    if network.logic is None or name.rpartition(":")[2] == "OpenDRIVE" or (not root and not head.strip()):
+        return False
+    context.error(
+        "asam.net:xodr:1.0.0:xml.root_tag_is_opendrive",
+        network.logic.at,
+        "@filepath",
+        f"the file is no OpenDRIVE road network: {path}",
+        found=f"<{name}>" if root else "no XML",
+        allowed="<OpenDRIVE>",
+        hint="name the .xodr file of the road here; other formats: convert them, for example with SUMO's netconvert",
+    )
+    return True
 
 
 def road_facts(path: Path) -> RoadFacts | None:

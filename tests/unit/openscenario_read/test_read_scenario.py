@@ -225,3 +225,29 @@ def test_reading_imports_neither_numba_nor_pandas() -> None:
         "print([m for m in ('numba', 'pandas', 'scipy', 'numpy') if m in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('<?xml version="1.0"?>\n<!-- a map -->\n<osm version="0.6"/>', "<osm>"),
+        ("<OpenSCENARIO/>", "<OpenSCENARIO>"),
+        ("a picture", "no XML"),
+    ],
+)
+def test_a_logic_file_of_another_kind_is_one_finding_at_the_logic_file(spoil: Spoil, text: str, found: str) -> None:
+    path = spoil()
+    (path.parent / "road.xodr").write_text(text)
+    (finding,) = findings_of(path)
+    assert finding.code == "asam.net:xodr:1.0.0:xml.root_tag_is_opendrive"
+    assert finding.element.endswith("LogicFile@filepath")
+    assert (finding.file, finding.found, finding.allowed) == (str(path), found, "<OpenDRIVE>")
+
+
+def test_a_missing_road_shows_what_is_there_and_both_ways_out(spoil: Spoil) -> None:
+    path = spoil('filepath="road.xodr"', 'filepath="rood.xodr"')
+    (finding,) = findings_of(path)
+    assert str(path.parent.resolve() / "rood.xodr") in finding.message
+    assert f"looked in {path.parent.resolve()} only, there: road.xodr" in finding.message
+    assert "copy the file beside the scenario" in finding.hint
+    assert "--library" in finding.hint
