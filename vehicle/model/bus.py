@@ -37,6 +37,7 @@ class Bus(Protocol):
     steer_scale: float  # rad at the road wheel per unit of the steering input
     steer_zero: float  # rad at the road wheel at steering input 0
     track: float  # m, between the wheels of an axle
+    imu_x: float  # m, accelerometer ahead of the rear axle
 
     # What drives it: held from one command to the next
     steer_cmd: float  # rad at the road wheel

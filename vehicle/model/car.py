@@ -10,7 +10,7 @@ from vehicle.model.declaration import Declaration
 from vehicle.model.errors import ModelError, nearest_name
 
 STIFFNESS_PER_LOAD = 12.0  # 1/rad, cornering stiffness over axle load of a road tyre; Pacejka, 3rd ed., sec. 1.2: 5..25
-STIFF_AXLE = 200.0  # 1/rad, of a kinematic car that gets tyres by an effect: 0.03 deg of slip at 1 m/s^2
+STIFF_AXLE = 48.0  # 1/rad, of a kinematic car that gets tyres by an effect: 0.12 deg of slip at 1 m/s^2
 
 CAR_DECLARATIONS: tuple[Declaration, ...] = (
     Declaration("wheelbase", "m", 0.0, 20.0, "front axle to rear axle", positive=True),
@@ -28,6 +28,7 @@ CAR_DECLARATIONS: tuple[Declaration, ...] = (
     Declaration("height", "m", 0.0, 5.0, "of the bounding box", 1.5, positive=True),
     Declaration("center_x", "m", -10.0, 20.0, "rear axle forward to the middle of the box; default half the wheelbase"),
     Declaration("track", "m", 0.0, 5.0, "between the wheels of an axle", 1.5, positive=True),
+    Declaration("imu_x", "m", -20.0, 20.0, "logged accelerometer ahead of the rear axle", 0.0),
     Declaration("max_speed", "m/s", 0.0, 150.0, "top speed", 50.0, positive=True),
 )
 _BY_NAME = {d.name: d for d in CAR_DECLARATIONS}
@@ -52,6 +53,7 @@ class Car:
     height: float
     center_x: float
     track: float
+    imu_x: float
     max_speed: float
 
     @property

@@ -88,6 +88,7 @@ def bus_of(model: VehicleModel) -> Any:
         "cg_rear": car.cg_to_rear_axle,
         "cg_height": car.cg_height,
         "track": car.track,
+        "imu_x": car.imu_x,
         "mass": car.mass,
         "mass_ref": car.command_mass,
         "yaw_inertia": car.yaw_inertia,

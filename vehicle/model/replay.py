@@ -28,7 +28,8 @@ from vehicle.model.model import VehicleModel
 MEASURED_COLUMNS: tuple[str, ...] = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 """Columns of what `Replay.run` returns: [m, m, rad, m/s, rad/s, m/s^2, m/s^2, rad]."""
 
-LONGEST_STEP = 0.02  # s
+LONGEST_STEP = 0.02  # s, of a kinematic car: exact but for the heading within a step
+LONGEST_TYRE_STEP = 0.01  # s, of one whose tyres slip
 MOST_PIECES = 10_000  # of one pause between stamps
 
 Values: TypeAlias = Mapping[tuple[str, str], float]
@@ -41,6 +42,7 @@ _PARAMETERS = {
     "yaw_inertia": "yaw_inertia",
     "cg_height": "cg_height",
     "track": "track",
+    "imu_x": "imu_x",
     "cornering_stiffness_front": "stiffness_front",
     "cornering_stiffness_rear": "stiffness_rear",
 }
@@ -51,8 +53,8 @@ class Replay:
     """A model and the commands of one log, ready to be run with any values of any effects.
 
     `t` (n,) [s], strictly increasing, steps may differ; `commands` by log column name, (n,) each, NaN = as before;
-    `step` [s] the longest integration step (default 0.02): longer pauses between stamps are divided. `extra` are
-    effects of the user's own. Raises ModelError: column missing or never finite, lengths or stamps wrong.
+    `step` [s] the longest integration step (default 0.02, with tyres 0.01): longer pauses between stamps are divided.
+    `extra` are effects of the user's own. Raises ModelError: column missing or never finite, lengths or stamps wrong.
     """
 
     def __init__(
@@ -68,10 +70,10 @@ class Replay:
         self.t = np.ascontiguousarray(t, dtype=np.float64)
         if self.t.ndim != 1 or len(self.t) < 2 or not np.isfinite(self.t).all() or (np.diff(self.t) <= 0.0).any():
             raise ModelError("stamps must be finite and increase, at least two", key="t")
-        self._step = LONGEST_STEP if step is None else float(step)
-        if not self._step > 0.0 or np.diff(self.t).max() / self._step > MOST_PIECES:
-            raise ModelError("step does not suit the stamps", key="step", found=f"{self._step:g} s")
-        self._shortest = min(float(np.median(np.diff(self.t))), self._step)
+        self._steps = (LONGEST_STEP, LONGEST_TYRE_STEP) if step is None else (float(step), float(step))
+        if not min(self._steps) > 0.0 or np.diff(self.t).max() / min(self._steps) > MOST_PIECES:
+            raise ModelError("step does not suit the stamps", key="step", found=f"{min(self._steps):g} s")
+        self._shortest = min(float(np.median(np.diff(self.t))), *self._steps)
         self._commands, self._slopes = command_table(model.inputs, len(self.t), commands)
         self._mode = input_mode(model.inputs.longitudinal)
         self._known = {a.name: a.effect for a in model.effects} | {e.name: e for e in extra}
@@ -117,9 +119,10 @@ class Replay:
             raise ModelError("starts must increase, states be (m, 6)", key="starts", found=str(states.shape))
         if out is None:
             out = np.empty((len(self.t), len(MEASURED_COLUMNS)))
+        kind = body_kind(self.model, layout)
         replay(
             bus,
-            body_kind(self.model, layout),
+            kind,
             self._mode,
             layout.table,
             layout.bounds,
@@ -128,7 +131,7 @@ class Replay:
             self.t,
             self._commands,
             self._slopes,
-            self._step,
+            self._steps[kind],
             at,
             states,
             out,

@@ -12,9 +12,10 @@ RELEASED = 0.05  # m/s^2, commands below count as a released pedal
 
 @effect(
     name="lift_off_braking",
-    slot="force",
+    slot="command",
+    order=85,  # after dead time and gains, before a lag smears the lift-off
     physics="with the pedal released, regeneration or engine drag slows the car",
-    equation="a = -a_r while abs(a) < 0.05 m/s^2, when moving",
+    equation="a = -a_r while abs(a_c) < 0.05 m/s^2, when moving",
     source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed. (coasting)",
     parameters=(
         Key("a", "m/s^2", 0.2, 1.0, neutral=0.0, least=0.05, minimum=0.0, meaning="deceleration at released pedal"),

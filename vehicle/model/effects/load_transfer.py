@@ -14,7 +14,7 @@ from vehicle.model.effect import Key, effect
     order=20,
     tyres=True,
     physics="in a turn load moves to the outer wheels, whose tyres gain less than the inner ones lose",
-    equation="C = C_0 (1 - c q^2), q = 2 h ay/(g T)",
+    equation="C = C_0 (1 - c (v r/g)^2)",
     source="H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., ch. 1 (effective axle characteristic)",
     parameters=(
         Key(
@@ -26,7 +26,7 @@ from vehicle.model.effect import Key, effect
             least=0.02,
             minimum=0.0,
             maximum=0.95,
-            meaning="loss of axle stiffness when the inner wheels lift",
+            meaning="loss of axle stiffness at 1 g",
         ),
     ),
     ties=(
@@ -36,7 +36,7 @@ from vehicle.model.effect import Key, effect
     reveals="steady circles at growing speed up to the limit",
 )
 def load_transfer(x: Bus, p: Any, m: Any) -> None:
-    share = 2.0 * x.cg_height * x.vx * x.yaw_rate / (GRAVITY * x.track)
+    share = x.vx * x.yaw_rate / GRAVITY
     left = 1.0 - p.c * min(share * share, 1.0)
     x.fy_front *= left
     x.fy_rear *= left

@@ -6,9 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import GRAVITY, Bus
 from vehicle.model.effect import Key, Memory, effect
-from vehicle.model.maths import lag_end
-
-ROLL_PER_G = 0.1  # rad of body roll at 1 g of lateral acceleration, a common passenger car
+from vehicle.model.maths import lag
 
 
 @effect(
@@ -16,8 +14,8 @@ ROLL_PER_G = 0.1  # rad of body roll at 1 g of lateral acceleration, a common pa
     slot="body",
     order=40,
     tyres=True,
-    physics="the body rolls with a lag, and rolling turns the front wheels outwards",
-    equation="d = d_c - gain phi, tau phi' = 0.1 rad ay/g - phi",
+    physics="the body rolls with a lag, and rolling turns the front wheels outwards (phi: roll over roll at 1 g)",
+    equation="d = d_c - gain phi, tau phi' = v r/g - phi",
     source="J. C. Dixon, Suspension Geometry and Computation (roll steer coefficient)",
     parameters=(
         Key(
@@ -29,7 +27,7 @@ ROLL_PER_G = 0.1  # rad of body roll at 1 g of lateral acceleration, a common pa
             least=0.02,
             minimum=-1.0,
             maximum=1.0,
-            meaning="steer angle over roll angle",
+            meaning="steer angle per g of lateral acceleration",
         ),
         Key("tau", "s", 0.05, 0.5, neutral=0.0, least=0.05, minimum=0.0, meaning="lag of the roll angle"),
     ),
@@ -41,11 +39,13 @@ ROLL_PER_G = 0.1  # rad of body roll at 1 g of lateral acceleration, a common pa
     reveals="lane changes and steady circles at 10 m/s",
 )
 def roll_dynamics(x: Bus, p: Any, m: Any) -> None:
-    target = ROLL_PER_G * x.vx * x.yaw_rate / GRAVITY
+    target = x.vx * x.yaw_rate / GRAVITY
     if m.begun == 0.0:
         m.begun, m.phi = 1.0, target
-    m.phi = lag_end(m.phi, target, p.tau, x.dt)
-    given = p.gain * m.phi
+    phi = target
+    if p.tau > 0.0:
+        phi, m.phi = lag(m.phi, target, 0.0, p.tau, x.dt)
+    given = p.gain * phi
     x.steer -= given
     x.slip_front -= given
     x.fy_front -= given * x.tangent_front

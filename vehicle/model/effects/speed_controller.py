@@ -25,6 +25,9 @@ from vehicle.model.effect import Key, Memory, effect
 )
 def speed_controller(x: Bus, p: Any, m: Any) -> None:
     error = x.speed_cmd - x.vx
+    start = p.kp * error + m.sum
+    mean = start / (1.0 + 0.5 * p.kp * x.dt)  # the error shrinks during the step by what the car gains
     if x.settle == 0.0:
-        m.sum += p.ki * error * x.dt
-    x.accel += p.kp * error + m.sum
+        m.sum += p.ki * (error - 0.5 * mean * x.dt) * x.dt
+    x.accel += mean
+    x.accel_lead += start - mean
