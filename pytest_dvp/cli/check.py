@@ -17,7 +17,9 @@ Findings = Iterable[dict[str, Any]]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("paths", nargs="+", metavar="PATH", help=".xosc, .xodr, .gates.toml, .toml, .mcap, or a folder")
+    parser.add_argument(
+        "paths", nargs="+", metavar="PATH", help=".xosc, .xodr, .gates.toml, .toml, .mcap, .csv, or a folder"
+    )
     add_settings(parser, ("library", "ego"))
     add_json(parser)
 
@@ -44,9 +46,7 @@ def _files(text: str) -> list[Path]:
     if path.is_dir():
         found = files_of(path)
         if not found:  # a wrong path must not look like a checked one
-            raise WrongArgument(
-                f"{text}: nothing to check here: no .xosc, .xodr, .gates.toml, vehicle model or .mcap"
-            )
+            raise WrongArgument(f"{text}: nothing to check here: no .xosc, .xodr, .gates.toml, vehicle model or log")
         return found
     if not path.exists():
         raise WrongArgument(f"{text}: no such file")
@@ -55,7 +55,7 @@ def _files(text: str) -> list[Path]:
 
 def _checker(path: Path) -> Callable[[Path, Settings], Findings]:
     # Whatever is none of the known kinds was named by a user as a scenario: its reader says what is wrong with it.
-    return CHECKERS[kind_of(path) or ("model" if path.suffix.lower() == ".toml" else "scenario")]
+    return CHECKERS[kind_of(path) or _NAMED.get(path.suffix.lower(), "scenario")]
 
 
 def _scenario(path: Path, settings: Settings) -> Findings:
@@ -113,9 +113,18 @@ def _model(path: Path, settings: Settings) -> Findings:
 
 
 def _log(path: Path, settings: Settings) -> Findings:
-    from pytest_dvp.log import Log, LogError
+    from pytest_dvp.doctor import examine
+    from pytest_dvp.log import LogError
+    from pytest_dvp.logs.read import read_log
 
-    return _one(path, "log.invalid", LogError, lambda: Log.load(path))
+    try:
+        log = read_log(path, strict=False)
+    except LogError as error:
+        if error.findings:
+            return [finding.as_dict() for finding in error.findings]
+        return _one(path, "log.invalid", LogError, lambda: read_log(path))
+    line = 3 if path.suffix.lower() in (".csv", ".tsv") else None  # of the second row: the first that has an interval
+    return [finding.as_dict() for finding in examine(log, file=str(path), line=line)]
 
 
 def _one(path: Path, code: str, kind: type[Exception], read: Callable[[], object]) -> Findings:
@@ -136,6 +145,8 @@ def _one(path: Path, code: str, kind: type[Exception], read: Callable[[], object
     return []
 
 
+# What a user names himself is taken for this by its ending, whatever is in it.
+_NAMED: dict[str, Kind] = {".toml": "model", **dict.fromkeys((".csv", ".tsv", ".txt", ".mat"), "log")}
 CHECKERS: dict[Kind, Callable[[Path, Settings], Findings]] = {
     "scenario": _scenario,
     "road": _road,

@@ -13,7 +13,13 @@ Kind = Literal["scenario", "road", "gates", "model", "log", ""]
 SKIPPED = frozenset({"node_modules", "runs", "__pycache__", "site-packages"})
 """Folders with files of others or of earlier runs; hidden ones and virtual environments are skipped as well."""
 
-_KINDS: dict[str, Kind] = {".xosc": "scenario", ".xodr": "road", ".mcap": "log"}
+_KINDS: dict[str, Kind] = {
+    ".xosc": "scenario",
+    ".xodr": "road",
+    **dict.fromkeys((".mcap", ".mf4", ".mdf", ".bag", ".db3"), "log"),
+}
+_TABLES = (".csv", ".tsv")  # in a folder, logs only if their first column is the time
+_TIME = re.compile(r"^\W*(t|time|timestamp)\b", re.IGNORECASE)
 _MODEL = re.compile(r"^\s*\[\s*model\s*\]", re.MULTILINE)
 _GATE = re.compile(r"^\s*\[\[\s*gate\s*\]\]", re.MULTILINE)
 _MOST = 1_000_000  # characters of a TOML file that are looked at
@@ -26,20 +32,26 @@ def files_of(folder: Path) -> list[Path]:
 
 def kind_of(path: Path) -> Kind:
     """What a file is by its name, and for .toml by its tables; "" for what is none of ours."""
+    if path.suffix.lower() in _TABLES:
+        return "log" if _TIME.match(_head(path, 200)) else ""
     if path.suffix.lower() != ".toml":
         return _KINDS.get(path.suffix.lower(), "")
     if path.name.endswith(".gates.toml"):
         return "gates"
     if path.name == "pyproject.toml":
         return ""
-    try:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            text = file.read(_MOST)
-    except OSError:
-        return ""
+    text = _head(path, _MOST)
     if misnamed(path) or _GATE.search(text):
         return "gates"
     return "model" if _MODEL.search(text) else ""
+
+
+def _head(path: Path, characters: int) -> str:
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            return file.read(characters)
+    except OSError:
+        return ""
 
 
 def misnamed(path: Path) -> bool:

@@ -43,11 +43,16 @@ def examine(log: Log, *, file: str = "", line: int | None = None) -> tuple[Findi
         return findings.in_order()
     check_speed(motion, name, findings)
     check_angles(log, motion, name, findings)
-    suspects = {f.element for f in findings.found if f.code in ("log.implausible_range", "log.unit_suspect")}
     check_sensors(log, motion, name, findings)
+    unusable = {
+        finding.element
+        for finding in findings.found
+        if finding.code in ("log.implausible_range", "log.unit_suspect", "log.dead_sensor")
+    }
     check_acceleration(motion, name, findings)
-    if "column yaw" not in suspects:
-        check_turning(motion, name, findings)
-        if not any(f.code in ("log.axes_swapped", "log.sign_flipped") for f in findings.found):
-            check_offsets(motion, float(np.median(np.diff(log.t))), name, findings)
+    if "column yaw" in unusable:
+        return findings.in_order()
+    check_turning(motion, name, findings)
+    if not any(finding.code in ("log.axes_swapped", "log.sign_flipped") for finding in findings.found):
+        check_offsets(motion, float(np.median(np.diff(log.t))), name, findings)
     return findings.in_order()

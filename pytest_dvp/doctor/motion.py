@@ -150,16 +150,10 @@ def best_lag(
     Parabola through the three points around the peak.
     """
     reach = round(longest / step)
-    known = np.isfinite(a) & np.isfinite(b)
-    a, b = np.where(known, a, 0.0), np.where(known, b, 0.0)
-    found = np.zeros(2 * reach + 1)
     n = len(a)
     if n < 4 * reach + 20:
         return 0.0, 0.0
-    for i, k in enumerate(range(-reach, reach + 1)):
-        first, second = (a[k:], b[: n - k]) if k >= 0 else (a[:k], b[-k:])
-        both = (known[k:] & known[: n - k]) if k >= 0 else (known[:k] & known[-k:])
-        found[i] = correlation(first[both], second[both])
+    found = _correlations(a, b, reach)
     top = int(np.argmax(found if positive else np.abs(found)))
     lag = float(top - reach)
     if 0 < top < 2 * reach:
@@ -167,3 +161,24 @@ def best_lag(
         bend = left - 2.0 * peak + right
         lag += 0.5 * (left - right) / bend if bend < 0 else 0.0
     return lag * step, float(found[top])
+
+
+def _correlations(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
+    """Correlation coefficient of a[i + k] and b[i] for k = -reach .. reach, over the rows where both are known."""
+    size = 1 << int(len(a) + reach).bit_length()
+    here, there = np.isfinite(a), np.isfinite(b)
+    u = np.where(here, a - np.mean(a[here]), 0.0)
+    w = np.where(there, b - np.mean(b[there]), 0.0)
+    fu, fuu, fh = (np.fft.rfft(part, size) for part in (u, u * u, here.astype(np.float64)))
+    fw, fww, ft = (np.conj(np.fft.rfft(part, size)) for part in (w, w * w, there.astype(np.float64)))
+    k = np.arange(-reach, reach + 1)
+
+    def at(product: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> FloatArray:
+        return np.asarray(np.fft.irfft(product, size)[k])
+
+    count = np.maximum(at(fh * ft), 1.0)
+    sum_u, sum_w = at(fu * ft), at(fh * fw)
+    energy = (at(fuu * ft) - sum_u**2 / count) * (at(fh * fww) - sum_w**2 / count)
+    good = (energy > 0.0) & (count > 19.5)
+    shared = at(fu * fw) - sum_u * sum_w / count
+    return np.where(good, shared / np.sqrt(np.where(good, energy, 1.0)), 0.0)

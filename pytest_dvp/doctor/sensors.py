@@ -15,10 +15,12 @@ _RUN = 4  # rows in a row at that value: noise never stays at its extreme
 
 # Signal -> witnesses on the motion's grid that move when it must, and by how much (standard deviation).
 _WITNESS = {
-    "x": (("v", 0.0),), "y": (("v", 0.0),), "v": (("path_speed", 0.3),), "yaw": (("yaw_rate", 0.03), ("path_turn", 0.05)),
+    "x": (("v", 0.0),), "y": (("v", 0.0),), "v": (("path_speed", 0.3),),
+    "yaw": (("yaw_rate", 0.03), ("path_turn", 0.05)),
     "yaw_rate": (("turn", 0.03), ("path_turn", 0.05)), "ax": (("accel", 0.3),), "ay": (("v*turn", 0.4),),
     "steer": (("turn", 0.05), ("yaw_rate", 0.05)),
 }  # fmt: skip
+_LIMITED = ("yaw_rate", "ax", "ay")  # sensors with a range that a drive can exceed
 _ECHOES = (("steer", "steer_cmd"), ("v", "speed_cmd"), ("ax", "accel_cmd"))
 
 
@@ -36,7 +38,7 @@ def check_sensors(log: Log, motion: Motion, file: str, findings: Findings) -> No
             findings.add(
                 "log.empty_column", file, None, f"column {name}", "the column holds no value", severity="warning"
             )
-        elif not _dead(log, name, values, motion, of, file, findings) and name in ("yaw_rate", "ax", "ay", "v"):
+        elif not _dead(log, name, values, motion, of, file, findings) and name in _LIMITED:
             _saturated(log, name, values, file, findings)
 
 
@@ -49,6 +51,10 @@ def _dead(
     lasts = end - begin
     if lasts < FROZEN:
         return False
+    held = float(known[np.searchsorted(t, begin)])
+    whole = lasts > 0.98 * (t[-1] - t[0])
+    if not whole and name in _LIMITED and abs(held) > 1e-3 and held in (known.max(), known.min()):
+        return False  # at the end of its range: that is saturation
     inside = (motion.t >= begin + 0.3) & (motion.t <= end - 0.3)
     for witness, least in _WITNESS[name]:
         other = of.get(witness)
@@ -62,14 +68,17 @@ def _dead(
         else:
             moves = len(part) > 10 and float(np.std(part)) > least
         if moves:
-            whole = lasts > 0.98 * (t[-1] - t[0])
             findings.add(
-                "log.dead_sensor", file, None, f"column {name}",
-                f"{name} stays at {known[np.searchsorted(t, begin)]:.6g} "
-                + ("in the whole log" if whole else f"from t = {begin:.6g} to {end:.6g} s") + " while the car's motion changes",
+                "log.dead_sensor",
+                file,
+                None,
+                f"column {name}",
+                f"{name} stays at {held:.6g} "
+                + ("in the whole log" if whole else f"from t = {begin:.6g} to {end:.6g} s")
+                + " while the car's motion changes",
                 hint="the sensor or its channel is dead: leave the column out, or cut the log",
                 severity="error" if whole else "warning",
-            )  # fmt: skip
+            )
             return True
     return False
 
@@ -99,17 +108,21 @@ def _saturated(log: Log, name: str, values: FloatArray, file: str, findings: Fin
     for extreme in (float(known.max()), float(known.min())):
         at = known == extreme
         count = int(np.count_nonzero(at))
-        if abs(extreme) < 1e-3 or count < max(20, SATURATED * len(known)) or _stays(at) < 2:
+        if abs(extreme) < 1e-3 or count < max(20, SATURATED * len(known)) or _stays(at) < 1:
             continue
         # Coarse steps make equal neighbours everywhere; a limit makes them at the limit only.
         if np.count_nonzero(np.diff(known[~at]) == 0.0) > 0.2 * len(known):
             continue
         findings.add(
-            "log.saturated", file, None, f"column {name}",
-            f"{name} stays at its {'largest' if extreme == known.max() else 'smallest'} value, {extreme:.6g}, in {count} rows",
+            "log.saturated",
+            file,
+            None,
+            f"column {name}",
+            f"{name} stays at its {'largest' if extreme == known.max() else 'smallest'} value, {extreme:.6g}, "
+            f"in {count} rows",
             hint="the sensor's range ended there: leave those stretches out, or take a sensor of wider range",
             severity="warning",
-        )  # fmt: skip
+        )
 
 
 def _stays(at: NDArray[np.bool_]) -> int:
@@ -132,10 +145,14 @@ def check_echoes(log: Log, file: str, findings: Findings) -> None:
             continue
         later = f", {rows} rows later" if rows else ""
         findings.add(
-            f"log.{name}_is_command", file, None, f"column {name}", f"{name} is {command} itself{later}, not a measurement",
+            f"log.{name}_is_command",
+            file,
+            None,
+            f"column {name}",
+            f"{name} is {command} itself{later}, not a measurement",
             hint=f"no effect between command and {name} can be seen in it: leave the column out, or record the sensor",
             severity="warning",
-        )  # fmt: skip
+        )
 
 
 def _echo(a: FloatArray, b: FloatArray) -> int | None:

@@ -31,10 +31,15 @@ def check_speed(motion: Motion, file: str, findings: Findings) -> None:
         return
     text, unit = next(((text, unit) for value, text, unit in _SCALES if abs(ratio / value - 1.0) < 0.1), ("", ""))
     findings.add(
-        "log.unit_suspect", file, None, "column v",
-        f"v does not fit the positions{': ' + text if text else ''}", found=f"v = {ratio:.3g} * distance over time",
-        allowed="0.8 to 1.25", hint=f"write `v [{unit}]`" if unit else "check the units of v, x, y and t",
-    )  # fmt: skip
+        "log.unit_suspect",
+        file,
+        None,
+        "column v",
+        f"v does not fit the positions{': ' + text if text else ''}",
+        found=f"v = {ratio:.3g} * distance over time",
+        allowed="0.8 to 1.25",
+        hint=f"write `v [{unit}]`" if unit else "check the units of v, x, y and t",
+    )
 
 
 def check_angles(log: Log, motion: Motion, file: str, findings: Findings) -> None:
@@ -58,9 +63,14 @@ def check_angles(log: Log, motion: Motion, file: str, findings: Findings) -> Non
         wrong["yaw_rate"] = "57 times the turn rate of the path"
     for name, found in wrong.items():
         findings.add(
-            "log.implausible_range", file, None, f"column {name}", "degrees stored as radians", found=found,
+            "log.implausible_range",
+            file,
+            None,
+            f"column {name}",
+            "degrees stored as radians",
+            found=found,
             hint=f"write `{name} [{'deg' if name == 'yaw' else 'deg/s'}]`",
-        )  # fmt: skip
+        )
     turn = "turn" if motion.has("turn") and "yaw" not in wrong else "path_turn"
     for name in ("steer", "steer_cmd"):
         _check_steer(log, motion, name, turn, file, findings)
@@ -81,10 +91,15 @@ def _check_steer(log: Log, motion: Motion, name: str, turn: str, file: str, find
                 found = f"v * {name} / turn rate = a wheelbase of {base:.3g} m"
     if found:
         findings.add(
-            "log.implausible_range", file, None, f"column {name}", "degrees stored as radians, or the hand wheel's angle",
-            found=found, allowed=f"a road-wheel angle, up to {WIDEST} rad",
+            "log.implausible_range",
+            file,
+            None,
+            f"column {name}",
+            "degrees stored as radians, or the hand wheel's angle",
+            found=found,
+            allowed=f"a road-wheel angle, up to {WIDEST} rad",
             hint=f"write `{name} [deg]`, or give the steering ratio in a mapping",
-        )  # fmt: skip
+        )
 
 
 def _ratio(motion: Motion, a: str, b: str) -> float:
@@ -118,18 +133,28 @@ def check_acceleration(motion: Motion, file: str, findings: Findings) -> None:
         crossed = abs(correlation(ax, lateral)) + abs(correlation(ay, along))
         if crossed > straight + 0.5 and crossed > 1.0:
             findings.add(
-                "log.axes_swapped", file, None, "column ax", "ax and ay are swapped: ay goes with dv/dt, ax with v * yaw_rate",
-                found=f"correlation {crossed / 2:.2f} crossed, {straight / 2:.2f} as named", hint="exchange the two names",
-            )  # fmt: skip
+                "log.axes_swapped",
+                file,
+                None,
+                "column ax",
+                "ax and ay are swapped: ay goes with dv/dt, ax with v * yaw_rate",
+                found=f"correlation {crossed / 2:.2f} crossed, {straight / 2:.2f} as named",
+                hint="exchange the two names",
+            )
             return
     for name, values, reference, what in (("ax", ax, along, "dv/dt"), ("ay", ay, lateral, "v * yaw_rate")):
         if values is None or np.std(reference) < 0.2:
             continue
         if abs(correlation(values, reference)) > 0.8 and 0.08 < abs(slope(values, reference)) < 0.125:
             findings.add(
-                "log.unit_suspect", file, None, f"column {name}", "g stored as m/s^2",
-                found=f"{name} = {slope(values, reference):.3g} * {what}", hint=f"write `{name} [g]`",
-            )  # fmt: skip
+                "log.unit_suspect",
+                file,
+                None,
+                f"column {name}",
+                "g stored as m/s^2",
+                found=f"{name} = {slope(values, reference):.3g} * {what}",
+                hint=f"write `{name} [g]`",
+            )
     for name, values in (("ax", ax), ("accel_cmd", of["accel_cmd"][known] if "accel_cmd" in of else None)):
         if values is not None and np.std(along) > 0.2 and _shape(values, along, motion.step) < -0.6:
             _tell_sign(name, "dv/dt", file, findings)
@@ -141,7 +166,7 @@ def check_turning(motion: Motion, file: str, findings: Findings) -> None:
     speed = of.get("v", of.get("path_speed"))
     if speed is None:
         return
-    witnesses = {name: of[name] for name in ("path_turn", "turn", "yaw_rate") if name in of}
+    witnesses: dict[str, FloatArray] = {name: of[name] for name in ("path_turn", "turn", "yaw_rate") if name in of}
     fast = np.where(np.abs(speed) > 0.3, speed, np.nan)
     if "ay" in of:
         witnesses["ay"] = of["ay"] / fast
@@ -217,28 +242,44 @@ def _check_heading(motion: Motion, *, mirrored: bool, file: str, findings: Findi
     if mirrored:
         right, half = abs(abs(off) - math.pi / 2) < 0.4, abs(off) > math.pi - 0.4
         what = (
-            "x and y are swapped, or yaw is a compass heading" if right and off > 0
-            else "the sign of x is turned round" if half
+            "x and y are swapped, or yaw is a compass heading"
+            if right and off > 0
+            else "the sign of x is turned round"
+            if half
             else "the sign of y is turned round, or the log's y axis points to the right"
-        )  # fmt: skip
+        )
         findings.add(
-            "log.axes_swapped" if right else "log.sign_flipped", file, None, "column x" if right or half else "column y",
-            f"the path turns against yaw: {what}", found=f"course + yaw = {off:.2f} rad", allowed="course - yaw = 0",
+            "log.axes_swapped" if right else "log.sign_flipped",
+            file,
+            None,
+            "column x" if right or half else "column y",
+            f"the path turns against yaw: {what}",
+            found=f"course + yaw = {off:.2f} rad",
+            allowed="course - yaw = 0",
             hint="exchange or turn round the columns, or say the frame in a mapping",
-        )  # fmt: skip
+        )
         return
     back = abs(off) > math.pi - 0.4
     findings.add(
-        "log.heading_offset", file, None, "column yaw",
+        "log.heading_offset",
+        file,
+        None,
+        "column yaw",
         "the car moves backwards by its yaw while v > 0" if back else "the course is not where yaw points",
-        found=f"course - yaw = {off:.3f} rad", allowed="within 0.15 rad",
-        hint="turn yaw by this offset" + (", or give v its sign" if back else ", or check which axis it is counted from"),
+        found=f"course - yaw = {off:.3f} rad",
+        allowed="within 0.15 rad",
+        hint="turn yaw by this offset" + (", or give v its sign" if back else ", or look whether x and y are swapped"),
         severity="warning",
-    )  # fmt: skip
+    )
 
 
 def _tell_sign(name: str, others: str, file: str, findings: Findings) -> None:
     findings.add(
-        "log.sign_flipped", file, None, f"column {name}", f"the sign is against {others}",
-        allowed="x forward, y left, counter-clockwise (ISO 8855)", hint=f"turn it round: sign = -1 for {name} in a mapping",
-    )  # fmt: skip
+        "log.sign_flipped",
+        file,
+        None,
+        f"column {name}",
+        f"the sign is against {others}",
+        allowed="x forward, y left, counter-clockwise (ISO 8855)",
+        hint=f"turn it round: sign = -1 for {name} in a mapping",
+    )

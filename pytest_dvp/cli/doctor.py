@@ -1,0 +1,131 @@
+"""What is wrong with a log, and which effects it could ever reveal."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json
+
+if TYPE_CHECKING:
+    from openscenario.findings import Finding
+    from pytest_dvp.doctor import Excitation
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("logs", nargs="+", metavar="LOG", help="a log, or a part of one: LOG@START:STOP in seconds")
+    add_log_options(parser)
+    parser.add_argument("--model", metavar="FILE", help="vehicle model: judge by its inputs which effects could show")
+    add_json(parser)
+
+
+def add_log_options(parser: argparse.ArgumentParser) -> None:
+    """How a foreign log is to be read: shared by the commands that take one."""
+    parser.add_argument(
+        "--mapping", metavar="FILE", help="which field is which signal (TOML; `dvp map LOG` proposes one)"
+    )
+    parser.add_argument("--msg", action="append", default=[], metavar="DIR", help="folder of .msg files (ROS types)")
+
+
+def log_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Keyword arguments of read_log. Raises WrongArgument for a file or folder that is not there."""
+    mapping = Path(arguments.mapping) if arguments.mapping else None
+    if mapping is not None and not mapping.is_file():
+        raise WrongArgument(f"--mapping {mapping}: no such file")
+    folders = [Path(text) for text in arguments.msg]
+    for folder in folders:
+        if not folder.is_dir():
+            raise WrongArgument(f"--msg {folder}: no such folder")
+    return {"mapping": mapping, "msg_dirs": folders}
+
+
+def existing_log(text: str) -> str:
+    """A log argument whose file is there. Raises WrongArgument."""
+    from pytest_dvp.log import LogError
+    from pytest_dvp.logs.cut import parse_argument
+
+    try:
+        path = parse_argument(text).path
+    except LogError as error:
+        raise WrongArgument(str(error)) from None
+    if not path.exists():
+        raise WrongArgument(f"{path}: no such log")
+    return text
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    options = log_options(arguments)
+    names = [existing_log(text) for text in arguments.logs]
+    model = _model(arguments.model)
+    told = [_told(name, options, model) for name in names]
+    if arguments.json:
+        print(json.dumps({"logs": [entry for entry, _, _ in told]}, ensure_ascii=False))
+    else:
+        for entry, findings, shown in told:
+            _print(entry, findings, shown)
+    return 1 if any(f.severity == "error" for _, findings, _ in told for f in findings) else 0
+
+
+def _model(text: str | None) -> Any:
+    if text is None:
+        return None
+    if not Path(text).is_file():
+        raise WrongArgument(f"--model {text}: no such file")
+    from vehicle.model.model_file import read_model
+
+    return read_model(Path(text))
+
+
+def _told(
+    name: str, options: dict[str, Any], model: Any
+) -> tuple[dict[str, Any], tuple[Finding, ...], Excitation | None]:
+    from openscenario.findings import Finding
+    from pytest_dvp.doctor import examine, excitation
+    from pytest_dvp.log import LogError
+    from pytest_dvp.logs.read import read_log
+
+    try:
+        log = read_log(name, strict=False, **options)
+    except LogError as error:
+        findings = error.findings or (Finding(error.code, "error", name, None, "", text=str(error)),)
+        return {"log": name, "findings": [f.as_dict() for f in findings]}, tuple(findings), None
+    findings = examine(log, file=name)
+    shown = excitation(log, model)
+    imported = log.meta.get("import", {})
+    entry = {
+        "log": name,
+        "rows": len(log.t),
+        "duration": log.duration,
+        "columns": list(log.columns),
+        **{key: imported.get(key, []) for key in ("converted", "aliased", "unknown")},
+        "findings": [finding.as_dict() for finding in findings],
+        "excitation": shown.as_dict(),
+    }
+    return entry, findings, shown
+
+
+def _print(entry: dict[str, Any], findings: tuple[Finding, ...], shown: Excitation | None) -> None:
+    if shown is not None:
+        rate = (entry["rows"] - 1) / entry["duration"] if entry["duration"] else 0.0
+        print(f"{entry['log']}: {entry['rows']} rows, {entry['duration']:.2f} s, {rate:.4g} Hz")
+        for key, what in (("converted", "converted"), ("aliased", "renamed"), ("unknown", "kept, not known")):
+            if entry[key]:
+                print(f"  {what}: {', '.join(entry[key])}")
+    for finding in findings:
+        print(f"  {finding.severity} {finding.code} {finding.element}: {finding.message}")
+    if not findings:
+        print("  nothing wrong found")
+    if shown is not None:
+        print("  driven: " + ", ".join(f"{f.name} {f.value:.3g} {f.unit}".removesuffix(" -") for f in shown.facts))
+        print("  could show: " + (", ".join(shown.within_reach) or "no effect"))
+        print("  could not show:")
+        reasons: dict[str, list[str]] = {}
+        for effect, reason in shown.out_of_reach.items():
+            reasons.setdefault(reason, []).append(effect)
+        for reason, effects in reasons.items():
+            print(f"    {', '.join(effects)}: {reason}")
+    errors = sum(finding.severity == "error" for finding in findings)
+    print(f"{entry['log']}: {errors} errors, {len(findings) - errors} warnings", file=sys.stderr)

@@ -1,0 +1,42 @@
+"""Proposes which field of a foreign log is which signal, as a mapping file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("log", metavar="LOG", help="MCAP, ROS bag (.bag, .db3 or its folder), .mf4, .mat or .csv")
+    parser.add_argument("--msg", action="append", default=[], metavar="DIR", help="folder of .msg files (ROS types)")
+    parser.add_argument("--out", metavar="FILE", help="where to write the mapping; default: stdout")
+    add_json(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    path = Path(arguments.log)
+    if not path.exists():
+        raise WrongArgument(f"{path}: no such log")
+    from openscenario.findings import Findings
+    from pytest_dvp.log import Log
+    from pytest_dvp.logs.propose import mapping_text, propose
+    from pytest_dvp.logs.read import read_streams
+
+    findings = Findings()
+    streams = read_streams(path, findings, [Path(text) for text in arguments.msg])
+    if isinstance(streams, Log):
+        raise WrongArgument(f"{path}: a log of dvp, it needs no mapping")
+    text = mapping_text(streams)
+    if arguments.out:
+        Path(arguments.out).write_text(text, encoding="utf-8")
+    if arguments.json:
+        mapping, unsure = propose(streams)
+        entries = [(signal, True) for signal in mapping.signals] + [(signal, False) for signal in unsure]
+        told = [{"name": s.name, "topic": s.topic, "field": s.field, "unit": s.unit, "certain": c} for s, c in entries]
+        print(json.dumps({"signals": told, "findings": [f.as_dict() for f in findings.in_order()]}, ensure_ascii=False))
+    elif not arguments.out:
+        print(text, end="")
+    return 0
