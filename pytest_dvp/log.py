@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -64,6 +64,9 @@ class ObjectTrack:
     vx: FloatArray
     vy: FloatArray
 
+    def __repr__(self) -> str:
+        return f"ObjectTrack({self.kind}, {self.length:g} x {self.width:g} m, {_span(self.t)})"
+
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class DetectionTable:
@@ -79,6 +82,9 @@ class DetectionTable:
     width: FloatArray
     vx: FloatArray
     vy: FloatArray
+
+    def __repr__(self) -> str:
+        return f"DetectionTable({_span(self.t)})"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -137,6 +143,11 @@ class Log:
             if values.dtype != np.float64 or values.shape != (n,):
                 raise LogError(f"log: column {name!r} is {values.dtype}{list(values.shape)}, expected float64[{n}]")
 
+    def __repr__(self) -> str:
+        parts = [str(self.meta.get("scenario", "")), _span(self.t), f"{len(self.columns)} columns"]
+        parts.append(f"{len(self.objects)} object{'' if len(self.objects) == 1 else 's'}")
+        return f"Log({', '.join(part for part in parts if part)})"
+
     @property
     def t(self) -> FloatArray:
         """Time base [s]."""
@@ -148,13 +159,10 @@ class Log:
         return float(self.t[-1] - self.t[0]) if len(self.t) else 0.0
 
     def __getitem__(self, name: str) -> FloatArray:
-        """Column by name. Raises LogError with the nearest name."""
+        """Column by name. Raises LogError with the name that was meant."""
         values = self.columns.get(name)
         if values is None:
-            import difflib
-
-            near = difflib.get_close_matches(name, self.columns, n=1)
-            raise LogError(f"log: no column {name!r}" + (f", nearest is {near[0]!r}" if near else ""))
+            raise LogError(f"log: no column {name!r}{_meant(name, self.columns)}")
         return values
 
     def save(self, path: Path | str) -> None:
@@ -165,16 +173,36 @@ class Log:
 
     @staticmethod
     def load(path: Path | str) -> Log:
-        """Read what `save` wrote, exactly. Raises LogError for a missing, cut, corrupt or foreign file."""
+        """Read what `save` wrote, exactly; of a run folder its log.mcap.
+
+        Raises LogError for a missing, cut, corrupt or foreign file.
+        """
         from pytest_dvp.log_read import load_log
 
-        return load_log(Path(path))
+        path = Path(path)
+        return load_log(path / "log.mcap" if path.is_dir() else path)
 
     def to_frame(self) -> pd.DataFrame:
         """The columns as a pandas table; pandas is imported here only."""
         import pandas as pd
 
         return pd.DataFrame(self.columns)
+
+
+def _meant(name: str, names: Iterable[str]) -> str:
+    import difflib
+
+    from pytest_dvp.logs.names import canonical
+
+    other = canonical(name)  # "speed" is a usual name of "v", and near to nothing by its letters
+    if other != name and other in names:
+        return f", did you mean {other!r}?"
+    near = difflib.get_close_matches(name, names, n=1)
+    return f", did you mean {near[0]!r}?" if near else ""
+
+
+def _span(t: FloatArray) -> str:
+    return f"{len(t)} rows, {t[0]:.2f} to {t[-1]:.2f} s" if len(t) else "no rows"
 
 
 def first_difference(a: Log, b: Log) -> str | None:

@@ -28,7 +28,7 @@ MAGIC = bytes((137, 77, 67, 65, 80, 48, 13, 10))  # MCAP specification, "Magic"
 _FOOTER, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x02, 0x04, 0x05, 0x06, 0x0F  # MCAP specification, "Opcodes"
 _FOOTER_SIZE = 9 + 20
 _MAX_CHUNK = 1 << 30  # bytes after decompression; a larger one is an attack or a mistake
-_VIEWER = frozenset({"/tf", "/ego/pose", "/scene", "/scene/road"})
+_VIEWER = frozenset({"/tf", "/ego/pose", "/ego/signals", "/scene", "/scene/road"})
 
 Channels = dict[str, list[Any]]
 

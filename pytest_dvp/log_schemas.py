@@ -3,7 +3,8 @@
 /ego/pose, /tf and /scene follow the public Foxglove message schemas (foxglove.PoseInFrame, FrameTransforms,
 SceneUpdate; field names as documented there), so that a viewer shows them without configuration. The other channels are
 ours; they hold the log exactly. Columns travel in blocks of about a second: a list, or one number where the block is
-constant; null is NaN, "inf" and "-inf" are words because JSON has no number for them.
+constant; null is NaN, "inf" and "-inf" are words because JSON has no number for them. /ego/signals repeats the main
+ones of them at 10 Hz as a viewer plots them.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import Any, Final
 
 import msgspec
 
+from pytest_dvp.log_viewer import PLOTTED
 from pytest_dvp.signals import describe
 
 FORMAT: Final = 1
@@ -106,7 +108,15 @@ def schemas(columns: list[str]) -> dict[str, tuple[str, bytes]]:
             t=_CELL, kind=_TEXT, element=_TEXT, text=_TEXT, file=_TEXT, line={"type": ["integer", "null"]}
         ),
     }
-    viewer = {"/tf": _TRANSFORMS, "/ego/pose": _POSE_IN_FRAME, "/scene": _SCENE, "/scene/road": _SCENE}
+    plotted = {s.name: {**_NUMBER, "description": f"[{s.unit}] {s.meaning}"} for s in map(describe, PLOTTED)}
+    signals = _object("dvp.ego_signals", **plotted)
+    viewer = {
+        "/tf": _TRANSFORMS,
+        "/ego/pose": _POSE_IN_FRAME,
+        "/ego/signals": signals,
+        "/scene": _SCENE,
+        "/scene/road": _SCENE,
+    }
     result = {topic: (f"dvp.{topic[1:]}", msgspec.json.encode(schema)) for topic, schema in ours.items()}
     result.update((topic, (schema["title"], msgspec.json.encode(schema))) for topic, schema in viewer.items())
     return result

@@ -1,4 +1,4 @@
-"""The part of the record that is there for viewers only: /ego/pose, /tf, /scene (boxes) and /scene/road (lines).
+"""The part of the record that is there for viewers only: /ego/pose, /ego/signals, /tf, /scene and /scene/road.
 
 Rounded to millimetres and written through templates, because a viewer needs no more and 3,000 messages of nested
 objects would cost more than the rest of the log.
@@ -21,6 +21,9 @@ _COLORS = {"vehicle": (0.2, 0.4, 0.9), "pedestrian": (0.9, 0.5, 0.1), "bicycle":
 _OTHER = (0.5, 0.5, 0.5)
 _EGO = (0.1, 0.7, 0.3)
 _LINE_COLORS = {"edge": (0.9, 0.9, 0.9), "lane": (0.7, 0.7, 0.7), "centre": (0.9, 0.8, 0.2)}
+
+PLOTTED = ("v", "yaw_rate", "ax", "ay", "steer", "steer_cmd", "accel_cmd")
+"""Columns of /ego/signals, one number a message: a viewer plots `/ego/signals.v` as it is, and blocks it cannot."""
 
 _TIME = '{"sec":%d,"nsec":%d}'
 _POSE = '{"position":{"x":%.3f,"y":%.3f,"z":%.3f},"orientation":{"x":0,"y":0,"z":%.6f,"w":%.6f}}'  # about z only
@@ -45,13 +48,33 @@ def viewer_messages(log: Log) -> Iterator[tuple[int, str, bytes]]:
     boxes = [_box(_track_at(track, t), name, track) for name, track in log.objects.items()]
     ego = _ego_box(log, x, y, z, yaw)
     nanoseconds = np.round(t * 1e9).astype(np.int64)
+    plots = _plots(log, rows[usable])
     cells = zip(x.tolist(), y.tolist(), z.tolist(), np.sin(yaw / 2).tolist(), np.cos(yaw / 2).tolist(), strict=True)
     for i, (time, pose) in enumerate(zip(nanoseconds.tolist(), cells, strict=True)):
         stamp = divmod(time, 1_000_000_000)
         yield time, "/tf", (_TF_MESSAGE % (stamp + pose)).encode()
         yield time, "/ego/pose", (_POSE_MESSAGE % (stamp + pose)).encode()
         entities = [template % (stamp + row) for template, values in [ego, *boxes] if (row := values[i]) is not None]
+        yield time, "/ego/signals", plots[i]
         yield time, "/scene", ('{"entities":[' + ",".join(entities) + "]}").encode()
+
+
+def _plots(log: Log, rows: NDArray[np.intp]) -> list[bytes]:
+    """JSON of /ego/signals for these rows; what was not measured is left out, as JSON has no number for it."""
+    names = [name for name in PLOTTED if name in log.columns]
+    values = np.stack([log.columns[name][rows] for name in names], axis=1) if names else np.zeros((len(rows), 0))
+    keys = [f'"{name}":%.4f' for name in names]
+    every = "{" + ",".join(keys) + "}"
+    whole: NDArray[np.bool_] = np.isfinite(values).all(axis=1)
+    values += 0.0  # no "-0.0000" of a negative zero
+    return [
+        (every % tuple(row) if full else _some(keys, row)).encode()
+        for row, full in zip(values.tolist(), whole.tolist(), strict=True)
+    ]
+
+
+def _some(keys: list[str], row: list[float]) -> str:
+    return "{" + ",".join(key % value for key, value in zip(keys, row, strict=True) if math.isfinite(value)) + "}"
 
 
 def _picture_rows(t: FloatArray) -> NDArray[np.intp]:

@@ -84,6 +84,7 @@ def test_reference_reader_reads_every_message_with_checksums(saved: Path) -> Non
     ("topic", "schema"),
     [
         ("/ego/pose", "foxglove.PoseInFrame"),
+        ("/ego/signals", "dvp.ego_signals"),
         ("/tf", "foxglove.FrameTransforms"),
         ("/scene", "foxglove.SceneUpdate"),
         ("/scene/road", "foxglove.SceneUpdate"),
@@ -116,6 +117,46 @@ def test_object_that_left_the_run_leaves_the_picture() -> None:
     log = drive_straight(0.0, 2.0, objects={"car": track(times(1.0)[::5], 12.0, 0.0)})
     *_, (_, _, last) = make_reader(_stream(log)).iter_messages(["/scene"])
     assert [entity["id"] for entity in json.loads(last.data)["entities"]] == ["ego"]
+
+
+def test_viewer_can_plot_the_speed_as_a_plain_number_ten_times_a_second() -> None:
+    log = drive_straight(5.0, 1.0)
+    messages = [
+        (m.log_time, json.loads(m.data)) for _, _, m in make_reader(_stream(log)).iter_messages(["/ego/signals"])
+    ]
+    assert [time for time, _ in messages] == [100_000_000 * i for i in range(11)]
+    assert all(values["v"] == 5.0 for _, values in messages)
+
+
+def test_viewer_gets_no_number_for_what_was_not_measured() -> None:
+    log = drive_straight(5.0, 1.0)
+    log.columns["ax"] = np.full(len(log.t), np.nan)
+    log.columns["ay"] = np.full(len(log.t), 0.5)
+    _, _, first = next(make_reader(_stream(log)).iter_messages(["/ego/signals"]))
+    values = json.loads(first.data)
+    assert "ax" not in values
+    assert values["ay"] == 0.5
+
+
+def test_a_run_folder_loads_as_its_log(saved: Path) -> None:
+    assert first_difference(rich_log(), Log.load(saved.parent)) is None
+
+
+def test_a_folder_without_a_log_says_which_file_is_missing(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"log\.mcap: the log cannot be read"):
+        Log.load(tmp_path)
+
+
+def test_a_usual_other_name_of_a_column_leads_to_ours() -> None:
+    with pytest.raises(LogError, match=r"no column 'speed', did you mean 'v'\?"):
+        drive_straight(5.0, 1.0)["speed"]
+
+
+def test_logs_tracks_and_tables_show_as_one_short_line() -> None:
+    log = rich_log()
+    shown = [repr(log), repr(log.detections), *(repr(track) for track in log.objects.values())]
+    assert all("\n" not in text and len(text) < 100 for text in shown)
+    assert repr(drive_straight(5.0, 1.0)).startswith("Log(101 rows, 0.00 to 1.00 s, ")
 
 
 def test_columns_state_their_units_in_the_file(saved: Path) -> None:
@@ -190,7 +231,7 @@ def test_columns_of_other_length_are_refused() -> None:
 
 
 def test_unknown_column_names_the_nearest() -> None:
-    with pytest.raises(LogError, match="no column 'yaw_rat', nearest is 'yaw_rate'"):
+    with pytest.raises(LogError, match="no column 'yaw_rat', did you mean 'yaw_rate'"):
         log_of(1.0)["yaw_rat"]
 
 
