@@ -157,8 +157,8 @@ def _along(x: Any, blend: float, mode: int) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _move(x: Any, blend: float, v1: float) -> None:
-    """Integrate the motion over one step, at whose end the speed is v1."""
+def _move(x: Any, blend: float, v1: float, mode: int) -> None:
+    """Integrate the motion over one step, at whose end the speed is v1 but for what lateral motion changes of it."""
     dt = x.dt
     v0, r0, vy0, vyr0 = x.vx, x.yaw_rate, x.vy, x.vy_rear
     gy = _pull(x.bank)
@@ -177,13 +177,15 @@ def _move(x: Any, blend: float, v1: float) -> None:
         rear_slip = 1.0 / (speed * (1.0 + qr * qr))
         front = x.tangent_front * cos_d * front_slip
         rear = x.tangent_rear * rear_slip
-        fyf = x.fy_front * cos_d
-        f_vy = (fyf + x.fy_rear) / x.mass + gy - v0 * r0
-        f_r = (x.cg_front * fyf - x.cg_rear * x.fy_rear + x.yaw_moment) / x.turning_inertia
+        faster = v_mean - v0  # slip angles shrink with speed
+        fyf = x.fy_front * cos_d + front * qf * faster
+        fyr = x.fy_rear + rear * qr * faster
+        f_vy = (fyf + fyr) / x.mass + gy - v_mean * r0
+        f_r = (x.cg_front * fyf - x.cg_rear * fyr + x.yaw_moment) / x.turning_inertia
         turn = x.cg_rear * rear - x.cg_front * front
         h = 0.5 * dt
         j11 = 1.0 + h * (front + rear) / x.mass
-        j12 = h * (v0 - turn / x.mass)
+        j12 = h * (v_mean - turn / x.mass)
         j21 = -h * turn / x.turning_inertia
         j22 = 1.0 + h * (x.cg_front * x.cg_front * front + x.cg_rear * x.cg_rear * rear) / x.turning_inertia
         scale = dt / (j11 * j22 - j12 * j21)
@@ -197,6 +199,10 @@ def _move(x: Any, blend: float, v1: float) -> None:
         r_mean = 0.5 * (r0 + r1)
         x.slip_change_front = -front_slip * (vy1 - vy0 + x.cg_front * (r1 - r0))
         x.slip_change_rear = -rear_slip * (vy1 - vy0 - x.cg_rear * (r1 - r0))
+        if mode != IMPOSED and v1 != 0.0:
+            less = x.tangent_front * x.slip_change_front * slope * cos_d / x.mass
+            v1 += h * blend * (r1 * vy1 - r0 * vy0 - less)
+            v_mean = 0.5 * (v0 + v1)
     vyr1 = vy1 - x.cg_rear * r1
     vyr_mean = 0.5 * (vyr0 + vyr1)
 
@@ -257,7 +263,7 @@ def run(
         for _ in range(hold):
             _act(x, kind, mode, bus, table, bounds, parameters, memory)
             blend = _blend(kind, x.vx)
-            _move(x, blend, _along(x, blend, mode))
+            _move(x, blend, _along(x, blend, mode), mode)
             x.count += 1.0
             x.t = x.t_start + x.count * x.dt
             _show(x)
@@ -392,7 +398,7 @@ def replay(
                 row[7] = x.steer + x.steer_lead
                 if k == n - 1:
                     break
-            _move(x, blend, v1)
+            _move(x, blend, v1, mode)
 
 
 def empty_table() -> tuple[Any, Any]:
