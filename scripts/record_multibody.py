@@ -93,7 +93,7 @@ def record(car: int, drive: str, seed: int) -> str:
                 continue
             x = rk4(x, rate, wish.accel, h)
             if x[3] <= 0.0 and wish.accel <= 0.0:
-                pose = x[:3] + [0.0, x[4]]
+                pose = [*x[:3], 0.0, x[4]]
                 x = [float(s) for s in init_mb([*pose[:4], pose[4], 0.0, 0.0], p)]
     return out.getvalue()
 

@@ -71,8 +71,8 @@ P = INDEX
 @njit(cache=True, error_model="numpy")
 def held(commands: FloatArray, last: int, column: int, begin: float) -> float:
     """Mean of a held command over begin..begin+H [s]; before the log the first one held."""
-    first = int(math.floor(begin / PERIOD + 1e-9))
-    then = int(math.floor((begin + H) / PERIOD - 1e-9))
+    first = math.floor(begin / PERIOD + 1e-9)
+    then = math.floor((begin + H) / PERIOD - 1e-9)
     u0 = commands[min(max(first, 0), last), column]
     if then <= first:
         return float(u0)

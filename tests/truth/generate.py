@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
@@ -17,7 +18,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from tests.truth.car import D_LAG, D_RATE, D_RES, D_STICK, FINE, N_STATE, PERIOD, SUBSTEPS, H, V, advance
-from tests.truth.effects import C_CF, C_CR, C_DYNAMIC, KNOWN, Effects, FloatArray, TruthCar, checked, parameters
+from tests.truth.effects import C_CF, C_CR, C_DYNAMIC, KNOWN, PLANT, Effects, FloatArray, TruthCar, checked, parameters
 from vehicle.surrogate.driver import Drive, Driver, Motion
 
 Noise = Literal["none", "low", "mid", "high"]
@@ -48,12 +49,20 @@ def fine_truth(
 
     `body` "dynamic" gives the car slipping tyres (`TruthCar.stiffness_*`), whatever the effects need.
     """
-    car = car or TruthCar()
-    full = checked(effects)
-    p = parameters(car, full)
+    plant = {name: values for name, values in checked(effects).items() if name in PLANT}
+    key = tuple((name, tuple(values.items())) for name, values in plant.items())
+    return _simulated(key, drive, seed, car or TruthCar(), body)
+
+
+@lru_cache(maxsize=4)  # the same drive is often asked for again: other noise, other sensor effects
+def _simulated(
+    plant: tuple[tuple[str, tuple[tuple[str, float], ...]], ...], drive: Drive, seed: int, car: TruthCar, body: str
+) -> tuple[FloatArray, FloatArray]:
+    effects = {name: dict(values) for name, values in plant}
+    p = parameters(car, effects)
     if body == "dynamic":
         p[C_DYNAMIC] = 1.0
-        if "understeer" not in full:
+        if "understeer" not in effects:
             p[C_CF], p[C_CR] = car.stiffness_front, car.stiffness_rear
     driver = Driver(drive, car.wheelbase, seed)
     n = driver.samples
@@ -61,11 +70,12 @@ def fine_truth(
     fine = np.empty((n * SUBSTEPS, len(FINE)))
     s = np.zeros(N_STATE)
     for k in range(n):
-        commands[k] = driver.wish(k * PERIOD, Motion(s[0], s[1], s[2], s[V]))
+        commands[k] = driver.wish(k * PERIOD, Motion(float(s[0]), float(s[1]), float(s[2]), float(s[V])))
         if k == 0:  # the steering rests where it is first asked to be
             for place in (D_LAG, D_RATE, D_STICK, D_RES):
                 s[place] = commands[0, 1]
         advance(s, p, commands, k, fine[k * SUBSTEPS : (k + 1) * SUBSTEPS])
+    commands.flags.writeable = fine.flags.writeable = False
     return commands, fine
 
 
@@ -139,8 +149,8 @@ def make_log(
     commands, fine = fine_truth(effects, drive, seed, car=car, body=body)
     by_speed = "speed_controller" in effects
     columns = {"t": np.round(np.arange(len(commands)) * PERIOD, 6)}
-    columns["speed_cmd" if by_speed else "accel_cmd"] = commands[:, 2 if by_speed else 0]
-    columns["steer_cmd"] = commands[:, 1]
+    columns["speed_cmd" if by_speed else "accel_cmd"] = commands[:, 2 if by_speed else 0].copy()
+    columns["steer_cmd"] = commands[:, 1].copy()
     salt = int.from_bytes(hashlib.sha256(drive.encode()).digest()[:4], "little")
     return add_noise(columns | sensed(fine, effects), noise, (seed << 32) + salt)
 

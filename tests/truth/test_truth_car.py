@@ -10,7 +10,18 @@ import numpy as np
 import pytest
 
 from tests.truth.car import N_STATE, PERIOD, SUBSTEPS, H, V, advance
-from tests.truth.effects import CATALOGUE, KNOWN, OUTSIDE, Effects, FloatArray, TruthCar, checked, parameters, typical
+from tests.truth.effects import (
+    CATALOGUE,
+    KNOWN,
+    OUTSIDE,
+    TYRE_EFFECTS,
+    Effects,
+    FloatArray,
+    TruthCar,
+    checked,
+    parameters,
+    typical,
+)
 from tests.truth.generate import DRIFT_SIGMA, SIGMA, drift, fine_truth, make_log, write_csv
 from tests.truth.tracks import TYPICAL, make_tracks
 
@@ -144,14 +155,19 @@ def test_every_effect_moves_some_column_of_a_rich_log_and_stays_in_bounds(name: 
     assert np.max(np.abs(log["ay"])) < 9.0
 
 
-@pytest.mark.parametrize("name", sorted(set(CATALOGUE) - {"speed_controller"}))
-def test_an_effect_at_its_neutral_value_hides_nothing(name: str) -> None:
-    neutral = {key: off for key, (off, _, _) in KNOWN[name].items()}
-    if name in ("understeer", "tyre_saturation", "steer_compliance", "roll_dynamics"):
-        pytest.skip("brings the dynamic body along; its steady state is tested above")
-    base = urban("dynamic" if name in ("tyre_relaxation", "load_transfer", "yaw_inertia") else "auto")
-    log = make_log({name: neutral}, "urban", 3, "low")
+def test_effects_at_their_neutral_values_hide_nothing() -> None:
+    """Tyre effects bring the dynamic body along: three of them on tyres that slip, whose neutral car is `body`."""
+    neutral = {
+        name: {key: off for key, (off, _, _) in KNOWN[name].items()}
+        for name in CATALOGUE
+        if name not in TYRE_EFFECTS | {"speed_controller"}
+    }
+    base, log = urban("auto"), make_log(neutral, "urban", 3, "low")
     assert all(np.array_equal(log[c], base[c]) for c in base)
+    for name in ("tyre_relaxation", "load_transfer", "yaw_inertia"):
+        off = {key: value for key, (value, _, _) in KNOWN[name].items()}
+        log = make_log({name: off}, "urban", 3, "low")
+        assert all(np.array_equal(log[c], urban("dynamic")[c]) for c in log)
 
 
 def test_noise_has_its_sigma_and_position_drifts_slowly() -> None:

@@ -1,0 +1,42 @@
+"""Drive the surrogate and write a measured log.
+
+python -m vehicle.surrogate --drive rich --hidden F.toml --out log.csv
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from vehicle.surrogate.driver import Driver
+from vehicle.surrogate.hidden import Hidden, HiddenError, read_hidden
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Returns the exit code: 0 written, 2 a wrong option or file."""
+    parser = argparse.ArgumentParser(prog="python -m vehicle.surrogate", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--drive", choices=("rich", "urban"), default="rich", help="programme: 120 s or 45 s")
+    parser.add_argument("--hidden", type=Path, metavar="F.toml", help="what is hidden in the car; default: nothing")
+    parser.add_argument("--seed", type=int, default=0, help="of drive and sensor noise")
+    parser.add_argument("--out", type=Path, required=True, metavar="LOG.csv")
+    args = parser.parse_args(argv)
+    try:
+        hidden = read_hidden(args.hidden) if args.hidden else Hidden()
+    except HiddenError as error:
+        print(error, file=sys.stderr)
+        return 2
+    from vehicle.surrogate.recorder import record, write_csv  # compiles; not before the file is known to be good
+
+    columns = record(hidden, args.drive, args.seed)
+    try:
+        write_csv(args.out, columns)
+    except OSError as error:
+        print(f"{args.out}: cannot be written: {error.strerror}", file=sys.stderr)
+        return 2
+    print(f"{args.out}: {Driver(args.drive, 1.0, args.seed).length:g} s, 50 Hz", file=sys.stderr)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
