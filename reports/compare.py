@@ -36,7 +36,8 @@ LABELS = {
 OVERLAID = ("v", "yaw_rate", "ax", "ay", "steer")  # measured over model; of the rest the difference is drawn
 # From "within noise" to "far off": dark blue would hide in dark mode, so grey through yellow to red
 SCALE = [[0.0, "#9AA7B4"], [0.3, "#E9D35B"], [0.6, "#E69F00"], [1.0, "#C4314B"]]
-SCALE_TOP = 20.0  # times the noise at the end of the scale
+SCALE_TOP = 20.0  # times the noise at the end of the scale, at least
+TICKS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0)
 
 
 def write_compare_report(path: str | Path, pages: Sequence[Mapping[str, Any]]) -> None:
@@ -79,18 +80,19 @@ def groups_figure(groups: Mapping[str, Mapping[str, float | None]], signals: Map
     names = list(groups)
     channels = sorted(signals, key=lambda name: -_number(signals[name].get("chi2_per_n")))
     values = [[groups[group].get(channel) for group in names] for channel in channels]
+    top = _top([v for row in values for v in row if v is not None])
     shade = [[None if v is None else math.log10(max(v, 1.0)) for v in row] for row in values]
     text = [["" if v is None else _short(v) for v in row] for row in values]
     return {
         "data": [{
             "type": "heatmap", "x": [plain(n.replace("_", " ").replace("speed ", "")) for n in names],
             "y": channels, "z": shade, "text": text, "texttemplate": "%{text}", "zmin": 0.0,
-            "zmax": math.log10(SCALE_TOP), "colorscale": SCALE, "showscale": False, "xgap": 2, "ygap": 2,
+            "zmax": math.log10(top), "colorscale": SCALE, "showscale": False, "xgap": 2, "ygap": 2,
             "textfont": {"color": "#16191d", "size": 12}, "hoverongaps": False,
             "hovertemplate": "%{y} in %{x}: %{text} times the noise<extra></extra>",
         }],
         "layout": {
-            "height": 96 + 30 * len(channels), "margin": {"l": 68, "r": 6, "t": 64, "b": 8},
+            "height": 96 + 30 * len(channels), "margin": {"l": 68, "r": 34, "t": 68, "b": 8},
             "font": {"size": 12, "family": "system-ui, sans-serif"},
             "xaxis": {"side": "top", "tickangle": -38, "fixedrange": True, "showgrid": False},
             "yaxis": {"autorange": "reversed", "fixedrange": True, "showgrid": False},
@@ -106,15 +108,17 @@ def path_figure(t: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.fl
     level = np.where(np.isfinite(error[known]), error[known], 1.0)
     order = np.argsort(level, kind="stable")
     rows = known[order]
-    ticks = [1.0, 2.0, 5.0, 10.0, SCALE_TOP]
+    top = _top(level)
+    ticks = [v for v in TICKS if v < 0.8 * top] + [top]
+    labels = ["noise", *(f"{v:.3g}×" for v in ticks[1:-1]), f"{top:.3g}×+"]
     traces: list[Figure] = [
         {"type": "scatter", "mode": "lines", "x": numbers(x[known], 2), "y": numbers(y[known], 2), "hoverinfo": "skip",
          "line": {"color": "#9AA7B4", "width": 1.5}, "showlegend": False},
         {"type": "scatter", "mode": "markers", "x": numbers(x[rows], 2), "y": numbers(y[rows], 2),
-         "marker": {"color": numbers(np.log10(np.clip(level[order], 1.0, SCALE_TOP)), 3), "cmin": 0.0,
-                    "cmax": math.log10(SCALE_TOP), "colorscale": SCALE, "size": 6,
+         "marker": {"color": numbers(np.log10(np.clip(level[order], 1.0, top)), 3), "cmin": 0.0,
+                    "cmax": math.log10(top), "colorscale": SCALE, "size": 6,
                     "colorbar": {"tickvals": [math.log10(v) for v in ticks],
-                                 "ticktext": ["noise", "2×", "5×", "10×", "20×+"], "thickness": 10, "len": 0.9,
+                                 "ticktext": labels, "thickness": 10, "len": 0.9,
                                  "outlinewidth": 0}},
          "text": [f"t = {t[row]:.1f} s: {_short(float(error[row]))} times the noise" for row in rows],
          "hoverinfo": "text", "showlegend": False},
@@ -236,6 +240,11 @@ def _layout(page: Mapping[str, Any], rows: Sequence[str]) -> Figure:
         }  # fmt: skip
         top -= height + gap
     return layout
+
+
+def _top(errors: Sequence[float] | NDArray[np.float64]) -> float:
+    """End of the colour scale: what nearly all of the errors stay below, so that a bad model still shows its worst."""
+    return max(SCALE_TOP, float(np.quantile(np.asarray(errors), 0.97))) if len(errors) else SCALE_TOP
 
 
 def _number(value: Any) -> float:

@@ -171,8 +171,14 @@ class FmuSubject:
             signals[name] = np.repeat(held(log, name, self.name), 2)[:-1]
         step = float(np.median(np.diff(even)))
         try:
-            result = fmpy.simulate_fmu(str(self.path), start_time=0.0, stop_time=float(even[-1]), input=signals or None,
-                                       output=given, output_interval=step)  # fmt: skip
+            result = fmpy.simulate_fmu(
+                str(self.path),
+                start_time=0.0,
+                stop_time=float(even[-1]),
+                input=signals if wanted else None,
+                output=given,
+                output_interval=step,
+            )
         except Exception as error:
             raise CompareError(f"{self.name}: the FMU failed: {error}") from error
         found = np.full((len(even), len(CHANNELS)), np.nan)

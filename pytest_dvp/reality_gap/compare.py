@@ -62,7 +62,8 @@ class Comparison:
     """Result of `compare`. Arrays (n,) at the stamps t [s] of the log, by channel; NaN = not compared.
 
     modelled is the model's output on re-initialised segments with the best start, so residuals = measured - modelled.
-    open_loop: total mean square of the residuals in units of the noise, over all channels.
+    speed (n,) measured [m/s], bridged where it was not measured; position map x, y (n,) [m] if measured; chi2_per_n:
+    over all channels; not_compared: the reason for each channel left out.
     """
 
     model: str
@@ -76,6 +77,7 @@ class Comparison:
     modelled: dict[str, FloatArray]
     segments: Segments
     regimes: dict[str, BoolArray]
+    speed: FloatArray
     position: tuple[FloatArray, FloatArray] | None
     chi2_per_n: float
     not_compared: dict[str, str]
@@ -141,6 +143,7 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
         modelled=twin,
         segments=segments,
         regimes=masks,
+        speed=v,
         position=position,
         chi2_per_n=found.total,
         not_compared=left_out,

@@ -10,7 +10,10 @@ _GAIN = 20.0**0.5  # standard deviation of the third difference of white noise o
 _WHITE = -0.6  # correlation of neighbouring third differences; -15/20 for white noise, towards +1 for a smooth signal
 _ECHO = -0.25
 _LONGEST = 0.12  # s: over longer strides a car's motion shows, not noise
-_FILTERED_FLOOR = 0.005  # of the signal's change over a second, for signals that were smoothed before they were logged
+_SPAN = 0.5  # s
+_FILTERED_FLOOR = (
+    0.005  # of the signal's usual bend over 2 _SPAN, for signals that were smoothed before they were logged
+)
 _WHITE_FLOOR = 0.0002
 _CLIP = 2.5  # standard deviations beyond which a difference is an event, not noise
 
@@ -21,7 +24,8 @@ def sigma(t: FloatArray, y: FloatArray, residual: FloatArray | None = None) -> f
     Third differences (y[i+3k] - 3 y[i+2k] + 3 y[i+k] - y[i]) remove what a car can do in 3k samples; white noise leaves
     sqrt(20) sigma in them. Median instead of mean, so that jerks do not count. A signal that was filtered before it was
     logged has smooth noise and would seem noiseless: the stride k grows until neighbouring differences look like those
-    of white noise, and the result gets a floor of 0.5 % of the signal's usual change over a second. A quantised signal
+    of white noise, and the result gets a floor of 0.5 % of the signal's usual departure from a straight
+    line within a second. A quantised signal
     is never better than its step / sqrt(12). A jittery command shakes the car itself, which looks like noise; so where
     there is a model's `residual` (n,), measured - model, the smaller of the two estimates is taken: a model adds error
     to the noise, never takes it away. Slow drift is not seen. NaN with fewer than 16 samples; 0 for a constant.
@@ -43,7 +47,7 @@ def sigma(t: FloatArray, y: FloatArray, residual: FloatArray | None = None) -> f
         left, smooth = _white_level(residual, reach)
         if filtered or not smooth:
             found = min(found, left)
-    swing = _swing(y, max(1, min(len(y) - 1, round(1.0 / step))))
+    swing = _swing(y, max(1, min(len(y) // 2 - 1, round(_SPAN / step))))
     floor = (_FILTERED_FLOOR if filtered else _WHITE_FLOOR) * swing
     return float(max(found, floor, _quantum(y) / 12.0**0.5))
 
@@ -84,8 +88,8 @@ def _strides(reach: int) -> list[int]:
 
 
 def _swing(y: FloatArray, lag: int) -> float:
-    """Range from the 1st to the 99th percentile of the change over `lag` samples."""
-    change = y[lag:] - y[:-lag]
+    """Range from the 1st to the 99th percentile of how far the signal leaves a straight line over 2 `lag` samples."""
+    change = y[2 * lag :] - 2.0 * y[lag:-lag] + y[: -2 * lag]
     return float(np.subtract(*np.percentile(change, [99.0, 1.0]))) if len(change) else 0.0
 
 

@@ -44,10 +44,7 @@ def page_of(name: str, comparison: Comparison) -> dict[str, Any]:
 
 def _groups(comparison: Comparison) -> dict[str, dict[str, float | None]]:
     """RMS error in units of the noise, by group and channel; None without samples."""
-    v = comparison.measured.get("v")
-    masks = {name: comparison.regimes[name] for name in REGIMES}
-    if v is not None:
-        masks |= speed_bins(np.where(np.isfinite(v), v, 0.0))
+    masks = {name: comparison.regimes[name] for name in REGIMES} | speed_bins(comparison.speed)
     table: dict[str, dict[str, float | None]] = {}
     for group, mask in masks.items():
         row: dict[str, float | None] = {}

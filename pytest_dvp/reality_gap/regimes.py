@@ -49,6 +49,7 @@ def regimes(
     bend = min(0.5, 0.2 * _usual(side))
     change = np.gradient(side, t)
     building = np.abs(change) > max(0.6 * bend, 0.25 * _usual(change))
+    building = _smooth(building.astype(np.float64), window) > 0.5  # a turn flickers otherwise
     turns = (np.abs(side) > bend) & ~stand
     near = turns | ((np.abs(side) > 0.3 * bend) & ~stand)
     turn_in = near & building

@@ -39,8 +39,8 @@ def test_samples_not_measured_are_left_out() -> None:
 
 def test_filtered_signal_gets_a_floor_instead_of_none() -> None:
     smooth = np.convolve(MOTION + 0.3 * np.random.default_rng(2).normal(size=len(T)), np.ones(9) / 9.0, mode="valid")
-    change = np.subtract(*np.percentile(smooth[50:] - smooth[:-50], [99.0, 1.0]))
-    assert sigma(T[: len(smooth)], smooth) >= 0.005 * change
+    bend = np.subtract(*np.percentile(smooth[50:] - 2.0 * smooth[25:-25] + smooth[:-50], [99.0, 1.0]))
+    assert sigma(T[: len(smooth)], smooth) >= 0.005 * bend
 
 
 def test_noiseless_signal_gets_a_floor() -> None:
