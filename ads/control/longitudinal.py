@@ -19,6 +19,7 @@ URGENT_JERK = 2.5  # m/s^3
 EMERGENCY_JERK = 20.0  # m/s^3
 COMFORT_DECELERATION = 1.0  # m/s^2 at town speed
 HARD_DECELERATION = 3.5  # m/s^2; more only in an emergency
+TOO_FAST = 3.0  # m/s over the path's limit; more is worth hard braking
 STANDSTILL = 0.08  # m/s
 ROOM = 16  # constraints
 NOW = -1e9  # m; as a distance: from now on
@@ -45,7 +46,8 @@ def wanted_acceleration(
     _, _, _, _, beyond = sample(path, index, look + 1.0)
     slope = limit * (beyond - limit)
     a = min(slope, 0.0) + GAIN * (limit - v) if abs(limit - v) < 1.0 else GAIN * (limit - v)
-    a = min(max(a, -max(b, 1.2)), a_up * (1.0 if limit - v > 1.0 else max(limit - v, 0.0) ** 0.5 + 1e-3))
+    floor = max(b, 1.2) if v - limit < TOO_FAST else HARD_DECELERATION
+    a = min(max(a, -floor), a_up * (1.0 if limit - v > 1.0 else max(limit - v, 0.0) ** 0.5 + 1e-3))
     stop = False
     for i in range(n):
         d, target = points[i, 0], points[i, 1]

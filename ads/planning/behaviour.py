@@ -36,6 +36,7 @@ AVERTED = 2.0  # s
 SIGNAL_GAP = 1.0  # m before a signal
 AMBER_DECELERATION = 2.0  # m/s^2; amber is a stop if this much suffices
 GOAL_NEAR = 1.0  # m
+END_GAP = 2.0  # m before a dead end
 FREE = 1e6  # m
 
 
@@ -282,6 +283,8 @@ class Behaviour:
         limits: list[tuple[float, float]] = []
         if navigator.goal_s < FREE:
             limits.append((navigator.goal_s - s, 0.0))
+        if navigator.dead_end_s < FREE:
+            limits.append((navigator.dead_end_s - s - self._front - END_GAP, 0.0))
         if lead is not None:
             limits.append(lead)
         if marked("light", "stop") and stop_light < FREE:

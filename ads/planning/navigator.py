@@ -12,6 +12,7 @@ from ads.parameters import Parameters
 from ads.planning.route import Leg, Map, Route, continued, follow, lane_heading, to_goal
 from ads.planning.waypoints import BEHIND, BEYOND, STEP, reference_path, straight_path
 from ads.transforms import wrap_angle
+from openscenario.road.route import RouteError
 from vehicle.messages import FloatArray, RoadPoint, Task
 
 ACCELERATION = 1.0  # m/s^2, of the speed profile
@@ -20,7 +21,10 @@ WINDOW = 60  # path points around the last index
 
 
 class Navigator:
-    """Route, reference path and progress. `path` is the reference, never shifted; `goal_s` is inf without a goal."""
+    """Route, reference path and progress. `path` is the reference, never shifted; `goal_s` is inf without a goal.
+
+    `dead_end_s`: where a followed lane leads nowhere, inf if it goes on. `unreachable`: no way led to the last task.
+    """
 
     def __init__(self, parameters: Parameters, network: Map) -> None:
         self._parameters = parameters
@@ -30,6 +34,8 @@ class Navigator:
         self.path: FloatArray | None = None
         self.monitor: MapMonitor | None = None
         self.goal_s = math.inf
+        self.dead_end_s = math.inf
+        self.unreachable = False
         self.index = -1
         self.s = 0.0
         self.lateral = 0.0
@@ -46,6 +52,7 @@ class Navigator:
         """Take over a new task; fields it leaves out keep their old meaning."""
         old = self.task
         if task.goal is not None or task.route:
+            self.unreachable = False
             self.task = Task(task.set_speed if task.set_speed is not None else old.set_speed, task.goal, task.route)
             self._stale = True
         else:
@@ -80,7 +87,7 @@ class Navigator:
         return max(400.0, 40.0 * self.set_speed)
 
     def _plan(self, estimate: Estimate) -> None:
-        self._stale = False
+        asked, self._stale = self._stale, False  # a route already driven is not driven again
         net = self._network
         here = net.locate(estimate.x, estimate.y, estimate.yaw)
         against = True
@@ -91,8 +98,11 @@ class Navigator:
             self._straight(estimate)
             return
         legs: tuple[Leg, ...] = ()
-        if self.task.goal is not None or self.task.route:
-            legs = to_goal(net, start, self.task)
+        if asked and (self.task.goal is not None or self.task.route):
+            try:
+                legs = to_goal(net, start, self.task)
+            except RouteError:  # no way there: keep the lane and say so
+                self.unreachable = True
         self.route = Route(legs, bool(legs))
         goal: RoadPoint | None = None
         if legs:
@@ -113,12 +123,18 @@ class Navigator:
             travelled = BEHIND + sum(abs(leg.s_to - leg.s_from) for leg in self.route.legs)
             # near the end of the route, not an earlier pass of the same place
             _, self.goal_s, _ = project(path, pose.x, pose.y, round(travelled / STEP), 60 + len(path) // 20)
-        more = path[-1, 0] - BEYOND > self._reach() * 0.9
-        self._end = float(path[-1, 0]) - BEYOND if more and math.isinf(self.goal_s) else math.inf
+        self._end = self.dead_end_s = math.inf
+        if math.isinf(self.goal_s):
+            last = self.monitor.spans[-1].s_to
+            if last - BEHIND > 0.9 * self._reach():
+                self._end = last
+            else:
+                self.dead_end_s = last
 
     def _straight(self, estimate: Estimate) -> None:
         """Off the road: straight on, which is the best guess there is."""
         self.route = Route((), False)
         path = straight_path(estimate.x, estimate.y, estimate.yaw, self._reach() + BEHIND)
         self.fill(path)
-        self.path, self.monitor, self.goal_s, self._end = path, None, math.inf, math.inf
+        self.path, self.monitor = path, None
+        self.goal_s = self.dead_end_s = self._end = math.inf

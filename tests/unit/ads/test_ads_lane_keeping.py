@@ -46,6 +46,13 @@ def test_holds_a_wide_curve_at_30_m_per_s():
     assert log.rmse() < 0.15
 
 
+def test_stops_where_the_lane_leads_nowhere():
+    network = PlaneMap([(150.0, 0.0)])
+    log = drive(new_stack(network), Car(TABBY, 5.0, -1.75, 0.0, 5.0), 45.0)
+    assert log.v[-1] == 0.0
+    assert 140.0 < log.rows[-1][1] + TABBY.center_x + TABBY.length / 2 < 150.0
+
+
 def test_comes_back_to_the_lane_from_a_metre_beside_it():
     network = PlaneMap([(400.0, 0.0)])
     log = drive(new_stack(network), Car(TABBY, 5.0, -2.75, 0.0, 5.0), 20.0)

@@ -16,6 +16,7 @@ from ads.planning.navigator import Navigator
 from ads.planning.route import Leg, follow, lane_heading, to_goal
 from ads.planning.waypoints import BEHIND, reference_path
 from ads.transforms import Pose, moved, wrap_angle
+from openscenario.road.route import RouteError
 from vehicle.messages import RoadPoint, Task
 
 
@@ -105,6 +106,16 @@ class TestNavigator:
         navigator = navigator_at(PlaneMap([(200.0, 0.0)]), 10.0, -1.75, 0.0, Task(goal=RoadPoint("1", -1, 150.0)))
         navigator.assign(Task(set_speed=4.0))
         assert navigator.task.goal == RoadPoint("1", -1, 150.0)
+
+    def test_a_goal_out_of_reach_is_said_and_the_lane_kept(self):
+        class NoWay(PlaneMap):
+            def route(self, start, goal):
+                raise RouteError("no way")
+
+        navigator = navigator_at(NoWay([(200.0, 0.0)]), 10.0, -1.75, 0.0, Task(goal=RoadPoint("1", 1, 150.0)))
+        assert navigator.unreachable
+        assert navigator.goal_s == math.inf
+        assert navigator.path[-1, X] > 190.0
 
     def test_off_the_road_it_goes_straight_on(self):
         navigator = navigator_at(PlaneMap([(200.0, 0.0)]), 10.0, 40.0, 0.5)
