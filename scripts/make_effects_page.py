@@ -1,0 +1,140 @@
+"""Writes docs/effects.md from the catalogue:  python -m scripts.make_effects_page
+
+The page is text around a table; the table is the catalogue. A test says so when the page is behind.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vehicle.model.catalogue import catalogue
+from vehicle.model.effect import SLOTS, Effect
+from vehicle.model.inputs import INPUT_KEYS
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "effects.md"
+
+HEAD = """\
+# Effects
+
+A vehicle model is a base (`kinematic_bicycle`, `dynamic_bicycle`) and effects that act on it, one compiled step for all:
+commands -> actuators -> forces -> body -> road -> sensors. An effect at its neutral value is not there at all.
+`dvp effects` lists them, `dvp effects NAME` says all about one, `--json` for programs. This page is made by
+`python -m scripts.make_effects_page`.
+
+## In a model file
+
+```toml
+[model]
+base = "kinematic_bicycle"
+[inputs]
+steer = "steer_cmd"
+longitudinal = "accel_cmd"
+[parameters]
+wheelbase = 2.45
+[[effect]]
+name = "steer_delay"
+[effect.parameters.T]
+value = 0.21
+unit = "s"
+```
+
+Tyre effects (marked T) need tyres: with one of them a kinematic car moves as a single-track car whose axles are stiff
+(cornering stiffness 48/rad of their load) unless `cornering_stiffness_front` and `_rear` are given. They steer neutrally,
+so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every car is kinematic.
+
+## What a replay takes for granted
+
+- A command logged at t holds from t to the next stamp; stamps need not be even. A measured input (`steer`, `v`) runs
+  straight from stamp to stamp.
+- A row shows the motion at its stamp, with the command of that stamp already acting: the ideal car has
+  `yaw_rate = v tan(steer_cmd)/wheelbase` and `ax = accel_cmd` in the same row.
+- Before the log begins its first command has been held for long: actuators are at rest there.
+- Where a segment starts anew, pose and speed are set; delay lines, lags, limits and play run on; a sensor that shows the
+  past sees a past moved along with the car.
+- `ax`, `ay` are those at the rear axle; `imu_x` in `[parameters]` puts the accelerometer ahead of it.
+
+```python
+from vehicle.model.model_file import read_model
+from vehicle.model.replay import Replay
+
+replay = Replay(read_model("model.toml"), t, {"steer_cmd": steer_cmd, "accel_cmd": accel_cmd})
+rows = replay.run({("steer_delay", "T"): 0.21})  # (n, 8): x y yaw v yaw_rate ax ay steer
+```
+
+A run of 165 s at 50 Hz costs about 0.5 ms; another value costs no more than the run. The names `"inputs"` and
+`"parameters"` in place of an effect's reach the input map and the car: `("inputs", "full_brake")`,
+`("parameters", "cornering_stiffness_rear")`.
+
+## Input maps
+
+`longitudinal` may be `accel_cmd`, `throttle_cmd + brake_cmd`, `throttle_cmd + brake_pressure`, `throttle_cmd`,
+`motor_current`, `speed_cmd` (with the effect `speed_controller`) or `v` (measured: then only lateral motion is judged).
+Scales stand in `[inputs]` and can be fitted:
+
+"""
+
+OWN = """
+## Your own effect
+
+One file; the decorator describes it, the function is compiled on first use:
+
+```python
+from vehicle.model.effect import Key, effect
+
+@effect(
+    name="magnet", slot="force",
+    physics="a magnet at the end of the road pulls the car", equation="a = c", source="my notebook",
+    parameters=(Key("c", "m/s^2", low=0.1, high=1.0, neutral=0.0, least=0.05, meaning="pull"),),
+    reveals="stand still with released brake",
+)
+def magnet(x, p, m):
+    x.drag += p.c * x.mass
+```
+
+`dvp effects magnet --effects my_effect.py` shows it, and every command that reads a model takes `--effects` too. A
+package announces its effects under the entry point group `pytest_dvp.effects` (a module, or one effect). `x` is the bus
+(`vehicle/model/bus.py` names every field, unit and slot), `p` the parameters by key, `m` the effect's own memory, declared as
+`memory=(Memory("name"),)`. Slots run in this order:
+
+| slot | changes |
+|---|---|
+| command | `x.steer`, `x.accel` as wanted |
+| actuator | `x.steer`, `x.accel` as produced, mean over the step (`x.steer_lead`, `x.accel_lead`: value at its start minus mean) |
+| force | `x.traction`, `x.brake`, `x.resistance` [N, >= 0], `x.drag` [N, signed] |
+| body | `x.fy_front`, `x.fy_rear`, their tangents, `x.turning_inertia`, `x.yaw_moment` |
+| road | `x.grade`, `x.bank` |
+| sensor | `x.meas_...` |
+| perception | object tracks: a function of (tracks, p, rng), see `vehicle/model/perception.py` |
+
+## Catalogue
+"""
+
+
+def _row(effect: Effect) -> str:
+    keys = "<br>".join(f"`{k.name}` {k.low:g} to {k.high:g} {k.unit}" for k in effect.parameters)
+    cells = (
+        f"`{effect.name}`" + (" T" if effect.tyres else ""),
+        effect.physics,
+        f"{effect.equation}",
+        keys,
+        ", ".join(effect.ties),
+        effect.reveals,
+    )
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def page() -> str:
+    """The whole page."""
+    out = [HEAD + "| key | range | where nothing is declared | meaning |", "|---|---|---|---|"]
+    out += [f"| `{k.name}` | {k.low:g} to {k.high:g} {k.unit} | {k.neutral:g} | {k.meaning} |" for k in INPUT_KEYS]
+    out.append(OWN)
+    for slot in SLOTS:
+        chosen = [e for e in catalogue().values() if e.slot == slot]
+        out += [f"### {slot}", "", "| name | what happens | equation | keys | easily taken for | shows in |"]
+        out += ["|---|---|---|---|---|---|", *(_row(e) for e in chosen), ""]
+    out += ["Sources:", "", *(f"- `{e.name}`: {e.source}" for e in catalogue().values())]
+    return "\n".join(out) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
