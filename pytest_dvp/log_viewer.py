@@ -65,7 +65,7 @@ def _plots(log: Log, rows: NDArray[np.intp]) -> list[bytes]:
     values = np.stack([log.columns[name][rows] for name in names], axis=1) if names else np.zeros((len(rows), 0))
     keys = [f'"{name}":%.4f' for name in names]
     every = "{" + ",".join(keys) + "}"
-    whole: NDArray[np.bool_] = np.isfinite(values).all(axis=1)
+    whole = np.logical_and.reduce(np.isfinite(values), axis=1)
     values += 0.0  # no "-0.0000" of a negative zero
     return [
         (every % tuple(row) if full else _some(keys, row)).encode()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -223,34 +223,50 @@ def timeline(
     marks, shapes = event_marks(events, t, "y")
     traces += marks
     degree = 180.0 / math.pi
-    for axis, name, label, unit, scale, colour, dash, legend in (
-        ("y2", "ads.target_speed", "target speed", "m/s", 1.0, ORANGE, "dash", "wanted by the ADS"),
-        ("y2", "v", "speed", "m/s", 1.0, BLUE, "solid", "driven"),
-        ("y3", "steer_cmd", "steer command", "deg", degree, ORANGE, "dash", ""),
-        ("y3", "steer", "steer", "deg", degree, BLUE, "solid", ""),
-        ("y4", "accel_cmd", "acceleration command", "m/s²", 1.0, ORANGE, "dash", ""),
-        ("y4", "ax", "acceleration", "m/s²", 1.0, BLUE, "solid", ""),
+    told: set[str] = set()  # the legend names a kind of line where it first occurs, and only if it does
+    for axis, name, label, unit, scale in (
+        ("y2", "ads.target_speed", "target speed", "m/s", 1.0),
+        ("y2", "v", "speed", "m/s", 1.0),
+        ("y3", "steer_cmd", "steer command", "deg", degree),
+        ("y3", "steer", "steer", "deg", degree),
+        ("y4", "accel_cmd", "acceleration command", "m/s²", 1.0),
+        ("y4", "ax", "acceleration", "m/s²", 1.0),
     ):
-        if name in columns and np.isfinite(columns[name]).any():
-            values = np.asarray(columns[name], dtype=np.float64) * scale
-            traces.append(curve(t, values, label, axis, colour=colour, dash=dash, unit=unit, legend=legend))
-    if ttc_inverse is not None and len(ttc_inverse["t"]):
+        if not _is_told(columns, name):
+            continue
+        wanted = name.startswith("ads.") or name.endswith("_cmd")
+        legend, colour, dash = ("wanted by the ADS", ORANGE, "dash") if wanted else ("driven", BLUE, "solid")
+        values = np.asarray(columns[name], dtype=np.float64) * scale
+        new = "" if legend in told else legend
+        traces.append(curve(t, values, label, axis, colour=colour, dash=dash, unit=unit, legend=new))
+        told.add(legend)
+    if ttc_inverse is not None and np.any(np.asarray(ttc_inverse["value"], dtype=np.float64) > 0.0):
         traces.append(curve(ttc_inverse["t"], ttc_inverse["value"], "1 / TTC", "y5", colour=VERMILION, unit="1/s"))
-    if ttc_bound is not None and math.isfinite(ttc_bound):
-        shapes.append({"type": "line", "xref": "paper", "yref": "y5", "x0": 0, "x1": 1, "y0": ttc_bound,
-                       "y1": ttc_bound, "line": {"color": VERMILION, "width": 1.2, "dash": "dash"}})  # fmt: skip
+        if ttc_bound is not None and math.isfinite(ttc_bound):
+            shapes.append({"type": "line", "xref": "paper", "yref": "y5", "x0": 0, "x1": 1, "y0": ttc_bound,
+                           "y1": ttc_bound, "line": {"color": VERMILION, "width": 1.2, "dash": "dash"}})  # fmt: skip
     bars = ribbons(columns, "y6")
     traces += bars
     rows = list(dict.fromkeys(bars[0]["y"])) if bars else []
-    return {"data": traces, "layout": _layout(float(t[0]), float(t[-1]), shapes, rows, bool(marks))}
+    drawn = {str(trace["yaxis"]) for trace in traces}
+    return {"data": traces, "layout": _layout(float(t[0]), float(t[-1]), shapes, rows, drawn)}
 
 
-def _layout(start: float, end: float, shapes: list[Figure], rows: list[str], has_events: bool) -> Figure:
-    """Six rows from top to bottom; those without content get no room."""
-    ribbon = 22.0 * len(rows)
-    heights = [22.0 if has_events else 0.0, 120.0, 120.0, 120.0, 105.0, ribbon]
+def _is_told(columns: Columns, name: str) -> bool:
+    """True for a column with something in it; a stack that drives by its pedals leaves the acceleration at 0."""
+    if name not in columns or not np.isfinite(columns[name]).any():
+        return False
+    pedals = [columns[pedal] for pedal in ("throttle_cmd", "brake_cmd") if pedal in columns]
+    by_pedals = any(bool(np.any(np.nan_to_num(pedal))) for pedal in pedals)
+    return name != "accel_cmd" or not by_pedals or bool(np.any(np.nan_to_num(columns[name])))
+
+
+def _layout(start: float, end: float, shapes: list[Figure], rows: list[str], drawn: Collection[str]) -> Figure:
+    """Six rows from top to bottom; those on whose axis nothing is drawn get no room."""
+    wishes = {"y": 22.0, "y2": 120.0, "y3": 120.0, "y4": 120.0, "y5": 105.0, "y6": 22.0 * len(rows)}
+    heights = [height if axis in drawn else 0.0 for axis, height in wishes.items()]
     gap = 20.0
-    total = sum(heights) + gap * sum(1 for height in heights[1:] if height)
+    total = max(sum(heights) + gap * sum(1 for height in heights[1:] if height), gap)
     titles = ["", "speed<br>[m/s]", "steer<br>[deg]", "acceleration<br>[m/s²]", "1 / TTC<br>[1/s]", ""]
     layout: Figure = {
         "height": round(total + 66), "margin": {"l": 86, "r": 12, "t": 26, "b": 40}, "barmode": "overlay",

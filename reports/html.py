@@ -99,6 +99,7 @@ def render_run_report(
         rows=table,
         metrics=_metric_rows(metrics, table),
         conditions=conditions(meta),
+        legend=legend(data),
         duration=float(columns["t"][-1]) if len(columns.get("t", ())) else 0.0,
         data=Markup(text),
         style=Markup(_asset("run.css")),
@@ -106,6 +107,21 @@ def render_run_report(
         policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
     )
     return page
+
+
+def legend(data: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """(CSS classes, label) of what the top view of this run shows, and of nothing else."""
+    kinds = {entry["kind"] for entry in data["objects"]}
+    entries = [
+        ("box ego", "ego", True),
+        *(("box " + kind, kind, kind in kinds) for kind in ("vehicle", "pedestrian", "bicycle", "misc")),
+        ("box detected", "detected", bool(data["detections"]["t"])),
+        ("line driven", "driven", True),
+        ("line planned", "planned", bool(data["paths"]["t"])),
+        ("diamond worst", "worst moments", bool(data["marks"])),
+        ("diamond event", "storyboard event", bool(data["events"])),
+    ]
+    return [(mark, label) for mark, label, is_there in entries if is_there]
 
 
 def embed(data: Any) -> str:

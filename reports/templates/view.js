@@ -168,10 +168,11 @@ class View {
     const { data, t, colours: colour } = this;
     const ego = data.ego;
     const k = before(data.paths.t, t + 1e-9);
-    if (k >= 0) {
+    const ahead = k < 0 ? [] : this.ahead(data.paths.points[k], data.paths.t[k], t);
+    if (ahead.length > 1) {
       pen.strokeStyle = colour.planned;
       pen.lineWidth = 3.2;
-      this.stroke(pen, data.paths.points[k], px);
+      this.stroke(pen, ahead, px);
     }
     if (!ego.x) return;
     const now = before(ego.t, t) + 1;
@@ -183,6 +184,52 @@ class View {
     pen.globalAlpha = 1;
     pen.lineWidth = 2;
     part(0, now);
+  }
+
+  /** The part of a path planned at `from` that lies before the ego at t; nothing once the ego has left the path. */
+  ahead(points, from, t) {
+    const here = this.along(points, from, t);
+    if (!here) return points;
+    if (here.away > 6) return [];
+    const rest = [[here.x, here.y], ...points.slice(here.i + 1)];
+    const goal = this.data.events.some((event) => event.kind === "goal");
+    if (!goal) return rest;
+    // A path runs on beyond its goal; the ego stopped there, so what follows was never meant to be driven.
+    const end = this.along(points, from, this.data.ego.t[this.data.ego.t.length - 1]);
+    return [[here.x, here.y], ...points.slice(here.i + 1, end.i + 1), [end.x, end.y]];
+  }
+
+  /** Foot of the ego on a path at t: segment i, point, distance. A path may cross itself, so the ego's way since
+      `from` is followed along it instead of taking the nearest of all points. */
+  along(points, from, t) {
+    const ego = this.data.ego;
+    if (!ego.x || points.length < 2) return null;
+    const foot = (i, x, y) => {
+      const [ax, ay] = points[i], [bx, by] = points[i + 1];
+      const ux = bx - ax, uy = by - ay, l2 = ux * ux + uy * uy;
+      const u = l2 > 0 ? Math.min(1, Math.max(0, ((x - ax) * ux + (y - ay) * uy) / l2)) : 0;
+      return { i, x: ax + u * ux, y: ay + u * uy, away: Math.hypot(ax + u * ux - x, ay + u * uy - y), length: Math.sqrt(l2), ux, uy };
+    };
+    const nearest = (x, y, first, reach, yaw) => {
+      let best = null;
+      for (let i = first, way = 0; i + 1 < points.length && way < reach; i++) {
+        const f = foot(i, x, y);
+        if (i > first) way += f.length;
+        if (yaw !== null && f.ux * Math.cos(yaw) + f.uy * Math.sin(yaw) < 0) continue;
+        if (!best || f.away < best.away - 1e-9) best = f;
+      }
+      return best;
+    };
+    const pose = (time) => [sample(ego, "x", time), sample(ego, "y", time), ego.yaw ? sample(ego, "yaw", time, true) : null];
+    const begin = pose(from);
+    if (begin[0] === null) return null;
+    let here = nearest(begin[0], begin[1], 0, Infinity, begin[2]) || nearest(begin[0], begin[1], 0, Infinity, null);
+    for (let time = from; time < t;) {
+      time = Math.min(t, time + 0.5);
+      const [x, y] = pose(time);
+      if (x !== null) here = nearest(x, y, here.i, 40, null) || here;
+    }
+    return here;
   }
 
   object(pen, track) {

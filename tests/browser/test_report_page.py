@@ -123,3 +123,35 @@ def test_dark_page_redraws_the_top_view(page: Browser) -> None:
 def test_markup_in_a_name_is_not_obeyed(page: Browser) -> None:
     assert page.evaluate("document.images.length") == 0
     assert "owned" not in page.evaluate("document.title")
+
+
+@pytest.mark.parametrize(
+    ("events", "t", "first", "last"),
+    [
+        ([], 4.0, 20.0, 100.0),  # from the car onward
+        ([{"kind": "goal"}], 4.0, 20.0, 50.0),  # a path that runs on beyond its goal ends where the ego stopped
+        ([{"kind": "goal"}], 10.0, 50.0, 50.0),
+    ],
+)
+def test_the_planned_path_is_drawn_from_the_car_onward(
+    page: Browser, events: list[dict[str, str]], t: float, first: float, last: float
+) -> None:
+    ego = {"t": [0.0, 10.0], "x": [0.0, 50.0], "y": [0.0, 0.0], "yaw": [0.0, 0.0]}
+    ahead = page.evaluate(
+        f"View.prototype.ahead.call({{data: {{ego: {ego}, events: {events}}}, along: View.prototype.along}},"
+        f" [[-5, 0], [30, 0], [100, 0]], 0.0, {t})"
+    )
+    assert (ahead[0][0], ahead[-1][0]) == pytest.approx((first, last))
+
+
+def test_a_path_that_the_car_has_left_is_not_drawn(page: Browser) -> None:
+    ego = {"t": [0.0, 10.0], "x": [0.0, 50.0], "y": [0.0, 20.0], "yaw": [0.0, 0.0]}
+    call = f"View.prototype.ahead.call({{data: {{ego: {ego}, events: []}}, along: View.prototype.along}}"
+    assert page.evaluate(f"{call}, [[-5, 0], [100, 0]], 0.0, 8.0)") == []
+
+
+def test_a_path_that_passes_a_place_twice_is_followed(page: Browser) -> None:
+    # Round a block and over the start again: after 8 s the car is at x = 5 for the second time.
+    ego = {"t": [0, 2, 4, 6, 8], "x": [5, 20, 20, 0, 5], "y": [0, 0, 20, 20, 0], "yaw": [0, 0, 1.6, 3.1, 0]}
+    call = f"View.prototype.along.call({{data: {{ego: {ego}}}}}, [[0, 0], [20, 0], [20, 20], [0, 20], [0, 0], [40, 0]]"
+    assert [page.evaluate(f"{call}, 0.0, {t}).i") for t in (0.0, 8.0)] == [0, 4]

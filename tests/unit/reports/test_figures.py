@@ -65,3 +65,37 @@ def test_only_firing_storyboard_events_are_marked() -> None:
     ended = {"kind": "story.event", "text": "runningState -> completeState"}
     assert is_shown(fired)
     assert not is_shown(ended)
+
+
+def legend(figure: dict[str, Any]) -> list[str]:
+    return [trace["name"] for trace in figure["data"] if trace.get("showlegend")]
+
+
+def test_the_legend_names_the_two_kinds_of_line_once(make_run: MakeRun) -> None:
+    assert legend(timeline(make_run()["columns"])) == ["wanted by the ADS", "driven"]
+
+
+def test_the_legend_is_silent_on_what_a_stack_never_sent() -> None:
+    t = np.arange(10.0)
+    assert legend(timeline({"t": t, "v": t, "ads.target_speed": t * np.nan})) == ["driven"]
+
+
+def test_a_stack_without_target_speed_still_has_its_commands_in_the_legend() -> None:
+    t = np.arange(10.0)
+    assert legend(timeline({"t": t, "v": t, "steer_cmd": t})) == ["driven", "wanted by the ADS"]
+
+
+def test_an_acceleration_that_a_stack_of_pedals_leaves_at_zero_is_not_drawn() -> None:
+    t = np.arange(10.0)
+    columns = {"t": t, "v": t, "ax": t, "accel_cmd": 0 * t, "throttle_cmd": 0.1 * t, "brake_cmd": 0 * t}
+    assert legend(timeline(columns)) == ["driven"]
+    assert legend(timeline(columns | {"throttle_cmd": 0 * t})) == ["driven", "wanted by the ADS"]
+
+
+def test_an_empty_row_gets_no_room() -> None:
+    t = np.arange(10.0)
+    never = {"t": t, "value": 0 * t}
+    figure = timeline({"t": t, "v": t}, ttc_inverse=never, ttc_bound=0.5)
+    shown = [name for name, axis in figure["layout"].items() if name.startswith("yaxis") and axis.get("visible", True)]
+    assert shown == ["yaxis2"]
+    assert figure["layout"]["shapes"] == []
