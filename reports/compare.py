@@ -110,7 +110,7 @@ def path_figure(t: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.fl
     rows = known[order]
     top = _top(level)
     ticks = [v for v in TICKS if v < 0.8 * top] + [top]
-    labels = ["noise", *(f"{v:.3g}×" for v in ticks[1:-1]), f"{top:.3g}×+"]
+    labels = ["noise", *(f"{v:.3g}×" for v in ticks[1:-1]), f"{top:.0f}×+"]
     traces: list[Figure] = [
         {"type": "scatter", "mode": "lines", "x": numbers(x[known], 2), "y": numbers(y[known], 2), "hoverinfo": "skip",
          "line": {"color": "#9AA7B4", "width": 1.5}, "showlegend": False},

@@ -13,7 +13,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
+from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
+from pytest_dvp.cli.effects import add_effects, effects_from
 
 if TYPE_CHECKING:
     from pytest_dvp.reality_gap.compare import Comparison
@@ -24,17 +26,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model", required=True, metavar="M", help="M.toml, step.py or step.py:function, model.fmu, or a second log"
     )
-    parser.add_argument("--map", metavar="FILE", help="mapping of the logs' columns (dvp map proposes one)")
+    add_log_options(parser)
+    add_effects(parser)
     parser.add_argument("--channels", metavar="LIST", help="only these, as in v,yaw_rate")
     parser.add_argument("--report", metavar="FILE", help="write a page with figures")
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    for text in [*arguments.logs, arguments.model, *([arguments.map] if arguments.map else [])]:
-        file = text.partition(".py:")[0] + ".py" if ".py:" in text else text
-        if not Path(file).exists() and not Path(file.rpartition("@")[0]).is_file():
-            raise WrongArgument(f"{text}: no such file")
+    for text in arguments.logs:
+        existing_log(text)
+    model = arguments.model.partition(".py:")[0] + ".py" if ".py:" in arguments.model else arguments.model
+    if model.endswith((".toml", ".py", ".fmu")):
+        existing(model, "model")
+    else:
+        existing_log(model)
     if arguments.report and not Path(arguments.report).absolute().parent.is_dir():
         raise WrongArgument(f"--report {arguments.report}: no folder {Path(arguments.report).parent}")
     from pytest_dvp.reality_gap.pooled import pooled
@@ -61,12 +67,13 @@ def _compare_all(arguments: argparse.Namespace) -> dict[str, Comparison]:
     from pytest_dvp.reality_gap.compare import compare
 
     channels = [name.strip() for name in arguments.channels.split(",")] if arguments.channels else None
+    options = log_options(arguments)
     found: dict[str, Comparison] = {}
     with Console(stderr=True).status("reading") as status:
-        subject = load_subject(arguments.model)
+        subject = load_subject(arguments.model, effects_from(arguments))
         for text in arguments.logs:
             status.update(f"reading {text}")
-            log = read_log(text, mapping=Path(arguments.map) if arguments.map else None)
+            log = read_log(text, **options)
             status.update(f"comparing {text} with {subject.name}")
             name = Path(text).name
             found[name if name not in found else text] = compare(log, subject, channels=channels)

@@ -14,6 +14,7 @@ from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.segments import CHANNELS, Segments, posed
 
 if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
 
 State: TypeAlias = dict[str, float]
@@ -187,8 +188,10 @@ class FmuSubject:
         return posed(found, segments)
 
 
-def load_subject(argument: str) -> Subject:
+def load_subject(argument: str, effects: Mapping[str, Effect] | None = None) -> Subject:
     """What the option --model names: M.toml, step.py (or step.py:function), model.fmu, else a second log.
+
+    `effects`: those of the user's own by name, which M.toml may use beside the catalogue's.
 
     Raises CompareError, ModelError or LogError.
     """
@@ -200,7 +203,7 @@ def load_subject(argument: str) -> Subject:
     if argument.endswith(".toml"):
         from vehicle.model.model_file import read_model
 
-        return ModelSubject(read_model(argument), Path(argument).name)
+        return ModelSubject(read_model(argument, extra=effects), Path(argument).name)
     if argument.endswith(".fmu"):
         if not Path(argument).is_file():
             raise CompareError(f"{argument}: no such file")
