@@ -24,17 +24,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_log_options(parser: argparse.ArgumentParser) -> None:
     """How a foreign log is to be read: shared by the commands that take one."""
-    parser.add_argument(
-        "--mapping", metavar="FILE", help="which field is which signal (TOML; `dvp map LOG` proposes one)"
-    )
+    parser.add_argument("--map", metavar="FILE", help="which field is which signal (TOML; `dvp map LOG` proposes one)")
     parser.add_argument("--msg", action="append", default=[], metavar="DIR", help="folder of .msg files (ROS types)")
 
 
 def log_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """Keyword arguments of read_log. Raises WrongArgument for a file or folder that is not there."""
-    mapping = Path(arguments.mapping) if arguments.mapping else None
+    mapping = Path(arguments.map) if arguments.map else None
     if mapping is not None and not mapping.is_file():
-        raise WrongArgument(f"--mapping {mapping}: no such file")
+        raise WrongArgument(f"--map {mapping}: no such file")
     folders = [Path(text) for text in arguments.msg]
     for folder in folders:
         if not folder.is_dir():

@@ -2,5 +2,6 @@
 
 from pytest_dvp.doctor.examine import examine
 from pytest_dvp.doctor.excitation import Excitation, excitation
+from pytest_dvp.doctor.sound import read_sound
 
-__all__ = ["Excitation", "examine", "excitation"]
+__all__ = ["Excitation", "examine", "excitation", "read_sound"]

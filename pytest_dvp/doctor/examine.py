@@ -29,7 +29,16 @@ def examine(log: Log, *, file: str = "", line: int | None = None) -> tuple[Findi
         if not findings.found:
             findings.add("log.too_short", name, None, "", f"{len(log.t)} rows are no log", allowed="3 or more")
         return findings.in_order()
-    if any(f.code == "log.time_not_monotonic" for f in findings.found):
+    steps = np.diff(log.t)
+    reversed_ = any(finding.code == "log.time_not_monotonic" for finding in findings.found)
+    if not reversed_ and not np.all(steps > 0):
+        row = int(np.flatnonzero(~(steps > 0))[0])
+        findings.add(
+            "log.time_not_monotonic", name, None, "column t", "time does not rise from row to row",
+            found=f"{log.t[row + 1]:.6g} s after {log.t[row]:.6g} s", hint="split or sort the log there",
+        )  # fmt: skip
+        reversed_ = True
+    if reversed_:
         check_jumps(log, name, findings)
         return findings.in_order()
     if not check_rate(log, name, line, findings):

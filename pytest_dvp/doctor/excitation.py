@@ -66,7 +66,7 @@ _CURVES = ("lateral_acceleration", 1.0, "curves of 1 m/s^2")
 
 _RULES = (
     _Rule(
-        ("drive_delay", "drive_lag", "jerk_limit"),
+        ("drive_delay", "drive_lag", "jerk_limit", "accel_controller"),
         (_DRIVE, _SPEED),
         (_ACCELERATES, ("accel_steps", 3.0, "3 steps of the command")),
     ),

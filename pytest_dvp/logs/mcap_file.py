@@ -93,7 +93,7 @@ def _json(channel: Channel, messages: list[Message], first: int, path: Path) -> 
     decode = msgspec.json.Decoder().decode
     try:
         fields = columns_of(flatten(decode(message.data)) for message in messages)
-    except msgspec.MsgspecError as error:
+    except (msgspec.MsgspecError, UnicodeDecodeError) as error:
         raise LogError(f"{path}: {channel.topic}: a message is not JSON: {error}", "log.corrupt") from error
     receive = np.array([message.log_time - first for message in messages], dtype=np.float64) * 1e-9
     return Stream(
@@ -105,7 +105,7 @@ def _units(channel: Channel) -> dict[str, str]:
     """Units that a JSON schema states: `"unit": "m/s"`, or a description that begins with `[m/s]`."""
     try:
         schema = msgspec.json.decode(channel.schema.data) if channel.schema.data else {}
-    except msgspec.MsgspecError:
+    except (msgspec.MsgspecError, UnicodeDecodeError):
         return {}
     units: dict[str, str] = {}
 

@@ -97,14 +97,17 @@ def scan_mcap(data: bytes, file: str, findings: Findings) -> Scan:
 
 def _walk(data: bytes, scan: Scan, file: str, findings: Findings, ended: bool) -> int:
     stop = len(data) - (8 if ended else 0)
-    checked = False
-    pending: list[tuple[float, float]] = []  # start and end [s] of a chunk that could not be read, until its index
+    checked = damaged = False
+    pending: list[tuple[float, float]] = []  # start and end [s] of each chunk that could not be read
     for opcode, start, end in _records(data, 8, stop, ended):
         if opcode == 6:
-            if not _chunk(data, start, end, scan, file, findings):
+            damaged = not _chunk(data, start, end, scan)
+            if damaged:
                 low, high = struct.unpack_from("<QQ", data, start)
                 pending.append((low * 1e-9, high * 1e-9))
-        elif opcode == 7 and pending:
+        elif opcode == 7:
+            if not damaged:  # the index of a chunk follows it
+                continue
             (size,) = struct.unpack_from("<I", data, start + 2)
             scan.lost_messages += size // 16
         elif opcode == 15:
@@ -172,7 +175,7 @@ def _string(data: bytes | memoryview, position: int) -> tuple[str, int]:
     return bytes(data[position + 4 : position + 4 + length]).decode(), position + 4 + length
 
 
-def _chunk(data: bytes, start: int, end: int, scan: Scan, file: str, findings: Findings) -> bool:
+def _chunk(data: bytes, start: int, end: int, scan: Scan) -> bool:
     """Reads a chunk; False if it is damaged."""
     size, crc = struct.unpack_from("<QI", data, start + 16)
     name, position = _string(data, start + 28)

@@ -63,7 +63,7 @@ def certain(streams: Sequence[Stream], file: str) -> MappingFile:
         raise LogError(
             f"{file}: a mapping is needed: no field states which signal it is and in which unit; it has {topics}"
             + (f"; perhaps {', '.join(names)}" if names else "")
-            + f" (write one: `dvp map {file} > map.toml`, then --mapping map.toml)",
+            + f" (write one: `dvp map {file} > map.toml`, then --map map.toml)",
             "log.mapping_needed",
         )  # fmt: skip
     return chosen

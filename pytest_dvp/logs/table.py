@@ -79,7 +79,7 @@ def build_log(table: Table, *, strict: bool = True) -> Log:
     meta: dict[str, Any] = {
         "format": table.kind,
         "columns": told,
-        "converted": [name for name, entry in told.items() if "scale" in entry],
+        "converted": [name for name, entry in told.items() if {"scale", "offset"} & entry.keys()],
         "aliased": [name for name, entry in told.items() if entry["from"] != name],
         "unknown": [name for name in told if name not in SIGNALS],
         **({"time_origin": origin} if origin else {}),

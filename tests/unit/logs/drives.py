@@ -18,7 +18,9 @@ WHEELBASE = 2.7
 SUBSTEPS = 10
 
 
-def drive(seconds: float = 60.0, rate: float = 50.0, seed: int = 1, noise: float = 1.0, heading: float = 0.4) -> Columns:
+def drive(
+    seconds: float = 60.0, rate: float = 50.0, seed: int = 1, noise: float = 1.0, heading: float = 0.4
+) -> Columns:
     """Starts, curves of both directions, brakes to a stop and goes on: kinematic bicycle by its rear axle.
 
     The steering follows its command with a lag of 0.1 s, the drive with one of 0.2 s: true physics, no defect.
@@ -97,6 +99,8 @@ def two_runs(columns: Columns, other: Columns) -> Columns:
 def write_csv(path: Path, columns: Columns, header: Callable[[str], str] | None = None) -> Path:
     named = header or (lambda name: f"{name} [{UNITS.get(name, '-')}]")
     lines = [",".join(named(n) for n in columns)]
-    lines += [",".join(f"{v:.9g}" if np.isfinite(v) else "" for v in row) for row in zip(*columns.values(), strict=True)]
+    lines += [
+        ",".join(f"{v:.9g}" if np.isfinite(v) else "" for v in row) for row in zip(*columns.values(), strict=True)
+    ]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path

@@ -1,0 +1,165 @@
+"""The doctor: a sound drive has no finding, each defect has its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from drives import Columns, drive, jittered, later, rows, scaled, swapped, two_runs, without
+
+from pytest_dvp.doctor import examine, excitation
+from pytest_dvp.log import Log
+
+DEGREES = 180.0 / np.pi
+
+
+def log_of(columns: Columns) -> Log:
+    return Log(columns={n: np.ascontiguousarray(c, dtype=float) for n, c in columns.items()})
+
+
+def told(columns: Columns) -> list[tuple[str, str]]:
+    return [(f.code, f.element) for f in examine(log_of(columns))]
+
+
+@pytest.fixture(scope="module")
+def sound() -> Columns:
+    return drive()
+
+
+@pytest.mark.parametrize("seed", range(1, 9))
+@pytest.mark.parametrize(("rate", "noise"), [(50.0, 1.0), (100.0, 2.0), (20.0, 0.5)])
+def test_a_sound_drive_has_no_finding(seed: int, rate: float, noise: float) -> None:
+    assert told(drive(rate=rate, seed=seed, noise=noise, heading=seed)) == []
+
+
+def test_a_straight_drive_at_constant_speed_has_no_finding() -> None:
+    t = np.arange(400) * 0.02
+    assert told({"t": t, "x": 20 * t, "y": 0 * t, "yaw": 0 * t, "v": 20 + 0 * t}) == []
+
+
+def clipped(columns: Columns, name: str) -> Columns:
+    limit = float(np.percentile(np.abs(columns[name]), 93))
+    return {**columns, name: np.clip(columns[name], -limit, limit)}
+
+
+def frozen(columns: Columns, name: str, share: float) -> Columns:
+    values = columns[name].copy()
+    n = len(values)
+    first = 0 if share == 1.0 else n // 2
+    values[first : first + int(share * n)] = values[first]
+    return {**columns, name: values}
+
+
+def backwards(columns: Columns) -> Columns:
+    t = columns["t"].copy()
+    t[len(t) // 2 :] -= 3.0
+    return {**columns, "t": t}
+
+
+DEFECTS: dict[str, tuple[Callable[[Columns], Columns], str, str]] = {
+    "yaw in degrees": (lambda c: scaled(c, DEGREES, "yaw"), "log.implausible_range", "column yaw"),
+    "yaw rate in degrees": (lambda c: scaled(c, DEGREES, "yaw_rate"), "log.implausible_range", "column yaw_rate"),
+    "steer in degrees": (lambda c: scaled(c, DEGREES, "steer"), "log.implausible_range", "column steer"),
+    "steer_cmd in degrees": (lambda c: scaled(c, DEGREES, "steer_cmd"), "log.implausible_range", "column steer_cmd"),
+    "hand wheel for road wheel": (lambda c: scaled(c, 16.0, "steer"), "log.implausible_range", "column steer"),
+    "km/h as m/s": (lambda c: scaled(c, 3.6, "v"), "log.unit_suspect", "column v"),
+    "mph as m/s": (lambda c: scaled(c, 2.23694, "v"), "log.unit_suspect", "column v"),
+    "ay in g": (lambda c: scaled(c, 1 / 9.80665, "ay"), "log.unit_suspect", "column ay"),
+    "steer turned round": (lambda c: scaled(c, -1.0, "steer"), "log.sign_flipped", "column steer"),
+    "steer_cmd turned round": (lambda c: scaled(c, -1.0, "steer_cmd"), "log.sign_flipped", "column steer_cmd"),
+    "yaw rate turned round": (lambda c: scaled(c, -1.0, "yaw_rate"), "log.sign_flipped", "column yaw_rate"),
+    "yaw turned round": (lambda c: scaled(c, -1.0, "yaw"), "log.sign_flipped", "column yaw"),
+    "ay turned round": (lambda c: scaled(c, -1.0, "ay"), "log.sign_flipped", "column ay"),
+    "ax turned round": (lambda c: scaled(c, -1.0, "ax"), "log.sign_flipped", "column ax"),
+    "y turned round": (lambda c: scaled(c, -1.0, "y"), "log.sign_flipped", "column y"),
+    "x and y swapped": (lambda c: swapped(c, "x", "y"), "log.axes_swapped", "column x"),
+    "ax and ay swapped": (lambda c: swapped(c, "ax", "ay"), "log.axes_swapped", "column ax"),
+    "5 % jitter": (lambda c: jittered(c, 0.05), "log.jitter", "column t"),
+    "a gap": (lambda c: rows(c, np.r_[0:1000, 1050:3000]), "log.gap", "column t"),
+    "reversed stamps": (backwards, "log.time_not_monotonic", "column t"),
+    "milliseconds as seconds": (lambda c: scaled(c, 1000.0, "t"), "log.implausible_rate", "column t"),
+    "two runs in one": (
+        lambda c: two_runs(rows(c, np.arange(2000)), rows(c, np.arange(500, 3000))), "log.concatenated", "column x",
+    ),
+    "a saturated gyro": (lambda c: clipped(c, "yaw_rate"), "log.saturated", "column yaw_rate"),
+    "a saturated accelerometer": (lambda c: clipped(c, "ay"), "log.saturated", "column ay"),
+    "a dead gyro": (lambda c: frozen(c, "yaw_rate", 1.0), "log.dead_sensor", "column yaw_rate"),
+    "a dead speed sensor": (lambda c: frozen(c, "v", 1.0), "log.dead_sensor", "column v"),
+    "a frozen speed": (lambda c: frozen(c, "v", 0.15), "log.dead_sensor", "column v"),
+    "a frozen yaw": (lambda c: frozen(c, "yaw", 0.15), "log.dead_sensor", "column yaw"),
+    "a dead steering sensor": (lambda c: frozen(c, "steer", 1.0), "log.dead_sensor", "column steer"),
+    "a steering report that is the command": (
+        lambda c: {**c, "steer": c["steer_cmd"]}, "log.steer_is_command", "column steer",
+    ),
+    "the command two rows later": (
+        lambda c: {**c, "steer": np.concatenate([c["steer_cmd"][:2], c["steer_cmd"][:-2]])},
+        "log.steer_is_command", "column steer",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
+def test_a_defect_is_found_where_it_is(sound: Columns, defect: str) -> None:
+    spoil, code, element = DEFECTS[defect]
+    assert (code, element) in told(spoil(sound))
+
+
+@pytest.mark.parametrize("seconds", [0.2, -0.2])
+@pytest.mark.parametrize("channels", [("yaw_rate",), ("v",), ("x", "y"), ("yaw",), ("x", "y", "yaw"), ("ax",), ("ay",)])
+def test_a_clock_that_is_off_is_told_with_its_channel_and_its_offset(
+    sound: Columns, channels: tuple[str, ...], seconds: float
+) -> None:
+    findings = examine(log_of(later(sound, channels, seconds)))
+    assert [(f.code, f.element) for f in findings] == [("log.clock_offset", f"column {', '.join(channels)}")]
+    assert f"0.20 s {'later' if seconds > 0 else 'earlier'}" in findings[0].text
+
+
+def test_a_delayed_answer_to_the_steering_is_no_finding(sound: Columns) -> None:
+    t = sound["t"]
+    late = {n: np.interp(t - 0.3, t, c) if n not in ("t", "steer_cmd", "accel_cmd") else c for n, c in sound.items()}
+    assert told(late) == []
+
+
+def test_a_receiver_ahead_of_the_axle_is_no_clock_offset(sound: Columns) -> None:
+    ahead = {
+        **sound, "x": sound["x"] + 1.5 * np.cos(sound["yaw"]), "y": sound["y"] + 1.5 * np.sin(sound["yaw"]),
+    }  # fmt: skip
+    assert told(ahead) == []
+
+
+def test_every_finding_says_what_to_do(sound: Columns) -> None:
+    for spoil, _, _ in DEFECTS.values():
+        for finding in examine(log_of(spoil(sound))):
+            assert finding.hint or finding.allowed, finding
+
+
+def test_a_log_without_curves_cannot_show_what_curves_need() -> None:
+    t = np.arange(2000) * 0.02
+    columns = {"t": t, "x": 8 * t, "v": 8 + 0 * t, "yaw_rate": 0 * t, "steer_cmd": 0 * t, "yaw": 0 * t, "y": 0 * t}
+    shown = excitation(log_of(columns))
+    assert "understeer" in shown.out_of_reach
+    assert "steer_delay" in shown.out_of_reach
+    assert shown.within_reach == ()
+
+
+def test_a_lively_log_could_show_actuators_and_says_what_tyres_would_need(sound: Columns) -> None:
+    shown = excitation(log_of(sound))
+    assert {"steer_delay", "steer_lag", "drive_lag", "brake_gain", "gyro_bias", "wheel_radius"} <= set(
+        shown.within_reach
+    )
+    assert "speed_cmd" in shown.out_of_reach["speed_controller"]
+
+
+def test_without_a_command_nothing_between_command_and_wheel_can_show(sound: Columns) -> None:
+    shown = excitation(log_of(without(sound, "steer_cmd", "accel_cmd")))
+    assert "steer_delay" in shown.out_of_reach
+    assert "drive_lag" in shown.out_of_reach
+    assert "steer_ratio" in shown.within_reach
+
+
+def test_every_effect_of_the_catalogue_is_judged(sound: Columns) -> None:
+    from vehicle.model.catalogue import catalogue
+
+    shown = excitation(log_of(sound))
+    assert set(catalogue()) - set(shown.within_reach) - set(shown.out_of_reach) == set()

@@ -1,0 +1,127 @@
+""".mat, MDF and ROS bags: the same drive comes out of each. Formats of extras are skipped where those are absent."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pytest_dvp.log import LogError
+from pytest_dvp.logs.read import read_log
+
+T = np.arange(0.0, 10.0, 0.02)
+V = 10.0 + np.sin(T)
+R = 0.1 * np.cos(T)
+
+
+def test_mat_vectors_with_units_in_their_names_are_signals(tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    savemat(tmp_path / "a.mat", {"t_s": T, "speed_kmh": 3.6 * V, "yaw_rate_degps": np.degrees(R), "note": "text"})
+    log = read_log(tmp_path / "a.mat")
+    assert log["v"] == pytest.approx(V)
+    assert log["yaw_rate"] == pytest.approx(R)
+
+
+def test_a_struct_in_a_mat_file_is_a_topic(tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    savemat(tmp_path / "a.mat", {"ego": {"time": T, "v_mps": V}})
+    assert read_log(tmp_path / "a.mat")["v"] == pytest.approx(V)
+
+
+@pytest.mark.parametrize("name", ["a.mat", "a.mf4", "a.bag"])
+def test_a_file_that_is_not_what_its_name_says_is_one_line(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_bytes(b"no such thing" * 100)
+    with pytest.raises(LogError) as error:
+        read_log(tmp_path / name)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(("name", "extra", "package"), [("a.mf4", "mdf", "asammdf"), ("a.bag", "bags", "rosbags")])
+def test_a_missing_extra_is_one_line_that_names_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, extra: str, package: str
+) -> None:
+    (tmp_path / name).write_bytes(b"x")
+    for module in [m for m in sys.modules if m == package or m.startswith(f"{package}.")]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(LogError, match=rf"pytest-dvp\[{extra}\]") as error:
+        read_log(tmp_path / name)
+    assert error.value.code == "log.extra_missing"
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_mdf_channels_with_their_units_and_rates(tmp_path: Path) -> None:
+    asammdf = pytest.importorskip("asammdf")
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(3.6 * V, T, unit="km/h", name="speed")])
+        file.append([asammdf.Signal(R[::5], T[::5], unit="rad", name="steer_cmd")])
+        file.save(tmp_path / "a.mf4")
+    log = read_log(tmp_path / "a.mf4")
+    assert log["v"] == pytest.approx(V)
+    assert log["steer_cmd"][4] == R[0]  # a command holds
+    assert log["steer_cmd"][5] == R[5]
+
+
+def _odometry(store: object, i: int) -> object:
+    types = store.types  # type: ignore[attr-defined]
+    vector = types["geometry_msgs/msg/Vector3"]
+    stamp = types["builtin_interfaces/msg/Time"](sec=1700000000 + int(T[i]), nanosec=round(T[i] % 1 * 1e9))
+    pose = types["geometry_msgs/msg/Pose"](
+        position=types["geometry_msgs/msg/Point"](x=10 * T[i], y=1.0, z=0.0),
+        orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=np.sin(0.2), w=np.cos(0.2)),
+    )
+    twist = types["geometry_msgs/msg/Twist"](linear=vector(x=V[i], y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=R[i]))
+    return types["nav_msgs/msg/Odometry"](
+        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="map"),
+        child_frame_id="base_link",
+        pose=types["geometry_msgs/msg/PoseWithCovariance"](pose=pose, covariance=np.zeros(36)),
+        twist=types["geometry_msgs/msg/TwistWithCovariance"](twist=twist, covariance=np.zeros(36)),
+    )
+
+
+@pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
+def test_a_ros2_bag_of_standard_messages_needs_no_mapping(tmp_path: Path, storage: str) -> None:
+    pytest.importorskip("rosbags")
+    from rosbags.rosbag2 import Writer
+    from rosbags.rosbag2.enums import StoragePlugin
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with Writer(tmp_path / "bag", version=9, storage_plugin=StoragePlugin[storage]) as writer:
+        connection = writer.add_connection("/odom", "nav_msgs/msg/Odometry", typestore=store)
+        for i in range(len(T)):
+            late = int((1700000000 + T[i] + 0.005) * 1e9)  # the recorder got it 5 ms later
+            writer.write(connection, late, store.serialize_cdr(_odometry(store, i), "nav_msgs/msg/Odometry"))
+    log = read_log(tmp_path / "bag")
+    assert log["v"] == pytest.approx(V)
+    assert log["yaw_rate"] == pytest.approx(R)
+    assert log["yaw"] == pytest.approx(0.4)
+    assert np.diff(log.t) == pytest.approx(0.02, abs=2e-6)
+    if storage == "MCAP":
+        assert read_log(tmp_path / "bag" / "bag.mcap")["v"] == pytest.approx(V)
+
+
+def test_custom_ros_messages_need_their_definition(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    definition = "float64 speed\nfloat64 angle\n"
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg(definition, "car_msgs/msg/State"))
+    with Writer(tmp_path / "a.bag") as writer:
+        connection = writer.add_connection("/state", "car_msgs/msg/State", typestore=store)
+        for i in range(len(T)):
+            message = store.types["car_msgs/msg/State"](speed=V[i], angle=0.1)
+            raw = store.serialize_ros1(message, "car_msgs/msg/State")
+            writer.write(connection, int((1700000000 + T[i]) * 1e9), raw)
+    (tmp_path / "car_msgs" / "msg").mkdir(parents=True)
+    (tmp_path / "car_msgs" / "msg" / "State.msg").write_text(definition)
+    mapping = tmp_path / "map.toml"
+    mapping.write_text('[[signal]]\nname = "v"\ntopic = "/state"\nfield = "speed"\nunit = "m/s"\n')
+    log = read_log(tmp_path / "a.bag", mapping=mapping, msg_dirs=[tmp_path / "car_msgs"])
+    assert log["v"] == pytest.approx(V)
