@@ -10,7 +10,7 @@ from typing import Any
 
 from openscenario.findings import Finding, nearest
 from pytest_dvp.gate_lines import Lines, locate_lines
-from pytest_dvp.gate_match import read_model_gate
+from pytest_dvp.gate_match import model_file, read_model_gate
 from pytest_dvp.gate_model import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.metrics import Metric, MetricError, find_metric, known_metrics
 from pytest_dvp.metrics.registry import check_options
@@ -199,6 +199,12 @@ class _Reader:
                     else f"{chosen.name} is a metric of one log: use stages instead of between"
                 )
                 self.find("between", keys.get("between", head), element, text)
+        if "model" in options:
+            model = model_file(options["model"], Path(self.file).parent)
+            if isinstance(model, str):
+                line = keys.get("model", head)
+                self.find("model", line, f"{element}.model", model, found=str(options["model"])[:200])
+            options["model"] = str(model)
         if len(self.findings) > before or chosen is None:
             return None
         pair = (between[0], between[1]) if between else None

@@ -7,7 +7,8 @@
     lag = 0.05
     stages = ["rw"]
 
-Each bound becomes a gate of its own on a metric model_rmse, model_mncc, model_lag or model_gain.
+Each bound becomes a gate of its own on a metric of pytest_dvp.metrics.model_match. Such a metric may also be named
+outright: metric = "open_loop_error", model = "models/car.toml", signal = "v", max = 0.3.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from openscenario.findings import nearest
 from pytest_dvp.gate_model import STAGES, Gate, Stage
 
 KINDS = ("rmse", "mncc", "lag", "gain")
+METRICS = {"rmse": "open_loop_error", "mncc": "model_mncc", "lag": "model_lag", "gain": "model_gain"}
 KEYS = ("model", *KINDS, "stages")
 CHANNELS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 
@@ -48,7 +50,7 @@ def read_model_gate(
     for key in table:
         if key not in KEYS:
             complain("unknown_key", key, f"unknown key {key[:80]!r}", allowed=", ".join(KEYS), hint=nearest(key, KEYS))
-    path = _model(table["model"], Path(file).parent)
+    path = model_file(table["model"], Path(file).parent)
     if isinstance(path, str):
         complain("model", "model", path, found=str(table["model"])[:200])
         path = Path()
@@ -77,7 +79,7 @@ def read_model_gate(
         return []
     return [
         Gate(
-            f"model_{kind}",
+            METRICS[kind],
             max=None if kind == "mncc" else bound,
             min=bound if kind == "mncc" else None,
             stages=at,
@@ -89,7 +91,7 @@ def read_model_gate(
     ]
 
 
-def _model(name: object, folder: Path) -> Path | str:
+def model_file(name: object, folder: Path) -> Path | str:
     """The model's file, or what is wrong with its name: it may not lead out of the gate file's folder."""
     if not isinstance(name, str) or not name.strip():
         return "model must be the name of a file"

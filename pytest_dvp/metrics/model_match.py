@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 _NOTE = "open loop on segments of about 5 s, start taken out"
 
 
-@metric(name="model_rmse", unit="-", bigger_is_worse=True, note=_NOTE)
-def model_rmse(log: Log, *, model: str, signal: str) -> Measured:
+@metric(name="open_loop_error", unit="-", bigger_is_worse=True, note=_NOTE)
+def open_loop_error(log: Log, *, model: str, signal: str) -> Measured:
     """RMSE between a log's signal and the model driven by the log's commands, in the signal's unit."""
     return _measured(log, model, signal, "rmse")
 

@@ -42,7 +42,8 @@ def test_opens_without_an_error(page: Browser) -> None:
 
 
 def test_asks_for_nothing_but_itself(page: Browser, report: Path) -> None:
-    assert page.requests == [report.resolve().as_uri()]
+    foreign = [request for request in page.requests if not request.startswith("data:")]  # plotly paints a heat map so
+    assert foreign == [report.resolve().as_uri()]
 
 
 def test_hostile_name_did_not_run(page: Browser) -> None:

@@ -37,8 +37,8 @@ def test_each_bound_is_a_verdict_of_its_own(folder: Path) -> None:
     path = written(folder, '[[gate]]\nmodel = "models/car.toml"\nrmse = { v = 0.05, yaw_rate = 0.01 }\nlag = 0.05\n')
     verdicts = judge(read_gates(path), staged(drive()))
     assert [(v.gate, v.status) for v in verdicts] == [
-        ("model_rmse(v) <= 0.05 m/s", "PASS"),
-        ("model_rmse(yaw_rate) <= 0.01 rad/s", "PASS"),
+        ("open_loop_error(v) <= 0.05 m/s", "PASS"),
+        ("open_loop_error(yaw_rate) <= 0.01 rad/s", "PASS"),
         ("model_lag(v) <= 0.05 s", "PASS"),
         ("model_lag(yaw_rate) <= 0.05 s", "PASS"),
     ]
@@ -95,3 +95,13 @@ def test_link_out_of_the_folder_is_refused(folder: Path, tmp_path_factory: pytes
 def test_light_copies_of_names_are_those_of_the_comparison() -> None:
     assert gate_match.CHANNELS == segments.CHANNELS
     assert gate_match.KINDS == bounds.KINDS
+
+
+def test_metric_may_be_named_outright(folder: Path) -> None:
+    text = '[[gate]]\nmetric = "open_loop_error"\nmodel = "models/car.toml"\nsignal = "v"\nmax = 0.05\n'
+    assert judge(read_gates(written(folder, text)), staged(drive()))[0].status == "PASS"
+
+
+def test_metric_named_outright_may_not_leave_the_folder_either(folder: Path) -> None:
+    text = '[[gate]]\nmetric = "open_loop_error"\nmodel = "../car.toml"\nsignal = "v"\nmax = 0.05\n'
+    assert [(f.code, f.line) for f in check_gates(written(folder, text))] == [("dvp.gates.model", 3)]
