@@ -30,7 +30,7 @@ SUBSTEPS = 25
 H = PERIOD / SUBSTEPS  # s
 G = 9.80665  # m/s^2
 SLOW = 1.0  # m/s, below it the dynamic bicycle rolls without slip
-IDLE = 0.1  # m/s^2, a smaller command means that no pedal is pressed
+IDLE = 0.05  # m/s^2, a smaller command means that no pedal is pressed
 
 # the state
 X, Y, YAW, V, VY, R, FF, FR = range(8)  # motion, vy at the centre of gravity, relaxed tyre forces
@@ -99,7 +99,6 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
         wish = p[KP] * error + s[SUM]
     else:
         wish = held(commands, last, 0, t - p[DRIVE_T])
-    lifted = p[LIFT] if abs(wish) < IDLE else 0.0
     if abs(wish) < p[DEAD]:
         wish = 0.0
     if wish > 0.0:
@@ -107,6 +106,7 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
     else:
         wish *= p[G_BRAKE] * (1.0 - p[FADE] * (1.0 - math.exp(-s[HEAT] / p[FADE_HEAT])))
     wish /= p[M_RATIO]
+    lifted = p[LIFT] if abs(wish) < IDLE else 0.0
     old = s[A_LAG]
     s[A_LAG] = follow(old, wish, p[DRIVE_TAU])
     a = 0.5 * (old + s[A_LAG]) if p[DRIVE_TAU] > 0.0 else wish
@@ -209,6 +209,7 @@ def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: F
             f[FF] = (front - q[FF]) * v / p[RELAX]
             f[FR] = (rear - q[FR]) * v / p[RELAX]
             front, rear = q[FF], q[FR]
+        d -= 1e-3 * p[COMPLY] * front  # the wheel as it stands
         across = -G * math.sin(p[BANK] * math.cos(q[YAW] - p[BANK_H]))
         along += r * q[VY] - front * math.sin(d) / p[C_M]
         f[VY] = (front * math.cos(d) + rear) / p[C_M] - v * r + across
@@ -245,7 +246,7 @@ def advance(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, fine:
             fine[j, 6] = s[R] * v + G * math.sin(bank)
             if slipping:
                 fine[j, 6] += k1[VY] - b * k1[R]
-        fine[j, 7] = d
+        fine[j, 7] = d - 1e-3 * p[COMPLY] * s[FF] if slipping else d
         if not rolls:
             continue
         for i in range(8):

@@ -117,7 +117,15 @@ class TruthCar:
     # N/rad of a whole axle, for effects that only show on tyres that slip; b/Cf = a/Cr, so that they steer neutrally
     stiffness_front: float = 104_000.0
     stiffness_rear: float = 92_000.0
-    stiff: float = 600_000.0  # N/rad, an axle that hardly slips: the dynamic twin of a kinematic car
+    # 1/rad, stiffness over load of axles that hardly slip: the dynamic car that comes nearest to a kinematic one. How
+    # rigid that is, is a convention, the same as in the baseline of who diagnoses
+    rigid: float = 48.0
+
+    def rigid_axles(self) -> tuple[float, float]:
+        """Stiffness of front and rear axle [N/rad] that hardly slip, and steer neutrally."""
+        load = self.mass * 9.80665 / self.wheelbase
+        a = self.cg_to_front_axle
+        return self.rigid * load * (self.wheelbase - a), self.rigid * load * a
 
 
 INDEX: dict[tuple[str, str], int] = {
@@ -153,16 +161,15 @@ def stiffnesses(car: TruthCar, effects: Effects) -> tuple[float, float]:
     work get tyres that slip; the others hang on nearly rigid ones, so that nothing else is hidden with them.
     """
     a, b = car.cg_to_front_axle, car.wheelbase - car.cg_to_front_axle
+    front, rear = car.rigid_axles()
     if "understeer" in effects:
-        k = effects["understeer"]["K"]
-        rigid_rear = car.mass * a / (car.wheelbase * car.stiff)
-        if k + rigid_rear > car.mass * b / (car.wheelbase * car.stiff):
-            return car.mass * b / (car.wheelbase * (k + rigid_rear)), car.stiff
-        rigid_front = car.mass * b / (car.wheelbase * car.stiff)
-        return car.stiff, car.mass * a / (car.wheelbase * (rigid_front - k))
+        k = effects["understeer"]["K"] * car.wheelbase / car.mass
+        if k > 0.0:
+            return b / (k + a / rear), rear
+        return front, a / (b / front - k)
     if {"load_transfer", "tyre_relaxation", "yaw_inertia"} & set(effects):
         return car.stiffness_front, car.stiffness_rear
-    return car.stiff, car.stiff
+    return front, rear
 
 
 def parameters(car: TruthCar, effects: Effects) -> FloatArray:

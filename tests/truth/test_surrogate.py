@@ -200,7 +200,7 @@ def plain() -> dict[str, FloatArray]:
 
 @pytest.mark.parametrize("name", sorted(EFFECTS))
 def test_every_effect_can_be_hidden_and_shows(name: str, plain: dict[str, FloatArray]) -> None:
-    wild = name in ("roll_dynamics", "tyre_relaxation", "yaw_inertia", "steer_rate_limit")
+    wild = name in ("lift_off_braking", "roll_dynamics", "tyre_relaxation", "yaw_inertia", "steer_rate_limit")
     log = record(quiet(**{name: signature(name)}), "rich" if wild else "urban", 3)
     if wild:
         plain = record(quiet(), "rich", 3)

@@ -24,7 +24,7 @@ from vehicle.surrogate.hidden import EFFECTS, Hidden
 
 G = 9.80665  # m/s^2
 AIR = 1.2  # kg/m^3
-IDLE = 0.1  # m/s^2, a smaller command means that no pedal is pressed
+IDLE = 0.05  # m/s^2, a smaller command means that no pedal is pressed
 STEER_STIFF_TIME = 0.01  # s, in which an elastic steering settles
 LOW_SPEED = 2.5  # m/s, below it slip is damped
 DAMPING_X, DAMPING_Y = 1600.0, 4000.0  # N s/m a tyre at standstill
