@@ -230,9 +230,10 @@ def _project(output: FloatArray, measured: FloatArray, t: FloatArray, weight: Fl
                 rate_before, gain_before, speed_before, yaw_before = turn, gain, v, output[i, 2]
                 if not counted[i]:
                     continue
+                stops = _stops(output, i, starts[j], ends[j])
                 for k in range(8):
                     e = measured[i, k] - output[i, k]
-                    if not np.isfinite(e):
+                    if not np.isfinite(e) or (k == 5 and stops):
                         continue
                     q0 = q1 = q2 = q3 = 0.0
                     if k == 0:
@@ -274,6 +275,16 @@ def _project(output: FloatArray, measured: FloatArray, t: FloatArray, weight: Fl
                 _solve(a, b, p)
         for k in range(4):
             start[j, k] = p[k]
+
+
+@njit(cache=True, error_model="numpy")
+def _stops(output: FloatArray, i: int, first: int, end: int) -> bool:
+    """True within a row of where the model comes to rest: a start speed 1 cm/s off moves that by a row, and one row of
+    full deceleration is dozens of sigma."""
+    for row in range(max(i - 1, first + 1), min(i + 2, end)):
+        if abs(output[row, 3]) < _STOPPED <= abs(output[row - 1, 3]):
+            return True
+    return False
 
 
 @njit(cache=True, error_model="numpy")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 from gap_logs import NOISE, baseline, drive
@@ -39,11 +41,23 @@ def test_model_without_error_leaves_the_noise() -> None:
 def test_second_simulation_from_the_best_start_comes_to_rest_in_time() -> None:
     log = drive()
     measured = measured_array(log.columns)
-    first, segments = judged(log)
+    shift = np.array([0.0, 0.0, 0.0, 0.2, 0.0, 0.0])
+    first, segments = judged(log, shift)
     commands = {name: log[name] for name in ("steer_cmd", "accel_cmd")}
-    better = restarted(segments, first)
+    better = restarted(dataclasses.replace(segments, states=segments.states + shift), first)
     output = np.asarray(Replay(baseline(), log.t, commands).run(starts=better.starts, states=better.states))
-    assert residuals(output, measured, log.t, SIGMA, segments).total < first.total
+    second = residuals(output, measured, log.t, SIGMA, segments)
+    assert first.total > 1.1
+    assert second.total == pytest.approx(1.0, abs=0.06)
+
+
+def test_acceleration_does_not_count_where_the_model_comes_to_rest() -> None:
+    found, _ = judged(drive())
+    _, segments = judged(drive())
+    stop = int(np.flatnonzero(drive(noise=0.0)["v"][600:] < 1e-3)[0]) + 600
+    skipped = np.flatnonzero(np.isnan(found.values[:, 5]) & segments.counted)
+    assert np.abs(skipped - stop).min() <= 2
+    assert len(skipped) <= 3 * 3  # three rows at each of three stops
 
 
 def test_wrong_start_pose_is_taken_out() -> None:
