@@ -159,7 +159,8 @@ class Command(msgspec.Struct, frozen=True):
     """What the stack asks of the vehicle.
 
     `steer` road-wheel angle [rad]; `accel` the wanted acceleration [m/s^2] that the pedals are meant to produce;
-    `throttle` and `brake` in [0, 1]. Which of `accel` or the pedals drives a vehicle, its model file says.
+    `throttle` and `brake` in [0, 1]. Which of `accel` or the pedals drives a vehicle, its model file says in [inputs]:
+    the default car, scenarios/models/tabby_evo.toml, is driven by the pedals and ignores `accel`.
     """
 
     t: float
