@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from openscenario.findings import Finding, Findings
 from pytest_dvp.doctor.clock import check_jumps, check_offsets, check_rate, check_stamps
-from pytest_dvp.doctor.motion import motion_of
+from pytest_dvp.doctor.motion import Motion, motion_of
 from pytest_dvp.doctor.sensors import check_echoes, check_sensors
 from pytest_dvp.doctor.signs import check_acceleration, check_angles, check_speed, check_turning
 from pytest_dvp.log import Log
@@ -62,6 +64,19 @@ def examine(log: Log, *, file: str = "", line: int | None = None) -> tuple[Findi
     if "column yaw" in unusable:
         return findings.in_order()
     check_turning(motion, name, findings)
-    if not any(finding.code in ("log.axes_swapped", "log.sign_flipped") for finding in findings.found):
-        check_offsets(motion, float(np.median(np.diff(log.t))), name, findings)
+    check_offsets(_righted(motion, findings), float(np.median(np.diff(log.t))), name, findings)
     return findings.in_order()
+
+
+def _righted(motion: Motion, findings: Findings) -> Motion:
+    """The motion as it would be without the signs and axes that were found wrong, so that clocks can be judged."""
+    of = dict(motion.of)
+    for finding in findings.found:
+        column = finding.element.removeprefix("column ")
+        if finding.code == "log.axes_swapped" and column == "ax":
+            of["ax"], of["ay"] = of["ay"], of["ax"]
+        elif finding.code in ("log.sign_flipped", "log.axes_swapped"):
+            witness = {"yaw": "turn", "x": "path_turn", "y": "path_turn"}.get(column, column)
+            if witness in of:
+                of[witness] = -of[witness]
+    return dataclasses.replace(motion, of=of)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pytest_dvp.doctor.motion import Motion, motion_of
-from pytest_dvp.log import Log
+from pytest_dvp.log import FloatArray, Log
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,11 +68,11 @@ _RULES = (
     _Rule(
         ("drive_delay", "drive_lag", "jerk_limit", "accel_controller"),
         (_DRIVE, _SPEED),
-        (_ACCELERATES, ("accel_steps", 3.0, "3 steps of the command")),
+        (_ACCELERATES, ("command_rate", 0.5, "a command that changes by 0.5 m/s^3")),
     ),
     _Rule(("drive_gain", "mass"), (_DRIVE, _SPEED), (_ACCELERATES,)),
     _Rule(("motor_torque", "motor_inertia", "motor_damping"), (_DRIVE, _SPEED), (_ACCELERATES,)),
-    _Rule(("brake_lag",), (_BRAKE, _SPEED), (_BRAKES, ("accel_steps", 3.0, "3 steps of the command"))),
+    _Rule(("brake_lag",), (_BRAKE, _SPEED), (_BRAKES, ("command_rate", 0.5, "a command that changes by 0.5 m/s^3"))),
     _Rule(("brake_gain",), (_BRAKE, _SPEED), (_BRAKES,)),
     _Rule(("brake_limit",), (_BRAKE, _SPEED), (("braking", 2.0, "braking by 2 m/s^2"),)),
     _Rule(("power_limit",), (_DRIVE, _SPEED), (("power", 8.0, "acceleration * speed of 8 W/kg"),)),
@@ -265,11 +265,15 @@ def _command_facts(log: Log, motion: Motion, still: np.ndarray[Any, np.dtype[np.
         command = np.interp(motion.t, log.t[known], values[known])
         low = np.abs(command) < small
         zero = np.abs(command) < 0.1 * small
-        steps = np.abs(command[round(0.4 / step) :] - command[: -round(0.4 / step)]) > small
+        rate = np.abs(np.gradient(_smooth(command, round(0.4 / step)), step)) * 0.5 / small
         facts += [
             Fact("small_commands", float(np.count_nonzero(low & ~zero & ~still)) * step, "s"),
             Fact("coasting", float(np.count_nonzero(zero & ~still)) * step, "s"),
-            Fact("accel_steps", float(np.count_nonzero(np.diff(steps.astype(np.int8)) > 0)), "-"),
+            Fact("command_rate", float(np.percentile(rate, 98)), "m/s^3"),
         ]
         break
     return facts
+
+
+def _smooth(values: FloatArray, count: int) -> FloatArray:
+    return np.convolve(values, np.full(max(count, 1), 1.0 / max(count, 1)), "same")

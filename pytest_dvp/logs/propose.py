@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,7 +12,7 @@ from pytest_dvp.log import LogError
 from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION, MappingFile, SignalMap
 from pytest_dvp.logs.names import canonical, parse_header
 from pytest_dvp.logs.stream import Stream
-from pytest_dvp.logs.units import find_unit
+from pytest_dvp.logs.units import find_unit, units_of
 from pytest_dvp.signals import SIGNALS
 
 # Message types whose definition states the unit (REP-103: SI, yaw counter-clockwise).
@@ -45,6 +46,7 @@ _ROS = {
         "accel_cmd": ("drive.acceleration", "m/s^2"),
     },
 }  # fmt: skip
+_HAND_WHEEL = re.compile(r"(hand|steering)_?wheel|\bswa\b|\bhwa\b", re.IGNORECASE)
 _SAME_AS = {
     "autoware_vehicle_msgs": "autoware_auto_vehicle_msgs",
     "autoware_control_msgs": "autoware_auto_control_msgs",
@@ -107,6 +109,9 @@ def _candidates(stream: Stream) -> list[SignalMap]:
         ]
     found: list[SignalMap] = []
     for field in stream.fields:
+        if _HAND_WHEEL.search(field):  # never certain: the steering ratio is the car's
+            found.append(SignalMap("steer", stream.topic, field, "?"))
+            continue
         header = parse_header(field.rpartition(".")[2])
         name = canonical(header.name)
         if name not in SIGNALS or name == "t":
@@ -154,9 +159,13 @@ def _entry(signal: SignalMap, streams: Sequence[Stream]) -> list[str]:
     if values is not None and np.isfinite(values).any():
         seen = f"  # {np.nanmin(values):.4g} to {np.nanmax(values):.4g}, {stream.rate:.4g} Hz"
     topic = [f'topic = "{_quoted(signal.topic)}"'] if signal.topic else []
+    allowed = f"  # one of {', '.join(units_of(SIGNALS[signal.name].unit))}" if signal.unit == "?" else ""
+    ratio = (
+        ["ratio = 16.0  # hand wheel to road wheel: put in that of the car"] if _HAND_WHEEL.search(signal.field) else []
+    )
     return [
         "[[signal]]", f'name = "{signal.name}"', *topic, f'field = "{_quoted(signal.field)}"{seen}',
-        f'unit = "{_quoted(signal.unit)}"',
+        f'unit = "{_quoted(signal.unit)}"{allowed}', *ratio,
     ]  # fmt: skip
 
 

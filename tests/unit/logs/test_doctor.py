@@ -115,6 +115,11 @@ def test_a_clock_that_is_off_is_told_with_its_channel_and_its_offset(
     assert f"0.20 s {'later' if seconds > 0 else 'earlier'}" in findings[0].text
 
 
+def test_a_wrong_sign_does_not_hide_a_wrong_clock(sound: Columns) -> None:
+    spoilt = scaled(later(sound, ("yaw_rate",), 0.2), -1.0, "yaw_rate")
+    assert told(spoilt) == [("log.sign_flipped", "column yaw_rate"), ("log.clock_offset", "column yaw_rate")]
+
+
 def test_a_delayed_answer_to_the_steering_is_no_finding(sound: Columns) -> None:
     t = sound["t"]
     late = {n: np.interp(t - 0.3, t, c) if n not in ("t", "steer_cmd", "accel_cmd") else c for n, c in sound.items()}

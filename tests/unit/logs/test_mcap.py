@@ -178,6 +178,14 @@ def test_the_proposed_mapping_reads_once_its_units_are_filled_in(
     assert log["v"][0] == pytest.approx(10.0)
 
 
+def test_a_hand_wheel_is_proposed_with_its_ratio_to_fill_in(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [(0.02 * i, {"hand_wheel_angle": 90.0}) for i in range(100)]
+    assert main(["map", str(write_json(tmp_path / "a.mcap", {"/car": rows}))]) == 0
+    text = capsys.readouterr().out
+    assert '# name = "steer"' in text
+    assert "# ratio = " in text
+
+
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.999])
 def test_a_cut_file_yields_every_whole_chunk_and_says_what_is_missing(tmp_path: Path, share: float) -> None:
     path = write_json(tmp_path / "a.mcap", {"/car": states()})
