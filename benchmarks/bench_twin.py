@@ -13,8 +13,12 @@ from scipy.integrate import odeint
 
 from benchmarks.measure import Row, cpu_seconds
 from vehicle.messages import Command, Surroundings, VehicleState
+from vehicle.model.car import make_car
+from vehicle.model.catalogue import catalogue
+from vehicle.model.model import Inputs, VehicleModel
 from vehicle.model.model_file import read_model
 from vehicle.model.plant import Plant
+from vehicle.model.replay import Replay
 from vehicle.sensors import default_sensors
 from vehicle.twin import Twin
 
@@ -132,13 +136,41 @@ def _kernel_rows() -> list[Row]:
     ]
 
 
-def _log_row() -> Row:
-    plant = Plant(read_model(MODEL), dt=0.02, every=1)
-    commands = np.zeros((8250, 6))
-    commands[:, 0] = 0.1 * np.sin(0.02 * np.arange(8250))
-    commands[:, 2] = 0.2
-    spent = cpu_seconds(lambda: plant.drive(commands, 1, measured=True)) * 1e3
-    return Row("165 s of 50 Hz commands to motion", spent, "ms", "<= 2", note="TABBY EVO, one step a row")
+def _log_rows() -> list[Row]:
+    """Commands of a log to what it would show: nothing active, what a diagnosis tries most, tyres, and all at once."""
+    base = VehicleModel("kinematic_bicycle", Inputs(), make_car({"wheelbase": 2.45, "mass": 1150.0}))
+    n = 8250
+    t = np.arange(n) * 0.02
+    commands = {"steer_cmd": 0.1 * np.sin(t), "accel_cmd": 2.0 * np.sign(np.sin(0.4 * t))}
+    starts = np.arange(0, n, 250)
+    states = np.full((len(starts), 6), np.nan)
+    states[:, :4] = 0.0, 0.0, 0.0, 8.0
+    replay = Replay(base, t, commands)
+    many = {
+        (e.name, k.name): k.low + 0.4 * (k.high - k.low)
+        for e in catalogue().values()
+        if e.slot != "perception"
+        for k in e.parameters
+    }
+    cases: list[tuple[str, dict[tuple[str, str], float]]] = [
+        ("no effect", {}),
+        ("delay and lag of steering and drive", dict.fromkeys(_ACTUATORS, 0.2)),
+        ("understeer (tyres)", {("understeer", "K"): 0.004}),
+        (f"all {len({e for e, _ in many})} effects at once", many),
+    ]
+    return [
+        Row(
+            "165 s of 50 Hz commands to motion, 33 segments",
+            cpu_seconds(lambda v=values: replay.run(v, starts=starts, states=states)) * 1e3,
+            "ms",
+            "<= 2" if k < 3 else "",
+            note=note,
+        )
+        for k, (note, values) in enumerate(cases)
+    ]
+
+
+_ACTUATORS = (("steer_delay", "T"), ("steer_lag", "tau"), ("drive_delay", "T"), ("drive_lag", "tau"))
 
 
 def _sensor_rows() -> list[Row]:
@@ -188,4 +220,4 @@ def _tick_row() -> Row:
 
 def run() -> list[Row]:
     """Rows of the table."""
-    return [*_kernel_rows(), _log_row(), *_sensor_rows(), _tick_row()]
+    return [*_kernel_rows(), *_log_rows(), *_sensor_rows(), _tick_row()]

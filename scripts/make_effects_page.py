@@ -16,8 +16,8 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "effects.md"
 HEAD = """\
 # Effects
 
-A vehicle model is a base (`kinematic_bicycle`, `dynamic_bicycle`) and effects that act on it, one compiled step for all:
-commands -> actuators -> forces -> body -> road -> sensors. An effect at its neutral value is not there at all.
+A vehicle model is a base (`kinematic_bicycle`, `dynamic_bicycle`) and effects that act on it, one compiled step for
+all: commands -> actuators -> forces -> body -> road -> sensors. An effect at its neutral value is not there at all.
 `dvp effects` lists them, `dvp effects NAME` says all about one, `--json` for programs. This page is made by
 `python -m scripts.make_effects_page`.
 
@@ -39,8 +39,8 @@ unit = "s"
 ```
 
 Tyre effects (marked T) need tyres: with one of them a kinematic car moves as a single-track car whose axles are stiff
-(cornering stiffness 48/rad of their load) unless `cornering_stiffness_front` and `_rear` are given. They steer neutrally,
-so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every car is kinematic.
+(cornering stiffness 48/rad of their load) unless `cornering_stiffness_front` and `_rear` are given. They steer
+neutrally, so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every car is kinematic.
 
 ## What a replay takes for granted
 
@@ -49,8 +49,8 @@ so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every car is kinem
 - A row shows the motion at its stamp, with the command of that stamp already acting: the ideal car has
   `yaw_rate = v tan(steer_cmd)/wheelbase` and `ax = accel_cmd` in the same row.
 - Before the log begins its first command has been held for long: actuators are at rest there.
-- Where a segment starts anew, pose and speed are set; delay lines, lags, limits and play run on; a sensor that shows the
-  past sees a past moved along with the car.
+- Where a segment starts anew, pose and speed are set; delay lines, lags, limits and play run on; a sensor that shows
+  the past sees a past moved along with the car.
 - `ax`, `ay` are those at the rear axle; `imu_x` in `[parameters]` puts the accelerometer ahead of it.
 
 ```python
@@ -93,13 +93,13 @@ def magnet(x, p, m):
 
 `dvp effects magnet --effects my_effect.py` shows it, and every command that reads a model takes `--effects` too. A
 package announces its effects under the entry point group `pytest_dvp.effects` (a module, or one effect). `x` is the bus
-(`vehicle/model/bus.py` names every field, unit and slot), `p` the parameters by key, `m` the effect's own memory, declared as
-`memory=(Memory("name"),)`. Slots run in this order:
+(`vehicle/model/bus.py` names every field, unit and slot), `p` the parameters by key, `m` the effect's own memory,
+declared as `memory=(Memory("name"),)`. Slots run in this order:
 
 | slot | changes |
 |---|---|
 | command | `x.steer`, `x.accel` as wanted |
-| actuator | `x.steer`, `x.accel` as produced, mean over the step (`x.steer_lead`, `x.accel_lead`: value at its start minus mean) |
+| actuator | `x.steer`, `x.accel` as produced, mean over the step (`x.steer_lead`, `x.accel_lead`: start minus mean) |
 | force | `x.traction`, `x.brake`, `x.resistance` [N, >= 0], `x.drag` [N, signed] |
 | body | `x.fy_front`, `x.fy_rear`, their tangents, `x.turning_inertia`, `x.yaw_moment` |
 | road | `x.grade`, `x.bank` |

@@ -55,7 +55,7 @@ class Bus(Protocol):
     steer: float  # rad
     accel_lead: float  # m/s^2, value at the start of the step minus its mean: nought while it is constant
     steer_lead: float  # rad, the same; a gain may leave both alone at the price of half a step in what is logged
-    settle: float  # 1 in the one long step that brings actuators to rest before a log begins, else 0
+    settle: float  # 1 in the long steps that bring actuators to rest before a log begins, else 0
 
     # Slot force
     traction: float  # N along the wheels, >= 0 drives forward

@@ -39,6 +39,7 @@ ACCELERATION, PEDALS, SPEED, IMPOSED = 0, 1, 2, 3
 COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "speed_cmd", "v_cmd")
 
 SETTLING = 10.0  # s
+SETTLING_STEPS = 8
 BLEND_LOW = 1.0  # m/s, kinematic below
 BLEND_WIDTH = 1.0  # m/s, dynamic above BLEND_LOW + BLEND_WIDTH
 BLEND_TIME = 0.02  # s, time constant with which slip fades in the middle of the blend
@@ -317,12 +318,13 @@ def _restart(x: Any, state: Any) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _settle(x: Any, mode: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
-    """Bring actuators to rest at the first command: one long step in which the car does not move."""
+    """Bring actuators to rest at the first command: long steps, one for each in a row, and the car does not move."""
     x.dt, x.settle = SETTLING, 1.0
-    x.t = x.t_start - SETTLING
-    _wish(x, mode)
-    _slot(0, bus, table, bounds, parameters, memory)
-    _slot(1, bus, table, bounds, parameters, memory)
+    for i in range(SETTLING_STEPS):
+        x.t = x.t_start - (SETTLING_STEPS - i) * SETTLING
+        _wish(x, mode)
+        _slot(0, bus, table, bounds, parameters, memory)
+        _slot(1, bus, table, bounds, parameters, memory)
     x.settle = 0.0
 
 

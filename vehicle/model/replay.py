@@ -28,8 +28,8 @@ from vehicle.model.model import VehicleModel
 MEASURED_COLUMNS: tuple[str, ...] = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 """Columns of what `Replay.run` returns: [m, m, rad, m/s, rad/s, m/s^2, m/s^2, rad]."""
 
-LONGEST_STEP = 0.02  # s, of a kinematic car: exact but for the heading within a step
-LONGEST_TYRE_STEP = 0.01  # s, of one whose tyres slip
+LONGEST_STEP = 0.02  # s
+LONGEST_SWING_STEP = 0.01  # s, of a car whose tyres or roll have a state of their own
 MOST_PIECES = 10_000  # of one pause between stamps
 
 Values: TypeAlias = Mapping[tuple[str, str], float]
@@ -53,7 +53,7 @@ class Replay:
     """A model and the commands of one log, ready to be run with any values of any effects.
 
     `t` (n,) [s], strictly increasing, steps may differ; `commands` by log column name, (n,) each, NaN = as before;
-    `step` [s] the longest integration step (default 0.02, with tyres 0.01): longer pauses between stamps are divided.
+    `step` [s] the longest integration step (default 0.02, with relaxing tyres 0.01): longer pauses are divided.
     `extra` are effects of the user's own. Raises ModelError: column missing or never finite, lengths or stamps wrong.
     """
 
@@ -70,7 +70,7 @@ class Replay:
         self.t = np.ascontiguousarray(t, dtype=np.float64)
         if self.t.ndim != 1 or len(self.t) < 2 or not np.isfinite(self.t).all() or (np.diff(self.t) <= 0.0).any():
             raise ModelError("stamps must be finite and increase, at least two", key="t")
-        self._steps = (LONGEST_STEP, LONGEST_TYRE_STEP) if step is None else (float(step), float(step))
+        self._steps = (LONGEST_STEP, LONGEST_SWING_STEP) if step is None else (float(step), float(step))
         if not min(self._steps) > 0.0 or np.diff(self.t).max() / min(self._steps) > MOST_PIECES:
             raise ModelError("step does not suit the stamps", key="step", found=f"{min(self._steps):g} s")
         self._shortest = min(float(np.median(np.diff(self.t))), *self._steps)
@@ -119,10 +119,9 @@ class Replay:
             raise ModelError("starts must increase, states be (m, 6)", key="starts", found=str(states.shape))
         if out is None:
             out = np.empty((len(self.t), len(MEASURED_COLUMNS)))
-        kind = body_kind(self.model, layout)
         replay(
             bus,
-            kind,
+            body_kind(self.model, layout),
             self._mode,
             layout.table,
             layout.bounds,
@@ -131,7 +130,7 @@ class Replay:
             self.t,
             self._commands,
             self._slopes,
-            self._steps[kind],
+            self._steps[layout.swings],
             at,
             states,
             out,
