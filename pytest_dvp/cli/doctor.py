@@ -13,6 +13,7 @@ from pytest_dvp.cli.arguments import WrongArgument, add_json
 if TYPE_CHECKING:
     from openscenario.findings import Finding
     from pytest_dvp.doctor import Excitation
+    from pytest_dvp.log import Log
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -98,6 +99,7 @@ def _told(
         "rows": len(log.t),
         "duration": log.duration,
         "columns": list(log.columns),
+        "rates": _rates(log),
         **{key: imported.get(key, []) for key in ("converted", "aliased", "unknown")},
         "findings": [finding.as_dict() for finding in findings],
         "excitation": shown.as_dict(),
@@ -105,10 +107,21 @@ def _told(
     return entry, findings, shown
 
 
+def _rates(log: Log) -> dict[str, float]:
+    """Samples a second [Hz] of the columns that are slower than the rows."""
+    import numpy as np
+
+    counts = {name: int(np.count_nonzero(np.isfinite(values))) for name, values in log.columns.items()}
+    slower = {name: count for name, count in counts.items() if 1 < count < 0.8 * len(log.t)}
+    return {name: round((count - 1) / log.duration, 3) for name, count in slower.items()} if log.duration else {}
+
+
 def _print(entry: dict[str, Any], findings: tuple[Finding, ...], shown: Excitation | None) -> None:
     if shown is not None:
         rate = (entry["rows"] - 1) / entry["duration"] if entry["duration"] else 0.0
         print(f"{entry['log']}: {entry['rows']} rows, {entry['duration']:.2f} s, {rate:.4g} Hz")
+        if entry["rates"]:
+            print("  mixed rates: " + ", ".join(f"{name} {hz:.4g} Hz" for name, hz in entry["rates"].items()))
         for key, what in (("converted", "converted"), ("aliased", "renamed"), ("unknown", "kept, not known")):
             if entry[key]:
                 print(f"  {what}: {', '.join(entry[key])}")

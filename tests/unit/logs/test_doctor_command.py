@@ -1,0 +1,95 @@
+"""dvp doctor on the command line: exit codes, one JSON document, part of a log."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drives import drive, scaled, write_csv
+
+from pytest_dvp.cli import main
+from pytest_dvp.doctor import read_sound
+from pytest_dvp.log import LogError
+
+
+def test_a_sound_log_is_answered_with_0(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor", str(write_csv(tmp_path / "a.csv", drive(30.0)))]) == 0
+    out = capsys.readouterr()
+    assert "nothing wrong found" in out.out
+    assert "steer_delay" in out.out
+    assert "0 errors, 0 warnings" in out.err
+
+
+def test_an_error_is_answered_with_1_and_json_holds_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_csv(tmp_path / "a.csv", scaled(drive(30.0), 3.6, "v"))
+    assert main(["doctor", "--json", str(path)]) == 1
+    (entry,) = json.loads(capsys.readouterr().out)["logs"]
+    (finding,) = entry["findings"]
+    assert (finding["code"], finding["severity"], finding["file"]) == ("log.unit_suspect", "error", str(path))
+    assert "v [km/h]" in finding["message"]
+    assert entry["excitation"]["facts"]["duration"] == {"value": 29.98, "unit": "s"}
+
+
+def test_a_file_that_cannot_be_read_is_a_finding_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("t,v\n0,1\n", encoding="utf-8")
+    assert main(["doctor", "--json", str(path)]) == 1
+    (entry,) = json.loads(capsys.readouterr().out)["logs"]
+    assert [f["code"] for f in entry["findings"]] == ["log.unit_missing", "log.unit_missing"]
+
+
+def test_only_the_named_part_is_examined(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    columns = drive(60.0)
+    v = np.where(columns["t"] < 30.0, columns["v"], 3.6 * columns["v"])
+    path = write_csv(tmp_path / "a.csv", {**columns, "v": v})
+    assert main(["doctor", f"{path}@30:"]) == 1
+    assert main(["doctor", f"{path}@0:30"]) == 0
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    "words", [["absent.csv"], ["absent.csv@0:3"], ["{log}", "--map", "no.toml"], ["{log}", "--msg", "no"]]
+)
+def test_a_missing_argument_file_is_answered_with_2(
+    tmp_path: Path, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_csv(tmp_path / "a.csv", drive(10.0))
+    assert main(["doctor", *(word.format(log=path) for word in words)]) == 2
+    assert capsys.readouterr().out == ""
+
+
+def test_a_vehicle_model_driven_by_the_measured_speed_leaves_the_drive_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write_csv(tmp_path / "a.csv", drive(30.0))
+    model = tmp_path / "m.toml"
+    model.write_text(
+        '[model]\nbase = "kinematic_bicycle"\n[inputs]\nsteer = "steer_cmd"\nlongitudinal = "v"\n'
+        "[parameters]\nwheelbase = 2.7\n",
+        encoding="utf-8",
+    )
+    assert main(["doctor", "--json", str(path), "--model", str(model)]) == 0
+    shown = json.loads(capsys.readouterr().out)["logs"][0]["excitation"]
+    assert "drive_delay" in shown["out_of_reach"]
+    assert "steer_delay" in shown["within_reach"]
+
+
+def test_read_sound_refuses_what_a_model_would_be_bent_to_explain(tmp_path: Path) -> None:
+    with pytest.raises(LogError) as error:
+        read_sound(write_csv(tmp_path / "a.csv", scaled(drive(30.0), 3.6, "v")))
+    assert error.value.code == "log.unit_suspect"
+    log, findings = read_sound(write_csv(tmp_path / "b.csv", drive(30.0)))
+    assert len(log.t) == 1500
+    assert findings == ()
+
+
+def test_a_folder_check_looks_at_logs_and_leaves_other_tables_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_csv(tmp_path / "a.csv", scaled(drive(30.0), 3.6, "v"))
+    (tmp_path / "prices.csv").write_text("item,price\napple,1\n", encoding="utf-8")
+    assert main(["check", "--json", str(tmp_path)]) == 1
+    findings = json.loads(capsys.readouterr().out)["findings"]
+    assert [Path(f["file"]).name for f in findings] == ["a.csv"]
