@@ -9,7 +9,8 @@ from typing import Any, Literal
 from pytest_dvp.gate_file import check_gates, read_gates
 from pytest_dvp.gate_model import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.log import Log
-from pytest_dvp.metrics import MetricError, MetricValue, compute
+from pytest_dvp.metrics import MetricError, MetricValue, compute, find_metric
+from pytest_dvp.metrics.task import storyboard_events
 
 __all__ = [
     "STAGES",
@@ -25,6 +26,7 @@ __all__ = [
     "judge",
     "overall",
     "read_gates",
+    "unjudged",
 ]
 
 Status = Literal["PASS", "FAIL", "INCONCLUSIVE", "ERROR"]
@@ -71,7 +73,8 @@ def judge(gates: GateFile | Sequence[Gate], log: Log, others: Mapping[str, Log] 
     """Verdicts of the gates that apply to the log's stage (meta `stage`), in the order of the file.
 
     `others` holds logs of other stages for the gates across stages; without the other log such a gate is INCONCLUSIVE.
-    No gate at all, or none for this stage, is one INCONCLUSIVE verdict.
+    No gate at all, or none for this stage, is one INCONCLUSIVE verdict. So is a storyboard of whose events none ever
+    fired where all gates pass: what should have happened did not, and a drive in an empty world proves nothing.
     """
     chosen = gates.gates if isinstance(gates, GateFile) else tuple(gates)
     name = str(log.meta.get("stage", "dt"))
@@ -82,7 +85,7 @@ def judge(gates: GateFile | Sequence[Gate], log: Log, others: Mapping[str, Log] 
         if stage in (gate.between if gate.between is not None else gate.stages)
     ]
     if verdicts:
-        return verdicts
+        return [*verdicts, *_nothing_happened(log, verdicts)]
     file = gates.file if isinstance(gates, GateFile) else ""
     text = f"no gate applies to stage {name}: nothing was judged"
     return [Verdict("", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, file, None)]
@@ -94,6 +97,27 @@ def overall(verdicts: Sequence[Verdict]) -> Status:
     return next((status for status in _WORST_FIRST if status in statuses), "INCONCLUSIVE")
 
 
+def unjudged(verdicts: Sequence[Verdict], log: Log) -> list[str]:
+    """What is bad by the default gates and was not judged: `not judged: road_departure 54.65 s (no gate on it)`."""
+    judged = {verdict.metric for verdict in verdicts}
+    default = [gate for gate in default_gates().gates if gate.metric not in judged]
+    missed = [v for v in judge(default, log) if v.value is not None and v.status != "PASS"] if default else []
+    return [
+        f"not judged: {v.metric} {_pair(v.value, v.value, v.unit)[0]}{_suffix(v.unit)} (no gate on it)"
+        for v in missed
+        if v.value is not None
+    ]
+
+
+def _nothing_happened(log: Log, verdicts: Sequence[Verdict]) -> list[Verdict]:
+    names, missing = storyboard_events(log)
+    if not names or len(missing) < len(names) or overall(verdicts) != "PASS":
+        return []
+    which = f"none of its {len(names)} events" if len(names) > 1 else f"its only event {_printable(names[0])!r} never"
+    text = f"storyboard INCONCLUSIVE: {which} {'ever ' if len(names) > 1 else ''}fired"
+    return [Verdict("storyboard", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, "", None)]
+
+
 def _judge(gate: Gate, stage: str, log: Log, others: Mapping[str, Log]) -> Verdict:
     try:
         value = _evaluate(gate, stage, log, others)
@@ -103,7 +127,8 @@ def _judge(gate: Gate, stage: str, log: Log, others: Mapping[str, Log]) -> Verdi
         return _verdict(gate, "ERROR", None, f"the metric failed: {type(error).__name__}: {error}")
     if not value.valid or value.value is None:
         return _verdict(gate, "INCONCLUSIVE", value, value.reason)
-    return _verdict(gate, "PASS" if _margin(gate, value.value)[0] >= 0.0 else "FAIL", value, "")
+    missed: Status = find_metric(gate.metric).miss
+    return _verdict(gate, "PASS" if _margin(gate, value.value)[0] >= 0.0 else missed, value, "")
 
 
 def _evaluate(gate: Gate, stage: str, log: Log, others: Mapping[str, Log]) -> MetricValue:

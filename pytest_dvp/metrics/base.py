@@ -5,9 +5,12 @@ from __future__ import annotations
 import dataclasses
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 from pytest_dvp.log import FloatArray
+
+Miss: TypeAlias = Literal["FAIL", "INCONCLUSIVE"]
+"""What a broken bound on a metric means: the ADS failed, or what was to be tested did not take place."""
 
 
 class MetricError(ValueError):
@@ -83,6 +86,7 @@ class Metric:
     bigger_is_worse  direction; None if neither (a time lag)
     logs             1, or 2 for a comparison (model, measured)
     definition       its docstring: meaning, source, filter
+    miss             verdict of a broken bound: FAIL, or INCONCLUSIVE if it says that the test itself did not take place
     options          keyword arguments of the function with their defaults; REQUIRED for those without
     """
 
@@ -94,6 +98,7 @@ class Metric:
     note: str
     options: Mapping[str, Any]
     function: Callable[..., Measured]
+    miss: Miss = "FAIL"
 
     def __call__(self, *logs: Any, **options: Any) -> Measured:
         return self.function(*logs, **options)
@@ -104,7 +109,7 @@ REQUIRED = inspect.Parameter.empty
 
 
 def metric(
-    *, name: str, unit: str, bigger_is_worse: bool | None, note: str = ""
+    *, name: str, unit: str, bigger_is_worse: bool | None, note: str = "", miss: Miss = "FAIL"
 ) -> Callable[[Callable[..., Measured]], Metric]:
     """Make a metric of a function `f(log, *, options...)` or `f(model, measured, *, options...)`.
 
@@ -116,6 +121,6 @@ def metric(
         logs = sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
         options = {p.name: p.default for p in parameters if p.kind == p.KEYWORD_ONLY}
         text = inspect.cleandoc(function.__doc__ or "")
-        return Metric(name, unit, bigger_is_worse, logs, text, note, options, function)
+        return Metric(name, unit, bigger_is_worse, logs, text, note, options, function, miss)
 
     return wrap

@@ -11,6 +11,14 @@ def first_time(log: Log, kind: str) -> float | None:
     return min((event.t for event in log.events if event.kind == kind), default=None)
 
 
+def storyboard_events(log: Log) -> tuple[list[str], list[str]]:
+    """Names of the scenario's events as meta `storyboard_events` lists them, and of those that never fired."""
+    declared = log.meta.get("storyboard_events")
+    names = [str(name) for name in declared] if isinstance(declared, list | tuple) else []
+    fired = {e.element for e in log.events if e.kind == "story.event" and "running" in e.text.lower()}
+    return names, [name for name in names if name not in fired]
+
+
 @metric(name="completion_time", unit="s", bigger_is_worse=True)
 def completion_time(log: Log) -> Measured:
     """Time from the start zone to the goal: from the event "start", or the first sample, to the first event "goal".
@@ -24,7 +32,7 @@ def completion_time(log: Log) -> Measured:
     return Measured(goal - (float(log.t[0]) if start is None else start), goal)
 
 
-@metric(name="goal_reached", unit="-", bigger_is_worse=False)
+@metric(name="goal_reached", unit="-", bigger_is_worse=False, miss="INCONCLUSIVE")
 def goal_reached(log: Log) -> Measured:
     """1 if the ego reached the goal of its task, else 0. Undefined if the task has no goal."""
     goal = first_time(log, "goal")
@@ -43,17 +51,14 @@ def scenario_ended(log: Log) -> Measured:
     return Measured(1.0, min(ends)) if ends else Measured(0.0, float(log.t[-1]))
 
 
-@metric(name="events_fired", unit="-", bigger_is_worse=True)
+@metric(name="events_fired", unit="-", bigger_is_worse=True, miss="INCONCLUSIVE")
 def events_fired(log: Log) -> Measured:
     """Number of storyboard events that never fired; bound it with `max = 0`.
 
     The scenario's events are those that meta `storyboard_events` lists (names as in the log's "story.event" events);
     one fired if it was running once. Undefined if the scenario has none.
     """
-    declared = log.meta.get("storyboard_events")
-    names = [str(name) for name in declared] if isinstance(declared, list | tuple) else []
+    names, missing = storyboard_events(log)
     if not names:
         raise Undefined("the scenario has no storyboard events (meta: storyboard_events)")
-    fired = {e.element for e in log.events if e.kind == "story.event" and "running" in e.text.lower()}
-    missing = [name for name in names if name not in fired]
     return Measured(float(len(missing)), None, missing[0] if missing else "")
