@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pytest_dvp.assertions import assert_matches
-    from pytest_dvp.fuzz import Variant, scenario_variants
+    from pytest_dvp.fuzz import scenario_variants
     from pytest_dvp.log import Log
     from pytest_dvp.run import RunResult, run
+    from pytest_dvp.variant import Variant
 
 __all__ = ["Log", "RunResult", "Variant", "assert_matches", "run", "scenario_variants"]
 
@@ -16,7 +17,7 @@ __all__ = ["Log", "RunResult", "Variant", "assert_matches", "run", "scenario_var
 _HOMES = {
     "Log": "pytest_dvp.log",
     "RunResult": "pytest_dvp.run",
-    "Variant": "pytest_dvp.fuzz",
+    "Variant": "pytest_dvp.variant",
     "assert_matches": "pytest_dvp.assertions",
     "run": "pytest_dvp.run",
     "scenario_variants": "pytest_dvp.fuzz",

@@ -8,34 +8,25 @@ import re
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from hypothesis import strategies as st
+
+from pytest_dvp.variant import Value, Variant
 
 if TYPE_CHECKING:
     from openscenario.model.declarations import ParameterDeclaration, ValueConstraint, ValueConstraintGroup
     from pytest_dvp.prepare import Request
 
-Value: TypeAlias = float | int | str | bool
-
 _STEPS = 50  # least number of values between the ends of a range: fine enough to find, coarse enough to read
 _STRINGS = ("string", "dateTime", "boolean")
 
 
+__all__ = ["FuzzError", "Variant", "keep", "scenario_variants"]
+
+
 class FuzzError(ValueError):
     """A scenario that cannot be varied; one line."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Variant:
-    """A scenario with some of its declared parameters changed; `values` holds only those that are not nominal."""
-
-    scenario: Path
-    values: Mapping[str, Value]
-
-    def __repr__(self) -> str:
-        changed = "".join(f", {name}={value!r}" for name, value in self.values.items())
-        return f"Variant({self.scenario.name}{changed})"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -67,16 +58,10 @@ def scenario_variants(scenario: str | Path, only: Sequence[str] | None = None) -
     return st.deferred(build)
 
 
-def searching() -> bool:
-    """True inside a `@given` test: many runs, of which only a failing one is worth a folder."""
-    hypothesis = sys.modules.get("hypothesis")
-    return bool(hypothesis is not None and hypothesis.currently_in_test_context())
-
-
 def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) -> str:
     """Write the variant as a runnable .xosc below the folder `runs` and return the command that replays it.
 
-    options: those of `pytest_dvp.run.run` it was driven with, without `ads`, for which a command has no word.
+    options: those of `pytest_dvp.run.run` it was driven with.
     One file a test: Hypothesis ends with the smallest failing variant, and that is the one that stays.
     """
     from openscenario.findings import ScenarioError
@@ -100,6 +85,7 @@ def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) ->
 
 
 def _request(variant: Variant, options: Mapping[str, Any]) -> Request:
+    from pytest_dvp.driving_stack import find_ads
     from pytest_dvp.prepare import Request
 
     parameters = {**variant.values, **(options.get("parameters") or {})}
@@ -116,6 +102,7 @@ def _request(variant: Variant, options: Mapping[str, Any]) -> Request:
         library=tuple(options.get("library") or ()),
         rootdir=options.get("rootdir"),
         ego=options.get("ego"),
+        ads=find_ads(options.get("ads"), [rootdir] if (rootdir := options.get("rootdir")) is not None else []),
     )
 
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 import msgspec
 
 from openscenario.road.route import RouteError
+from pytest_dvp.driving_stack import AdsFault
 from pytest_dvp.ego import route_from_here
 from pytest_dvp.terrain import Grounded, Terrain
 from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPoint, SignalState, Surroundings, Task
@@ -36,7 +37,10 @@ Ending = Literal["stop", "goal", "timeout", "collision", "wall", "fault"]
 
 
 class Driver(Protocol):
-    """A driving stack: one observation in, one command out, 20 times a second."""
+    """A driving stack: one observation in, one command out, 20 times a second.
+
+    Only `tick` is asked of a stack of one's own; `pytest_dvp.driving_stack` adds the rest.
+    """
 
     @property
     def trace(self) -> Mapping[str, float]: ...
@@ -62,7 +66,7 @@ class Limits:
 class Loop:
     """One run; `drive` runs it to its end and says which end that was.
 
-    error: the traceback of a stack or vehicle that broke, after an end by "fault".
+    error: the traceback of a stack or vehicle that broke, or the one line of what it did wrong, after a "fault".
     """
 
     def __init__(self, ready: Ready, limits: Limits) -> None:
@@ -105,7 +109,7 @@ class Loop:
             try:
                 rows = self._advance(t, around, state)
             except Exception as error:  # the thing under test broke: a finding of this run, not of the harness
-                self.error = traceback.format_exc()
+                self.error = str(error) if isinstance(error, AdsFault) else traceback.format_exc()
                 self._recorder.event(t, "fault", type(error).__name__, str(error).split("\n")[0])
                 self._vehicle.stop()
                 return self._end(t, "fault")

@@ -18,12 +18,13 @@ def declared_names(path: Path) -> tuple[str, ...]:
 def check_overrides(path: Path, assignments: Assignments, option: str = "--set") -> None:
     """Raises SettingError for an unknown name (with the nearest one) or a value outside its range or constraints."""
     if assignments.scenario:
-        _check_declared(path, assignments.scenario, option)
+        check_declared(path, assignments.scenario, option)
     check_stack_parameters(assignments.P, option)
     check_simulator_parameters(assignments.S, option)
 
 
-def _check_declared(path: Path, values: Mapping[str, str], option: str) -> None:
+def check_declared(path: Path, values: Mapping[str, str], option: str = "--set") -> None:
+    """Raises SettingError unless a scenario declares `values` and its constraints allow them."""
     from openscenario.parameters import allows, constraints
     from openscenario.read import read_declarations
 

@@ -21,6 +21,7 @@ from openscenario.road.network import RoadNetwork, load_network
 from openscenario.road.route import RouteError
 from openscenario.storyboard.engine import Storyboard
 from pytest_dvp.body import fitted_model
+from pytest_dvp.driving_stack import find_ads, make_driver
 from pytest_dvp.ego import EgoTask, find_ego, task_of
 from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
@@ -31,8 +32,8 @@ from vehicle.adapter import Vehicle
 from vehicle.messages import FloatArray, RoadPoint, VehicleState
 
 if TYPE_CHECKING:
+    from pytest_dvp.driving_stack import Ads
     from pytest_dvp.loop import Driver
-    from pytest_dvp.run import DriverFactory
 
 KEPT_LANE = 2000  # m of reference line ahead of an ego without a goal, a point every metre
 
@@ -52,6 +53,7 @@ class Request:
     library: tuple[Path, ...]
     rootdir: Path | None
     ego: str | None
+    ads: Ads | None = None  # None: the reference stack
 
 
 @dataclasses.dataclass(frozen=True)
@@ -75,7 +77,7 @@ class Ready:
         self.world.close()
 
 
-def prepare(request: Request, ads: DriverFactory | None) -> Ready:
+def prepare(request: Request) -> Ready:
     """Read and check everything. Raises what `pytest_dvp.run.run` says."""
     from ads.parameters import preset
 
@@ -96,12 +98,8 @@ def prepare(request: Request, ads: DriverFactory | None) -> Ready:
         check_place(network, task.goal, gates.file)
     state = VehicleState(t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed)
     vehicle.reset(state)
-    if ads is None:
-        from ads.stack import Stack
-
-        driver: Driver = Stack(P, network, vehicle.description)
-    else:
-        driver = ads(P, network, vehicle.description)
+    chosen = request.ads or find_ads()
+    driver: Driver = make_driver(chosen, P, network, vehicle.description)
     meta = {
         "scenario": request.path.name,
         "scenario_sha256": scenario.sha256,
@@ -109,6 +107,7 @@ def prepare(request: Request, ads: DriverFactory | None) -> Ready:
         "parameters": {declared.name: declared.value for declared in scenario.parameter_declarations},
         "P": P.as_dict(),
         "S": {name: str(value) for name, value in request.S.items()},
+        "ads": chosen.name,
         "seed": request.seed,
         "stage": request.stage,
         "versions": versions(),

@@ -10,10 +10,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from pytest_dvp.driving_stack import find_ads
 from pytest_dvp.log import Log
-from pytest_dvp.loop import Driver, Ending, Limits, Loop
+from pytest_dvp.loop import Ending, Limits, Loop
 from pytest_dvp.paths import shown
-from pytest_dvp.settings import Assignments
+from pytest_dvp.settings import REFERENCE, Assignments
 from pytest_dvp.stages import check_stage
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from pytest_dvp.gates import Verdict
     from vehicle.messages import VehicleDescription
 
-DriverFactory: TypeAlias = "Callable[[Parameters, RoadNetwork, VehicleDescription], Driver]"
+DriverFactory: TypeAlias = "Callable[[Parameters, RoadNetwork, VehicleDescription], object] | Callable[[], object]"
 
 DURATION = 60.0  # s, of a run that nothing else ends
 DURATION_TO_GOAL = 300.0  # s, of a run that has a goal to reach
@@ -35,8 +36,12 @@ class RunResult:
     status    PASS only if at least one gate was judged and all of them passed
     folder    run folder with log.mcap, result.json and report.html, if one was asked for
     scenario  the file as a command line names it; line: its storyboard
+    ads       name of the driving stack
+    ended     what ended the run, as a phrase: "the stop trigger", "the default limit of 60 s (--duration)"
+    metrics   all metrics of the log by name, whether a gate judges them or not; None where undefined
     error     traceback of a stack or vehicle that broke, or the limit that ended the run
-    notes     what in the scenario is doubtful: events that never fired, acts that never ended
+    notes     what is bad and was not judged; what in the scenario is doubtful: events that never fired, acts that
+              never ended
     """
 
     log: Log
@@ -46,8 +51,10 @@ class RunResult:
     scenario: str
     line: int
     stage: str
+    ads: str
     seed: int
     ending: Ending
+    ended: str
     set: Mapping[str, str]
     replay: str
     metrics: Mapping[str, float | None]
@@ -60,9 +67,11 @@ class RunResult:
             "scenario": self.scenario,
             "line": self.line,
             "stage": self.stage,
+            "ads": self.ads,
             "seed": self.seed,
             "status": self.status,
             "ending": self.ending,
+            "ended": self.ended,
             "simulated": self.log.duration,
             "set": dict(self.set),
             "verdicts": [verdict.as_dict() for verdict in self.verdicts],
@@ -90,7 +99,7 @@ def run(
     duration: float | None = None,
     wall_limit: float = 600.0,
     after_collision: float = 1.0,
-    ads: DriverFactory | None = None,
+    ads: DriverFactory | str | None = None,
     log_dir: Path | None = None,
 ) -> RunResult:
     """Drive one scenario with the ADS in the loop and judge it.
@@ -101,11 +110,13 @@ def run(
     duration         longest simulated time [s], > 0; default 60, or 300 if there is a goal to reach
     wall_limit       longest wall time [s]; a run that it ends is an ERROR
     after_collision  simulated time [s] from a collision to the end of the run
-    ads              factory of another driving stack: (parameters, network, description) -> Driver
+    ads              another driving stack: an entry point of `pytest_dvp.ads`, "module:Class", "file.py:Class", or
+                     the class or function itself; called with (parameters, network, description) if it takes them,
+                     else with nothing; needs `tick(observation) -> Command`, may have trace, path, detections
     log_dir          folder for a numbered run folder; None writes nothing
 
-    Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError: one line each about a user's
-    file or value, before anything runs or is written. A stack that breaks while it drives is an ERROR verdict.
+    Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError: one line each about
+    a user's file or value, before anything runs or is written. A stack that breaks while it drives is an ERROR verdict.
     """
     check_stage(stage)
     from pytest_dvp.prepare import Request, prepare
@@ -122,21 +133,24 @@ def run(
         library=tuple(library),
         rootdir=rootdir,
         ego=ego,
+        ads=find_ads(ads, [rootdir] if rootdir is not None else []),
     )
-    ready = prepare(request, ads)
+    ready = prepare(request)
     limit = duration if duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
     try:
         loop = Loop(ready, Limits(limit, wall_limit, after_collision))
         ending = loop.drive()
     finally:
         ready.close()
-    return _judged(request, ready, ending, loop.error, replay_command(request, duration), log_dir)
+    ended = _ended(ending, limit, "default " if duration is None else "", wall_limit)
+    return _judged(request, ready, (ending, ended), loop.error, replay_command(request, duration), log_dir)
 
 
 def _judged(
-    request: Any, ready: Any, ending: Ending, error: str | None, replay: str, log_dir: Path | None
+    request: Any, ready: Any, end: tuple[Ending, str], error: str | None, replay: str, log_dir: Path | None
 ) -> RunResult:
-    from pytest_dvp.gates import judge, overall
+    from pytest_dvp.gates import judge, overall, unjudged
+    from pytest_dvp.results import measure
 
     log = ready.recorder.finish()
     verdicts = tuple(judge(ready.gates, log))
@@ -150,19 +164,35 @@ def _judged(
         scenario=shown(request.path),
         line=ready.scenario.storyboard.at.line or 1,
         stage=request.stage,
+        ads=log.meta["ads"],
         seed=request.seed,
-        ending=ending,
+        ending=end[0],
+        ended=end[1],
         set=assigned(request),
         replay=replay,
-        metrics={verdict.metric: verdict.value for verdict in verdicts if verdict.metric},
+        metrics={
+            **{verdict.metric: verdict.value for verdict in verdicts if verdict.metric},
+            **{name: metric.value for name, metric in measure(log).items()},
+        },
         error=error,
-        notes=tuple(str(finding) for finding in ready.storyboard.report()),
+        notes=(*unjudged(verdicts, log), *(str(finding) for finding in ready.storyboard.report())),
     )
     if log_dir is None:
         return result
     from pytest_dvp.results import save_run
 
     return dataclasses.replace(result, folder=save_run(result, log_dir))
+
+
+def _ended(ending: Ending, limit: float, default: str, wall_limit: float) -> str:
+    return {
+        "stop": "the stop trigger",
+        "goal": "the goal",
+        "timeout": f"the {default}limit of {limit:g} s (--duration)",
+        "collision": "a collision",
+        "wall": f"the limit of {wall_limit:g} s of wall time (--wall-limit)",
+        "fault": "a fault",
+    }[ending]
 
 
 def _broken(error: str, t: float) -> Verdict:
@@ -182,8 +212,12 @@ def assigned(request: Any) -> dict[str, str]:
 
 
 def replay_command(request: Any, duration: float | None) -> str:
-    """The `dvp run` that does the same again."""
+    """The `dvp run` that does the same again, or why there is none."""
+    if request.ads is not None and request.ads.word is None:
+        return f"no command line can name the ADS {request.ads.name}; repeat the test or script that made it"
     words = ["dvp", "run", shown(request.path), "--seed", str(request.seed)]
+    if request.ads is not None and request.ads.word != REFERENCE:
+        words += ["--ads", request.ads.word]
     for name, value in sorted(assigned(request).items()):
         words += ["--set", f"{name}={value}"]
     for option, path in (("--model", request.model), ("--gates", request.gates)):

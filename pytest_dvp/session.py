@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from pytest_dvp.fixtures import current_item, note, note_variant, settings_of
-from pytest_dvp.settings import SettingError
+from pytest_dvp.settings import SettingError, is_users_mistake
 
 if TYPE_CHECKING:
-    from pytest_dvp.fuzz import Variant
     from pytest_dvp.run import RunResult
+    from pytest_dvp.variant import Variant
 
 
 class Session:
@@ -29,8 +29,16 @@ class Session:
     def __call__(self, scenario: str | Path | Variant, **options: Any) -> RunResult:
         """Drive a scenario or one of its variants; see `pytest_dvp.run.run` for the options."""
         __tracebackhide__ = True
-        from pytest_dvp.fuzz import Variant, searching
+        try:
+            return self._run(scenario, options)
+        except Exception as error:
+            if not is_users_mistake(error):
+                raise
+            raise error.with_traceback(None) from None  # what is wrong is the line of the test, not one of ours
+
+    def _run(self, scenario: str | Path | Variant, options: dict[str, Any]) -> RunResult:
         from pytest_dvp.run import run
+        from pytest_dvp.variant import Variant, searching
 
         settings, node = self._settings, current_item(self._config)
         variant = scenario if isinstance(scenario, Variant) else None
@@ -45,6 +53,7 @@ class Session:
             "library": settings.library,
             "rootdir": settings.rootdir,
             "ego": settings.ego,
+            "ads": settings.ads,
             "duration": settings.duration,
             "wall_limit": settings.wall_limit,
             "after_collision": settings.after_collision,
@@ -63,7 +72,12 @@ class Session:
 
         Raises SettingError naming the folders that were looked in.
         """
-        folders = [current_item(self._config).path.parent, self._settings.rootdir, *self._settings.scenarios]
+        if path.is_absolute():
+            if path.is_file():
+                return path
+            raise SettingError(f"no scenario {path}")
+        home = current_item(self._config).path.parent
+        folders = dict.fromkeys([home, self._settings.rootdir, *self._settings.scenarios])
         for folder in folders:
             if (folder / path).is_file():
                 return folder / path
@@ -72,10 +86,15 @@ class Session:
 
 
 def _declared_only(path: Path, assignments: Mapping[str, str]) -> Mapping[str, str]:
-    """Assignments of `--dvp-set` hold for the scenarios that declare the name; that one does, collection checked."""
+    """Assignments of `--dvp-set` hold for the scenarios that declare the name; that one does, collection checked.
+
+    Raises SettingError for a value outside the constraints.
+    """
     if not assignments:
         return {}
-    from pytest_dvp.override import declared_names
+    from pytest_dvp.override import check_declared, declared_names
 
     declared = declared_names(path)
-    return {name: value for name, value in assignments.items() if name in declared}
+    chosen = {name: value for name, value in assignments.items() if name in declared}
+    check_declared(path, chosen, "--dvp-set")
+    return chosen

@@ -13,10 +13,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-Kind = Literal["int", "float", "str", "path", "file", "flag", "assignments", "paths"]
+Kind = Literal["int", "float", "str", "path", "file", "flag", "ads", "assignments", "paths"]
 
 LISTS: tuple[Kind, ...] = ("assignments", "paths")
 STAGES: tuple[str, ...] = ("dt", "pe", "rw")
+REFERENCE = "reference"  # the driving stack that ships
 
 
 class SettingError(ValueError):
@@ -59,6 +60,9 @@ class Setting:
 
 SETTINGS: tuple[Setting, ...] = (
     Setting("seed", "int", 7, "seed of every random number of a run", "N", 0),
+    Setting(
+        "ads", "ads", REFERENCE, "driving stack: entry point of pytest_dvp.ads, module:Class or file.py:Class", "NAME"
+    ),
     Setting("model", "file", None, "vehicle model (TOML); default: the TABBY EVO", "FILE"),
     Setting("gates", "file", None, "gate file; default: NAME.gates.toml beside the scenario", "FILE"),
     Setting("library", "paths", (), "folder that scenarios may refer to, besides their own and the rootdir", "DIR"),
@@ -102,6 +106,7 @@ class Settings:
     """The values in force. Times [s]; `runs` and `rootdir` absolute."""
 
     seed: int = 7
+    ads: str = REFERENCE
     model: Path | None = None
     gates: Path | None = None
     library: tuple[Path, ...] = ()
@@ -178,6 +183,10 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
         return (base / text).absolute()
     if setting.kind == "file":
         return _file(base / text, origin)
+    if setting.kind == "ads" and text != REFERENCE:
+        from pytest_dvp.driving_stack import check_name
+
+        return check_name(text, origin, base)
     return text
 
 

@@ -1,0 +1,29 @@
+"""A variant of a scenario; apart from the strategies, so that a run does not load Hypothesis."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TypeAlias
+
+Value: TypeAlias = float | int | str | bool
+
+
+@dataclasses.dataclass(frozen=True)
+class Variant:
+    """A scenario with some of its declared parameters changed; `values` holds only those that are not nominal."""
+
+    scenario: Path
+    values: Mapping[str, Value]
+
+    def __repr__(self) -> str:
+        changed = "".join(f", {name}={value!r}" for name, value in self.values.items())
+        return f"Variant({self.scenario.name}{changed})"
+
+
+def searching() -> bool:
+    """True inside a `@given` test: many runs, of which only a failing one is worth a folder."""
+    hypothesis = sys.modules.get("hypothesis")
+    return bool(hypothesis is not None and hypothesis.currently_in_test_context())
