@@ -129,17 +129,21 @@ def look(path: Path, settings: Settings) -> Sight:
 
 
 def check_parameters(items: Sequence[pytest.Item], settings: Settings) -> None:
-    """Every `--dvp-set NAME=...` must be declared by at least one collected scenario.
+    """Every `--dvp-set NAME=VALUE` must be declared by a collected scenario, and allowed by all that declare it.
 
-    Raises SettingError with the nearest declared name.
+    Raises SettingError with the nearest declared name, or the allowed values.
     """
     from openscenario.read import read_declarations
+    from pytest_dvp.override import check_declared, declared_names
 
     paths = sorted({item.path for item in items if isinstance(item, ScenarioItem)})
     declared = {declaration.name for path in paths for declaration in read_declarations(path)}
     for name in settings.set.scenario:
         if name not in declared:
             raise SettingError(f"--dvp-set: {unknown('parameter', name, declared)}")
+    for path in paths:
+        here = declared_names(path)
+        check_declared(path, {n: v for n, v in settings.set.scenario.items() if n in here}, "--dvp-set")
 
 
 def refuse(items: Iterable[pytest.Item], why: str) -> None:
@@ -156,8 +160,20 @@ def header(items: Sequence[pytest.Item], settings: Settings) -> str:
     model = settings.model.name if settings.model else "tabby_evo.toml"
     files = len({item.path for item in scenarios})
     words = [f"dvp: {files} scenario{'s' if files != 1 else ''}", f"stage {', '.join(stages)}"]
-    words += ["vehicle twin", f"seed {settings.seed}", f"model {model}", *settings.set.words()]
+    words += [
+        "vehicle twin",
+        f"ADS {shown_name(settings.ads)}",
+        f"seed {settings.seed}",
+        f"model {model}",
+        *settings.set.words(),
+    ]
     return ", ".join(words)
+
+
+def shown_name(ads: str) -> str:
+    """The ADS without the folder of its file."""
+    file, colon, name = ads.rpartition(":")
+    return f"{Path(file).name}:{name}" if colon and file.endswith(".py") else ads
 
 
 def _same(first: Path, second: Path) -> bool:

@@ -14,10 +14,11 @@ import pytest
 from pytest_dvp.settings import Settings
 
 if TYPE_CHECKING:
-    from pytest_dvp.fuzz import Variant
     from pytest_dvp.run import RunResult
+    from pytest_dvp.variant import Variant
 
 SETTINGS_KEY = pytest.StashKey[Settings]()
+BROKEN_KEY = pytest.StashKey[list[bool]]()  # a collection error each: whether a scenario file is to blame
 ITEM_KEY = pytest.StashKey[pytest.Item]()
 VARIANT_KEY = pytest.StashKey["tuple[Variant | None, Mapping[str, Any]]"]()
 RESULTS_KEY = pytest.StashKey[list["dict[str, Any]"]]()
@@ -63,9 +64,11 @@ def gate(request: pytest.FixtureRequest) -> Gate:
 
     def judge(result: RunResult, metrics: Sequence[str] | None = None) -> None:
         __tracebackhide__ = True
-        from pytest_dvp.summary import failure
+        from pytest_dvp.summary import failure, on_condition
 
         plain = result.as_dict()
+        if metrics is not None:
+            plain["replay"] = on_condition(plain["replay"], metrics)
         message = failure(plain, metrics)
         if message is not None:
             note(current_item(config), plain)
@@ -111,10 +114,27 @@ def attach(item: pytest.Item, report: pytest.TestReport) -> None:
     report.dvp = results  # type: ignore[attr-defined]
     for result in results:
         head = f"{Path(result['scenario']).stem}." if len(results) > 1 else ""
-        numbers = [("verdict", result["status"]), ("seed", result["seed"]), ("stage", result["stage"])]
-        numbers += [(name, value) for name, value in sorted(result["metrics"].items()) if value is not None]
-        item.user_properties.extend((head + name, value) for name, value in numbers)
+        item.user_properties.extend((head + name, value) for name, value in properties(result))
     report.user_properties[:] = item.user_properties
+
+
+def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
+    """What JUnit holds of a run: verdict, conditions, all metrics, and unit, bound and margin of each gate's."""
+    found: list[tuple[str, object]] = [
+        (name, result.get(name)) for name in ("verdict", "seed", "stage", "ads", "ended")
+    ]
+    found[0] = ("verdict", result["status"])
+    found += [(f"set.{name}", value) for name, value in sorted(result.get("set", {}).items())]
+    found += sorted(result["metrics"].items())
+    seen: dict[str, int] = {}
+    for verdict in result["verdicts"]:
+        name = verdict["metric"] or verdict["gate"] or "gate"
+        seen[name] = seen.get(name, 0) + 1
+        again = f"-{seen[name]}" if seen[name] > 1 else ""  # the second bound on one metric, with other options
+        found += [(f"{name}{again}.{key}", verdict.get(key)) for key in ("status", "value", "unit", "bound", "margin")]
+    folder = result.get("folder")
+    found += [("report", f"{folder}/report.html" if folder else None), ("replay", result.get("replay"))]
+    return [(name, value) for name, value in found if value is not None]
 
 
 def _say_how_to_replay(item: pytest.Item, report: pytest.TestReport, results: Sequence[Mapping[str, Any]]) -> None:
@@ -124,6 +144,8 @@ def _say_how_to_replay(item: pytest.Item, report: pytest.TestReport, results: Se
         from pytest_dvp.fuzz import keep
 
         replay = keep(variant, options, settings_of(item.config).runs_folder, item.name)
+        if results and " --gate " in (condition := results[-1]["replay"]):  # of a gate(..., metrics=[...])
+            replay += " --gate " + condition.split(" --gate ", 1)[1]
     elif results:
         replay = results[-1]["replay"]
     else:

@@ -55,6 +55,7 @@ def pytest_configure(config: pytest.Config) -> None:
     for stage in STAGES:
         config.addinivalue_line("markers", f"{stage}: {STAGE_MEANING[stage]}")
     config.stash[SETTINGS_KEY] = _settings(config)
+    config.stash[fixtures.BROKEN_KEY] = []
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFile | None:
@@ -82,6 +83,28 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             if not hasattr(config, "workerinput"):
                 raise pytest.UsageError(str(error)) from None
             collect.refuse(items, str(error))  # a worker of xdist that ends here would take the session down
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """The runs folder holds results and failing variants: they are named one by one or not at all."""
+    return True if collection_path == config.stash[SETTINGS_KEY].runs_folder else None
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    report = yield
+    if report.failed:
+        collector.config.stash[fixtures.BROKEN_KEY].append(collector.path.suffix.lower() == ".xosc")
+    return report
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """A broken scenario is one error and the others still run; a broken test module interrupts as it always does."""
+    broken = session.config.stash[fixtures.BROKEN_KEY]
+    if session.items and broken and all(broken):
+        session.config.option.continue_on_collection_errors = True
 
 
 @pytest.hookimpl(tryfirst=True)

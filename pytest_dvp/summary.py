@@ -2,19 +2,23 @@
 
 Plain dicts in, lines out.
 A result is a dict as `RunResult.as_dict` makes it: scenario, line, stage, status, seed, verdicts (dicts of
-gates.Verdict), metrics {name: number or None}, folder, replay. Imports the standard library only.
+gates.Verdict), metrics {name: number or None}, folder, replay. Imports nothing heavy.
 """
 
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pytest_dvp.settings import REFERENCE, nearest
+
 Result = Mapping[str, Any]
 
 MAX_LINES = 20
+MAX_NOTES = 5
 ORDER = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
 
 
@@ -38,24 +42,36 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
     verdicts = [v for v in result["verdicts"] if metrics is None or v["metric"] in metrics or v["gate"] in metrics]
     missing = [name for name in metrics or () if not any(name in (v["metric"], v["gate"]) for v in verdicts)]
     bad = sorted((v for v in verdicts if v["status"] != "PASS"), key=_urgency)
+    measured = result.get("metrics", {})
     status = result["status"] if metrics is None else ("PASS" if verdicts and not missing else "INCONCLUSIVE")
     if not bad and status == "PASS":
         return None
-    lines = [reason(bad[0]) if bad else _no_verdict(status, missing)]
+    lines = [reason(bad[0]) if bad else _no_verdict(status, missing, result["verdicts"], measured)]
     lines += [f"  {clean(line)}" for line in str(result.get("error") or "").splitlines()]
     for verdict in bad:
         lines.append(f"  {verdict['status']} {clean(verdict['message'])}")
     passed = sum(v["status"] == "PASS" for v in verdicts)
+    lines += [f"  {clean(note)}" for note in result.get("notes", ()) if note.startswith("not judged:")]
     lines.append(f"  {passed} of {len(verdicts)} gates passed; {conditions(result)}")
+    if result.get("ended"):
+        lines.append(f"  ended by {clean(result['ended'])} at t={result['simulated']:.2f} s")
     if result.get("folder"):
         lines.append(f"  report: {clean(result['folder'])}/report.html")
     lines.append(f"  replay: {clean(result['replay'])}")
     return "\n".join(lines)
 
 
+def on_condition(replay: str, metrics: Sequence[str]) -> str:
+    """A replay command that judges these gates only; one that is no command stays what it is."""
+    if not replay.startswith("dvp run "):
+        return replay
+    return " ".join([replay, *(f"--gate {shlex.quote(name)}" for name in metrics)])
+
+
 def conditions(result: Result) -> str:
     """Scenario, stage, seed and the parameters that were set."""
     words = [f"{result['scenario']}", f"stage {result['stage']}", f"seed {result['seed']}"]
+    words += [f"ADS {result['ads']}"] if result.get("ads", REFERENCE) != REFERENCE else []
     words += [f"{name}={value}" for name, value in sorted(result.get("set", {}).items())]
     return clean(", ".join(words))
 
@@ -75,16 +91,26 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
     counts = {status: sum(verdict["status"] == status for _, _, verdict in rows) for status in ORDER}
     tally = ", ".join(f"{n} {status}" for status, n in counts.items() if n) or "nothing judged"
     out = [f"{_count(len(results), 'run')}, {_count(len(rows), 'gate')}: {tally}"]
-    room = limit - 2
+    said = notes(results)
+    room = limit - 2 - len(said)
     shown = rows if len(rows) <= room else rows[: room - 1]
     for _, case, verdict in shown:
         # Where a passed gate came nearest to its bound is in the report; here it would only break the line.
-        said = reason(verdict).split(" at t=")[0] if verdict["status"] == "PASS" else reason(verdict)
-        out.append(clean(f"{verdict['status']:<12} {_name(case)} {said}{_margin(verdict)}"))
+        why = reason(verdict).split(" at t=")[0] if verdict["status"] == "PASS" else reason(verdict)
+        out.append(clean(f"{verdict['status']:<12} {_name(case)} {why}{_margin(verdict)}"))
     if len(shown) < len(rows):
         out.append(f"... {len(rows) - len(shown)} more gates with larger margins")
+    out += said
     out.append(action(results))
     return out
+
+
+def notes(results: Sequence[Result], limit: int = MAX_NOTES) -> list[str]:
+    """What is bad and not judged, and what of the storyboards is doubtful; at most `limit` lines."""
+    found = [(case, note) for case in results for note in case.get("notes", ())]
+    found.sort(key=lambda pair: not pair[1].startswith("not judged:"))
+    said = list(dict.fromkeys(clean(f"{_name(case)}: {note}") for case, note in found))
+    return said if len(said) <= limit else [*said[: limit - 1], f"... {len(said) - limit + 1} more notes"]
 
 
 def action(results: Sequence[Result]) -> str:
@@ -149,9 +175,14 @@ def _reasons(case: Result) -> str:
     return "\n".join([*(reason(v) for v in bad), f"replay: {case['replay']}"]) if bad else str(case["status"])
 
 
-def _no_verdict(status: str, missing: Sequence[str]) -> str:
+def _no_verdict(
+    status: str, missing: Sequence[str], verdicts: Sequence[Mapping[str, Any]], measured: Mapping[str, Any]
+) -> str:
     if missing:
-        return f"{status}: no gate on {', '.join(missing)}"
+        names = {name for v in verdicts for name in (v["metric"], v["gate"]) if name} | set(measured)
+        near = {name: nearest(name, names) for name in missing if name not in names}
+        hints = [f"did you mean {right!r} for {name!r}?" for name, right in near.items() if right]
+        return "; ".join([f"{status}: no gate on {', '.join(missing)}", *hints])
     return f"{status}: no gate was judged, and nothing judged is never a PASS"
 
 

@@ -29,7 +29,7 @@ def test_a_catalogue_named_on_the_command_line_is_an_error(project: pytest.Pytes
 def test_a_broken_file_is_one_error_with_its_line_and_others_still_run(project: pytest.Pytester) -> None:
     cut = XOSC.index("<Storyboard>") + 40
     (project.path / "cut.xosc").write_text(XOSC[:cut])
-    result = project.runpytest_inprocess("--continue-on-collection-errors", ".")
+    result = project.runpytest_inprocess(".")
     result.stdout.re_match_lines([r".*cut\.xosc:\d+: error .*"])
     result.assert_outcomes(passed=1, failed=1, errors=1, skipped=4)
     assert "Traceback" not in result.stdout.str()
@@ -104,3 +104,26 @@ def test_a_scenario_without_storyboard_is_passed_over(tmp_path: Path, pytester: 
     (pytester.path / "vehicles.xosc").write_text(CATALOG)
     result = pytester.runpytest_inprocess("--collect-only", "-q", ".")
     assert sum("::" in line for line in result.outlines) == 3
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")])
+def test_a_broken_scenario_does_not_stop_the_others_but_a_broken_test_does(
+    project: pytest.Pytester, workers: tuple[str, ...]
+) -> None:
+    (project.path / "cut.xosc").write_text(XOSC[:900])
+    result = project.runpytest_subprocess("-m", "dt", *workers, ".")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.assert_outcomes(passed=1, failed=1, errors=1, deselected=0 if workers else 4)
+    if not workers:
+        project.makepyfile(test_broken="import no_such_module_of_ours")
+        result = project.runpytest_subprocess("-m", "dt", ".")
+        assert result.ret == pytest.ExitCode.INTERRUPTED
+        result.assert_outcomes(errors=2, deselected=4)
+
+
+def test_the_runs_folder_is_not_collected_but_a_variant_in_it_can_be_named(project: pytest.Pytester) -> None:
+    write_scenario(project.path / "runs" / "variants", "kept.xosc")
+    found = project.runpytest_inprocess("--collect-only", "-q", "-m", "dt", ".").outlines
+    assert [line for line in found if "::" in line] == ["bad.xosc::dt", "good.xosc::dt"]
+    found = project.runpytest_inprocess("--collect-only", "-q", "-m", "dt", "runs/variants/kept.xosc").outlines
+    assert [line for line in found if "::" in line] == ["runs/variants/kept.xosc::dt"]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.plugin.conftest import write_scenario
+
 HEAVY = ("numpy", "scipy", "pandas", "numba", "lxml", "hypothesis", "libsumo", "pymunk", "mcap", "plotly", "jinja2")
 
 PROBE = f"""
@@ -41,3 +43,17 @@ def test_every_option_has_an_ini_twin(pytester: pytest.Pytester) -> None:
     missing = [option for option in options if option[2:].replace("-", "_") not in text]
     assert options
     assert missing == []
+
+
+def test_a_run_in_a_plain_test_does_not_load_hypothesis(pytester: pytest.Pytester) -> None:
+    write_scenario(pytester.path)
+    pytester.makepyfile(
+        """
+        import sys
+
+        def test_it(run, gate):
+            gate(run("good.xosc", log_dir=None))
+            assert "hypothesis" not in sys.modules
+        """
+    )
+    pytester.runpytest_subprocess().assert_outcomes(passed=1)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.conftest import write_scenario
+from tests.plugin.conftest import FAKE_RUN, write_scenario
 
 
 def test_pe_and_rw_are_skipped_with_a_reason(project: pytest.Pytester) -> None:
@@ -49,7 +49,9 @@ def test_a_session_without_scenarios_says_nothing_of_dvp(pytester: pytest.Pytest
 
 def test_the_header_tells_the_conditions(project: pytest.Pytester) -> None:
     result = project.runpytest_inprocess("good.xosc", "--dvp-seed", "11")
-    result.stdout.fnmatch_lines(["dvp: 1 scenario, stage dt, pe, rw, vehicle twin, seed 11, model tabby_evo.toml"])
+    result.stdout.fnmatch_lines(
+        ["dvp: 1 scenario, stage dt, pe, rw, vehicle twin, ADS reference, seed 11, model tabby_evo.toml"]
+    )
 
 
 @pytest.mark.parametrize("workers", [(), ("-n", "2")])
@@ -63,6 +65,10 @@ def test_numbers_reach_junit(project: pytest.Pytester, workers: tuple[str, ...])
     properties = {p.get("name"): p.get("value") for p in cases["bad.xosc"].iter("property")}
     assert properties["max_ttc_inverse"] == "1.31"
     assert properties["verdict"] == "FAIL"
+    passed = {p.get("name"): p.get("value") for p in cases["good.xosc"].iter("property")}
+    gate = {key: passed[f"max_ttc_inverse.{key}"] for key in ("value", "unit", "bound", "margin")}
+    assert gate == {"value": "0.25", "unit": "1/s", "bound": "1.0", "margin": "0.75"}
+    assert (passed["seed"], passed["replay"]) == ("7", "dvp run good.xosc --seed 7")
 
 
 def test_results_survive_workers(project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,3 +126,22 @@ def test_a_missing_gate_never_passes(project: pytest.Pytester) -> None:
     result = project.runpytest_inprocess("test_a_missing_gate_never_passes.py")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*no gate on tet*"])
+    result.stdout.fnmatch_lines(["dvp run good.xosc --seed 7 --gate tet"])
+
+
+def test_a_misspelt_gate_is_told_the_nearest(project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "160")
+    project.makepyfile("def test_it(run, gate): gate(run('good.xosc'), metrics=['max_ttc_invers'])")
+    result = project.runpytest_inprocess("test_a_misspelt_gate_is_told_the_nearest.py")
+    result.stdout.fnmatch_lines(["*no gate on max_ttc_invers; did you mean 'max_ttc_inverse' *"])
+
+
+def test_notes_of_runs_are_shown_at_most_five_lines_what_is_not_judged_first(project: pytest.Pytester) -> None:
+    notes = [f"x.xosc:{k}: event 'E{k}' never fired" for k in range(8)] + ["not judged: road_departure 1.00 s"]
+    project.makeconftest(FAKE_RUN.replace('"set": {}', f'"notes": {notes!r}, "set": {{}}'))
+    lines = project.runpytest_inprocess("good.xosc").outlines
+    start = next(i for i, line in enumerate(lines) if line.startswith("PASS  "))
+    assert lines[start + 1] == "good.xosc::dt: not judged: road_departure 1.00 s"
+    assert lines[start + 2] == "good.xosc::dt: x.xosc:0: event 'E0' never fired"
+    assert lines[start + 5] == "... 5 more notes"
+    assert lines[start + 6].startswith("see it again")

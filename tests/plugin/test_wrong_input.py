@@ -136,3 +136,39 @@ def test_json_is_one_document_also_for_wrong_input(
     (document,) = capsys.readouterr().out.splitlines()
     assert '"line": ' in document
     assert "Egon" in document
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        ('run("x.xosc", parameters={"ego_sped": 3})', "'ego_sped'"),
+        ('run("nowhere.xosc")', "no scenario nowhere.xosc; looked in"),
+        ('run("x.xosc", ads="referense")', "did you mean 'reference'?"),
+    ],
+)
+def test_a_mistake_in_a_test_shows_the_line_of_the_test_and_none_of_ours(
+    call: str, says: str, written: Callable[[str], Wrong], pytester: pytest.Pytester
+) -> None:
+    written("unknown-parameter")
+    pytester.makepyfile(test_mine=f"def test_it(run):\n    {call}")
+    result = pytester.runpytest_inprocess("test_mine.py")
+    result.assert_outcomes(failed=1)
+    shown = result.stdout.str()
+    assert f">       {call}" in shown.replace(">   ", ">       ") or call in shown
+    assert says in shown
+    assert "session.py" not in shown
+    assert "def _run" not in shown
+
+
+def test_a_value_out_of_range_blames_the_option(written: Callable[[str], Wrong], pytester: pytest.Pytester) -> None:
+    written("outside-its-constraint")
+    result = pytester.runpytest_inprocess("x.xosc", "-m", "dt", "--dvp-set", "ego_speed=100")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --dvp-set ego_speed: found 100; allowed: >= 2.0 and <= 6.0"])
+
+
+def test_an_unknown_stack_is_a_usage_error(written: Callable[[str], Wrong], pytester: pytest.Pytester) -> None:
+    written("unknown-parameter")
+    result = pytester.runpytest_inprocess("x.xosc", "--dvp-ads", "referense")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --dvp-ads: unknown ADS 'referense', did you mean 'reference'?*"])
