@@ -95,7 +95,7 @@ def write_run(
         log.save(hidden / "log.mcap")
         metrics = measure(log)
         result = {**(more or {}), **result_of(log, verdicts, metrics, status=status)}
-        _write(hidden / "result.json", _json(_without_series(result)))
+        write_result(hidden / "result.json", result)
         if report:
             write_report(hidden / "report.html", log, result)
         final = root / f"{number:04d}-{_slug(name)}-{stage}"
@@ -108,6 +108,11 @@ def write_run(
         shutil.rmtree(hidden, ignore_errors=True)
         raise
     return final
+
+
+def write_result(path: Path, result: Mapping[str, Any]) -> None:
+    """Write result.json, by rename. `result` as from `result_of`, with whatever else is known of the run."""
+    _write(path, _json(_without_series(result)))
 
 
 def write_report(path: Path, log: Log, result: Mapping[str, Any]) -> None:

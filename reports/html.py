@@ -47,7 +47,7 @@ def write_run_report(
 
     Args:
         result: {"status", "scenario", "stage", "seed", "verdicts": [mapping], "metrics": {name: {"value", "unit", "t",
-            "object", "valid", "series": {"t", "value"} or None}}}.
+            "object", "valid", "series": {"t", "value"} or None}}}; if known also "notes": [str], "ended": str.
         columns: equally long arrays by name: `t` [s], `x`, `y` [m], `yaw` [rad], `v` [m/s], ... NaN = not measured.
         objects: true boxes: name, kind, length, width [m] and arrays t [s], x, y (box centre [m]), yaw [rad].
         detections: table of detected boxes: arrays t, kind, x, y, yaw, length, width.

@@ -1,16 +1,25 @@
-"""The storyboard alone with default controllers, no ADS: positions as CSV, transitions as events."""
+"""The storyboard alone with default controllers, no ADS: positions as CSV, transitions as events.
+
+Without --csv and --events a summary: how it ended, which events fired when, how far each entity came.
+"""
 
 from __future__ import annotations
 
 import argparse
 import csv
+import json
 import math
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, existing, settings_from
+
+if TYPE_CHECKING:
+    from openscenario.model.scenario import Scenario
+    from openscenario.storyboard.play import Played, Row
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,9 +50,44 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.events:
         steps = ((_six(e.time), e.element, e.from_state, e.transition, e.to_state) for e in played.transitions)
         _write(arguments.events, ("time", "element", "from", "transition", "to"), steps)
+    if arguments.json:
+        print(json.dumps(_summary(scenario, played), ensure_ascii=False))
+    elif not arguments.csv and not arguments.events:
+        print(_text(path, _summary(scenario, played)))
     for finding in played.findings:
         print(finding, file=sys.stderr)
     return 0
+
+
+def _summary(scenario: Scenario, played: Played) -> dict[str, Any]:
+    """How it ended, the first start of each event (None: never), and each entity's way."""
+    from pytest_dvp.prepare import event_names
+
+    fired: dict[str, float | None] = dict.fromkeys(event_names(scenario))
+    for step in played.transitions:
+        if step.kind == "event" and step.to_state == "runningState" and fired.get(step.element) is None:
+            fired[step.element] = step.time
+    ways: dict[str, dict[str, float]] = {}
+    last: dict[str, Row] = {}
+    for row in played.rows:
+        way = ways.setdefault(row.entity, {"distance": 0.0, "max_speed": 0.0, "speed": 0.0})
+        if row.entity in last:
+            way["distance"] += math.hypot(row.x - last[row.entity].x, row.y - last[row.entity].y)
+        way["max_speed"], way["speed"] = max(way["max_speed"], row.speed), row.speed
+        last[row.entity] = row
+    ended = "stop trigger" if played.stopped else "duration"
+    return {"time": played.time, "ended": ended, "events": fired, "entities": ways}
+
+
+def _text(path: Path, summary: Mapping[str, Any]) -> str:
+    lines = [f"{path}: {summary['time']:.2f} s played, ended by the {summary['ended']}"]
+    for name, way in summary["entities"].items():
+        speeds = f"up to {way['max_speed']:.2f} m/s, {way['speed']:.2f} m/s at the end"
+        lines.append(f"  {name}: {way['distance']:.1f} m, {speeds}")
+    for name, time in summary["events"].items():
+        lines.append(f"  event {name}: " + ("never fired" if time is None else f"fired at {time:.2f} s"))
+    lines.append(f"for rows: dvp play {path} --csv FILE --events FILE (- for stdout)")
+    return "\n".join("".join(c if c.isprintable() else "?" for c in line) for line in lines)
 
 
 def _step(text: str) -> float:

@@ -1,14 +1,16 @@
-"""Judge a log again and write its report.html beside it."""
+"""Judge a log again and write its report.html beside it, and its result.json if it has one, so that both agree."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, existing, settings_from
+from pytest_dvp.paths import shown
 
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
@@ -29,10 +31,14 @@ def execute(arguments: argparse.Namespace) -> int:
     if not out.parent.is_dir():
         raise WrongArgument(f"--out {out}: no folder {out.parent}")
     from pytest_dvp.log import Log
-    from pytest_dvp.results import write_report
+    from pytest_dvp.results import write_report, write_result
 
     log = Log.load(path)
-    result = _result(log, path.with_name("result.json"), settings.gates)
+    stored = path.with_name("result.json")
+    result = _result(log, stored, settings.gates)
+    beside = out.absolute().parent == path.absolute().parent
+    if beside and (named.is_dir() or stored.is_file()):
+        write_result(stored, result)
     write_report(out, log, result)
     if arguments.json:
         print(json.dumps({"report": str(out), "status": result["status"], "verdicts": result["verdicts"]}))
@@ -44,15 +50,37 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _result(log: Log, stored: Path, gates: Path | None) -> dict[str, Any]:
     """The verdicts of the run as they were given, or new ones by `gates`; metrics with their courses from the log."""
-    from pytest_dvp.gates import default_gates, judge, read_gates
+    from pytest_dvp.gates import default_gates, judge, read_gates, unjudged
     from pytest_dvp.results import measure, result_of
 
-    chosen = read_gates(gates) if gates is not None else default_gates()
-    result = result_of(log, judge(chosen, log), measure(log))
-    if gates is None and stored.is_file():
-        try:
-            kept = json.loads(stored.read_text(encoding="utf-8"))
-            result.update({key: kept[key] for key in ("status", "verdicts")})
-        except (ValueError, KeyError, TypeError):
-            raise WrongArgument(f"{stored}: no result of a run; judge again with --gates FILE") from None
+    kept = _kept(stored) if stored.is_file() else {}
+    verdicts = judge(read_gates(gates) if gates is not None else default_gates(), log)
+    result = {**kept, **result_of(log, verdicts, measure(log))}
+    if gates is None and kept:
+        result.update({key: kept[key] for key in ("status", "scenario", "verdicts")})
+        return result
+    doubts = [note for note in kept.get("notes", ()) if not note.startswith("not judged:")]
+    result["notes"] = [*unjudged(verdicts, log), *doubts]
+    broken = [verdict for verdict in kept.get("verdicts", ()) if kept.get("error") and not verdict["metric"]]
+    if broken:  # a run that broke off stays one, whatever its gates say
+        result["verdicts"], result["status"] = [*broken[:1], *result["verdicts"]], "ERROR"
+    if str(kept.get("replay", "")).startswith("dvp run ") and gates is not None:
+        result["replay"] = _with_gates(kept["replay"], shown(gates))
+    result["scenario"] = kept.get("scenario", result["scenario"])
     return result
+
+
+def _kept(stored: Path) -> dict[str, Any]:
+    try:
+        kept = json.loads(stored.read_text(encoding="utf-8"))
+        return {**kept, **{key: kept[key] for key in ("status", "verdicts", "scenario")}}
+    except (ValueError, KeyError, TypeError):
+        raise WrongArgument(f"{stored}: no result of a run; delete it to judge the log anew") from None
+
+
+def _with_gates(replay: str, gates: str) -> str:
+    words = shlex.split(replay)
+    if "--gates" in words:
+        at = words.index("--gates")
+        del words[at : at + 2]
+    return shlex.join([*words, "--gates", gates])

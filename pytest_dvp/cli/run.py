@@ -1,22 +1,25 @@
-"""One scenario with the ADS in the loop: metrics, verdicts, a run folder with log and report."""
+"""Scenarios with the ADS in the loop: metrics, verdicts, a run folder with log and report for each."""
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import math
 import sys
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import add_json, add_settings, existing, settings_from
-from pytest_dvp.settings import STAGES, SettingError, unknown
+from pytest_dvp.settings import REFERENCE, STAGES, SettingError, Settings, is_users_mistake, unknown
 
 if TYPE_CHECKING:
     from pytest_dvp.run import RunResult
 
 SETTINGS = (
+    "ads",
     "seed",
     "set",
     "model",
@@ -29,28 +32,65 @@ SETTINGS = (
     "runs",
 )
 
+NOT_JUDGED = "not judged:"
 PATIENCE = 8.0  # s of wall time before a silent run says why it may take long
 FIRST_RUN = "  still at it; the first run after an installation compiles for about a minute, once"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scenario", metavar="X.xosc")
+    parser.add_argument("scenarios", nargs="+", metavar="X.xosc")
     parser.add_argument("--stage", default="dt", help="dt (pe and rw need a vehicle adapter)")
     parser.add_argument("--no-report", action="store_true", help="judge only, write no run folder")
+    parser.add_argument(
+        "--gate", action="append", metavar="METRIC", help="let only the gates on this metric decide; may be repeated"
+    )
     add_settings(parser, SETTINGS)
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    path = existing(arguments.scenario, "scenario")
+    paths = [existing(text, "scenario") for text in arguments.scenarios]
     settings = settings_from(arguments)
     if arguments.stage not in STAGES:
         raise SettingError(f"--stage: {unknown('stage', arguments.stage, STAGES)}")
-    from pytest_dvp.override import check_overrides
+    from pytest_dvp.driving_stack import find_ads
+    from pytest_dvp.stages import StageError, check_stage
+
+    try:
+        check_stage(arguments.stage)
+    except StageError as error:
+        raise SettingError(f"--stage {arguments.stage}: {error}") from None
+    _check_gates(arguments.gate or ())
+    shares = _shares(paths, settings)
+    find_ads(settings.ads, [settings.rootdir])
+    documents: list[Any] = []
+    passed = True
+    for path, parameters in zip(paths, shares, strict=True):
+        try:
+            result = _drive(path, arguments, settings, parameters)
+        except Exception as error:
+            if len(paths) == 1 or not is_users_mistake(error):
+                raise
+            print(error, file=sys.stderr)  # the other scenarios can still run
+            findings = [finding.as_dict() for finding in getattr(error, "findings", ())]
+            documents.append({"scenario": str(path), "status": "ERROR", "error": str(error), "findings": findings})
+            passed = False
+            continue
+        passed = _passes(result, arguments.gate) and passed
+        documents.append(_finite(result.as_dict()))
+        if not arguments.json:
+            print(table(result, arguments.gate), flush=True)
+    if arguments.json:
+        print(json.dumps(documents if len(paths) > 1 else documents[0], ensure_ascii=False))
+    return 0 if passed else 1
+
+
+def _drive(path: Path, arguments: argparse.Namespace, settings: Settings, parameters: Mapping[str, str]) -> RunResult:
+    from openscenario.findings import ScenarioError
     from pytest_dvp.run import run
 
-    check_overrides(path, settings.set)
-    print(f"dvp run: {path}, stage {arguments.stage}, seed {settings.seed}", file=sys.stderr)
+    ads = "" if settings.ads == REFERENCE else f", ADS {settings.ads}"
+    print(f"dvp run: {path}, stage {arguments.stage}, seed {settings.seed}{ads}", file=sys.stderr)
     notice = threading.Timer(PATIENCE, print, (FIRST_RUN,), {"file": sys.stderr, "flush": True})
     notice.daemon = True
     notice.start()
@@ -59,7 +99,7 @@ def execute(arguments: argparse.Namespace) -> int:
             path,
             stage=arguments.stage,
             seed=settings.seed,
-            parameters=settings.set.scenario,
+            parameters=parameters,
             P=settings.set.P,
             S=settings.set.S,
             model=settings.model,
@@ -67,32 +107,77 @@ def execute(arguments: argparse.Namespace) -> int:
             library=settings.library,
             rootdir=settings.rootdir,
             ego=settings.ego,
+            ads=settings.ads,
             duration=settings.duration,
             wall_limit=settings.wall_limit,
             after_collision=settings.after_collision,
             log_dir=None if arguments.no_report else settings.runs_folder,
         )
+    except ScenarioError as error:
+        if settings.ego is None or [finding.code for finding in error.findings] != ["dvp.ego"]:
+            raise
+        raise SettingError(f"--ego {settings.ego}: {error.findings[0].message}") from None
     finally:
         notice.cancel()
     for note in result.notes:
-        print(note, file=sys.stderr)
-    print(json.dumps(_finite(result.as_dict()), ensure_ascii=False) if arguments.json else table(result))
-    return 0 if result.status == "PASS" else 1
+        if not note.startswith(NOT_JUDGED):
+            print(note, file=sys.stderr)
+    return result
 
 
-def table(result: RunResult) -> str:
-    """The verdicts of a run as text, worst first, and where its report is."""
-    from pytest_dvp.summary import clean, reason, worst_first
+def _shares(paths: Sequence[Path], settings: Settings) -> list[dict[str, str]]:
+    """Of `--set` what each scenario declares; with several, a name must be declared by at least one of them."""
+    from pytest_dvp.override import check_overrides, declared_names
+
+    if len(paths) == 1 or not settings.set.scenario:
+        check_overrides(paths[0], settings.set)
+        return [dict(settings.set.scenario) for _ in paths]
+    declared = [declared_names(path) for path in paths]
+    known = {name for names in declared for name in names}
+    for name in settings.set.scenario:
+        if name not in known:
+            raise SettingError(f"--set: {unknown('parameter', name, known)}")
+    shares = [{n: v for n, v in settings.set.scenario.items() if n in names} for names in declared]
+    for path, share in zip(paths, shares, strict=True):
+        check_overrides(path, dataclasses.replace(settings.set, scenario=share))
+    return shares
+
+
+def _check_gates(names: Sequence[str]) -> None:
+    if names:
+        from pytest_dvp.metrics import MetricError, find_metric
+
+        for name in names:
+            try:
+                find_metric(name)
+            except MetricError as error:
+                raise SettingError(f"--gate: {error}") from None
+
+
+def _passes(result: RunResult, only: Sequence[str] | None) -> bool:
+    from pytest_dvp.summary import failure
+
+    return result.status == "PASS" if only is None else failure(result.as_dict(), only) is None
+
+
+def table(result: RunResult, only: Sequence[str] | None = None) -> str:
+    """The verdicts of a run as text, worst first, and where its report is; `only` those metrics decide."""
+    from pytest_dvp.summary import clean, on_condition, reason, worst_first
 
     plain = result.as_dict()
     said = f"{plain['scenario']} [{plain['stage']}]: {plain['status']}"
-    lines = [clean(f"{said} after {plain['simulated']:.2f} s simulated, ended by {plain['ending']}")]
+    lines = [clean(f"{said} after {plain['simulated']:.2f} s simulated, ended by {plain['ended']}")]
     lines += [f"  {v['status']:<12} {reason(v)}{_margin(v)}" for v in worst_first(plain["verdicts"])]
+    lines += [clean(f"  !! {note}") for note in plain["notes"] if note.startswith(NOT_JUDGED)]
+    if only is not None:
+        held = "holds" if _passes(result, only) else "does not hold"
+        lines.append(clean(f"  by {', '.join(only)} alone: it {held}"))
     if plain["error"]:
         lines += ["", *(clean(line) for line in plain["error"].strip().split("\n"))]
     if plain["folder"]:
         lines.append(clean(f"  report: {plain['folder']}/report.html"))
-    lines.append(clean(f"  replay: {plain['replay']}"))
+    replay = plain["replay"] if only is None else on_condition(plain["replay"], only)
+    lines.append(clean(f"  replay: {replay}"))
     return "\n".join(lines)
 
 

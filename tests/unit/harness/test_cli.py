@@ -144,6 +144,9 @@ def test_report_of_a_damaged_log_is_one_line(capsys: pytest.CaptureFixture[str])
         (["run"], "X.xosc"),
         (["run", "nowhere.xosc"], "nowhere.xosc: no such scenario"),
         (["run", "x.xosc", "--stage", "dtt"], "did you mean 'dt'?"),
+        (["run", "x.xosc", "--stage", "pe"], "--stage pe: stage 'pe' needs a vehicle adapter"),
+        (["run", "x.xosc", "--ego", "Hero"], "--ego Hero: unknown entity 'Hero'"),
+        (["run", "x.xosc", "--gate", "max_jrk"], "--gate: unknown metric 'max_jrk'; nearest is 'max_jerk'"),
         (["run", "x.xosc", "--seed", "1.5"], "--seed is '1.5', expected a whole number"),
         (["run", "x.xosc", "--model", "m.toml"], "m.toml"),
         (["run", "x.xosc", "--set", "ego_sped=3"], "did you mean 'ego_speed'?"),
@@ -155,7 +158,7 @@ def test_a_wrong_option_is_one_line_and_exit_2(
 ) -> None:
     scenario()
     assert main(words) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("dvp run: x.xosc")]
     assert says in line
     assert not Path("runs").exists()
 
@@ -164,3 +167,73 @@ def test_with_json_an_error_is_a_document_too(scenario: Write, capsys: pytest.Ca
     assert main(["run", str(scenario(UNKNOWN)), "--json"]) == 1
     document = json.loads(capsys.readouterr().out)
     assert document["findings"][0]["line"] is not None
+
+
+def test_run_says_that_the_default_limit_ended_it(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    never = ('value="3" rule="greaterThan"', 'value="900" rule="greaterThan"')
+    assert main(["run", str(scenario(never)), "--no-report"]) == 1
+    assert "ended by the default limit of 60 s (--duration)" in capsys.readouterr().out
+
+
+def test_run_notes_what_is_bad_and_not_judged(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario().with_name("x.gates.toml").write_text('[[gate]]\nmetric = "collision"\nmax = 0\n')
+    assert main(["run", "x.xosc", "--duration", "0.5"]) == 0
+    said = "not judged: scenario_ended 0 (no gate on it)"
+    assert f"  !! {said}" in capsys.readouterr().out.splitlines()
+    assert json.loads(Path("runs/0001-x-dt/result.json").read_text())["notes"] == [said]
+    assert said in Path("runs/0001-x-dt/report.html").read_text()
+
+
+def test_run_takes_several_scenarios_and_fails_if_one_does(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    scenario()
+    scenario(('value="3" rule="greaterThan"', 'value="2" rule="greaterThan"'), name="y.xosc")
+    scenario(UNKNOWN, name="z.xosc")
+    assert main(["run", "x.xosc", "y.xosc", "--no-report"]) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines() if "[dt]" in line] == ["x.xosc", "y.xosc"]
+    assert main(["run", "x.xosc", "z.xosc", "y.xosc", "--no-report", "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert [(one["scenario"], one["status"]) for one in found] == [
+        ("x.xosc", "PASS"), ("z.xosc", "ERROR"), ("y.xosc", "PASS"),
+    ]  # fmt: skip
+    assert found[1]["findings"][0]["line"] is not None
+
+
+def test_run_by_one_gate_alone(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["run", str(scenario()), "--no-report", "--duration", "0.5"]  # too short to end by itself
+    assert main([*words, "--gate", "collision"]) == 0
+    assert capsys.readouterr().out.strip().endswith("--duration 0.5 --gate collision")
+    assert main([*words, "--gate", "scenario_ended"]) == 1
+
+
+def test_all_metrics_are_in_the_result(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["run", str(scenario()), "--json", "--no-report"])
+    assert {"max_jerk", "max_yaw_rate", "lateral_rmse", "tet"} <= set(json.loads(capsys.readouterr().out)["metrics"])
+
+
+def test_report_by_other_gates_rewrites_the_result_too(scenario: Write) -> None:
+    main(["run", str(scenario()), "--seed", "3"])
+    Path("other.toml").write_text('[[gate]]\nmetric = "max_jerk"\nmax = 0.0\n')
+    assert main(["report", "runs/0001-x-dt", "--gates", "other.toml"]) == 1
+    result = json.loads(Path("runs/0001-x-dt/result.json").read_text())
+    assert (result["status"], result["seed"], [v["metric"] for v in result["verdicts"]]) == ("FAIL", 3, ["max_jerk"])
+    assert result["replay"].endswith("--seed 3 --gates other.toml")
+    assert "<title>FAIL" in Path("runs/0001-x-dt/report.html").read_text()
+
+
+def test_play_without_a_file_says_what_happened(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    path = scenario()
+    assert main(["play", str(path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].endswith("s played, ended by the stop trigger")
+    assert lines[1].strip().startswith("Ego: 15.0 m, up to 5.00 m/s")
+    assert main(["play", str(path), "--csv", "-"]) == 0
+    assert capsys.readouterr().out.splitlines()[0] == "time,entity,x,y,h,speed"
+
+
+def test_metrics_are_listed_with_unit_direction_and_definition(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["metrics"]) == 0
+    text = capsys.readouterr().out
+    assert "max_ttc_inverse [1/s], bigger is worse\n    Greatest inverse of the time to collision" in text
+    assert "goal_reached [-], smaller is worse; a miss is INCONCLUSIVE" in text
+    assert main(["metrics", "max_jrk"]) == 2
+    assert "nearest is 'max_jerk'" in capsys.readouterr().err

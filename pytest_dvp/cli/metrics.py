@@ -1,0 +1,50 @@
+"""The metrics that a gate may bound: unit, direction and definition."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import textwrap
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json
+
+DIRECTION = {True: "bigger is worse", False: "smaller is worse", None: "neither direction is worse"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("names", nargs="*", metavar="NAME", help="only these; default all")
+    add_json(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    from pytest_dvp.metrics import MetricError, find_metric, known_metrics
+    from pytest_dvp.metrics.base import REQUIRED
+
+    try:
+        chosen = [find_metric(name) for name in arguments.names] or [m for _, m in sorted(known_metrics().items())]
+    except MetricError as error:
+        raise WrongArgument(f"dvp metrics: {error}") from None
+    table = [
+        {
+            "name": metric.name,
+            "unit": metric.unit,
+            "bigger_is_worse": metric.bigger_is_worse,
+            "miss": metric.miss,
+            "logs": metric.logs,
+            "options": {key: None if value is REQUIRED else value for key, value in metric.options.items()},
+            "definition": metric.definition,
+        }
+        for metric in chosen
+    ]
+    if arguments.json:
+        print(json.dumps({"metrics": table}, ensure_ascii=False, default=str))
+        return 0
+    for metric in chosen:
+        two = ", of two logs" if metric.logs == 2 else ""
+        miss = "" if metric.miss == "FAIL" else f"; a miss is {metric.miss}"
+        print(f"{metric.name} [{metric.unit}], {DIRECTION[metric.bigger_is_worse]}{two}{miss}")
+        for paragraph in metric.definition.split("\n\n"):
+            print(textwrap.fill(" ".join(paragraph.split()), 100, initial_indent="    ", subsequent_indent="    "))
+        given = [f"{key} = {'(must be given)' if v is REQUIRED else v}" for key, v in metric.options.items()]
+        print(*([f"    options: {', '.join(given)}"] if given else []), sep="\n", end="\n" if given else "")
+    return 0
