@@ -92,7 +92,7 @@ def groups_figure(groups: Mapping[str, Mapping[str, float | None]], signals: Map
             "hovertemplate": "%{y} in %{x}: %{text} times the noise<extra></extra>",
         }],
         "layout": {
-            "height": 96 + 30 * len(channels), "margin": {"l": 68, "r": 34, "t": 68, "b": 8},
+            "height": 96 + 30 * len(channels), "margin": {"l": 68, "r": 54, "t": 68, "b": 8},
             "font": {"size": 12, "family": "system-ui, sans-serif"},
             "xaxis": {"side": "top", "tickangle": -38, "fixedrange": True, "showgrid": False},
             "yaxis": {"autorange": "reversed", "fixedrange": True, "showgrid": False},

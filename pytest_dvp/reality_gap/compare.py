@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 Comparable: TypeAlias = "Subject | VehicleModel | Log"
 
 RATING_STEP = 0.1  # s: both signals are averaged to this step before they are rated, as ISO 18571 wants filtered ones
+POSE = ("x", "y", "yaw")
+"""Position and heading come out of somebody's filter: what is white in an INS is its last digit, not its error."""
 _LAG_SIGNALS = ("yaw_rate", "v", "ay", "ax")
 _VISIBLE = 4.0  # a signal tells a lag if it varies by this many sigma
 
@@ -195,7 +197,8 @@ def _noise(t: FloatArray, measured: FloatArray, judged: Collection[str], rest: F
     found = np.full(len(CHANNELS), np.inf)
     for name in judged:
         k = CHANNELS.index(name)
-        sigma = noise.sigma(t, measured[:, k], None if rest is None else rest[:, k])
+        pose = name in POSE
+        sigma = noise.sigma(t, measured[:, k], None if rest is None else rest[:, k], filtered=pose)
         found[k] = max(sigma, 1e-9) if np.isfinite(sigma) else np.inf
     return found
 

@@ -18,7 +18,7 @@ _WHITE_FLOOR = 0.0002
 _CLIP = 2.5  # standard deviations beyond which a difference is an event, not noise
 
 
-def sigma(t: FloatArray, y: FloatArray, residual: FloatArray | None = None) -> float:
+def sigma(t: FloatArray, y: FloatArray, residual: FloatArray | None = None, *, filtered: bool = False) -> float:
     """Standard deviation of the noise in y (n,), in its unit; t (n,) [s] ascending, NaN = not measured.
 
     Third differences (y[i+3k] - 3 y[i+2k] + 3 y[i+k] - y[i]) remove what a car can do in 3k samples; white noise leaves
@@ -28,7 +28,8 @@ def sigma(t: FloatArray, y: FloatArray, residual: FloatArray | None = None) -> f
     line within a second. A quantised signal
     is never better than its step / sqrt(12). A jittery command shakes the car itself, which looks like noise; so where
     there is a model's `residual` (n,), measured - model, the smaller of the two estimates is taken: a model adds error
-    to the noise, never takes it away. Slow drift is not seen. NaN with fewer than 16 samples; 0 for a constant.
+    to the noise, never takes it away. `filtered`: it is known to come out of a filter, however white what is left.
+    Slow drift is not seen. NaN with fewer than 16 samples; 0 for a constant.
 
     Source: von Neumann et al., Ann. Math. Stat. 12 (1941) 153, with differences of third instead of first order.
     """
@@ -42,10 +43,11 @@ def sigma(t: FloatArray, y: FloatArray, residual: FloatArray | None = None) -> f
     if step <= 0.0:
         return float("nan")
     reach = max(1, min(len(y) // 8, round(_LONGEST / step)))
-    found, filtered = _white_level(y, reach)
+    found, smooth = _white_level(y, reach)
+    filtered = filtered or smooth
     if residual is not None and len(residual) >= 16:
-        left, smooth = _white_level(residual, reach)
-        if filtered or not smooth:
+        left, smooth_rest = _white_level(residual, reach)
+        if smooth or not smooth_rest:
             found = min(found, left)
     swing = _swing(y, max(1, min(len(y) // 2 - 1, round(_SPAN / step))))
     floor = (_FILTERED_FLOOR if filtered else _WHITE_FLOOR) * swing
