@@ -129,6 +129,14 @@ def test_a_segment_starts_at_its_state_while_actuators_run_on() -> None:
     assert (cut[:200] == whole[:200]).all()
 
 
+def test_a_segment_at_another_speed_stays_on_its_curve() -> None:
+    held = {"steer_cmd": np.full(500, 0.05), "accel_cmd": np.zeros(500)}
+    replay = Replay(model("dynamic_bicycle"), T, held)
+    states = np.vstack((moving(6.0), moving(9.0)))
+    rows = replay.run(starts=np.array([0, 250]), states=states)
+    assert rows[250, RATE] / 9.0 == pytest.approx(rows[249, RATE] / rows[249, V], rel=1e-3)
+
+
 SHOWN_ELSEWHERE = ("gnss_latency", "gnss_lever_arm", "heading_bias", "wheel_radius")  # than where the car is
 RUN_ON = [e.name for e in catalogue().values() if e.slot != "perception" and e.name not in SHOWN_ELSEWHERE]
 

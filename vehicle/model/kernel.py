@@ -299,7 +299,10 @@ def _look(x: Any, blend: float, v1: float) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _restart(x: Any, state: Any) -> None:
-    """Put the car at `state` (x, y, yaw, v, vy at the rear axle, yaw rate); what is NaN runs on."""
+    """Put the car at `state` (x, y, yaw, v, vy at the rear axle, yaw rate); what is NaN runs on.
+
+    Lateral motion runs on in proportion to speed: the car stays on its curve.
+    """
     x.old_x, x.old_y, x.old_yaw, x.moved = x.x, x.y, x.yaw, 1.0
     if not math.isnan(state[0]):
         x.x = state[0]
@@ -308,6 +311,12 @@ def _restart(x: Any, state: Any) -> None:
     if not math.isnan(state[2]):
         x.yaw = state[2]
     if not math.isnan(state[3]):
+        if x.vx > BLEND_LOW:
+            ratio = state[3] / x.vx
+            x.yaw_rate *= ratio
+            x.vy_rear *= ratio
+        else:
+            x.yaw_rate, x.vy_rear = state[3] * x.curvature, 0.0
         x.vx = state[3]
     if not math.isnan(state[5]):
         x.yaw_rate = state[5]
