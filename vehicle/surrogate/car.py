@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 # may be zero, or below it
 _ANY_SIGN = {"rolling_coefficient", "drag_area", "load_sensitivity", "friction_sensitivity", "motor_inertia"}
-_ANY_SIGN |= {"roll_centre_front", "roll_centre_rear", "curve_shape"}
+_ANY_SIGN |= {"motor_rise", "brake_rise", "roll_centre_front", "roll_centre_rear", "curve_shape"}
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,8 @@ class Car:
     motor_torque: float = 128.0  # N m [paper]
     motor_power: float = 29_500.0  # W [paper]
     motor_speed: float = 576.0  # rad/s, 5500 rpm [paper]
+    motor_rise: float = 0.02  # s, first-order rise of the motor's torque
+    brake_rise: float = 0.05  # s, build-up of the brake's pressure
     brake_front: float = 0.65  # -, share of the front axle
     friction: float = 0.95  # -, at static load
     friction_sensitivity: float = 0.10  # -, loss of friction per relative load

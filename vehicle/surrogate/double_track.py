@@ -40,7 +40,8 @@ D_LAG, D_RATE, D_STICK, D_PLAY, D_WHEEL = range(22, 27)
 A_LAG, A_BRAKE, A_JERK, WORK, STEPS = range(27, 32)
 FZ0 = 32  # four wheel loads of the last step [N]
 FY_FRONT = 36  # N
-N_STATE = 37
+T_MOTOR, T_BRAKE = 37, 38  # N m at the motor; N m of all wheels
+N_STATE = 39
 ROW = ("x", "y", "yaw", "vx", "vy_rear", "yaw_rate", "ax", "ay", "steer", "roll", "pitch", "v_wheels")
 """Columns of the fine record, of the rear axle; ax, ay as a sensor in the leaning body feels them."""
 
@@ -60,6 +61,7 @@ TMAX, PMAX, WMAX, BF = _C["motor_torque"], _C["motor_power"], _C["motor_speed"],
 MU, DMU, DCY = _C["friction"], _C["friction_sensitivity"], _C["load_sensitivity"]
 CYF, CYR, CX = _C["cornering_front"], _C["cornering_rear"], _C["slip_coefficient"]
 CC, CE, RELY = _C["curve_factor"], _C["curve_shape"], _C["relaxation_lateral"]
+MRISE, BRISE = _C["motor_rise"], _C["brake_rise"]
 RELX, ROLLING, CDA = _C["relaxation_longitudinal"], _C["rolling_coefficient"], _C["drag_area"]
 _H = HIDDEN_AT
 H_DRIVE_T, H_DRIVE_TAU, H_BRAKE_TAU = _H["drive_delay", "T"], _H["drive_lag", "tau"], _H["brake_lag", "tau"]
@@ -208,7 +210,8 @@ def advance(
             torque_m = min(ask * p[M] * p[RW] / p[GEAR], p[TMAX])
             if speed_m > 1.0:
                 torque_m = min(torque_m, p[PMAX] / speed_m, p[H_POWER] * mass / speed_m)
-        brake = (max(-ask, 0.0) + lifted) * p[M] * p[RW]
+        s[T_MOTOR] = torque_m = _lag(s[T_MOTOR], torque_m, p[MRISE], h)
+        s[T_BRAKE] = brake = _lag(s[T_BRAKE], (max(-ask, 0.0) + lifted) * p[M] * p[RW], p[BRISE], h)
         s[WORK] += h * torque_m * speed_m
 
         # wheels: speeds, slips, forces
