@@ -25,6 +25,7 @@ UNITS: Mapping[str, str] = {
 }  # fmt: skip
 
 LENGTH = 5.0  # s
+_GAP = 0.5  # s between stamps, at which a segment ends
 _SETTLE = 1.0  # s of a standstill that still counts, at both ends: a late or early start shows there
 _FIT = 0.15  # s around a start from which its state is taken
 _STOPPED = 1e-3  # m/s: once the model stands, a wrong start speed has no effect any more
@@ -59,10 +60,13 @@ class Residuals:
 
 
 def measured_array(columns: Mapping[str, FloatArray]) -> FloatArray:
-    """The measured channels of a log as one array (n, 8), NaN where not measured."""
+    """The measured channels of a log as one array (n, 8), NaN where not measured; yaw without turns of 2 pi."""
     n = len(columns["t"])
     nothing = np.full(n, np.nan)
-    return np.ascontiguousarray(np.column_stack([columns.get(name, nothing) for name in CHANNELS]))
+    found = np.ascontiguousarray(np.column_stack([columns.get(name, nothing) for name in CHANNELS]))
+    known = np.isfinite(found[:, 2])
+    found[known, 2] = np.unwrap(found[known, 2])
+    return found
 
 
 def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbase: float = 2.5) -> Segments:
@@ -83,7 +87,9 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         best = int(low) + int(np.argmin(np.abs(rate[low:high]))) if high > low else int(low)
         if cuts[-1] + 4 < best < n - 4:
             cuts.append(best)
-    starts = np.array(cuts, dtype=np.int64)
+    # What happened in a gap nobody knows: the motion begins anew after it
+    gaps = np.flatnonzero(np.diff(t) > _GAP) + 1
+    starts = np.union1d(np.array(cuts, dtype=np.int64), gaps.astype(np.int64))
     ends = np.append(starts[1:], n).astype(np.int64)
     return Segments(starts, ends, _states(t, measured, whole, starts), counted)
 
@@ -233,6 +239,8 @@ def _project(output: FloatArray, measured: FloatArray, t: FloatArray, weight: Fl
                 stops = _stops(output, i, starts[j], ends[j])
                 for k in range(8):
                     e = measured[i, k] - output[i, k]
+                    if k == 2:
+                        e -= 2.0 * np.pi * np.rint(e / (2.0 * np.pi))
                     if not np.isfinite(e) or (k == 5 and stops):
                         continue
                     q0 = q1 = q2 = q3 = 0.0

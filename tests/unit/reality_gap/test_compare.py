@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.black_box import CompareError
 from pytest_dvp.reality_gap.compare import compare
 from pytest_dvp.reality_gap.pooled import pooled
+from vehicle.model.errors import ModelError
 
 
 def test_model_without_error_leaves_nothing_to_explain() -> None:
@@ -117,3 +119,56 @@ def test_several_logs_become_one_document_weighted_by_samples() -> None:
 def test_one_log_is_its_own_document() -> None:
     found = compare(drive(20.0), baseline())
     assert pooled({"a": found}) == found.as_dict()
+
+
+def test_gap_in_the_log_costs_nothing() -> None:
+    log = drive()
+    keep = (log.t < 24.0) | (log.t > 31.0)
+    found = compare(Log({name: values[keep] for name, values in log.columns.items()}), baseline())
+    assert {name: score.chi2_per_n for name, score in found.signals.items()} == pytest.approx(
+        dict.fromkeys(NOISE, 1.0), abs=0.25
+    )
+
+
+def test_wrapped_heading_is_the_same_heading() -> None:
+    log = drive(yaw_bias=3.1)
+    wrapped = Log({**log.columns, "yaw": (log["yaw"] + np.pi) % (2.0 * np.pi) - np.pi})
+    assert compare(wrapped, baseline()).signals["yaw"].chi2_per_n == pytest.approx(
+        compare(log, baseline()).signals["yaw"].chi2_per_n
+    )
+
+
+def test_slow_position_among_fast_signals_is_compared_where_it_was_measured() -> None:
+    log = drive()
+    for name in ("x", "y"):
+        log.columns[name][np.arange(len(log.t)) % 10 != 0] = np.nan
+    found = compare(log, baseline())
+    assert np.isfinite(found.residuals["x"]).sum() == pytest.approx(len(log.t) / 10, rel=0.2)
+    assert found.signals["v"].chi2_per_n == pytest.approx(1.0, abs=0.2)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_any_finite_columns_give_finite_figures_or_one_line(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 400))
+    columns = {"t": np.cumsum(rng.choice([0.01, 0.02, 0.7, 30.0], n, p=[0.5, 0.45, 0.04, 0.01]))}
+    for name in ("steer_cmd", "accel_cmd", "x", "y", "yaw", "v", "yaw_rate", "ax", "ay"):
+        kind = rng.integers(5)
+        values = [
+            np.zeros(n),
+            np.full(n, 7.5),
+            rng.normal(size=n),
+            1e3 * rng.normal(size=n),
+            np.round(rng.normal(size=n)),
+        ]
+        column = values[kind] * (0.01 if name.endswith("_cmd") else 1.0)
+        columns[name] = np.where(rng.random(n) < rng.choice([0.0, 0.5, 0.97]), np.nan, column)
+    document: dict[str, Any] = {"where": []}
+    complaint = ""
+    try:
+        document = compare(Log(columns), baseline()).as_dict()
+    except (CompareError, ModelError) as error:
+        complaint = str(error)
+    assert "\n" not in complaint
+    json.dumps(document)
+    assert all(0.0 <= w["share_of_error"] <= 1.0 + 1e-9 for w in document["where"])
