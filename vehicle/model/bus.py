@@ -38,6 +38,7 @@ class Bus(Protocol):
     steer_zero: float  # rad at the road wheel at steering input 0
     track: float  # m, between the wheels of an axle
     imu_x: float  # m, accelerometer ahead of the rear axle
+    slow: float  # m/s, kinematic below, tyres in full at twice that
 
     # What drives it: held from one command to the next
     steer_cmd: float  # rad at the road wheel

@@ -13,7 +13,8 @@ where brake and resistance are dry friction: they never push the car backward, a
     m (vy' + vx r) = Fyf cos d + Fyr,   I r' = a Fyf cos d - b Fyr,   Fyf = Cf (d - atan((vy + a r)/vx)), ...
 
 integrated by the linearly implicit trapezoidal rule (second order, stable for stiff tyres at low speed), blended
-smoothly into the kinematic model between 2 and 1 m/s; below 1 m/s and in reverse it is purely kinematic.
+smoothly into the kinematic model between 2 and 1 m/s; below 1 m/s and in reverse it is purely kinematic (speeds of a
+car with a wheelbase of 2 m or more; those of a smaller one go with the root of its size).
 
 Source: R. Rajamani, Vehicle Dynamics and Control, 2nd ed., eqs. 2.24-2.31 (single track), 2.1 (kinematic);
 E. Hairer, G. Wanner, Solving ODEs II, sec. IV.7 (linearly implicit methods). Valid for lateral accelerations up to
@@ -40,8 +41,6 @@ COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "speed
 
 SETTLING = 10.0  # s
 SETTLING_STEPS = 8
-BLEND_LOW = 1.0  # m/s, kinematic below
-BLEND_WIDTH = 1.0  # m/s, dynamic above BLEND_LOW + BLEND_WIDTH
 BLEND_TIME = 0.02  # s, time constant with which slip fades in the middle of the blend
 
 
@@ -93,8 +92,8 @@ def _wish(x: Any, mode: int) -> None:
 
 @njit(cache=True, error_model="numpy")
 def _tyres(x: Any) -> None:
-    """Slip angles and forces of linear axles; speed is taken as at least BLEND_LOW."""
-    speed = max(x.vx, BLEND_LOW)
+    """Slip angles and forces of linear axles; speed is taken as at least x.slow."""
+    speed = max(x.vx, x.slow)
     qf = (x.vy + x.cg_front * x.yaw_rate) / speed
     qr = (x.vy - x.cg_rear * x.yaw_rate) / speed
     x.slip_front = x.steer - math.atan(qf)
@@ -125,12 +124,12 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
 
 
 @njit(cache=True, error_model="numpy")
-def _blend(kind: int, speed: float) -> float:
+def _blend(x: Any, kind: int) -> float:
     """Share of the motion with tyres in a car that is kinematic when slow."""
     if kind != DYNAMIC:
         return 0.0
-    s = min(max((speed - BLEND_LOW) / BLEND_WIDTH, 0.0), 1.0)
-    return s * s * (3.0 - 2.0 * s)
+    s = min(max(x.vx / x.slow - 1.0, 0.0), 1.0)
+    return float(s * s * (3.0 - 2.0 * s))
 
 
 @njit(cache=True, error_model="numpy")
@@ -171,7 +170,7 @@ def _move(x: Any, blend: float, v1: float, mode: int) -> None:
     if blend > 0.0:
         slope = math.tan(x.steer)
         cos_d = 1.0 / math.sqrt(1.0 + slope * slope)
-        speed = max(v0, BLEND_LOW)
+        speed = max(v0, x.slow)
         qf = (vy0 + x.cg_front * r0) / speed
         qr = (vy0 - x.cg_rear * r0) / speed
         front_slip = 1.0 / (speed * (1.0 + qf * qf))
@@ -263,7 +262,7 @@ def run(
         x.brake_cmd, x.speed_cmd, x.v_cmd = commands[i, 3], commands[i, 4], commands[i, 5]
         for _ in range(hold):
             _act(x, kind, mode, bus, table, bounds, parameters, memory)
-            blend = _blend(kind, x.vx)
+            blend = _blend(x, kind)
             _move(x, blend, _along(x, blend, mode), mode)
             x.count += 1.0
             x.t = x.t_start + x.count * x.dt
@@ -311,7 +310,7 @@ def _restart(x: Any, state: Any) -> None:
     if not math.isnan(state[2]):
         x.yaw = state[2]
     if not math.isnan(state[3]):
-        if x.vx > BLEND_LOW:
+        if x.vx > x.slow:
             ratio = state[3] / x.vx
             x.yaw_rate *= ratio
             x.vy_rear *= ratio
@@ -393,7 +392,7 @@ def replay(
             x.v_cmd = commands[k, 5] + (part + 0.5 / pieces) * slopes[k, 1]
             x.steer_slope = slopes[k, 0] / pieces
             _act(x, kind, mode, bus, table, bounds, parameters, memory)
-            blend = _blend(kind, x.vx)
+            blend = _blend(x, kind)
             v1 = _along(x, blend, mode)
             if i == 0:
                 _look(x, blend, v1)

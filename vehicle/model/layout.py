@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -14,6 +15,9 @@ from vehicle.model.errors import ModelError
 from vehicle.model.kernel import ACCELERATION, DYNAMIC, IMPOSED, KINEMATIC, PEDALS, SPEED
 from vehicle.model.maths import DELAY_LINE
 from vehicle.model.model import VehicleModel
+
+SLOW = 1.0  # m/s, below it slip angles mean little and a car moves kinematically
+SLOW_WHEELBASE = 2.0  # m, of the smallest car for which that holds; models of cars: Froude's law
 
 
 class Layout:
@@ -90,6 +94,7 @@ def bus_of(model: VehicleModel) -> Any:
         "cg_height": car.cg_height,
         "track": car.track,
         "imu_x": car.imu_x,
+        "slow": SLOW * min(math.sqrt(car.wheelbase / SLOW_WHEELBASE), 1.0),
         "mass": car.mass,
         "mass_ref": car.command_mass,
         "yaw_inertia": car.yaw_inertia,

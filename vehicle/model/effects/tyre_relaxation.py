@@ -39,7 +39,7 @@ def tyre_relaxation(x: Bus, p: Any, m: Any) -> None:
     if p.length <= 0.0:
         m.front, m.rear, m.gone = x.fy_front, x.fy_rear, 0.0
         return
-    way = max(x.vx, 1.0) * x.dt / p.length
+    way = max(x.vx, x.slow) * x.dt / p.length
     m.gone = -expm1(-way)
     share = m.gone / way
     m.follow = 1.0 - share
