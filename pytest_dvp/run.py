@@ -19,6 +19,7 @@ from pytest_dvp.stages import check_stage
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters
+    from openscenario.findings import Finding
     from openscenario.road.network import RoadNetwork
     from pytest_dvp.gates import Verdict
     from vehicle.messages import VehicleDescription
@@ -175,13 +176,19 @@ def _judged(
             **{name: metric.value for name, metric in measure(log).items()},
         },
         error=error,
-        notes=(*unjudged(verdicts, log), *(str(finding) for finding in ready.storyboard.report())),
+        notes=(*unjudged(verdicts, log), *map(_note, ready.storyboard.report())),
     )
     if log_dir is None:
         return result
     from pytest_dvp.results import save_run
 
     return dataclasses.replace(result, folder=save_run(result, log_dir))
+
+
+def _note(finding: Finding) -> str:
+    """Place and sentence; the sentence names the element, so its path would only fill the line."""
+    place = finding.file if finding.line is None else f"{finding.file}:{finding.line}"
+    return f"{place}: {finding.message}"
 
 
 def _ended(ending: Ending, limit: float, default: str, wall_limit: float) -> str:

@@ -62,9 +62,9 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
 
 
 def on_condition(replay: str, metrics: Sequence[str]) -> str:
-    """A replay command that judges these gates only; one that is no command stays what it is."""
+    """A replay command that judges these gates only; where there is no command, which gates were judged."""
     if not replay.startswith("dvp run "):
-        return replay
+        return f"{replay}; judged there: {', '.join(metrics)}"
     return " ".join([replay, *(f"--gate {shlex.quote(name)}" for name in metrics)])
 
 
