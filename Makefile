@@ -12,7 +12,7 @@ $(STAMP): pyproject.toml constraints.txt
 	touch $@
 
 demo: $(STAMP)
-	for name in overtaking pedestrian_crossing urban; do $(BIN)/dvp run scenarios/$$name.xosc || exit 1; done
+	$(BIN)/dvp run scenarios/overtaking.xosc scenarios/pedestrian_crossing.xosc scenarios/urban.xosc
 
 test: lint types contract unit
 
