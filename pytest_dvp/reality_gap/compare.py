@@ -15,11 +15,11 @@ from pytest_dvp.reality_gap import iso18571, noise
 from pytest_dvp.reality_gap.alignment import Alignment, alike, common_lag, grid, on_grid
 from pytest_dvp.reality_gap.black_box import CompareError, LogSubject, ModelSubject, Subject
 from pytest_dvp.reality_gap.locate import Where, locate
+from pytest_dvp.reality_gap.projection import BoolArray
 from pytest_dvp.reality_gap.regimes import regimes
 from pytest_dvp.reality_gap.segments import (
     CHANNELS,
     UNITS,
-    BoolArray,
     Segments,
     cut,
     measured_array,

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from pytest_dvp.log import FloatArray
+from pytest_dvp.reality_gap.projection import BoolArray
 from pytest_dvp.reality_gap.regimes import speed_bins
-from pytest_dvp.reality_gap.segments import BoolArray, Segments
+from pytest_dvp.reality_gap.segments import Segments
 
 WORST = 3  # segments and places named for a channel
 PLACES = 8  # cells along the longer side of the map

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_dvp.log import FloatArray
-from pytest_dvp.reality_gap.segments import BoolArray, still_speed
+from pytest_dvp.reality_gap.projection import BoolArray
+from pytest_dvp.reality_gap.segments import still_speed
 
 LONGITUDINAL = ("standstill", "reverse", "launch", "cruise", "lift_off", "braking")
 LATERAL = ("turn_in", "steady_turn")
