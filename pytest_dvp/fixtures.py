@@ -68,13 +68,22 @@ def gate(request: pytest.FixtureRequest) -> Gate:
 
         plain = result.as_dict()
         if metrics is not None:
-            plain["replay"] = on_condition(plain["replay"], metrics)
+            plain["replay"] = on_condition(plain["replay"], _metrics_of(metrics, plain["verdicts"]))
         message = failure(plain, metrics)
         if message is not None:
             note(current_item(config), plain)
             raise GateFailed(message, plain)
 
     return judge
+
+
+def _metrics_of(names: Sequence[str], verdicts: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The metrics that a test's choice of gates means: a gate may be named by its label; a slip means none."""
+    from pytest_dvp.metrics import known_metrics
+
+    labels = {verdict["gate"]: verdict["metric"] for verdict in verdicts}
+    meant = [labels.get(name, name) for name in names]
+    return [name for name in dict.fromkeys(meant) if name in known_metrics()]
 
 
 def settings_of(config: pytest.Config) -> Settings:

@@ -63,6 +63,8 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
 
 def on_condition(replay: str, metrics: Sequence[str]) -> str:
     """A replay command that judges these gates only; where there is no command, which gates were judged."""
+    if not metrics:
+        return replay
     if not replay.startswith("dvp run "):
         return f"{replay}; judged there: {', '.join(metrics)}"
     return " ".join([replay, *(f"--gate {shlex.quote(name)}" for name in metrics)])

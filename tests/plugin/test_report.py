@@ -134,6 +134,7 @@ def test_a_misspelt_gate_is_told_the_nearest(project: pytest.Pytester, monkeypat
     project.makepyfile("def test_it(run, gate): gate(run('good.xosc'), metrics=['max_ttc_invers'])")
     result = project.runpytest_inprocess("test_a_misspelt_gate_is_told_the_nearest.py")
     result.stdout.fnmatch_lines(["*no gate on max_ttc_invers; did you mean 'max_ttc_inverse' *"])
+    result.stdout.fnmatch_lines(["dvp run good.xosc --seed 7"])  # a replay with the slip in it would be refused
 
 
 def test_notes_of_runs_are_shown_at_most_five_lines_what_is_not_judged_first(project: pytest.Pytester) -> None:
