@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from openscenario.findings import Finding, Findings
-from pytest_dvp.doctor.clock import check_jumps, check_offsets, check_rate, check_stamps
+from pytest_dvp.doctor.clock import check_commands, check_jumps, check_offsets, check_rate, check_stamps
 from pytest_dvp.doctor.motion import Motion, motion_of
 from pytest_dvp.doctor.sensors import check_echoes, check_sensors
 from pytest_dvp.doctor.signs import check_acceleration, check_angles, check_speed, check_turning
@@ -33,8 +33,8 @@ def examine(log: Log, *, file: str = "", line: int | None = None) -> tuple[Findi
         return findings.in_order()
     steps = np.diff(log.t)
     reversed_ = any(finding.code == "log.time_not_monotonic" for finding in findings.found)
-    if not reversed_ and not np.all(steps > 0):
-        row = int(np.flatnonzero(~(steps > 0))[0])
+    if not reversed_ and not np.all(steps >= 0):
+        row = int(np.flatnonzero(~(steps >= 0))[0])
         findings.add(
             "log.time_not_monotonic", name, None, "column t", "time does not rise from row to row",
             found=f"{log.t[row + 1]:.6g} s after {log.t[row]:.6g} s", hint="split or sort the log there",
@@ -43,6 +43,14 @@ def examine(log: Log, *, file: str = "", line: int | None = None) -> tuple[Findi
     if reversed_:
         check_jumps(log, name, findings)
         return findings.in_order()
+    if np.any(steps == 0):
+        kept = np.concatenate([[True], steps > 0])
+        findings.add(
+            "log.duplicate_stamps", name, None, "column t",
+            f"{np.count_nonzero(~kept)} rows repeat the stamp before, first at t = {log.t[int(np.argmin(kept))]:.6g} s",
+            hint="write each sample once", severity="warning",
+        )  # fmt: skip
+        log = dataclasses.replace(log, columns={key: values[kept] for key, values in log.columns.items()})
     if not check_rate(log, name, line, findings):
         return findings.in_order()
     check_stamps(log, name, findings)
@@ -64,7 +72,9 @@ def examine(log: Log, *, file: str = "", line: int | None = None) -> tuple[Findi
     if "column yaw" in unusable:
         return findings.in_order()
     check_turning(motion, name, findings)
-    check_offsets(_righted(motion, findings), float(np.median(np.diff(log.t))), name, findings)
+    righted = _righted(motion, findings)
+    check_offsets(righted, float(np.median(np.diff(log.t))), name, findings)
+    check_commands(righted, name, findings)
     return findings.in_order()
 
 

@@ -17,7 +17,7 @@ _RUN = 4  # rows in a row at that value: noise never stays at its extreme
 _WITNESS = {
     "x": (("v", 0.0),), "y": (("v", 0.0),), "v": (("path_speed", 0.3),),
     "yaw": (("yaw_rate", 0.03), ("path_turn", 0.05)),
-    "yaw_rate": (("turn", 0.03), ("path_turn", 0.05)), "ax": (("accel", 0.3),), "ay": (("v*turn", 0.4),),
+    "yaw_rate": (("turn", 0.03), ("path_turn", 0.05)), "ax": (("accel", 0.2),), "ay": (("v*turn", 0.15),),
     "steer": (("turn", 0.05), ("yaw_rate", 0.05)),
 }  # fmt: skip
 _LIMITED = ("yaw_rate", "ax", "ay")  # sensors with a range that a drive can exceed

@@ -23,9 +23,10 @@ def check_speed(motion: Motion, file: str, findings: Findings) -> None:
     """v against the way between positions."""
     if not motion.has("v", "path_speed"):
         return
-    at = motion.moving & (motion.of["path_speed"] > 0)
-    if np.count_nonzero(at) < 20:
-        return
+    path_speed = motion.of["path_speed"]
+    at = motion.moving & (path_speed > 0)
+    if np.count_nonzero(at) < 20 or float(np.nanpercentile(path_speed, 80)) < 0.5:
+        return  # standing: the positions move by their noise only
     ratio = float(np.median(np.abs(motion.of["v"][at]) / motion.of["path_speed"][at]))
     if 0.8 < ratio < 1.25:
         return

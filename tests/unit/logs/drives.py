@@ -19,11 +19,17 @@ SUBSTEPS = 10
 
 
 def drive(
-    seconds: float = 60.0, rate: float = 50.0, seed: int = 1, noise: float = 1.0, heading: float = 0.4
+    seconds: float = 60.0,
+    rate: float = 50.0,
+    seed: int = 1,
+    noise: float = 1.0,
+    heading: float = 0.4,
+    steer_delay: float = 0.0,
 ) -> Columns:
     """Starts, curves of both directions, brakes to a stop and goes on: kinematic bicycle by its rear axle.
 
-    The steering follows its command with a lag of 0.1 s, the drive with one of 0.2 s: true physics, no defect.
+    The steering follows its command with a lag of 0.1 s (after `steer_delay` [s]), the drive with one of 0.2 s:
+    true physics, no defect.
     """
     rng = np.random.default_rng(seed)
     n = int(seconds * rate)
@@ -42,7 +48,7 @@ def drive(
         h = dt / SUBSTEPS
         for _ in range(SUBSTEPS):
             a += (accel[i] - a) * h / 0.2
-            d += (command[i] - d) * h / 0.1
+            d += (command[max(i - round(steer_delay * rate), 0)] - d) * h / 0.1
             if v <= 0.0 and a < 0.0:
                 v = 0.0
             else:

@@ -120,10 +120,28 @@ def test_a_wrong_sign_does_not_hide_a_wrong_clock(sound: Columns) -> None:
     assert told(spoilt) == [("log.sign_flipped", "column yaw_rate"), ("log.clock_offset", "column yaw_rate")]
 
 
-def test_a_delayed_answer_to_the_steering_is_no_finding(sound: Columns) -> None:
-    t = sound["t"]
-    late = {n: np.interp(t - 0.3, t, c) if n not in ("t", "steer_cmd", "accel_cmd") else c for n, c in sound.items()}
-    assert told(late) == []
+def test_a_late_steering_is_no_finding() -> None:
+    assert told(drive(steer_delay=0.3)) == []
+
+
+def test_commands_with_a_clock_of_their_own_are_told(sound: Columns) -> None:
+    measured = tuple(name for name in sound if name not in ("t", "steer_cmd", "accel_cmd"))
+    quick = {**sound, "steer_cmd": sound["steer"], "accel_cmd": sound["ax"]}  # without the actuators' own lags
+    noisy = {n: c + 1e-3 * np.sin(7.0 * sound["t"]) if n.endswith("_cmd") else c for n, c in quick.items()}
+    assert ("log.clock_offset", "column steer_cmd, accel_cmd") in told(later(noisy, measured, 0.2))
+
+
+def test_a_jump_of_the_position_alone_is_told_as_such(sound: Columns) -> None:
+    x = sound["x"] + np.where(sound["t"] > 20.0, 1.5, 0.0)
+    assert told({**sound, "x": x}) == [("log.position_jump", "column x")]
+
+
+def test_repeated_stamps_are_told_and_the_rest_is_examined(sound: Columns) -> None:
+    t = sound["t"].copy()
+    t[[100, 500, 900]] = t[[99, 499, 899]]
+    assert told({**scaled(sound, 3.6, "v"), "t": t}) == [
+        ("log.duplicate_stamps", "column t"), ("log.unit_suspect", "column v"),
+    ]  # fmt: skip
 
 
 def test_a_receiver_ahead_of_the_axle_is_no_clock_offset(sound: Columns) -> None:
