@@ -51,7 +51,8 @@ neutrally, so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every c
 - Before the log begins its first command has been held for long: actuators are at rest there.
 - Where a segment starts anew, pose and speed are set; delay lines, lags, limits and play run on; a sensor that shows
   the past sees a past moved along with the car.
-- `ax`, `ay` are those at the rear axle; `imu_x` in `[parameters]` puts the accelerometer ahead of it.
+- `ax`, `ay` are those at the rear axle; `ax_x`, `ay_x` in `[parameters]` name points ahead of it. Matters with tyres: a
+  log whose `ay` is that of the centre of gravity shows the turn-in otherwise than the rear axle.
 
 ```python
 from vehicle.model.model_file import read_model

@@ -224,7 +224,10 @@ def test_an_elastic_steering_understeers_by_its_compliance_times_the_front_load(
 def test_an_accelerometer_ahead_of_the_axle_feels_the_turning() -> None:
     base = model("dynamic_bicycle", steer="steer", longitudinal=("v",))
     held = {"steer": 0.02 * np.sin(3.0 * T), "v": np.full(500, 10.0)}
-    at_axle, ahead = run(commands=held, base=base), run({("parameters", "imu_x"): 1.3}, commands=held, base=base)
+    at_axle, ahead = (
+        run(commands=held, base=base),
+        run({("parameters", "ax_x"): 1.3, ("parameters", "ay_x"): 1.3}, commands=held, base=base),
+    )
     turning = np.gradient(at_axle[:, RATE], 0.02)
     assert np.abs(ahead[:, AY] - at_axle[:, AY] - 1.3 * turning)[5:-5].max() < 2e-3
     assert np.abs(ahead[:, AX] - at_axle[:, AX] + 1.3 * at_axle[:, RATE] ** 2).max() < 1e-12

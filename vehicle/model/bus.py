@@ -37,7 +37,8 @@ class Bus(Protocol):
     steer_scale: float  # rad at the road wheel per unit of the steering input
     steer_zero: float  # rad at the road wheel at steering input 0
     track: float  # m, between the wheels of an axle
-    imu_x: float  # m, accelerometer ahead of the rear axle
+    ax_x: float  # m, point ahead of the rear axle whose ax is shown
+    ay_x: float  # m, the same of ay
     slow: float  # m/s, kinematic below, tyres in full at twice that
 
     # What drives it: held from one command to the next

@@ -28,7 +28,10 @@ CAR_DECLARATIONS: tuple[Declaration, ...] = (
     Declaration("height", "m", 0.0, 5.0, "of the bounding box", 1.5, positive=True),
     Declaration("center_x", "m", -10.0, 20.0, "rear axle forward to the middle of the box; default half the wheelbase"),
     Declaration("track", "m", 0.0, 5.0, "between the wheels of an axle", 1.5, positive=True),
-    Declaration("imu_x", "m", -20.0, 20.0, "logged accelerometer ahead of the rear axle", 0.0),
+    Declaration("ax_x", "m", -20.0, 20.0, "point ahead of the rear axle for which a log gives ax", 0.0),
+    Declaration(
+        "ay_x", "m", -20.0, 20.0, "the same for ay; often cg_to_rear_axle, = wheelbase - cg_to_front_axle", 0.0
+    ),
     Declaration("max_speed", "m/s", 0.0, 150.0, "top speed", 50.0, positive=True),
 )
 _BY_NAME = {d.name: d for d in CAR_DECLARATIONS}
@@ -53,7 +56,8 @@ class Car:
     height: float
     center_x: float
     track: float
-    imu_x: float
+    ax_x: float
+    ay_x: float
     max_speed: float
 
     @property

@@ -287,13 +287,13 @@ def _look(x: Any, blend: float, v1: float) -> None:
         front = (x.fy_front + x.tangent_front * x.steer_lead) * cos_d
         turn = (x.cg_front * front - x.cg_rear * x.fy_rear + x.yaw_moment) / x.turning_inertia
         r += blend * (x.yaw_rate - kinematic)
-        ay += blend * ((front + x.fy_rear) / x.mass + (x.imu_x - x.cg_rear) * turn - ay)
+        ay += blend * ((front + x.fy_rear) / x.mass + (x.ay_x - x.cg_rear) * turn - ay)
     rate = (v1 - x.vx) / x.dt
     if v1 != 0.0 and x.accel_lead != 0.0:
         rate += x.accel_lead * x.mass_ref / (x.mass + x.rotating_mass)
     x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
     x.meas_yaw_rate, x.meas_ay = r, ay
-    x.meas_ax = rate - blend * r * x.vy_rear - x.imu_x * r * r - _pull(x.grade)
+    x.meas_ax = rate - blend * r * x.vy_rear - x.ax_x * r * r - _pull(x.grade)
 
 
 @njit(cache=True, error_model="numpy")

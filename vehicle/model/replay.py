@@ -42,7 +42,8 @@ _PARAMETERS = {
     "yaw_inertia": "yaw_inertia",
     "cg_height": "cg_height",
     "track": "track",
-    "imu_x": "imu_x",
+    "ax_x": "ax_x",
+    "ay_x": "ay_x",
     "cornering_stiffness_front": "stiffness_front",
     "cornering_stiffness_rear": "stiffness_rear",
 }
