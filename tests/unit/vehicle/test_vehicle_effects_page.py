@@ -79,3 +79,19 @@ def test_a_users_effect_cannot_take_a_known_name(tmp_path: Path, capsys: pytest.
 def test_a_missing_file_of_effects_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["effects", "--effects", "nowhere.py"]) == 1
     assert capsys.readouterr().err.strip() == "nowhere.py: no such file"
+
+
+def test_a_users_effect_replays_a_log_like_a_built_in_one(tmp_path: Path) -> None:
+    import numpy as np
+
+    from vehicle.model.catalogue import effects_of_file
+    from vehicle.model.model_file import parse_model
+    from vehicle.model.replay import Replay
+
+    file = tmp_path / "my_effect.py"
+    file.write_text(MINE, encoding="utf-8")
+    nought = {"steer_cmd": np.zeros(101), "accel_cmd": np.zeros(101)}
+    found = parse_model("[parameters]\nwheelbase = 2.0\n")
+    replay = Replay(found, np.arange(101) * 0.02, nought, extra=effects_of_file(file).values())
+    rows = replay.run({("magnet", "c"): 0.5, ("drive_lag", "tau"): 0.2})
+    assert rows[-1, 3] == pytest.approx(0.5 * 2.0)  # m/s after 2 s
