@@ -94,8 +94,8 @@ def magnet(x, p, m):
 
 `dvp effects magnet --effects my_effect.py` shows it, `dvp compare` takes `--effects` too. A package announces its
 effects under the entry point group `pytest_dvp.effects` (a module, or one effect). `x` is the bus
-(`vehicle/model/bus.py` names every field, unit and slot), `p` the parameters by key, `m` the effect's own memory, declared as
-`memory=(Memory("name"),)`. Slots run in this order:
+(`vehicle/model/bus.py` names every field, unit and slot), `p` the parameters by key, `m` the effect's own memory,
+declared as `memory=(Memory("name"),)`. Slots run in this order:
 
 | slot | changes |
 |---|---|
