@@ -17,7 +17,7 @@ from ads.control.spline import S
 from vehicle.messages import FloatArray
 
 N = 20
-WEIGHT_OFFSET = 1.0  # 1/m^2
+WEIGHT_OFFSET = 2.0  # 1/m^2
 WEIGHT_SLOPE = 2.0
 WEIGHT_CURVATURE = 400.0  # m^2
 WEIGHT_CHANGE = 4000.0  # m^4

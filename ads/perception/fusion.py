@@ -17,6 +17,7 @@ the line of sight [m^2], source, variance across it [m^2]."""
 LIDAR, CAMERA, BOTH = 1.0, 2.0, 3.0
 LIDAR_VARIANCE = 0.03  # m^2, per axis
 CAMERA_ACROSS = 0.06  # m^2
+ACROSS = 0.5  # m between the edges of a pair across the line of sight, at most
 VEHICLE, PEDESTRIAN, BICYCLE, MISC = 0, 1, 2, 3  # as in messages.OBJECT_KINDS
 TYPICAL = np.array([[4.0, 1.75], [0.5, 0.5], [1.8, 0.6], [1.0, 1.0]])  # m, length and width of each kind
 
@@ -41,7 +42,7 @@ def fuse(
     """Measurements (k, MEASURE) in the map from LiDAR boxes (n, BOX) and camera objects (m, SEEN).
 
     `pose`, `camera_pose`: the car (x, y [m], yaw [rad]) when each was taken. A pair is one object if it is closer than
-    `min_dist` [m]; along the line of sight the camera's range sigma is allowed for.
+    `min_dist` [m], where along the line of sight the camera's range sigma is allowed for, and if they meet across it.
     """
     n, m = len(boxes), len(seen)
     out = np.zeros((n + m, MEASURE))
@@ -69,7 +70,8 @@ def fuse(
             dx, dy = out[i, 0] - rays[j, 0], out[i, 1] - rays[j, 1]
             along, across = dx * rays[j, 2] + dy * rays[j, 3], dy * rays[j, 2] - dx * rays[j, 3]
             d = math.hypot(along / (1.0 + seen[j, 5]), across)
-            if d <= min_dist:
+            widest = ACROSS + 0.5 * (seen[j, 2] + max(boxes[i, 3], boxes[i, 4]))
+            if d <= min_dist and abs(across) <= widest:
                 cost[i, j] = d
     pair = assign(cost)
     taken = np.zeros(m, np.uint8)

@@ -44,6 +44,7 @@ from vehicle.messages import (
 )
 
 CAMERA_MEMORY = 0.15  # s; a camera frame older than this is not paired with a scan
+LOST = 1.5  # s unseen until an object is not reported any more; its score falls to 0 on the way
 LIDAR_SILENCE = 0.25  # s without a scan until camera frames are tracked on their own
 
 
@@ -130,7 +131,7 @@ class TrackingPerception:
         dt = t - self._t if self._n else 0.0
         for i in range(self._n):
             track = self._tracks[i]
-            if track[HITS] < CONFIRM or track[UNSEEN] + dt > 1.5:
+            if track[HITS] < CONFIRM or track[UNSEEN] + dt > LOST:
                 continue
             row = track.tolist()
             found.append(
@@ -144,7 +145,7 @@ class TrackingPerception:
                     row[TW],
                     row[VX],
                     row[VY],
-                    row[SCORE],
+                    row[SCORE] * max(1.0 - (row[UNSEEN] + dt) / LOST, 0.0),
                     max(row[AP], row[CP]),
                     int(row[ID]),
                 )

@@ -32,7 +32,7 @@ from ads.perception.track import (
 from vehicle.messages import FloatArray
 
 MOST_TRACKS = 48
-ACCELERATION = np.array([1.2, 1.2, 1.2, 0.8])  # m/s^2 per kind, process noise
+ACCELERATION = np.array([1.2, 1.8, 1.5, 0.8])  # m/s^2 per kind, process noise
 COAST = np.array([1.5, 1.0, 1.0, 1.0])  # s unseen until a track is dropped
 CONFIRM = 3  # hits
 GATE = 9.2  # chi-square, 2 degrees of freedom, 99 %

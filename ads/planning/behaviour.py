@@ -29,6 +29,7 @@ ABORT_GAP = 8.0  # m
 ABORT_DECELERATION = 1.5  # m/s^2
 CONFLICT_FOR = 0.4  # s of conflict until the car gives up
 STUCK_GAP = 4.0  # m before an obstacle without a way around it
+SURE = 0.5  # score; an object less sure, or unseen for a while, is no reason for an emergency
 DANGER_HORIZON = 3.5  # s
 DANGER_DECELERATION = 3.2  # m/s^2; when a collision needs more, it is an emergency
 DANGER_MARGIN = 0.15  # m beside the car
@@ -111,9 +112,10 @@ class Behaviour:
         objects = objects_of(detections)
         in_path = place(navigator.path, navigator.index, objects)
         placed = in_path.tolist()
+        sure = [i for i, d in enumerate(detections) if d.score > SURE]
         contact = first_contact(
             self._path, navigator.path, navigator.index, s, v, 0.5 * self._car.length,
-            0.5 * self._car.width + DANGER_MARGIN, self._car.center_x, objects, in_path, DANGER_HORIZON,
+            0.5 * self._car.width + DANGER_MARGIN, self._car.center_x, objects[sure], in_path[sure], DANGER_HORIZON,
         )  # fmt: skip
         monitor = navigator.monitor
         needed = self._needed_deceleration(v, contact)

@@ -7,7 +7,8 @@ import math
 from vehicle.messages import Detection
 
 STANDING = 0.6  # m/s; faster is moving
-DISPLACED = 2.0  # m beyond the uncertainty of both places; so far from where it was first seen, it has moved
+DISPLACED = 2.0  # m from where it was first surely seen; so far away, it has moved
+SURE = 0.3  # m^2; a place less sure says nothing about motion
 FORGET = 5.0  # s unseen
 MOST = 64
 
@@ -40,12 +41,12 @@ class TrackMemory:
             known.seen = t
             if math.hypot(d.vx, d.vy) > STANDING:
                 known.still_since = t
-            if not known.moved:
-                doubt = 3.0 * math.sqrt(known.variance + d.position_variance)
-                if math.hypot(d.x - known.x, d.y - known.y) > DISPLACED + doubt:
-                    known.moved = True
-                elif d.position_variance < 0.5 * known.variance:
-                    known.x, known.y, known.variance = d.x, d.y, d.position_variance
+            if known.moved or d.position_variance > SURE:
+                continue
+            if known.variance > SURE:
+                known.x, known.y, known.variance = d.x, d.y, d.position_variance
+            elif math.hypot(d.x - known.x, d.y - known.y) > DISPLACED:
+                known.moved = True
         if len(table) > MOST:
             for track in [number for number, known in table.items() if t - known.seen > FORGET]:
                 del table[track]

@@ -12,8 +12,8 @@ from ads.map_monitor import MapMonitor
 from ads.parameters import Parameters
 from vehicle.messages import FloatArray, VehicleDescription
 
-CLEARANCE = 0.5  # m between the car's side and the obstacle's, at least
-COMFORT_CLEARANCE = 0.8  # m, wanted
+CLEARANCE = 0.65  # m between the car's side and the obstacle's, at least
+COMFORT_CLEARANCE = 0.9  # m, wanted
 WAIT_GAP = 15.0  # m between bumpers when waiting behind an obstacle; enough to swing out from
 SHORTEST_GAP = 3.0  # m; nearer than this the offset must clear the obstacle already
 SWING = 22.0  # m of path for a swing, wanted
@@ -23,6 +23,8 @@ UNKNOWN_SPEED = 5.0  # m/s assumed of one that may set off
 CONTACT_TIME = 3.0  # s kept to oncoming traffic when back in the lane
 CLOSE_TO_LANE = 0.8  # m of offset; less than this is back in the lane for oncoming traffic
 RESOLVE = 0.4  # s between two solutions
+OVERSHOOT = 0.5  # m beyond the wanted offset, at most
+SETTLED_PATH = 8.0  # m ahead in which a new plan asks for no more offset than the old one has
 LARGEST_BEND = 0.14  # 1/m
 NO_BOUND = 1e3  # m
 LEAST_CHANGE = 0.12  # m; a plan that differs less is not worth a new path
@@ -141,7 +143,7 @@ class Overtaking:
         self._solved = t
         solution = self._solve(s, obstacle, monitor)
         if solution is None:
-            return None
+            return False if same else None  # the old plan was good a moment ago
         pieces, step = solution
         self.obstacle = obstacle
         if self._pieces is not None and self._change(pieces, s, step) < LEAST_CHANGE:
@@ -187,8 +189,12 @@ class Overtaking:
             floor = self.needed_offset(obstacle, side, CLEARANCE)
             bound = (at >= obstacle.s_from - self._front - SHORTEST_GAP) & (at <= obstacle.s_to + self._rear + 0.5)
             room = monitor.room(0.5 * (obstacle.s_from + obstacle.s_to))
-            ceiling = room.half_width + room.side_width - 0.5 * car.width
-            (low if side > 0.0 else high)[bound] = side * floor
+            ceiling = min(room.half_width + room.side_width - 0.5 * car.width, goal + OVERSHOOT)
+            needed = np.where(bound, floor, -NO_BOUND)
+            if self._pieces is not None:  # no swerve for what a better look at the obstacle changes
+                close = at < s + SETTLED_PATH
+                needed[close] = np.minimum(needed[close], [side * self.offset(float(x)) for x in at[close]])
+            (low if side > 0.0 else high)[:] = side * needed
             (high if side > 0.0 else low)[:] = side * max(ceiling, floor)
         bend = min(LARGEST_BEND, 0.85 * math.tan(car.max_steer) / car.wheelbase)
         pieces = self._solver.solve(start, step, wanted, low, high, bend)

@@ -152,9 +152,12 @@ class TestFusion:
         assert sorted(rows[:, 8]) == [LIDAR, CAMERA]
 
     def test_farther_than_fusion_min_dist_is_not_one(self):
-        seen = [(20.0, 3.0, 0.5, 1.0, 0.8, 0.1)]
+        seen = [(14.5, 0.0, 1.8, 0.0, 0.8, 0.1)]
         assert len(self.fuse(seen, min_dist=4.5)) == 1
         assert len(self.fuse(seen, min_dist=2.5)) == 2
+
+    def test_a_pedestrian_beside_a_car_is_not_the_car(self):
+        assert len(self.fuse([(20.0, 3.0, 0.5, 1.0, 0.8, 0.1)])) == 2
 
     def test_a_far_camera_object_is_sure_across_and_unsure_along(self):
         (row,) = self.fuse([(60.0, 5.0, 1.8, 0.0, 0.8, 3.0)], boxes=np.zeros((0, 7)))
