@@ -80,6 +80,8 @@ def motion_of(log: Log) -> Motion | None:
     moving = np.zeros(len(grid), bool)
     if reference is not None and np.isfinite(reference).any():
         moving = np.abs(reference) > max(0.2, 0.3 * float(np.nanpercentile(np.abs(reference), 80)))
+    if "path_turn" in of:
+        of["path_turn"] = np.where(moving, of["path_turn"], np.nan)  # a standing car's path has no direction
     return Motion(grid, step, of, course, heading, moving)
 
 

@@ -38,6 +38,16 @@ def test_a_straight_drive_at_constant_speed_has_no_finding() -> None:
     assert told({"t": t, "x": 20 * t, "y": 0 * t, "yaw": 0 * t, "v": 20 + 0 * t}) == []
 
 
+def test_a_simulated_car_without_noise_that_stands_for_long_has_no_finding() -> None:
+    quiet = drive(noise=0.0)
+    still = {n: np.concatenate([c, np.repeat(c[1100:1101], 400), c[1100:]]) for n, c in quiet.items()}
+    at = 1100
+    for name in ("v", "yaw_rate", "ax", "ay", "accel_cmd"):
+        still[name][at : at + 400] = 0.0
+    still["x"][at:] += 1e-3 * np.sin(np.arange(len(still["x"]) - at))  # it trembles by a millimetre
+    assert [f for f in told({**still, "t": np.arange(len(still["x"])) * 0.02}) if f[0] == "log.dead_sensor"] == []
+
+
 def clipped(columns: Columns, name: str) -> Columns:
     limit = float(np.percentile(np.abs(columns[name]), 93))
     return {**columns, name: np.clip(columns[name], -limit, limit)}
