@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final, Literal
 
-from ads.control.longitudinal import ComfortSpeedControl, SpeedControl
+from ads.control.longitudinal import ComfortSpeedControl, SpeedControl, allowed_speed
 from ads.control.pedals import Pedals, PiPedals
 from ads.control.spline import SPEED, X, Y, project
 from ads.control.steering import LqrSteering, Steering
@@ -87,7 +87,7 @@ class Stack:
             "v": estimate.v,
             "position_sigma": estimate.position_sigma,
             "path_error": float(project(path, estimate.x, estimate.y, index, 10)[2]),
-            "target_speed": float(path[index, SPEED]),
+            "target_speed": allowed_speed(float(path[index, SPEED]), estimate.v, decision.limits),
             **planner.trace,
         }
         return Command(t, steer, accel, throttle, brake)

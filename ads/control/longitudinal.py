@@ -60,6 +60,12 @@ def wanted_acceleration(
     return max(a, -HARD_DECELERATION), stop
 
 
+def allowed_speed(profile: float, v: float, limits: list[tuple[float, float]]) -> float:
+    """Speed [m/s] from which every limit ahead is met by comfortable braking; `profile` that of the path here [m/s]."""
+    braking = 2.0 * float(comfort_deceleration(v))
+    return min([profile, *(math.sqrt(speed * speed + braking * max(distance, 0.0)) for distance, speed in limits)])
+
+
 class SpeedControl(Protocol):
     """Turns speed limits into one acceleration."""
 

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import solve_discrete_are
 
 from ads.control.delay_compensation import DelayCompensation
-from ads.control.longitudinal import NOW, ComfortSpeedControl
+from ads.control.longitudinal import COMFORT_DECELERATION, NOW, ComfortSpeedControl, allowed_speed
 from ads.control.lqr import DT, V_0, riccati_gain
 from ads.control.mpc import N, OffsetPlanner, offset_at
 from ads.control.pedals import PiPedals
@@ -259,3 +259,14 @@ class TestSpeedControl:
         assert rows[-1, 1] == pytest.approx(3.0, abs=0.05)
         assert gaps[-1] == pytest.approx(7.5, abs=1.5)
         assert min(gaps) > 6.0
+
+
+class TestAllowedSpeed:
+    def test_a_stop_ahead_is_met_by_comfortable_braking(self):
+        assert allowed_speed(9.0, 5.0, [(10.0, 0.0)]) == pytest.approx(math.sqrt(2 * COMFORT_DECELERATION * 10.0))
+
+    def test_the_lowest_limit_counts(self):
+        assert allowed_speed(5.5, 5.0, [(NOW, 4.0), (200.0, 0.0)]) == 4.0
+
+    def test_without_limits_it_is_that_of_the_path(self):
+        assert allowed_speed(3.6, 5.0, []) == 3.6
