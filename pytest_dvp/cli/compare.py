@@ -18,6 +18,9 @@ from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
 
 if TYPE_CHECKING:
+    from openscenario.findings import Finding
+    from pytest_dvp.log import Log
+    from pytest_dvp.reality_gap.black_box import Subject
     from pytest_dvp.reality_gap.compare import Comparison
 
 
@@ -45,9 +48,10 @@ def execute(arguments: argparse.Namespace) -> int:
         raise WrongArgument(f"--report {arguments.report}: no folder {Path(arguments.report).parent}")
     from pytest_dvp.reality_gap.pooled import pooled
 
-    found = _compare_all(arguments)
+    subject, logs = _read_all(arguments)
+    found = _compare_all(arguments, subject, {name: log for name, (log, _) in logs.items()})
     if arguments.report:
-        _report(arguments.report, found)
+        _report(arguments.report, found, {name: findings for name, (_, findings) in logs.items()})
     if arguments.json:
         print(json.dumps(_finite(pooled(found)), ensure_ascii=False, allow_nan=False))
         return 0
@@ -58,25 +62,53 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _compare_all(arguments: argparse.Namespace) -> dict[str, Comparison]:
+def _read_all(arguments: argparse.Namespace) -> tuple[Subject, dict[str, tuple[Log, tuple[Finding, ...]]]]:
+    """The model, and logs with their warnings by name, all before any physics; the warnings are told on stderr.
+
+    Raises LogError for a log with an error: a model would be bent to explain it.
+    """
+    from rich.console import Console
+
+    from pytest_dvp.doctor import read_sound, tell
+    from pytest_dvp.reality_gap.black_box import LogSubject, load_subject
+
+    options = log_options(arguments)
+    logs: dict[str, tuple[Log, tuple[Finding, ...]]] = {}
+    with Console(stderr=True).status("reading") as status:
+        alike = options if _same_kind(arguments.model, arguments.logs) else {"msg_dirs": options["msg_dirs"]}
+        subject = load_subject(arguments.model, effects_from(arguments), **alike)
+        for text in arguments.logs:
+            status.update(f"reading {text}")
+            name = Path(text).name
+            logs[name if name not in logs else text] = read_sound(text, **options)
+    for _, findings in logs.values():
+        tell(findings)
+    tell(subject.findings if isinstance(subject, LogSubject) else ())
+    return subject, logs
+
+
+def _same_kind(model: str, logs: list[str]) -> bool:
+    """Whether the mapping of the logs fits a second log that is the model: a CSV of one's own needs no ROS mapping."""
+    from pytest_dvp.logs.cut import parse_argument
+    from pytest_dvp.logs.read import kind_of
+
+    if ".py:" in model or model.endswith((".toml", ".py", ".fmu")):
+        return False
+    return kind_of(parse_argument(model).path) in {kind_of(parse_argument(text).path) for text in logs}
+
+
+def _compare_all(arguments: argparse.Namespace, subject: Subject, logs: dict[str, Log]) -> dict[str, Comparison]:
     """Comparisons by log as it was named; the status line on stderr is shown on terminals only."""
     from rich.console import Console
 
-    from pytest_dvp.logs.read import read_log
-    from pytest_dvp.reality_gap.black_box import load_subject
     from pytest_dvp.reality_gap.compare import compare
 
     channels = [name.strip() for name in arguments.channels.split(",")] if arguments.channels else None
-    options = log_options(arguments)
     found: dict[str, Comparison] = {}
-    with Console(stderr=True).status("reading") as status:
-        subject = load_subject(arguments.model, effects_from(arguments))
-        for text in arguments.logs:
-            status.update(f"reading {text}")
-            log = read_log(text, **options)
-            status.update(f"comparing {text} with {subject.name}")
-            name = Path(text).name
-            found[name if name not in found else text] = compare(log, subject, channels=channels)
+    with Console(stderr=True).status("comparing") as status:
+        for name, log in logs.items():
+            status.update(f"comparing {name} with {subject.name}")
+            found[name] = compare(log, subject, channels=channels)
     return found
 
 
@@ -92,11 +124,11 @@ def _page(name: str, comparison: Comparison) -> str:
     ])  # fmt: skip
 
 
-def _report(path: str, found: dict[str, Comparison]) -> None:
+def _report(path: str, found: dict[str, Comparison], findings: dict[str, tuple[Finding, ...]]) -> None:
     from pytest_dvp.reality_gap.page import page_of
     from reports.compare import write_compare_report
 
-    write_compare_report(path, [page_of(name, comparison) for name, comparison in found.items()])
+    write_compare_report(path, [page_of(name, one, findings[name]) for name, one in found.items()])
 
 
 def _finite(value: Any) -> Any:

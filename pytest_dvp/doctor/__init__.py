@@ -2,6 +2,6 @@
 
 from pytest_dvp.doctor.examine import examine
 from pytest_dvp.doctor.excitation import Excitation, excitation
-from pytest_dvp.doctor.sound import read_sound
+from pytest_dvp.doctor.sound import check_sound, read_sound, tell
 
-__all__ = ["Excitation", "examine", "excitation", "read_sound"]
+__all__ = ["Excitation", "check_sound", "examine", "excitation", "read_sound", "tell"]

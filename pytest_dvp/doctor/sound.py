@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,18 @@ def read_sound(argument: str | Path, **options: Any) -> tuple[Log, tuple[Finding
     would be bent to explain.
     """
     log = read_log(argument, **options)
-    findings = examine(log, file=str(argument), line=3)
+    return log, check_sound(log, file=str(argument), line=3)
+
+
+def check_sound(log: Log, *, file: str = "", line: int | None = None) -> tuple[Finding, ...]:
+    """The warnings about a log; arguments as of examine. Raises LogError with all findings if one is an error."""
+    findings = examine(log, file=file, line=line)
     if any(finding.severity == "error" for finding in findings):
         raise LogError.of(findings)
-    return log, findings
+    return findings
+
+
+def tell(findings: Iterable[Finding]) -> None:
+    """One line each on stderr: stdout belongs to the answer."""
+    for finding in findings:
+        print(finding, file=sys.stderr)

@@ -61,9 +61,11 @@ def _measured(log: Log, model: str, signal: str, kind: str) -> Measured:
 @functools.lru_cache(maxsize=1)
 def _compared(log: Log, model: str, changed: int, size: int) -> Comparison:
     """The last comparison, as several bounds of one gate ask for it; `changed` and `size` tell a rewritten file."""
+    from pytest_dvp.doctor import check_sound
     from pytest_dvp.reality_gap.black_box import CompareError, load_subject
     from pytest_dvp.reality_gap.compare import compare
 
+    check_sound(log)  # a wrong unit is no reality gap: LogError makes the verdict inconclusive
     try:
         return compare(log, load_subject(model))
     except CompareError as error:

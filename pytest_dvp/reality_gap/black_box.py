@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -14,6 +14,7 @@ from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.segments import CHANNELS, Segments, posed
 
 if TYPE_CHECKING:
+    from openscenario.findings import Finding
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
 
@@ -73,8 +74,8 @@ class LogSubject:
     inputs: tuple[str, ...] = ()
     restarts = False
 
-    def __init__(self, log: Log, name: str = "second log") -> None:
-        self.log, self.name = log, name
+    def __init__(self, log: Log, name: str = "second log", findings: tuple[Finding, ...] = ()) -> None:
+        self.log, self.name, self.findings = log, name, findings
 
     def output(self, log: Log, segments: Segments) -> FloatArray:
         t = self.log.t
@@ -188,12 +189,19 @@ class FmuSubject:
         return posed(found, segments)
 
 
-def load_subject(argument: str, effects: Mapping[str, Effect] | None = None) -> Subject:
+def load_subject(
+    argument: str,
+    effects: Mapping[str, Effect] | None = None,
+    *,
+    mapping: Path | None = None,
+    msg_dirs: Sequence[Path] = (),
+) -> Subject:
     """What the option --model names: M.toml, step.py (or step.py:function), model.fmu, else a second log.
 
     `effects`: those of the user's own by name, which M.toml may use beside the catalogue's.
+    `mapping`, `msg_dirs`: how to read a second log, as of read_log; its warnings are in `.findings` of the subject.
 
-    Raises CompareError, ModelError or LogError.
+    Raises CompareError, ModelError or LogError, the last also for a log that the doctor finds errors in.
     """
     path, _, function = argument.partition(".py:")
     if function or argument.endswith(".py"):
@@ -208,9 +216,10 @@ def load_subject(argument: str, effects: Mapping[str, Effect] | None = None) -> 
         if not Path(argument).is_file():
             raise CompareError(f"{argument}: no such file")
         return FmuSubject(Path(argument))
-    from pytest_dvp.logs.read import read_log
+    from pytest_dvp.doctor import read_sound
 
-    return LogSubject(read_log(argument), Path(argument).name)
+    log, findings = read_sound(argument, mapping=mapping, msg_dirs=msg_dirs)
+    return LogSubject(log, Path(argument).name, findings)
 
 
 def load_step(path: Path, name: str = "step") -> StepFunction:

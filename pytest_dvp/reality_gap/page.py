@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from openscenario.findings import Finding
 from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.compare import Comparison
 from pytest_dvp.reality_gap.regimes import LATERAL, LONGITUDINAL, REGIMES, ribbon, speed_bins
@@ -14,8 +16,8 @@ from pytest_dvp.reality_gap.words import headline, skipped
 SMOOTHED = 0.5  # s over which the error along the path is averaged
 
 
-def page_of(name: str, comparison: Comparison) -> dict[str, Any]:
-    """Input of `reports.compare.write_compare_report` for one log."""
+def page_of(name: str, comparison: Comparison, findings: Sequence[Finding] = ()) -> dict[str, Any]:
+    """Input of `reports.compare.write_compare_report` for one log; `findings` are the doctor's warnings about it."""
     along, across = _track_errors(comparison)
     return {
         "log": name,
@@ -27,6 +29,7 @@ def page_of(name: str, comparison: Comparison) -> dict[str, Any]:
         },
         "where": [{**where.as_dict(), "kind": where.kind} for where in comparison.where],
         "skipped": skipped(comparison.not_compared),
+        "warnings": [f"{finding.code} {finding.element}: {finding.message}" for finding in findings],
         "t": comparison.t,
         "measured": comparison.measured,
         "modelled": comparison.modelled,

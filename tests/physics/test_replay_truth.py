@@ -20,7 +20,6 @@ from vehicle.model.replay import Replay
 SHOWN_ONLY = ("gnss_latency", "gnss_lever_arm", "heading_bias", "wheel_radius")  # these alter the pose that is logged
 SIGMAS = np.array([SIGMA[name] for name in MEASURED])
 APART = {  # the truth car defines these in its own way: said here, tested elsewhere
-    "lift_off_braking": "it releases at 0.1 m/s^2, ours at 0.05: test_vehicle_longitudinal",
     "steer_compliance": "its front force keeps the direction of the commanded angle, which costs 0.1 m in 5 s",
 }
 

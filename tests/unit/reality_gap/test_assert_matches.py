@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from gap_logs import baseline, drive
 
 from pytest_dvp import assert_matches
+from pytest_dvp.log import LogError
+from pytest_dvp.signals import SIGNALS
 
 
 def test_right_model_matches() -> None:
@@ -46,3 +50,13 @@ def test_signal_that_was_not_measured_does_not_pass() -> None:
 def test_without_a_bound_nothing_is_asserted_and_that_is_an_error() -> None:
     with pytest.raises(ValueError, match="no bound"):
         assert_matches(drive(), baseline())
+
+
+def test_file_in_kilometres_an_hour_is_refused(tmp_path: Path) -> None:
+    log = drive()
+    columns = {**log.columns, "v": 3.6 * log["v"]}
+    rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns.values(), strict=True)]
+    head = ",".join(f"{name} [{SIGNALS[name].unit}]" for name in columns)
+    (tmp_path / "kmh.csv").write_text("\n".join([head, *rows]) + "\n")
+    with pytest.raises(LogError, match="km/h"):
+        assert_matches(tmp_path / "kmh.csv", baseline(), rmse={"v": 100.0})

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from gap_logs import WHEELBASE, drive
 
@@ -108,3 +110,65 @@ def test_model_may_use_an_effect_of_the_users_own(tmp_path: Path, capsys: pytest
     words = ["compare", written(tmp_path, drive(brake_gain=0.8)), "--model", str(tmp_path / "car.toml")]
     assert main([*words, "--effects", str(tmp_path / "weak.py"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["signals"]["v"]["chi2_per_n"] == pytest.approx(1.0, abs=0.2)
+
+
+def in_degrees(log: Log) -> Log:
+    """Yaw and its rate as a logger writes them that names degrees radians."""
+    wrong = {name: np.degrees(log[name]) for name in ("yaw", "yaw_rate")}
+    return dataclasses.replace(log, columns={**log.columns, **wrong})
+
+
+def with_gap(log: Log) -> Log:
+    """A second of rows was lost."""
+    kept = (log.t < 10.0) | (log.t > 11.0)
+    return dataclasses.replace(log, columns={name: values[kept] for name, values in log.columns.items()})
+
+
+def test_degrees_as_radians_are_refused_before_any_physics(
+    tmp_path: Path, model: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError("compared")
+
+    monkeypatch.setattr("pytest_dvp.reality_gap.compare.compare", never)
+    good, bad = written(tmp_path, drive()), written(tmp_path, in_degrees(drive()), "degrees.csv")
+    assert main(["compare", good, bad, "--model", model]) == 1
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.count("\n") == 1
+    assert "degrees.csv" in told.err
+    assert "degrees stored as radians" in told.err
+
+
+def test_second_log_in_degrees_is_no_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bad = written(tmp_path, in_degrees(drive()), "degrees.csv")
+    assert main(["compare", written(tmp_path, drive()), "--model", bad]) == 1
+    assert "degrees stored as radians" in capsys.readouterr().err
+
+
+def test_warnings_are_told_and_the_log_is_compared(
+    tmp_path: Path, model: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "compare.html"
+    log = written(tmp_path, with_gap(drive()))
+    assert main(["compare", log, "--model", model, "--report", str(page)]) == 0
+    told = capsys.readouterr()
+    assert "warning log.gap column t" in told.err
+    assert "chi²/N" in told.out
+    assert "Warning: log.gap column t" in page.read_text(encoding="utf-8")
+
+
+def test_json_on_stdout_stays_one_document_beside_warnings(
+    tmp_path: Path, model: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["compare", written(tmp_path, with_gap(drive())), "--model", model, "--json"]) == 0
+    told = capsys.readouterr()
+    assert "log.gap" in told.err
+    assert set(json.loads(told.out)) == {"alignment", "signals", "where"}
+
+
+def test_mapping_is_passed_on(tmp_path: Path, model: str, capsys: pytest.CaptureFixture[str]) -> None:
+    log = written(tmp_path, drive(20.0))
+    (tmp_path / "map.toml").write_text('[[signal]]\nname = "v"\nfield = "no_such_field"\n')
+    assert main(["compare", log, "--model", model, "--map", str(tmp_path / "map.toml")]) == 1
+    assert "no_such_field" in capsys.readouterr().err

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import numpy as np
 import pytest
 from gap_logs import drive
 
@@ -64,6 +65,15 @@ def test_log_without_commands_is_inconclusive(folder: Path) -> None:
         {name: values for name, values in log.columns.items() if not name.endswith("_cmd")}, meta={"stage": "rw"}
     )
     assert judge(read_gates(path), bare)[0].status == "INCONCLUSIVE"
+
+
+def test_log_in_degrees_is_inconclusive(folder: Path) -> None:
+    path = written(folder, '[[gate]]\nmodel = "models/car.toml"\nrmse = { v = 100.0 }\n')
+    log = drive()
+    wrong = {name: np.degrees(log[name]) for name in ("yaw", "yaw_rate")}
+    verdict = judge(read_gates(path), staged(dataclasses.replace(log, columns={**log.columns, **wrong})))[0]
+    assert verdict.status == "INCONCLUSIVE"
+    assert "degrees stored as radians" in verdict.message
 
 
 @pytest.mark.parametrize(
