@@ -110,6 +110,7 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
     wheelbase = subject.model.car.wheelbase if isinstance(subject, ModelSubject) else 2.5
     segments = cut(log.t, measured, wheelbase=wheelbase)
     output = subject.output(log, segments)
+    _check_finite(subject, log.t, output)
     judged, left_out = _channels(subject, measured, output, channels)
     free_speed = "v" not in subject.held
     sigma = _noise(log.t, measured, judged)
@@ -118,6 +119,7 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
     found = residuals(output, measured, log.t, sigma, segments, free_speed=free_speed)
     if subject.restarts:
         output = subject.output(log, restarted(segments, found))
+        _check_finite(subject, log.t, output)
         again = residuals(output, measured, log.t, sigma, segments, free_speed=free_speed)
         found = again if again.total < found.total else found
     column = {name: CHANNELS.index(name) for name in judged}
@@ -150,6 +152,19 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
         chi2_per_n=found.total,
         not_compared=left_out,
     )
+
+
+def _check_finite(subject: Subject, t: FloatArray, output: FloatArray) -> None:
+    """A model that we step must stay finite: what is missing would otherwise pass as explained. Raises CompareError."""
+    if not subject.restarts:
+        return  # a log of another model may have gaps of its own
+    bad: BoolArray = ~np.isfinite(output)
+    given = range(len(CHANNELS)) if isinstance(subject, ModelSubject) else np.flatnonzero(~bad.all(axis=0)).tolist()
+    if not given:
+        raise CompareError(f"{subject.name}: gives no finite value at all")
+    row, name = min((int(np.argmax(bad[:, k])), CHANNELS[k]) if bad[:, k].any() else (len(t), "") for k in given)
+    if name:
+        raise CompareError(f"{subject.name}: {name} is not finite from t={t[row]:.3f} s on")
 
 
 def as_subject(model: Comparable) -> Subject:

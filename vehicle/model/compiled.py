@@ -8,6 +8,7 @@ own compile (about 0.1 s, once) and no more than a built-in one afterwards.
 from __future__ import annotations
 
 import math
+import sys
 from functools import cache
 from typing import Any
 
@@ -70,8 +71,10 @@ def compiled(effect: Effect) -> Any:
 
 
 def _compile(signature: Any, function: Any) -> Any:
+    # A cached function is loaded through its module's name: a user's file, run by its path, has none to be found by.
+    cache = function.__module__ in sys.modules
     try:
-        return cfunc(signature, cache=True, error_model="numpy")(function)
+        return cfunc(signature, cache=cache, error_model="numpy")(function)
     except RuntimeError as error:
         if "cannot cache" not in str(error):
             raise

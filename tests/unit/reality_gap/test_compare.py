@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,9 @@ from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.black_box import CompareError
 from pytest_dvp.reality_gap.compare import compare
 from pytest_dvp.reality_gap.pooled import pooled
+from vehicle.model.catalogue import effects_of_file
 from vehicle.model.errors import ModelError
+from vehicle.model.model_file import parse_model
 
 
 def test_model_without_error_leaves_nothing_to_explain() -> None:
@@ -172,3 +175,18 @@ def test_any_finite_columns_give_finite_figures_or_one_line(seed: int) -> None:
     assert "\n" not in complaint
     json.dumps(document)
     assert all(0.0 <= w["share_of_error"] <= 1.0 + 1e-9 for w in document["where"])
+
+
+def test_model_that_breaks_is_refused_and_not_perfect(tmp_path: Path) -> None:
+    file = tmp_path / "broken.py"
+    file.write_text(
+        "from vehicle.model.effect import Key, effect\n\n"
+        '@effect(name="broken", slot="actuator", physics="a root of a negative number", equation="d = nan",\n'
+        '        source="none", reveals="anything",\n'
+        '        parameters=(Key("c", "-", 0.1, 1.0, neutral=0.0, least=0.1, meaning="none"),))\n'
+        "def broken(x, p, m):\n    x.steer = x.steer + (x.vx - x.vx) / (x.vx - x.vx)\n",
+        encoding="utf-8",
+    )
+    text = "[parameters]\nwheelbase = 2.45\n[[effect]]\nname = 'broken'\nparameters = { c = 0.5 }\n"
+    with pytest.raises(CompareError, match=r"is not finite from t=0\.0"):
+        compare(drive(), parse_model(text, extra=effects_of_file(file)))

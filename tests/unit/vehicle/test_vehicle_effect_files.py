@@ -38,6 +38,20 @@ def test_a_users_effect_acts_like_a_built_in_one(tmp_path: Path) -> None:
     assert car.advance(2000)[-1, 5] == pytest.approx(0.5 * 2.0**2 / 2.0, abs=2e-3)
 
 
+def test_a_users_effect_runs_again_in_the_next_process(tmp_path: Path) -> None:
+    file = tmp_path / "my_effect.py"
+    file.write_text(MINE, encoding="utf-8")
+    code = (
+        "from pathlib import Path\n"
+        "from vehicle.model.catalogue import effects_of_file\n"
+        "from vehicle.model.compiled import compiled\n"
+        f"print(compiled(effects_of_file(Path({str(file)!r}))['magnet']).address > 0)\n"
+    )
+    for _ in range(2):
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        assert done.stdout.strip() == "True", done.stderr
+
+
 def test_an_installed_package_announces_its_effects(tmp_path: Path) -> None:
     (tmp_path / "magnets.py").write_text(MINE, encoding="utf-8")
     about = tmp_path / "magnets-1.0.dist-info"
