@@ -62,7 +62,7 @@ def render_compare_report(pages: Sequence[Mapping[str, Any]]) -> str:
         if page["position"] is not None:
             figures[f"path{number}"] = path_figure(page["t"], *page["position"], page["error"])
         figures[f"time{number}"] = time_figure(page)
-    scripts = [plotly_js(), _asset("compare.js")]
+    scripts = [plotly_js(), _asset("theme.js"), _asset("compare.js")]
     text: str = _template().render(
         pages=pages,
         figures=figures,

@@ -2,7 +2,7 @@
 
 Everything that comes from a user's file is data: it reaches the page through Jinja's escaping or inside one JSON block
 whose `<`, `>` and `&` are escaped, and the page's scripts write it with `textContent`. A content security policy with
-the hashes of our own three scripts stands behind that.
+the hashes of our own scripts stands behind that.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def render_run_report(
         if len(text) <= MAX_SCENE_BYTES or stride >= 64:
             break
         stride *= 2
-    scripts = [plotly_js(), _asset("view.js"), _asset("run.js")]
+    scripts = [plotly_js(), _asset("theme.js"), _asset("view.js"), _asset("run.js")]
     page: str = _template().render(
         result=result,
         title=f"{result.get('scenario', '')} · {result.get('stage', '')}",

@@ -93,7 +93,6 @@ class ComfortSpeedControl:
         self._points = np.zeros((ROOM, 2))
         self._a = 0.0
         self._standing = False
-        self._started = False
 
     def step(
         self,
