@@ -111,11 +111,11 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
     segments = cut(log.t, measured, wheelbase=wheelbase)
     output = subject.output(log, segments)
     _check_finite(subject, log.t, output)
-    judged, left_out = _channels(subject, measured, output, channels)
+    judged, left_out = judged_channels(subject, measured, output, channels)
     free_speed = "v" not in subject.held
-    sigma = _noise(log.t, measured, judged)
+    sigma = noise_floor(log.t, measured, judged)
     rough = residuals(output, measured, log.t, sigma, segments, free_speed=free_speed)
-    sigma = _noise(log.t, measured, judged, rough.values)
+    sigma = noise_floor(log.t, measured, judged, rough.values)
     found = residuals(output, measured, log.t, sigma, segments, free_speed=free_speed)
     if subject.restarts:
         output = subject.output(log, restarted(segments, found))
@@ -178,7 +178,7 @@ def as_subject(model: Comparable) -> Subject:
     return model
 
 
-def _channels(
+def judged_channels(
     subject: Subject, measured: FloatArray, output: FloatArray, wanted: Collection[str] | None
 ) -> tuple[list[str], dict[str, str]]:
     """Channels to judge in their order, and why the others are not."""
@@ -207,7 +207,9 @@ def _channels(
     return judged, reasons
 
 
-def _noise(t: FloatArray, measured: FloatArray, judged: Collection[str], rest: FloatArray | None = None) -> FloatArray:
+def noise_floor(
+    t: FloatArray, measured: FloatArray, judged: Collection[str], rest: FloatArray | None = None
+) -> FloatArray:
     """Sigma (8,) of the judged channels, inf for the others; a noiseless constant gets a tiny one."""
     found = np.full(len(CHANNELS), np.inf)
     for name in judged:

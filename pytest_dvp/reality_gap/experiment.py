@@ -1,0 +1,173 @@
+"""A log set up so that a model with any effects can be tried on it: whitened residuals in about a millisecond."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+import numpy as np
+from numba import njit
+
+from pytest_dvp.log import FloatArray, Log
+from pytest_dvp.reality_gap.black_box import ModelSubject, held
+from pytest_dvp.reality_gap.compare import judged_channels, noise_floor
+from pytest_dvp.reality_gap.projection import IntArray
+from pytest_dvp.reality_gap.segments import CHANNELS, Residuals, cut, measured_array, residuals, restarted
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.model import VehicleModel
+
+Values: TypeAlias = Mapping[tuple[str, str], float]
+"""(effect, key) -> value, over those of the model."""
+
+
+class Machine(Protocol):
+    """What answers commands with motion, with any values of any effects: a `vehicle.model.replay.Replay`."""
+
+    def run(self, values: Values | None = None, *, starts: IntArray | None = None,
+            states: FloatArray | None = None) -> FloatArray:  # fmt: skip
+        """The channels (n, 8) at the stamps; see Replay.run."""
+        ...
+
+
+class Experiment:
+    """One log and one model.
+
+    name   of the log; channels: those that are judged; sigma (8,) noise of each, inf where not judged
+    edges  (m + 1,) where the segments begin and end in the whitened residual
+    """
+
+    def __init__(self, name: str, log: Log, model: VehicleModel, *, extra: Iterable[Effect] = ()) -> None:
+        from vehicle.model.replay import Replay
+
+        subject = ModelSubject(model)
+        commands = {column: held(log, column, subject.name) for column in subject.inputs}
+        self.name, self.log, self.model = name, log, model
+        self.machine: Machine = Replay(model, log.t, commands, extra=extra)
+        self.measured = measured_array(log.columns)
+        self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase)
+        self._first = self.segments
+        self._free_speed = "v" not in subject.held
+        output = self.machine.run({}, starts=self.segments.starts, states=self.segments.states)
+        self.channels, self.not_judged = judged_channels(subject, self.measured, output, None)
+        self.sigma = noise_floor(log.t, self.measured, self.channels)
+        rough = self._residuals(output)
+        self.sigma = noise_floor(log.t, self.measured, self.channels, rough.values)
+        self.count = int(self._residuals(output).count.sum())
+        self.edges = np.append(self.segments.starts, len(log.t)).astype(np.int64) * len(CHANNELS)
+
+    def motion(self, values: Values) -> FloatArray:
+        """What the model would have shown (n, 8), each segment from its start."""
+        return self.machine.run(values, starts=self.segments.starts, states=self.segments.states)
+
+    def residuals(self, values: Values) -> Residuals:
+        """Measured - model with these values, the best start of each segment taken out."""
+        return self._residuals(self.motion(values))
+
+    def whitened(self, values: Values) -> FloatArray:
+        """Residuals in units of the noise, (n * 8,), row by row; 0 where nothing was compared."""
+        return _whitened(self.residuals(values).values, self.sigma)
+
+    def settle(self, values: Values) -> None:
+        """From now on the segments begin where the model with these values would have had them begin."""
+        self.segments = self._first
+        self.segments = restarted(self._first, self.residuals(values))
+
+    def estimate_noise(self, values: Values) -> None:
+        """Take the noise from what these values leave unexplained, where that is less than before."""
+        self.sigma = noise_floor(self.log.t, self.measured, self.channels, self.residuals(values).values)
+
+    def _residuals(self, output: FloatArray) -> Residuals:
+        return residuals(output, self.measured, self.log.t, self.sigma, self.segments, free_speed=self._free_speed)
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Campaign:
+    """Several experiments with one model, judged together."""
+
+    experiments: tuple[Experiment, ...]
+
+    @property
+    def count(self) -> int:
+        """Samples judged in all."""
+        return sum(e.count for e in self.experiments)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels that are judged in one log at least, in the order of CHANNELS."""
+        return tuple(c for c in CHANNELS if any(c in e.channels for e in self.experiments))
+
+    def whitened(self, values: Values) -> FloatArray:
+        """Residuals of all experiments in units of their noise, one after the other."""
+        if len(self.experiments) == 1:
+            return self.experiments[0].whitened(values)
+        return np.concatenate([e.whitened(values) for e in self.experiments])
+
+    def settle(self, values: Values) -> None:
+        """See Experiment.settle."""
+        for e in self.experiments:
+            e.settle(values)
+
+    def by_segment(self, whitened: FloatArray) -> FloatArray:
+        """Sum of squares (m,) of each segment of all experiments."""
+        return np.add.reduceat(whitened * whitened, self.starts())
+
+    def starts(self) -> IntArray:
+        """Where the segments (m,) begin in the whitened residual."""
+        found, offset = [], 0
+        for e in self.experiments:
+            found.append(e.edges[:-1] + offset)
+            offset += int(e.edges[-1])
+        return np.concatenate(found)
+
+    def by_channel(self, values: Values) -> dict[str, float]:
+        """chi^2/N of each channel over all experiments."""
+        sums: dict[str, list[float]] = {}
+        for e in self.experiments:
+            found = e.residuals(values)
+            for name in e.channels:
+                k = CHANNELS.index(name)
+                if found.count[k]:
+                    pair = sums.setdefault(name, [0.0, 0.0])
+                    pair[0] += float(found.chi2[k]) * float(found.count[k])
+                    pair[1] += float(found.count[k])
+        return {name: sums[name][0] / sums[name][1] for name in CHANNELS if name in sums}
+
+    def rmse(self, values: Values) -> dict[str, float]:
+        """RMSE of each channel in its unit, over all experiments, on segments of about 5 s."""
+        sums: dict[str, list[float]] = {}
+        for e in self.experiments:
+            found = e.residuals(values)
+            for name in e.channels:
+                rest = found.values[:, CHANNELS.index(name)]
+                pair = sums.setdefault(name, [0.0, 0.0])
+                pair[0] += float(np.nansum(rest * rest))
+                pair[1] += float(np.isfinite(rest).sum())
+        return {name: float(np.sqrt(sums[name][0] / max(sums[name][1], 1.0))) for name in CHANNELS if name in sums}
+
+    def noise(self) -> dict[str, float]:
+        """Noise sigma of each channel in its unit: root mean square over the experiments."""
+        found: dict[str, list[float]] = {}
+        for e in self.experiments:
+            for name in e.channels:
+                found.setdefault(name, []).append(float(e.sigma[CHANNELS.index(name)]))
+        return {name: float(np.sqrt(np.mean(np.square(found[name])))) for name in CHANNELS if name in found}
+
+
+def campaign(logs: Mapping[str, Log], model: VehicleModel, *, extra: Sequence[Effect] = ()) -> Campaign:
+    """Experiments of a model on logs by name. Raises CompareError or ModelError: an input missing, nothing to judge."""
+    return Campaign(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
+
+
+@njit(cache=True, error_model="numpy")
+def _whitened(values: FloatArray, sigma: FloatArray) -> FloatArray:
+    n, m = values.shape
+    out = np.zeros(n * m)
+    for k in range(m):
+        if np.isfinite(sigma[k]) and sigma[k] > 0.0:
+            for i in range(n):
+                if np.isfinite(values[i, k]):
+                    out[i * m + k] = values[i, k] / sigma[k]
+    return out
