@@ -1,0 +1,179 @@
+"""Least squares over the parameters of effects: Levenberg-Marquardt on simulation error, then a zoom by coordinate.
+
+Many effects are not smooth in their parameter (dead band, play, delay), so every derivative is a finite difference over
+a step that matters, and the end is looked at point by point.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from math import exp, isfinite, log
+from typing import TypeAlias
+
+import numpy as np
+
+from pytest_dvp.log import FloatArray
+from pytest_dvp.reality_gap.experiment import Campaign, Values
+from vehicle.model.effect import Key
+
+Residual: TypeAlias = Callable[[FloatArray], FloatArray]
+
+STEP = 0.006  # of a coordinate's range, for derivatives
+_BEYOND = 0.5  # of its range, how far outside a coordinate may go if the equation allows it
+_LONGEST = 0.35  # of its range, in one step
+_ZOOM = (0.02, 0.005)
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Coordinate:
+    """A parameter as a number that goes from 0 to 1 over its typical range, by ratio where that is positive and wide."""
+
+    effect: str
+    key: Key
+
+    @property
+    def name(self) -> tuple[str, str]:
+        """(effect, key)."""
+        return self.effect, self.key.name
+
+    @property
+    def by_ratio(self) -> bool:
+        """True if equal steps are equal ratios."""
+        return self.key.low > 0.0 and self.key.high > 3.0 * self.key.low
+
+    def value(self, u: float) -> float:
+        """The parameter at u, kept within what the equation allows."""
+        key = self.key
+        found = key.low * exp(u * log(key.high / key.low)) if self.by_ratio else key.low + u * (key.high - key.low)
+        return min(max(found, key.minimum), key.maximum)
+
+    def place(self, value: float) -> float:
+        """u of a value."""
+        key = self.key
+        if self.by_ratio:
+            return log(max(value, 1e-3 * key.low) / key.low) / log(key.high / key.low)
+        return (value - key.low) / (key.high - key.low)
+
+    def edge(self, value: float) -> bool:
+        """True if the value stands where the search had to stop."""
+        u = self.place(value)
+        return u <= -_BEYOND + 1e-3 or u >= 1.0 + _BEYOND - 1e-3
+
+    def slope(self, u: float) -> float:
+        """d value / d u."""
+        return (self.value(u + 1e-4) - self.value(u - 1e-4)) / 2e-4
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Fit:
+    """values of the coordinates; whitened residual (N,); chi2 its sum of squares; jacobian (N, p) by coordinate in u,
+    at these values or close to them."""
+
+    coordinates: tuple[Coordinate, ...]
+    values: dict[tuple[str, str], float]
+    residual: FloatArray
+    chi2: float
+    jacobian: FloatArray
+
+
+def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, fixed: Values | None = None,
+        rounds: int = 8, enough: float = 1.0, zoom: bool = False) -> Fit:  # fmt: skip
+    """The values with the least whitened residual, from `start` on.
+
+    fixed: values that stay. enough: a round that gains less than this in chi^2 is the last. zoom: look closer at the
+    end, for parameters that have no derivative.
+    """
+    coordinates = tuple(coordinates)
+    given = dict(fixed or {})
+    u = np.array([c.place(start[c.name]) for c in coordinates])
+
+    def residual(place: FloatArray) -> FloatArray:
+        return target.whitened(given | _values(coordinates, place))
+
+    r = residual(u)
+    best = float(r @ r)
+    jacobian = np.empty((len(r), len(coordinates)))
+    damping = 1e-3
+    for _ in range(rounds if coordinates else 0):
+        _derive(jacobian, residual, r, u)
+        before = best
+        u, r, best, damping = _improve(residual, jacobian, u, r, best, damping)
+        if before - best < enough:
+            break
+    if zoom:
+        u, r, best = _zoom(residual, u, r, best)
+        if coordinates:
+            _derive(jacobian, residual, r, u)
+    return Fit(coordinates, _values(coordinates, u), r, best, jacobian)
+
+
+def intervals(found: Fit, starts: FloatArray, quantile: float = 1.96) -> dict[tuple[str, str], tuple[float, float]]:
+    """95 % interval of each value.
+
+    Clustered by segment (starts (m,) in the residual): noise within a segment may be coloured in any way; segments
+    count as independent. Source: Liang and Zeger, Biometrika 73 (1986) 13; small-sample factor m/(m - p).
+    """
+    if not found.coordinates:
+        return {}
+    j, r = found.jacobian, found.residual
+    scores = np.add.reduceat(j * r[:, None], starts, axis=0)
+    m, p = len(starts), len(found.coordinates)
+    bread = np.linalg.pinv(j.T @ j)
+    clustered = bread @ (scores.T @ scores) @ bread * (m / max(m - p, 1))
+    plain = bread * max(found.chi2 / max(np.count_nonzero(r), 1), 0.0)
+    spread = np.sqrt(np.maximum(np.maximum(np.diag(clustered), np.diag(plain)), 0.0))
+    result = {}
+    for c, s in zip(found.coordinates, spread, strict=True):
+        value = found.values[c.name]
+        half = quantile * float(s) * abs(c.slope(c.place(value)))
+        result[c.name] = (max(value - half, c.key.minimum), min(value + half, c.key.maximum))
+    return result
+
+
+def _values(coordinates: Sequence[Coordinate], u: FloatArray) -> dict[tuple[str, str], float]:
+    return {c.name: c.value(float(place)) for c, place in zip(coordinates, u, strict=True)}
+
+
+def _derive(jacobian: FloatArray, residual: Residual, r: FloatArray, u: FloatArray) -> None:
+    for k in range(len(u)):
+        step = STEP if u[k] < 0.5 else -STEP
+        moved = u.copy()
+        moved[k] += step
+        np.subtract(residual(moved), r, out=jacobian[:, k])
+        jacobian[:, k] /= step
+
+
+def _improve(
+    residual: Residual, jacobian: FloatArray, u: FloatArray, r: FloatArray, best: float, damping: float
+) -> tuple[FloatArray, FloatArray, float, float]:
+    normal, slope = jacobian.T @ jacobian, jacobian.T @ r
+    scale = np.diag(normal).copy()
+    scale[scale <= 0.0] = 1.0
+    for _ in range(5):
+        step = -np.linalg.solve(normal + damping * np.diag(scale) + 1e-12 * np.eye(len(u)), slope)
+        if not np.isfinite(step).all():
+            break
+        step = np.clip(step, -_LONGEST, _LONGEST)
+        moved = np.clip(u + step, -_BEYOND, 1.0 + _BEYOND)
+        left = residual(moved)
+        chi2 = float(left @ left)
+        if isfinite(chi2) and chi2 < best:
+            return moved, left, chi2, max(damping / 10.0, 1e-7)
+        damping *= 8.0
+    return u, r, best, damping
+
+
+def _zoom(residual: Residual, u: FloatArray, r: FloatArray, best: float) -> tuple[FloatArray, FloatArray, float]:
+    for reach in _ZOOM:
+        for k in range(len(u)):
+            for side in (reach, -reach):
+                for _ in range(4):
+                    moved = u.copy()
+                    moved[k] = min(max(u[k] + side, -_BEYOND), 1.0 + _BEYOND)
+                    left = residual(moved)
+                    chi2 = float(left @ left)
+                    if not chi2 < best:
+                        break
+                    u, r, best = moved, left, chi2
+    return u, r, best

@@ -1,0 +1,208 @@
+"""The search for the effects that a model lacks: try all, fit the best few, add one, look again.
+
+Greedy choice is repaired afterwards: what no longer pays is dropped, and each effect must stand against every other one
+in its place. What does nearly as well in its place is its rival.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pytest_dvp.log import FloatArray
+from pytest_dvp.reality_gap.candidates import Candidate, least
+from pytest_dvp.reality_gap.experiment import Campaign
+from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit
+
+MOST = 6  # effects added to one model
+PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect
+SURE = 0.95  # share of bootstrap samples in which an effect must gain
+CLEAR = 20.0  # times PRACTICAL: a gain that needs no bootstrap, for effects that show in a single event
+RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
+_REFITTED = 6  # candidates of a round that are fitted, the best of the grid
+_DRAWS = 400
+_SEED = 7
+
+Tick = Callable[[str], None]
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Trial:
+    """A set of effects, fitted jointly. rest (m,): sum of squares by segment."""
+
+    names: tuple[str, ...]
+    found: Fit
+    rest: FloatArray
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squares."""
+        return self.found.chi2
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Found:
+    """Result of `search`: the base, the model after each step of the ladder, the final set with the rivals of each
+    effect (best first), and effects whose whole range would not have shown."""
+
+    base: Trial
+    ladder: tuple[Trial, ...]
+    final: Trial
+    rivals: dict[str, tuple[str, ...]]
+    not_excited: tuple[str, ...]
+
+
+class Search:
+    """One search; keeps what is needed again: the campaign, the candidates by name, the sample count."""
+
+    def __init__(self, target: Campaign, tried: Sequence[Candidate], tick: Tick = lambda text: None) -> None:
+        self.target, self.tick = target, tick
+        self.tried = {c.name: c for c in tried}
+        self.count = max(target.count, 1)
+        self.starts = target.starts()
+        self._not_excited: tuple[str, ...] = ()
+
+    def run(self) -> Found:
+        """Search until nothing pays any more."""
+        base = self._trial((), {})
+        ladder = [base]
+        best = base
+        while len(best.names) < MOST:
+            self.tick(f"effect {len(best.names) + 1}: trying {len(self.tried)}")
+            better = self._next(best)
+            if better is None:
+                break
+            best = better
+            ladder.append(best)
+            self.target.settle(best.found.values)
+            best = self._again(best)
+        best, rivals = self._contest(best)
+        return Found(base, tuple(ladder), best, rivals, self._not_excited)
+
+    def pays(self, without: Trial, with_it: Trial) -> bool:
+        """True if the step from one set to the other is worth an effect: in size, and in nearly every draw of segments."""
+        gain = (without.chi2 - with_it.chi2) / self.count
+        worth = PRACTICAL * max(1.0, with_it.chi2 / self.count)
+        if gain < worth:
+            return False
+        return gain > CLEAR * worth or self.sure(without.rest, with_it.rest) >= SURE
+
+    def sure(self, worse: FloatArray, better: FloatArray) -> float:
+        """Share of draws of segments, with replacement, in which `better` is better."""
+        rng = np.random.default_rng(_SEED)
+        m = len(worse)
+        draws = rng.multinomial(m, np.full(m, 1.0 / m), size=_DRAWS)
+        return float(np.mean(draws @ (worse - better) > 0.0))
+
+    def _trial(self, names: tuple[str, ...], start: dict[tuple[str, str], float], **options: object) -> Trial:
+        coordinates = [c for name in names for c in self.tried[name].coordinates]
+        found = fit(self.target, coordinates, start, enough=2e-4 * self.count, **options)  # type: ignore[arg-type]
+        return Trial(names, found, self.target.by_segment(found.residual))
+
+    def _again(self, trial: Trial) -> Trial:
+        return self._trial(trial.names, trial.found.values, zoom=True)
+
+    def _next(self, now: Trial) -> Trial | None:
+        """The set with one more effect, None if none pays."""
+        for trial in self._best_additions(now, _REFITTED):
+            if self.pays(now, trial) and self._sound(trial, trial.names[-1]):
+                return trial
+        return None
+
+    def _best_additions(self, now: Trial, count: int, without: frozenset[str] = frozenset()) -> list[Trial]:
+        """Sets with one more effect, jointly fitted, best first."""
+        scanned = self._scan(now, without)[:count]
+        trials = [self._trial((*now.names, name), now.found.values | point) for _, name, point in scanned]
+        return sorted(trials, key=lambda t: t.chi2)
+
+    def _scan(self, now: Trial, without: frozenset[str]) -> list[tuple[float, str, dict[tuple[str, str], float]]]:
+        """chi^2 that each effect would leave, with the others adapting to first order, and the point where; best first."""
+        r0, values = now.found.residual, now.found.values
+        basis = _basis(now.found.jacobian)
+        shown: dict[str, float] = {}
+        ranking = []
+        for name, candidate in self.tried.items():
+            if name in now.names or name in without:
+                continue
+            best: tuple[float, dict[tuple[str, str], float]] | None = None
+            for point in candidate.points:
+                r = self.target.whitened(values | point)
+                change = float(np.sum((r - r0) ** 2)) / self.count
+                shown[name] = max(shown.get(name, 0.0), change)
+                if change < 1e-7:
+                    break  # the strongest comes first
+                along = basis.T @ r
+                left = float(r @ r - along @ along)
+                if best is None or left < best[0]:
+                    best = left, point
+            if best is not None:
+                ranking.append((best[0], name, best[1]))
+        if not now.names and not without:
+            self._not_excited = tuple(sorted(n for n, change in shown.items() if change < PRACTICAL))
+        return sorted(ranking, key=lambda entry: (entry[0], entry[1]))
+
+    def _sound(self, trial: Trial, name: str) -> bool:
+        """True if the effect's values mean something: above the least size, and not where the search had to stop."""
+        mine = [c for c in trial.found.coordinates if c.effect == name]
+        return any(least(c.key, trial.found.values[c.name]) for c in mine) and not any(
+            c.edge(trial.found.values[c.name]) for c in mine
+        )
+
+    def _contest(self, best: Trial) -> tuple[Trial, dict[str, tuple[str, ...]]]:
+        """Drop what no longer pays, exchange what another effect does better, and list what does nearly as well."""
+        rivals: dict[str, tuple[str, ...]] = {}
+        for _ in range(3):
+            best = self._pruned(best)
+            rivals, exchanged = {}, None
+            for name in best.names:
+                self.tick(f"rivals of {name}")
+                rest = tuple(n for n in best.names if n != name)
+                kept = {k: v for k, v in best.found.values.items() if k[0] != name}
+                without = self._trial(rest, kept)
+                trials = [t for t in self._best_additions(without, _REFITTED, frozenset({name}))
+                          if self._sound(t, t.names[-1])]  # fmt: skip
+                if trials and trials[0].chi2 < best.chi2 - 1e-3 * self.count:
+                    exchanged = trials[0]
+                    break
+                rivals[name] = tuple(t.names[-1] for t in trials if self.alike(best, t))
+            if exchanged is None:
+                return best, rivals
+            best = self._again(exchanged)
+        return best, rivals
+
+    def alike(self, best: Trial, other: Trial) -> bool:
+        """True if these data do not tell the two sets apart."""
+        gap = (other.chi2 - best.chi2) / self.count
+        worth = max(1.0, best.chi2 / self.count)
+        if gap < RIVAL * worth:
+            return True
+        return gap < PRACTICAL * worth and self.sure(other.rest, best.rest) < SURE
+
+    def _pruned(self, best: Trial) -> Trial:
+        while len(best.names) > 1:
+            smaller = []
+            for name in best.names:
+                rest = tuple(n for n in best.names if n != name)
+                kept = {k: v for k, v in best.found.values.items() if k[0] != name}
+                smaller.append(self._trial(rest, kept))
+            least_lost = min(smaller, key=lambda t: t.chi2)
+            if self.pays(least_lost, best):
+                return best
+            best = least_lost
+        return best
+
+
+def _basis(jacobian: FloatArray) -> FloatArray:
+    """Orthonormal columns (N, q) of what the present parameters can do."""
+    if not jacobian.shape[1]:
+        return jacobian
+    q, r = np.linalg.qr(jacobian)
+    strong = np.abs(np.diag(r)) > 1e-9 * max(float(np.abs(np.diag(r)).max()), 1e-300)
+    return np.ascontiguousarray(q[:, strong])
+
+
+def coordinates_of(trial: Trial, name: str) -> tuple[Coordinate, ...]:
+    """The coordinates of one effect of a trial."""
+    return tuple(c for c in trial.found.coordinates if c.effect == name)
