@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
@@ -114,7 +115,7 @@ class StepSubject:
         columns = [held(log, name, self.name) for name in names]
         found = np.full((len(log.t), len(CHANNELS)), np.nan)
         restart = dict(zip(segments.starts.tolist(), segments.states.tolist(), strict=True))
-        state: State = {}
+        state: State = {"vy": 0.0}
         dts = np.diff(log.t).tolist()
         for i in range(len(log.t)):
             if i:
@@ -129,7 +130,8 @@ class StepSubject:
                     text = f"{self.name}: failed at t={log.t[i]:.2f} s: {type(error).__name__}: {error}"
                     raise CompareError(text) from error
             if i in restart:
-                state |= dict(zip(MOTION, restart[i], strict=True))
+                given = zip(MOTION, restart[i], strict=True)
+                state |= {name: value for name, value in given if math.isfinite(value)}
             for k, name in enumerate(CHANNELS):
                 value = state.get(name)
                 if value is not None:

@@ -32,7 +32,8 @@ _FIT = 0.15  # s around a start from which its state is taken
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Segments:
     """How a log is cut: starts, ends (m,) row numbers (end excluded); states (m, 6) at the starts: x, y [m], yaw [rad],
-    v, vy [m/s], yaw_rate [rad/s]; counted (n,): rows that count (not a standstill, not a spin)."""
+    v, vy [m/s] (NaN: runs on, no log has it), yaw_rate [rad/s]; counted (n,): rows that count (not a standstill,
+    not a spin)."""
 
     starts: IntArray
     ends: IntArray
@@ -176,6 +177,7 @@ def _spin(t: FloatArray, v: FloatArray, rate: FloatArray, wheelbase: float) -> B
 def _states(t: FloatArray, measured: FloatArray, whole: FloatArray, starts: IntArray) -> FloatArray:
     """Motion at the starts by a parabola through the samples around each."""
     states = np.zeros((len(starts), 6))
+    states[:, 4] = np.nan  # tyres in a turn slip: a car put there without slip shows a jump in ay
     for j, row in enumerate(starts):
         low, high = np.searchsorted(t, [t[row] - _FIT, t[row] + _FIT + 1e-9])
         s = t[low:high] - t[row]

@@ -306,3 +306,20 @@ def test_the_blind_logs_replay_without_gaps(shared_dir: object) -> None:
         rows = Replay(found, log["t"], log).run(starts=starts, states=states)
         assert np.isfinite(rows).all()
         assert np.abs(rows[:, X] - log["x"]).max() < 40.0  # within a segment of 5 s
+
+
+def test_a_car_restarted_in_a_turn_by_its_log_goes_on_turning() -> None:
+    """Tyres in a turn slip; no log says how much. A start without slip would show 1 m/s^2 too little in ay."""
+    from pytest_dvp.reality_gap.segments import cut, measured_array
+
+    car = model("dynamic_bicycle")
+    replay = Replay(car, T, {"steer_cmd": np.full(500, 0.05), "accel_cmd": np.where(T < 3.0, 2.0, 0.0)})
+    whole = replay.run()
+    names = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
+    log = {"t": T, **{name: whole[:, i] for i, name in enumerate(names)}}
+    segments = cut(T, measured_array(log), length=2.0)
+    assert len(segments.starts) > 3
+    again = replay.run(starts=segments.starts, states=segments.states)
+    later = T > 4.0
+    assert whole[later, AY].min() > 0.5
+    assert np.abs(again[later, AY] - whole[later, AY]).max() < 0.02

@@ -19,9 +19,6 @@ from vehicle.model.replay import Replay
 
 SHOWN_ONLY = ("gnss_latency", "gnss_lever_arm", "heading_bias", "wheel_radius")  # these alter the pose that is logged
 SIGMAS = np.array([SIGMA[name] for name in MEASURED])
-APART = {  # the truth car defines these in its own way: said here, tested elsewhere
-    "steer_compliance": "its front force keeps the direction of the commanded angle, which costs 0.1 m in 5 s",
-}
 
 
 @cache
@@ -66,14 +63,14 @@ def test_the_truth_covers_the_catalogue_of_the_car() -> None:
 
 
 @pytest.mark.parametrize("drive", ["rich", "urban"])
-@pytest.mark.parametrize("name", ["", *(n for n in CATALOGUE if n not in APART)])
+@pytest.mark.parametrize("name", ["", *CATALOGUE])
 def test_the_kernel_reproduces_the_truth_far_below_its_noise(name: str, drive: str) -> None:
     found = excess(name, drive)
     assert found.mean() < 0.1
     assert found.max() < (1.0 if name == "roll_dynamics" else 0.2)  # ay of its fast, hardly damped swing
 
 
-@pytest.mark.parametrize("name", [n for n in CATALOGUE if n not in APART])
+@pytest.mark.parametrize("name", CATALOGUE)
 def test_without_the_effect_the_kernel_does_not(name: str) -> None:
     log = columns(name, "rich")
     plain = Replay(baseline(name), log["t"], log)

@@ -84,6 +84,7 @@ class Effect:
     base: tuple[str, ...] = ("kinematic_bicycle", "dynamic_bicycle")
     delay: str = ""
     tyres: bool = False
+    fine: bool = False
 
     def key(self, name: str) -> Key:
         """The parameter called `name`. Raises ModelError with the nearest name."""
@@ -142,12 +143,14 @@ def effect(
     base: tuple[str, ...] = ("kinematic_bicycle", "dynamic_bicycle"),
     delay: str = "",
     tyres: bool = False,
+    fine: bool = False,
 ) -> Callable[[EffectFunction], Effect]:
     """Turn a function into an Effect.
 
     `order` sorts effects within a slot (smaller first, then by name); `ties` names effects that data of the usual kind
     cannot tell from this one; `delay` names the parameter that a delay line of `maths.DELAY_LINE` steps must hold;
-    `tyres` says that it acts on tyre forces: a kinematic car with it moves as a single-track car with tyres.
+    `tyres` says that it acts on tyre forces: a kinematic car with it moves as a single-track car with tyres;
+    `fine` that a replay needs steps of 10 ms with it (as with every tyre effect that has a memory), not of 20.
     Raises ModelError at once if the description is wrong, so that a faulty third-party effect cannot get far.
     """
     if slot not in SLOTS:
@@ -180,6 +183,7 @@ def effect(
             base=base,
             delay=delay,
             tyres=tyres,
+            fine=fine,
         )
 
     return make

@@ -50,7 +50,7 @@ class Layout:
             self.memory_size += doubles(memory_dtype(effect))
             self.bounds[SLOTS.index(effect.slot) + 1 :] += 1
         self.tyres = any(e.tyres for e in chosen)
-        self.swings = any(e.tyres and e.memory for e in chosen)  # tyres with a state of their own: fast motion
+        self.swings = any(e.fine or (e.tyres and e.memory) for e in chosen)  # bent tyres, or with a state: fast motion
 
     def parameters(self, values: Mapping[str, Mapping[str, float]]) -> FloatArray:
         """The parameter array of these values (effect -> key -> value), neutral where nothing is given."""

@@ -29,7 +29,7 @@ MEASURED_COLUMNS: tuple[str, ...] = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay
 """Columns of what `Replay.run` returns: [m, m, rad, m/s, rad/s, m/s^2, m/s^2, rad]."""
 
 LONGEST_STEP = 0.02  # s
-LONGEST_SWING_STEP = 0.01  # s, of a car whose tyres or roll have a state of their own
+LONGEST_SWING_STEP = 0.01  # s, of a car whose tyres or roll have a state of their own, or whose tyres saturate
 MOST_PIECES = 10_000  # of one pause between stamps
 
 Values: TypeAlias = Mapping[tuple[str, str], float]
@@ -54,8 +54,9 @@ class Replay:
     """A model and the commands of one log, ready to be run with any values of any effects.
 
     `t` (n,) [s], strictly increasing, steps may differ; `commands` by log column name, (n,) each, NaN = as before;
-    `step` [s] the longest integration step (default 0.02, with relaxing tyres 0.01): longer pauses are divided.
-    `extra` are effects of the user's own. Raises ModelError: column missing or never finite, lengths or stamps wrong.
+    `step` [s] the longest integration step (default 0.02, with relaxing or saturating tyres 0.01):
+    longer pauses are divided. `extra` are effects of the user's own. Raises ModelError: column missing or never finite,
+    lengths or stamps wrong.
     """
 
     def __init__(

@@ -14,6 +14,7 @@ from vehicle.model.effect import Key, effect
     slot="body",
     order=60,
     tyres=True,
+    fine=True,
     physics="lateral force levels off at friction times load",
     equation="F = F_lin / sqrt(1 + (F_lin/F_max)^2), F_max = limit/g x axle load",
     source="smooth form of the saturated linear tyre, H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., sec. 1.3",
