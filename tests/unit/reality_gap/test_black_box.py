@@ -11,8 +11,11 @@ import pytest
 from gap_logs import WHEELBASE, baseline, drive
 
 from pytest_dvp.log import Log
-from pytest_dvp.reality_gap.black_box import CompareError, FmuSubject, StepSubject, load_subject
+from pytest_dvp.reality_gap.black_box import CompareError, load_subject
 from pytest_dvp.reality_gap.compare import compare
+from pytest_dvp.reality_gap.fmu import FmuSubject
+from pytest_dvp.reality_gap.segments import CHANNELS, cut, measured_array
+from pytest_dvp.reality_gap.step_function import StepSubject
 
 STEP = f"""
 import math
@@ -24,7 +27,7 @@ def step(state, inputs, dt):
     heading = state["yaw"] + 0.5 * dt * mean * k
     return {{
         "x": state["x"] + dt * mean * math.cos(heading), "y": state["y"] + dt * mean * math.sin(heading),
-        "yaw": state["yaw"] + dt * mean * k, "v": after, "count": state.get("count", 0) + 1,
+        "yaw": state["yaw"] + dt * mean * k, "v": after, "yaw_rate": after * k, "count": state.get("count", 0) + 1,
     }}
 """
 
@@ -55,9 +58,56 @@ def test_python_function_is_as_good_as_the_model_it_copies(tmp_path: Path) -> No
     (tmp_path / "car.py").write_text(STEP)
     log = drive()
     ours, theirs = compare(log, baseline()), compare(log, load_subject(str(tmp_path / "car.py")))
-    for name in ("x", "y", "yaw", "v"):
+    for name in ("x", "y", "yaw", "v", "yaw_rate"):
         assert theirs.signals[name].rmse == pytest.approx(ours.signals[name].rmse, rel=0.25)
     assert theirs.not_compared["ay"] == "the model does not give it"
+
+
+def shown(step: object, log: Log) -> dict[str, np.ndarray]:
+    """What a step function shows of a log's commands, by channel."""
+    segments = cut(log.t, measured_array(log.columns))
+    return dict(zip(CHANNELS, StepSubject(step).output(log, segments).T, strict=True))
+
+
+def steps_of_steering(t: np.ndarray) -> Log:
+    """5 m/s, the wheels at 0.1 rad to the left and to the right in turns, a second each."""
+    steer = np.where(t % 2.0 < 1.0, 0.1, -0.1)
+    return Log({"t": t, "v": np.full(len(t), 5.0), "steer_cmd": steer, "accel_cmd": np.zeros(len(t))})
+
+
+def test_row_shows_the_command_of_its_stamp_already_acting() -> None:
+    def step(state: dict[str, float], inputs: Mapping[str, float], dt: float) -> Mapping[str, float]:
+        return {"yaw_rate": state["v"] * math.tan(inputs["steer_cmd"]) / WHEELBASE, "ax": inputs["accel_cmd"]}
+
+    log = steps_of_steering(np.arange(400) * 0.02)
+    found = shown(step, log)
+    assert found["yaw_rate"] == pytest.approx(5.0 * np.tan(log["steer_cmd"]) / WHEELBASE, rel=1e-9)
+    assert found["ax"] == pytest.approx(np.zeros(400))
+
+
+def test_row_shows_what_the_function_keeps_as_a_state_at_its_stamp() -> None:
+    tau = 0.3
+
+    def step(state: dict[str, float], inputs: Mapping[str, float], dt: float) -> Mapping[str, float]:
+        steer = state.get("steer_now", 0.0)
+        steer += (inputs["steer_cmd"] - steer) * (1.0 - math.exp(-dt / tau))
+        return {"steer_now": steer, "steer": steer}
+
+    t = np.arange(50) * 0.02
+    found = shown(step, steps_of_steering(t))
+    # tau d' = 0.1 - d from d(0) = 0; the glance is a thousandth of a sample ahead
+    assert found["steer"] == pytest.approx(0.1 * (1.0 - np.exp(-t / tau)), abs=0.1 * 2e-5 / tau)
+
+
+def test_queue_that_a_function_keeps_is_not_shared_with_the_glance() -> None:
+    def step(state: dict[str, list[float]], inputs: Mapping[str, float], dt: float) -> Mapping[str, object]:
+        queue = state.get("queue", [0.0] * 10)
+        queue.append(inputs["steer_cmd"])
+        return {"queue": queue, "steer": queue.pop(0)}
+
+    log = steps_of_steering(np.arange(200) * 0.02)
+    late = np.concatenate([np.zeros(10), log["steer_cmd"][:-10]])  # ten samples of dead time
+    assert shown(step, log)["steer"] == pytest.approx(late)
 
 
 def test_function_of_another_name_is_named_after_a_colon(tmp_path: Path) -> None:
@@ -79,7 +129,7 @@ def test_function_that_fails_says_when() -> None:
     def step(state: dict[str, float], inputs: Mapping[str, float], dt: float) -> Mapping[str, float]:
         return {"v": math.sqrt(-1.0)}
 
-    with pytest.raises(CompareError, match=r"failed at t=0\.02 s: ValueError"):
+    with pytest.raises(CompareError, match=r"failed at t=0\.00 s: ValueError"):
         compare(drive(20.0), StepSubject(step))
 
 
