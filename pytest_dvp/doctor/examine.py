@@ -7,10 +7,11 @@ import dataclasses
 import numpy as np
 
 from openscenario.findings import Finding, Findings
+from pytest_dvp.doctor.angles import check_angles
 from pytest_dvp.doctor.clock import check_commands, check_jumps, check_offsets, check_rate, check_stamps
 from pytest_dvp.doctor.motion import Motion, motion_of
 from pytest_dvp.doctor.sensors import check_echoes, check_sensors
-from pytest_dvp.doctor.signs import check_acceleration, check_angles, check_speed, check_turning
+from pytest_dvp.doctor.signs import check_acceleration, check_speed, check_turning
 from pytest_dvp.log import Log
 from pytest_dvp.logs.table import findings_of
 
@@ -60,17 +61,10 @@ def examine(log: Log, *, file: str = "", line: int | None = None) -> tuple[Findi
     motion = motion_of(log)
     if motion is None or any(f.code == "log.concatenated" for f in findings.found[before:]):
         return findings.in_order()
-    check_speed(motion, name, findings)
-    check_angles(log, motion, name, findings)
+    motion = check_speed(motion, name, findings)
+    motion = check_angles(log, motion, name, findings)
     check_sensors(log, motion, name, findings)
-    unusable = {
-        finding.element
-        for finding in findings.found
-        if finding.code in ("log.implausible_range", "log.unit_suspect", "log.dead_sensor")
-    }
     check_acceleration(motion, name, findings)
-    if "column yaw" in unusable:
-        return findings.in_order()
     check_turning(motion, name, findings)
     righted = _righted(motion, findings)
     check_offsets(righted, float(np.median(np.diff(log.t))), name, findings)

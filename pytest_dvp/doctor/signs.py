@@ -2,121 +2,63 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 
 from openscenario.findings import Findings
 from pytest_dvp.doctor.motion import Motion, best_lag, correlation, slope
-from pytest_dvp.log import FloatArray, Log
+from pytest_dvp.log import FloatArray
 
-DEGREES = 180.0 / math.pi
-HARDEST = 60.0  # m/s^2: no ground vehicle turns harder, not even a racing car
-WIDEST = 1.2  # rad: road-wheel angle beyond that of any car
 _SCALES = (  # ratio of what was read to what it should be -> what happened
     (3.6, "km/h stored as m/s", "km/h"), (2.23694, "mph stored as m/s", "mph"), (1.94384, "knots stored as m/s", "kn"),
     (1 / 3.6, "m/s stored as km/h", "m/s"),
 )  # fmt: skip
 
 
-def check_speed(motion: Motion, file: str, findings: Findings) -> None:
-    """v against the way between positions."""
-    if not motion.has("v", "path_speed"):
-        return
-    path_speed = motion.of["path_speed"]
-    at = motion.moving & (path_speed > 0)
-    if np.count_nonzero(at) < 20 or float(np.nanpercentile(path_speed, 80)) < 0.5:
-        return  # standing: the positions move by their noise only
-    ratio = float(np.median(np.abs(motion.of["v"][at]) / motion.of["path_speed"][at]))
-    if 0.8 < ratio < 1.25:
-        return
+def check_speed(motion: Motion, file: str, findings: Findings) -> Motion:
+    """v against the way between positions; without them against ay and ax, both of which must say the same.
+
+    Returns the motion with v righted, so that a wrong speed spoils no other check.
+    """
+    ratio, against = _speed_ratio(motion)
+    if not math.isfinite(ratio) or 0.8 < ratio < 1.25:
+        return motion
     text, unit = next(((text, unit) for value, text, unit in _SCALES if abs(ratio / value - 1.0) < 0.1), ("", ""))
+    if against != "the positions" and not unit:
+        return motion  # accelerometers may have a scale of their own
     findings.add(
         "log.unit_suspect",
         file,
         None,
         "column v",
-        f"v does not fit the positions{': ' + text if text else ''}",
-        found=f"v = {ratio:.3g} * distance over time",
+        f"v does not fit {against}{': ' + text if text else ''}",
+        found=f"v = {ratio:.3g} * {'distance over time' if against == 'the positions' else 'what they tell'}",
         allowed="0.8 to 1.25",
         hint=f"write `v [{unit}]`" if unit else "check the units of v, x, y and t",
     )
+    scaled: dict[str, FloatArray] = {name: motion.of[name] / ratio for name in ("v", "accel") if name in motion.of}
+    return dataclasses.replace(motion, of={**motion.of, **scaled})
 
 
-def check_angles(log: Log, motion: Motion, file: str, findings: Findings) -> None:
-    """Degrees stored as radians in yaw, yaw_rate, steer, steer_cmd."""
+def _speed_ratio(motion: Motion) -> tuple[float, str]:
+    """v over the true speed, and by what; NaN if nothing tells."""
     of = motion.of
-    wrong: dict[str, str] = {}
-    speed = np.abs(of["path_speed"] if motion.has("path_speed") else of.get("v", np.ones(len(motion.t))))
-    if motion.has("yaw_step"):
-        steps = np.abs(of["yaw_step"])
-        if np.percentile(steps * np.maximum(speed, 1.0), 90) > HARDEST:
-            wrong["yaw"] = f"{np.percentile(steps, 90):.3g} rad/s of turn at {np.median(speed):.3g} m/s"
-    ratio = _ratio(motion, "yaw_step", "yaw_rate")
-    if abs(abs(ratio) / DEGREES - 1.0) < 0.25:
-        wrong["yaw"] = f"d(yaw)/dt = {ratio:.3g} * yaw_rate"
-    elif abs(abs(ratio) * DEGREES - 1.0) < 0.25:
-        wrong["yaw_rate"] = f"yaw_rate = {1 / ratio:.3g} * d(yaw)/dt"
-    against_path = _ratio(motion, "yaw_step", "path_turn")
-    if "yaw" not in wrong and abs(abs(against_path) / DEGREES - 1.0) < 0.3:
-        wrong["yaw"] = f"d(yaw)/dt = {against_path:.3g} * turn rate of the path"
-    if not motion.has("yaw_step") and abs(abs(_ratio(motion, "yaw_rate", "path_turn")) / DEGREES - 1.0) < 0.3:
-        wrong["yaw_rate"] = "57 times the turn rate of the path"
-    for name, found in wrong.items():
-        findings.add(
-            "log.implausible_range",
-            file,
-            None,
-            f"column {name}",
-            "degrees stored as radians",
-            found=found,
-            hint=f"write `{name} [{'deg' if name == 'yaw' else 'deg/s'}]`",
-        )
-    turn = "turn" if motion.has("turn") and "yaw" not in wrong else "path_turn"
-    for name in ("steer", "steer_cmd"):
-        _check_steer(log, motion, name, turn, file, findings)
-
-
-def _check_steer(log: Log, motion: Motion, name: str, turn: str, file: str, findings: Findings) -> None:
-    values = log.columns.get(name)
-    if values is None or not np.isfinite(values).any():
-        return
-    largest = float(np.nanpercentile(np.abs(values), 99))
-    found = f"{largest:.3g} rad" if largest > WIDEST else ""
-    if motion.has(name, turn, "v") and not found:
-        at = motion.moving & np.isfinite(motion.of[turn])
-        curve, angle = motion.of[turn][at], (motion.of[name] * motion.of["v"])[at]
-        if len(curve) > 50 and abs(correlation(angle, curve)) > 0.7 and np.std(curve) > 0.02:
-            base = abs(slope(angle, curve))
-            if base > 20.0:
-                found = f"v * {name} / turn rate = a wheelbase of {base:.3g} m"
-    if found:
-        findings.add(
-            "log.implausible_range",
-            file,
-            None,
-            f"column {name}",
-            "degrees stored as radians, or the hand wheel's angle",
-            found=found,
-            allowed=f"a road-wheel angle, up to {WIDEST} rad",
-            hint=f"write `{name} [deg]`, or give the steering ratio in a mapping",
-        )
-
-
-def _ratio(motion: Motion, a: str, b: str) -> float:
-    """a / b where both turn; NaN if they are not of one shape."""
-    if not motion.has(a, b):
-        return float("nan")
-    at = np.isfinite(motion.of[a]) & np.isfinite(motion.of[b]) & motion.moving
-    first, second = motion.of[a][at], motion.of[b][at]
-    if len(first) < 50:
-        return float("nan")
-    # The wrap of degrees at 360 makes steps; the middle of the data has none.
-    size = np.percentile(np.abs(first), 97)
-    kept = np.abs(first) <= size
-    if abs(correlation(first[kept], second[kept])) < 0.6:
-        return float("nan")
-    return slope(first[kept], second[kept])
+    if motion.has("v", "path_speed"):
+        at = motion.moving & (of["path_speed"] > 0)
+        if np.count_nonzero(at) < 20 or float(np.nanpercentile(of["path_speed"], 80)) < 0.5:
+            return math.nan, ""  # standing: the positions move by their noise only
+        return float(np.median(np.abs(of["v"][at]) / of["path_speed"][at])), "the positions"
+    if not motion.has("v", "yaw_rate", "ax", "ay"):
+        return math.nan, ""
+    found = []
+    for told, felt in ((of["v"] * of["yaw_rate"], of["ay"]), (of["accel"], of["ax"])):
+        known = np.isfinite(told) & np.isfinite(felt)
+        if abs(correlation(told[known], felt[known])) < 0.9:
+            return math.nan, ""
+        found.append(abs(slope(told[known], felt[known])))
+    return (found[0], "ay and ax") if abs(found[0] / found[1] - 1.0) < 0.15 else (math.nan, "")
 
 
 def check_acceleration(motion: Motion, file: str, findings: Findings) -> None:

@@ -115,6 +115,46 @@ def test_a_defect_is_found_where_it_is(sound: Columns, defect: str) -> None:
     assert (code, element) in told(spoil(sound))
 
 
+@pytest.mark.parametrize("lacking", [(), ("x", "y"), ("steer",), ("ay", "x", "y"), ("x", "y", "yaw")])
+@pytest.mark.parametrize("factor", [DEGREES, 1.0 / DEGREES])
+@pytest.mark.parametrize("column", ["yaw", "yaw_rate", "steer", "steer_cmd"])
+def test_a_wrong_unit_of_an_angle_is_told_of_its_own_column_only(
+    sound: Columns, column: str, factor: float, lacking: tuple[str, ...]
+) -> None:
+    if column in lacking:
+        return
+    (finding,) = examine(log_of(without(scaled(sound, factor, column), *lacking)))
+    assert (finding.code, finding.element) == ("log.implausible_range", f"column {column}")
+    per_second = "/s" if column == "yaw_rate" else ""
+    if factor > 1.0:
+        assert finding.text.startswith("degrees stored as radians")
+        assert f"{column} [deg{per_second}]" in finding.hint
+    else:
+        assert finding.text == "radians stored as degrees"
+        assert f"{column} [rad{per_second}]" in finding.hint
+
+
+def test_the_hand_wheel_is_told_with_its_ratio_before_degrees(sound: Columns) -> None:
+    (finding,) = examine(log_of(scaled(sound, 15.0, "steer_cmd")))
+    assert finding.element == "column steer_cmd"
+    assert finding.hint.startswith("give the steering ratio")
+
+
+def test_a_steering_ratio_that_a_model_may_have_is_no_finding(sound: Columns) -> None:
+    for ratio in (0.7, 1.3):
+        assert told(scaled(sound, ratio, "steer_cmd")) == []
+
+
+def test_a_speed_without_positions_is_judged_by_the_accelerometers(sound: Columns) -> None:
+    assert told(without(scaled(sound, 3.6, "v"), "x", "y")) == [("log.unit_suspect", "column v")]
+
+
+def test_one_wrong_column_hides_no_other(sound: Columns) -> None:
+    assert told(scaled(scaled(scaled(sound, DEGREES, "yaw"), 3.6, "v"), -1.0, "ay")) == [
+        ("log.unit_suspect", "column v"), ("log.implausible_range", "column yaw"), ("log.sign_flipped", "column ay"),
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize("seconds", [0.2, -0.2])
 @pytest.mark.parametrize("channels", [("yaw_rate",), ("v",), ("x", "y"), ("yaw",), ("x", "y", "yaw"), ("ax",), ("ay",)])
 def test_a_clock_that_is_off_is_told_with_its_channel_and_its_offset(
