@@ -27,7 +27,7 @@ _ZOOM = (0.02, 0.005)
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Coordinate:
-    """A parameter as a number that goes from 0 to 1 over its typical range, by ratio where that is positive and wide."""
+    """A parameter as a number u, 0 to 1 over its typical range; by ratio where that is positive and wide."""
 
     effect: str
     key: Key

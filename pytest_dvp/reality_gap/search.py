@@ -13,7 +13,7 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.candidates import Candidate, least
-from pytest_dvp.reality_gap.experiment import Campaign
+from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit
 
 MOST = 6  # effects added to one model
@@ -44,30 +44,31 @@ class Trial:
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Found:
-    """Result of `search`: the base, the model after each step of the ladder, the final set with the rivals of each
-    effect (best first), and effects whose whole range would not have shown."""
+    """Result of a search: the final set, rivals of each of its effects (best first), and effects of which not even the
+    strongest would have shown."""
 
-    base: Trial
-    ladder: tuple[Trial, ...]
     final: Trial
     rivals: dict[str, tuple[str, ...]]
     not_excited: tuple[str, ...]
 
 
 class Search:
-    """One search; keeps what is needed again: the campaign, the candidates by name, the sample count."""
+    """One search. nuisance: coordinates that are fitted along with every set, from `start` on (the model's input map);
+    fixed: values of what is not searched."""
 
-    def __init__(self, target: Campaign, tried: Sequence[Candidate], tick: Tick = lambda text: None) -> None:
+    def __init__(self, target: Campaign, tried: Sequence[Candidate], *, nuisance: Sequence[Coordinate] = (),
+                 start: Values | None = None, fixed: Values | None = None, tick: Tick = lambda text: None,
+                 ) -> None:  # fmt: skip
         self.target, self.tick = target, tick
         self.tried = {c.name: c for c in tried}
+        self.nuisance, self.start, self.fixed = tuple(nuisance), dict(start or {}), dict(fixed or {})
         self.count = max(target.count, 1)
         self.starts = target.starts()
         self._not_excited: tuple[str, ...] = ()
 
     def run(self) -> Found:
         """Search until nothing pays any more."""
-        base = self._trial((), {})
-        ladder = [base]
+        base = self.trial((), self.start)
         best = base
         while len(best.names) < MOST:
             self.tick(f"effect {len(best.names) + 1}: trying {len(self.tried)}")
@@ -75,16 +76,16 @@ class Search:
             if better is None:
                 break
             best = better
-            ladder.append(best)
-            self.target.settle(best.found.values)
-            best = self._again(best)
+            self.target.settle(self.fixed | best.found.values)
+            best = self.trial(best.names, best.found.values, zoom=True)
         best, rivals = self._contest(best)
-        return Found(base, tuple(ladder), best, rivals, self._not_excited)
+        return Found(best, rivals, self._not_excited)
 
-    def pays(self, without: Trial, with_it: Trial) -> bool:
-        """True if the step from one set to the other is worth an effect: in size, and in nearly every draw of segments."""
-        gain = (without.chi2 - with_it.chi2) / self.count
-        worth = PRACTICAL * max(1.0, with_it.chi2 / self.count)
+    def pays(self, without: Trial, with_it: Trial, *, count: int = 0) -> bool:
+        """True if the step to the other set is worth an effect: in size, and in nearly every draw of segments."""
+        count = count or self.count
+        gain = (without.chi2 - with_it.chi2) / count
+        worth = PRACTICAL * max(1.0, with_it.chi2 / count)
         if gain < worth:
             return False
         return gain > CLEAR * worth or self.sure(without.rest, with_it.rest) >= SURE
@@ -96,13 +97,15 @@ class Search:
         draws = rng.multinomial(m, np.full(m, 1.0 / m), size=_DRAWS)
         return float(np.mean(draws @ (worse - better) > 0.0))
 
-    def _trial(self, names: tuple[str, ...], start: dict[tuple[str, str], float], **options: object) -> Trial:
-        coordinates = [c for name in names for c in self.tried[name].coordinates]
-        found = fit(self.target, coordinates, start, enough=2e-4 * self.count, **options)  # type: ignore[arg-type]
-        return Trial(names, found, self.target.by_segment(found.residual))
-
-    def _again(self, trial: Trial) -> Trial:
-        return self._trial(trial.names, trial.found.values, zoom=True)
+    def trial(
+        self, names: Sequence[str], start: Values, *, zoom: bool = False, target: Campaign | None = None
+    ) -> Trial:
+        """A set of effects fitted jointly from `start` on, to the search's own data or to others."""
+        target = target or self.target
+        coordinates = [*self.nuisance, *(c for name in names for c in self.tried[name].coordinates)]
+        enough = 2e-4 * target.count
+        found = fit(target, coordinates, start, fixed=self.fixed, enough=enough, zoom=zoom)
+        return Trial(tuple(names), found, target.by_segment(found.residual))
 
     def _next(self, now: Trial) -> Trial | None:
         """The set with one more effect, None if none pays."""
@@ -114,12 +117,12 @@ class Search:
     def _best_additions(self, now: Trial, count: int, without: frozenset[str] = frozenset()) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first."""
         scanned = self._scan(now, without)[:count]
-        trials = [self._trial((*now.names, name), now.found.values | point) for _, name, point in scanned]
+        trials = [self.trial((*now.names, name), now.found.values | point) for _, name, point in scanned]
         return sorted(trials, key=lambda t: t.chi2)
 
     def _scan(self, now: Trial, without: frozenset[str]) -> list[tuple[float, str, dict[tuple[str, str], float]]]:
-        """chi^2 that each effect would leave, with the others adapting to first order, and the point where; best first."""
-        r0, values = now.found.residual, now.found.values
+        """chi^2 that each effect would leave (the others adapt to first order), and the point where; best first."""
+        r0, values = now.found.residual, self.fixed | now.found.values
         basis = _basis(now.found.jacobian)
         shown: dict[str, float] = {}
         ranking = []
@@ -160,7 +163,7 @@ class Search:
                 self.tick(f"rivals of {name}")
                 rest = tuple(n for n in best.names if n != name)
                 kept = {k: v for k, v in best.found.values.items() if k[0] != name}
-                without = self._trial(rest, kept)
+                without = self.trial(rest, kept)
                 trials = [t for t in self._best_additions(without, _REFITTED, frozenset({name}))
                           if self._sound(t, t.names[-1])]  # fmt: skip
                 if trials and trials[0].chi2 < best.chi2 - 1e-3 * self.count:
@@ -169,7 +172,7 @@ class Search:
                 rivals[name] = tuple(t.names[-1] for t in trials if self.alike(best, t))
             if exchanged is None:
                 return best, rivals
-            best = self._again(exchanged)
+            best = self.trial(exchanged.names, exchanged.found.values, zoom=True)
         return best, rivals
 
     def alike(self, best: Trial, other: Trial) -> bool:
@@ -186,7 +189,7 @@ class Search:
             for name in best.names:
                 rest = tuple(n for n in best.names if n != name)
                 kept = {k: v for k, v in best.found.values.items() if k[0] != name}
-                smaller.append(self._trial(rest, kept))
+                smaller.append(self.trial(rest, kept))
             least_lost = min(smaller, key=lambda t: t.chi2)
             if self.pays(least_lost, best):
                 return best
@@ -201,8 +204,3 @@ def _basis(jacobian: FloatArray) -> FloatArray:
     q, r = np.linalg.qr(jacobian)
     strong = np.abs(np.diag(r)) > 1e-9 * max(float(np.abs(np.diag(r)).max()), 1e-300)
     return np.ascontiguousarray(q[:, strong])
-
-
-def coordinates_of(trial: Trial, name: str) -> tuple[Coordinate, ...]:
-    """The coordinates of one effect of a trial."""
-    return tuple(c for c in trial.found.coordinates if c.effect == name)

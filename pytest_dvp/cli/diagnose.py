@@ -1,0 +1,70 @@
+"""Which physical effect a model lacks: every effect of the catalogue tried on measured logs.
+
+The answer is an effect with its value, its rivals where these data cannot tell them apart, or that nothing is missing,
+or that nothing known explains what is left.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite
+from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
+from pytest_dvp.cli.effects import add_effects, effects_from
+
+if TYPE_CHECKING:
+    from pytest_dvp.log import Log
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("logs", nargs="+", metavar="LOG", help="measured log; a part of it as LOG@0:285 (seconds)")
+    parser.add_argument("--model", required=True, metavar="M.toml", help="the vehicle model that lacks something")
+    parser.add_argument(
+        "--held-out", action="append", default=[], metavar="LOG",
+        help="log that is not fitted on but judges every effect; default: each log is predicted from the others",
+    )  # fmt: skip
+    add_log_options(parser)
+    add_effects(parser)
+    parser.add_argument("--report", metavar="FILE", help="write a page with figures")
+    add_json(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    for text in [*arguments.logs, *arguments.held_out]:
+        existing_log(text)
+    existing(arguments.model, "model")
+    if arguments.report and not Path(arguments.report).absolute().parent.is_dir():
+        raise WrongArgument(f"--report {arguments.report}: no folder {Path(arguments.report).parent}")
+    from rich.console import Console
+
+    from pytest_dvp.reality_gap.diagnose import diagnose
+    from vehicle.model.model_file import read_model
+
+    extra = effects_from(arguments)
+    model = read_model(arguments.model, extra=extra)
+    logs, held_out = read_all(arguments.logs, arguments), read_all(arguments.held_out, arguments)
+    with Console(stderr=True).status("diagnosing") as status:
+        found = diagnose(logs, model, held_out=held_out, effects=tuple(extra.values()), tick=status.update)
+    if arguments.json:
+        print(json.dumps(finite(found.as_dict()), ensure_ascii=False, allow_nan=False))
+        return 0
+    from pytest_dvp.reality_gap.diagnosis_words import page
+
+    print(page(found))
+    return 0
+
+
+def read_all(texts: list[str], arguments: argparse.Namespace) -> dict[str, Log]:
+    """Logs by name; warnings are told on stderr. Raises LogError for a log with an error."""
+    from pytest_dvp.doctor import read_sound, tell
+
+    logs: dict[str, Log] = {}
+    for text in texts:
+        log, findings = read_sound(text, **log_options(arguments))
+        name = Path(text).name
+        logs[name if name not in logs else text] = log
+        tell(findings)
+    return logs

@@ -1,0 +1,243 @@
+"""Which physical effect a model lacks, or that none is missing, or that these data cannot tell."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pytest_dvp.log import Log
+from pytest_dvp.logs.cut import cut_log
+from pytest_dvp.reality_gap.candidates import Candidate, candidates
+from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
+from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
+from pytest_dvp.reality_gap.fit import Coordinate, intervals
+from pytest_dvp.reality_gap.search import PRACTICAL, Found, Search, Tick, Trial
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.model import VehicleModel
+
+MISFIT = 1.3  # chi^2/N over all channels, above which something is left
+CHANNEL_MISFIT = 1.5  # of one channel
+HELD_OUT_SHARE = 0.4  # of a single log, its end
+_MAP_TIES: Mapping[str, tuple[str, ...]] = {
+    "steer_scale": ("steer_ratio",),
+    "full_throttle": ("drive_gain", "mass"),
+    "full_brake": ("brake_gain", "mass"),
+}
+"""What cannot be told from a scale of the input map that is fitted anyway."""
+
+
+def diagnose(
+    logs: Mapping[str, Log],
+    model: VehicleModel,
+    *,
+    held_out: Mapping[str, Log] | None = None,
+    effects: Sequence[Effect] = (),
+    tick: Tick = lambda text: None,
+) -> Diagnosis:
+    """Try every effect of the catalogue (and `effects`, the user's own) on what the model leaves unexplained.
+
+    logs by name, fitted on; held_out: logs that have the last word on each effect. Without them each log is predicted
+    from the others, a single one its last 40 % from what came before.
+
+    Raises CompareError or ModelError (one line): an input missing, nothing to judge.
+    """
+    from vehicle.model.catalogue import catalogue
+
+    known = {**catalogue(), **{e.name: e for e in effects}}
+    tick("preparing")
+    target = campaign(logs, model, extra=effects)
+    nuisance, start = _input_map(model)
+    tied = {name for c in nuisance for name in _MAP_TIES.get(c.key.name, ())}
+    tried = [c for c in candidates(model, known.values()) if c.name not in tied]
+    search = Search(target, tried, nuisance=nuisance, start=start, fixed=_removed(target, model), tick=tick)
+    found = search.run()
+    tick("held-out data")
+    folds = _folds(logs, held_out, model, effects)
+    found, vetoed, gains = _veto(search, found, folds)
+    tick("ladder")
+    final = found.final
+    sure = intervals(final.found, search.starts)
+    trials = _ladder(search, final)
+    steps = tuple(_step(search, trial, folds) for trial in trials)
+    excess = max(trials[0].chi2 - search.count, 1e-9 * search.count)
+    present = {a.name for a in model.effects}
+    named = tuple(
+        NamedEffect(
+            name=after.names[-1],
+            parameters=_estimates(final, sure, after.names[-1]),
+            rivals=found.rivals.get(after.names[-1], ()),
+            gain=float(min(max((before.chi2 - after.chi2) / excess, 0.0), 1.0)),
+            action="change" if after.names[-1] in present else "add",
+            held_out_gain=gains.get(after.names[-1]),
+        )
+        for before, after in zip(trials, trials[1:], strict=False)
+    ) + tuple(_removal(name, known[name]) for name in dict.fromkeys(name for name, _ in search.fixed))
+    channels = target.by_channel(search.fixed | final.found.values)
+    return Diagnosis(
+        verdict=_verdict(final.chi2 / search.count, channels, named, found, len(tried)),
+        effects=named,
+        not_excited=found.not_excited,
+        ladder=steps,
+        noise_floor=target.noise(),
+        signature={},
+        vetoed=vetoed,
+        input_map=_estimates(final, sure, "inputs"),
+        values=search.fixed | final.found.values,
+    )
+
+
+def _verdict(left: float, channels: Mapping[str, float], named: Sequence[NamedEffect], found: Found,
+             tried: int) -> Verdict:  # fmt: skip
+    misfit = left > MISFIT or any(value > CHANNEL_MISFIT for value in channels.values())
+    if misfit:
+        return "PARTIAL" if named else "UNKNOWN"
+    if named:
+        return "AMBIGUOUS" if any(e.rivals for e in named) else "NAMED"
+    return "NOT_EXCITED" if 2 * len(found.not_excited) > tried else "NOTHING_MISSING"
+
+
+def _input_map(model: VehicleModel) -> tuple[tuple[Coordinate, ...], dict[tuple[str, str], float]]:
+    """Scales of inputs that are no physical quantity: nobody knows them before they are fitted."""
+    from vehicle.model.inputs import INPUT_KEYS
+
+    inputs, wanted = model.inputs, []
+    if inputs.steer not in ("steer_cmd", "steer"):
+        wanted.append("steer_scale")
+    if inputs.longitudinal[0] in ("throttle_cmd", "motor_current"):
+        wanted.append("full_throttle")
+        if len(inputs.longitudinal) == 2 or inputs.longitudinal[0] == "motor_current":
+            wanted.append("full_brake")
+    keys = [k for k in INPUT_KEYS if k.name in wanted]
+    return tuple(Coordinate("inputs", k) for k in keys), {("inputs", k.name): getattr(inputs, k.name) for k in keys}
+
+
+def _removed(target: Campaign, model: VehicleModel) -> dict[tuple[str, str], float]:
+    """Neutral values of the model's effects that the measurements do better without."""
+    off: dict[tuple[str, str], float] = {}
+    r = target.whitened({})
+    best, count = float(r @ r), max(target.count, 1)
+    for applied in model.effects:
+        neutral = {(applied.name, k.name): k.neutral for k in applied.effect.parameters}
+        r = target.whitened(off | neutral)
+        left = float(r @ r)
+        if best - left > PRACTICAL * max(count, left):
+            best = left
+            off |= neutral
+    return off
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Fold:
+    """What is fitted on (None: the search's own data) and what judges the fit."""
+
+    fitted: Campaign | None
+    judge: Campaign
+
+
+def _folds(logs: Mapping[str, Log], held_out: Mapping[str, Log] | None, model: VehicleModel,
+           effects: Sequence[Effect]) -> tuple[_Fold, ...]:  # fmt: skip
+    def on(chosen: Mapping[str, Log]) -> Campaign:
+        return campaign(chosen, model, extra=effects)
+
+    if held_out:
+        return (_Fold(None, on(held_out)),)
+    if len(logs) > 1:
+        return tuple(
+            _Fold(on({n: log for n, log in logs.items() if n != name}), on({name: logs[name]})) for name in logs
+        )
+    ((name, log),) = logs.items()
+    border = log.t[0] + (1.0 - HELD_OUT_SHARE) * (log.t[-1] - log.t[0])
+    rows = int(np.searchsorted(log.t, border))
+    if rows < 200 or len(log.t) - rows < 200:
+        return ()
+    return (_Fold(on({name: cut_log(log, -np.inf, border)}), on({name: cut_log(log, border, np.inf)})),)
+
+
+def _veto(search: Search, found: Found, folds: Sequence[_Fold]) -> tuple[Found, tuple[str, ...], dict[str, float]]:
+    """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there.
+
+    A fold has a say on an effect only if its own data show it: what cannot be fitted cannot be judged.
+    """
+    vetoed: list[str] = []
+    while True:
+        final = found.final
+        gains: dict[str, float] = {}
+        for name in final.names:
+            rest = [n for n in final.names if n != name]
+            total, samples = 0.0, 0
+            for fold in folds:
+                values = final.found.values
+                full = search.trial(final.names, values, target=fold.fitted) if fold.fitted else final
+                less = search.trial(rest, values, target=fold.fitted)
+                if fold.fitted and not search.pays(less, full, count=fold.fitted.count):
+                    continue
+                total += _chi2(fold.judge, search, less) - _chi2(fold.judge, search, full)
+                samples += fold.judge.count
+            if samples:
+                gains[name] = total / samples
+        worst = min(gains, key=lambda n: gains[n], default="")
+        if not worst or gains[worst] >= 0.0:
+            return found, tuple(vetoed), gains
+        vetoed.append(worst)
+        names = tuple(n for n in final.names if n != worst)
+        final = search.trial(names, final.found.values, zoom=True)
+        found = Found(final, {n: found.rivals.get(n, ()) for n in names}, found.not_excited)
+
+
+def _chi2(judge: Campaign, search: Search, trial: Trial) -> float:
+    r = judge.whitened(search.fixed | trial.found.values)
+    return float(r @ r)
+
+
+def _ladder(search: Search, final: Trial) -> list[Trial]:
+    """The final set built up again, each time by the effect that takes away most."""
+    steps = [search.trial((), search.start)]
+    while len(steps[-1].names) < len(final.names):
+        options = [
+            search.trial((*steps[-1].names, name), final.found.values) for name in final.names
+            if name not in steps[-1].names
+        ]  # fmt: skip
+        steps.append(min(options, key=lambda t: t.chi2))
+    if len(steps) > 1:
+        last = search.trial(steps[-1].names, final.found.values)
+        steps[-1] = last if last.chi2 < steps[-1].chi2 else steps[-1]
+    return steps
+
+
+def _step(search: Search, trial: Trial, folds: Sequence[_Fold]) -> Step:
+    values = search.fixed | trial.found.values
+    chi2, samples, squares = 0.0, 0, {}
+    for fold in folds:
+        fitted = search.trial(trial.names, trial.found.values, target=fold.fitted) if fold.fitted else trial
+        chi2 += _chi2(fold.judge, search, fitted)
+        samples += fold.judge.count
+        for name, rmse in fold.judge.rmse(search.fixed | fitted.found.values).items():
+            squares.setdefault(name, []).append(rmse)
+    return Step(
+        added=trial.names[-1] if trial.names else "",
+        chi2_per_n=trial.chi2 / search.count,
+        channels=search.target.by_channel(values),
+        rmse=search.target.rmse(values),
+        held_out_chi2_per_n=chi2 / samples if samples else None,
+        held_out_rmse={name: float(np.sqrt(np.mean(np.square(each)))) for name, each in squares.items()},
+    )
+
+
+def _estimates(trial: Trial, sure: Mapping[tuple[str, str], tuple[float, float]], name: str) -> dict[str, Estimate]:
+    found = {}
+    for c in trial.found.coordinates:
+        if c.effect == name:
+            low, high = sure[c.name]
+            found[c.key.name] = Estimate(trial.found.values[c.name], low, high, c.key.unit)
+    return found
+
+
+def _removal(name: str, effect: Effect) -> NamedEffect:
+    off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in effect.parameters}
+    action: Action = "remove"
+    return NamedEffect(name=name, parameters=off, action=action)

@@ -1,0 +1,121 @@
+"""What a diagnosis found, as data."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any, Literal, TypeAlias
+
+Verdict: TypeAlias = Literal["NOTHING_MISSING", "NAMED", "AMBIGUOUS", "PARTIAL", "UNKNOWN", "NOT_EXCITED"]
+Action: TypeAlias = Literal["add", "change", "remove"]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Estimate:
+    """A fitted value with its 95 % interval, in `unit`."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class NamedEffect:
+    """An effect to add to the model, to change in it, or to remove from it.
+
+    gain: share of the excess error (chi^2/N above 1) that it explains, 0..1; rivals: effects that would do as well on
+    these data, best first; deciding_manoeuvre: path of the scenario that would tell them apart; held_out_gain: chi^2/N
+    that it takes away on data it was not fitted on, None if those do not show it.
+    """
+
+    name: str
+    parameters: Mapping[str, Estimate]
+    rivals: tuple[str, ...] = ()
+    gain: float = 0.0
+    deciding_manoeuvre: str | None = None
+    action: Action = "add"
+    held_out_gain: float | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """The entry of `diagnose --json`."""
+        return {
+            "name": self.name,
+            "action": self.action,
+            "parameters": {key: dataclasses.asdict(estimate) for key, estimate in self.parameters.items()},
+            "rivals": list(self.rivals),
+            "deciding_manoeuvre": self.deciding_manoeuvre,
+            "gain": self.gain,
+            "held_out_gain": self.held_out_gain,
+        }
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Step:
+    """One step of the ladder: the effect that came in ("" for the model as given) and the error then left.
+
+    chi2_per_n over all channels, channels: of each; rmse of each in its unit, on segments of about 5 s, of the data
+    fitted on and of the data held out (empty without any).
+    """
+
+    added: str
+    chi2_per_n: float
+    channels: Mapping[str, float]
+    rmse: Mapping[str, float]
+    held_out_chi2_per_n: float | None = None
+    held_out_rmse: Mapping[str, float] = dataclasses.field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON-able."""
+        return dataclasses.asdict(self)
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """Result of `diagnose`.
+
+    effects in the order of what they explain; ladder: the error after each; vetoed: effects that fitted but lost on data
+    they were not fitted on; input_map: fitted scales of the model's inputs; votes: what the second engine would name;
+    signature: what the misfit that is left looks like; values: everything fitted, (effect, key) -> value.
+    """
+
+    verdict: Verdict
+    effects: tuple[NamedEffect, ...]
+    not_excited: tuple[str, ...]
+    ladder: tuple[Step, ...]
+    noise_floor: Mapping[str, float]
+    signature: Mapping[str, Any]
+    vetoed: tuple[str, ...] = ()
+    input_map: Mapping[str, Estimate] = dataclasses.field(default_factory=dict)
+    votes: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    values: Mapping[tuple[str, str], float] = dataclasses.field(default_factory=dict)
+    null_line: float | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects."""
+        return tuple(e.name for e in self.effects)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The document of `diagnose --json`."""
+        before, after = self.ladder[0], self.ladder[-1]
+        return {
+            "verdict": self.verdict,
+            "effects": [e.as_dict() for e in self.effects],
+            "not_excited": list(self.not_excited),
+            "error": {
+                "fit": {"before": dict(before.rmse), "after": dict(after.rmse)},
+                "held_out": {"before": dict(before.held_out_rmse), "after": dict(after.held_out_rmse)},
+            },
+            "chi2_per_n": {
+                "fit": {"before": before.chi2_per_n, "after": after.chi2_per_n},
+                "held_out": {"before": before.held_out_chi2_per_n, "after": after.held_out_chi2_per_n},
+            },
+            "noise_floor": dict(self.noise_floor),
+            "signature": dict(self.signature),
+            "vetoed": list(self.vetoed),
+            "input_map": {key: dataclasses.asdict(e) for key, e in self.input_map.items()},
+            "votes": dict(self.votes),
+            "ladder": [step.as_dict() for step in self.ladder],
+            "null_line": self.null_line,
+        }
