@@ -1,0 +1,1 @@
+"""How well hidden effects are named: `python -m benchmarks.hidden_effects`. See `docs/hidden_effects.md`."""
