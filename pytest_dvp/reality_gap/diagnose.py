@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -10,9 +11,9 @@ import numpy as np
 
 from pytest_dvp.log import Log
 from pytest_dvp.logs.cut import cut_log
-from pytest_dvp.reality_gap.candidates import Candidate, candidates
+from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
-from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
+from pytest_dvp.reality_gap.experiment import Campaign, campaign
 from pytest_dvp.reality_gap.fit import Coordinate, intervals
 from pytest_dvp.reality_gap.search import PRACTICAL, Found, Search, Tick, Trial
 
@@ -75,7 +76,7 @@ def diagnose(
             action="change" if after.names[-1] in present else "add",
             held_out_gain=gains.get(after.names[-1]),
         )
-        for before, after in zip(trials, trials[1:], strict=False)
+        for before, after in itertools.pairwise(trials)
     ) + tuple(_removal(name, known[name]) for name in dict.fromkeys(name for name, _ in search.fixed))
     channels = target.by_channel(search.fixed | final.found.values)
     return Diagnosis(
@@ -211,7 +212,8 @@ def _ladder(search: Search, final: Trial) -> list[Trial]:
 
 def _step(search: Search, trial: Trial, folds: Sequence[_Fold]) -> Step:
     values = search.fixed | trial.found.values
-    chi2, samples, squares = 0.0, 0, {}
+    chi2, samples = 0.0, 0
+    squares: dict[str, list[float]] = {}
     for fold in folds:
         fitted = search.trial(trial.names, trial.found.values, target=fold.fitted) if fold.fitted else trial
         chi2 += _chi2(fold.judge, search, fitted)

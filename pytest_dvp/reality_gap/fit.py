@@ -15,6 +15,7 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.experiment import Campaign, Values
+from pytest_dvp.reality_gap.projection import IntArray
 from vehicle.model.effect import Key
 
 Residual: TypeAlias = Callable[[FloatArray], FloatArray]
@@ -108,7 +109,7 @@ def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, f
     return Fit(coordinates, _values(coordinates, u), r, best, jacobian)
 
 
-def intervals(found: Fit, starts: FloatArray, quantile: float = 1.96) -> dict[tuple[str, str], tuple[float, float]]:
+def intervals(found: Fit, starts: IntArray, quantile: float = 1.96) -> dict[tuple[str, str], tuple[float, float]]:
     """95 % interval of each value.
 
     Clustered by segment (starts (m,) in the residual): noise within a segment may be coloured in any way; segments
@@ -120,8 +121,8 @@ def intervals(found: Fit, starts: FloatArray, quantile: float = 1.96) -> dict[tu
     scores = np.add.reduceat(j * r[:, None], starts, axis=0)
     m, p = len(starts), len(found.coordinates)
     bread = np.linalg.pinv(j.T @ j)
-    clustered = bread @ (scores.T @ scores) @ bread * (m / max(m - p, 1))
-    plain = bread * max(found.chi2 / max(np.count_nonzero(r), 1), 0.0)
+    clustered: FloatArray = bread @ (scores.T @ scores) @ bread * (m / max(m - p, 1))
+    plain = bread * (found.chi2 / max(int(np.count_nonzero(r)), 1))
     spread = np.sqrt(np.maximum(np.maximum(np.diag(clustered), np.diag(plain)), 0.0))
     result = {}
     for c, s in zip(found.coordinates, spread, strict=True):
