@@ -117,7 +117,7 @@ _RULES = (
         ("load_transfer", "steer_compliance"), (_STEER, _TURN), (("lateral_acceleration", 2.0, "curves of 2 m/s^2"),)
     ),
     _Rule(
-        ("tyre_relaxation", "yaw_inertia", "roll_dynamics"),
+        ("tyre_relaxation", "yaw_inertia", "cornering_compliance", "roll_dynamics"),
         (_STEER, _TURN),
         (("lateral_acceleration", 1.0, "curves of 1 m/s^2"), ("steer_rate", 0.1, "steering by 0.1 rad/s")),
     ),

@@ -59,7 +59,13 @@ def excess(name: str, drive: str) -> FloatArray:
 
 def test_the_truth_covers_the_catalogue_of_the_car() -> None:
     ours = {e.name for e in catalogue().values() if e.slot != "perception"}
-    assert ours - set(CATALOGUE) == {"accel_controller", "motor_damping", "motor_inertia", "motor_torque"}
+    assert ours - set(CATALOGUE) == {
+        "accel_controller",
+        "cornering_compliance",
+        "motor_damping",
+        "motor_inertia",
+        "motor_torque",
+    }
 
 
 @pytest.mark.parametrize("drive", ["rich", "urban"])
@@ -88,3 +94,25 @@ def test_dead_time_is_right_to_a_millisecond() -> None:
     late = {T: np.abs(replay.run({("steer_delay", "T"): T})[:, 2] - log["yaw"]).max() for T in (0.149, 0.15, 0.151)}
     assert late[0.15] < 2e-5  # rad
     assert min(late[0.149], late[0.151]) > 1e-4
+
+
+@pytest.mark.parametrize("drive", ["rich", "urban"])
+def test_slip_of_both_axles_reproduces_a_truth_whose_tyres_slip(drive: str) -> None:
+    """Its axles carry stiffness over load C/F_z, ours of the kinematic car 48/rad: D = (F_z/C - 1/48)/g."""
+    truth = TruthCar()
+    log = make_log({}, drive, 3, "none", body="dynamic")  # type: ignore[arg-type]
+    load = truth.mass * 9.80665 * (truth.wheelbase - truth.cg_to_front_axle) / truth.wheelbase
+    slip = (load / truth.stiffness_front - 1.0 / truth.rigid) / 9.80665
+    replay = Replay(baseline(""), log["t"], log)
+    starts = np.arange(0, len(log["t"]) - 100, 250)
+    states = np.full((len(starts), 6), np.nan)
+    states[:, :4] = np.column_stack([log[key][starts] for key in ("x", "y", "yaw", "v")])
+    measured = np.column_stack([log[key] for key in MEASURED])
+
+    def misfit(values: dict[tuple[str, str], float]) -> float:
+        rows = replay.run(values, starts=starts, states=states)
+        return float((((measured - rows[:, :7]) / SIGMAS) ** 2).mean())
+
+    with_slip = misfit({("cornering_compliance", "D"): slip})
+    assert with_slip < 0.025  # 0.1 at the low noise level
+    assert misfit({}) > 10.0 * with_slip

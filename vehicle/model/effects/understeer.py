@@ -40,10 +40,10 @@ from vehicle.model.effect import Key, effect
 def understeer(x: Bus, p: Any, m: Any) -> None:
     load = x.mass / x.wheelbase
     if p.K > 0.0:  # the front axle gets softer, else the rear
-        soft = 1.0 / (1.0 + p.K * x.stiffness_front / (load * x.cg_rear))
+        soft = 1.0 / (1.0 + p.K * x.tangent_front / (load * x.cg_rear))
         x.fy_front *= soft
         x.tangent_front *= soft
     elif p.K < 0.0:
-        soft = 1.0 / (1.0 - p.K * x.stiffness_rear / (load * x.cg_front))
+        soft = 1.0 / (1.0 - p.K * x.tangent_rear / (load * x.cg_front))
         x.fy_rear *= soft
         x.tangent_rear *= soft
