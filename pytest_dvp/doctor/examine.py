@@ -10,8 +10,9 @@ from openscenario.findings import Finding, Findings
 from pytest_dvp.doctor.angles import check_angles
 from pytest_dvp.doctor.clock import check_commands, check_jumps, check_offsets, check_rate, check_stamps
 from pytest_dvp.doctor.motion import Motion, motion_of
+from pytest_dvp.doctor.scales import check_acceleration, check_speed, check_wishes
 from pytest_dvp.doctor.sensors import check_echoes, check_sensors
-from pytest_dvp.doctor.signs import check_acceleration, check_speed, check_turning
+from pytest_dvp.doctor.signs import check_turning
 from pytest_dvp.log import Log
 from pytest_dvp.logs.table import findings_of
 
@@ -65,6 +66,7 @@ def examine(log: Log, *, file: str = "", line: int | None = None) -> tuple[Findi
     motion = check_angles(log, motion, name, findings)
     check_sensors(log, motion, name, findings)
     check_acceleration(motion, name, findings)
+    check_wishes(motion, name, findings)
     check_turning(motion, name, findings)
     righted = _righted(motion, findings)
     check_offsets(righted, float(np.median(np.diff(log.t))), name, findings)

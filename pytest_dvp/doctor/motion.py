@@ -54,7 +54,7 @@ def motion_of(log: Log) -> Motion | None:
         return None
     low, high = grid - 0.5 * window, grid + 0.5 * window
     of: dict[str, FloatArray] = {}
-    for name in ("v", "yaw_rate", "ax", "ay", "steer", "steer_cmd", "accel_cmd", "vx"):
+    for name in ("v", "yaw_rate", "ax", "ay", "steer", "steer_cmd", "accel_cmd", "speed_cmd", "vx"):
         mean = _mean(log, name, low, high)
         if mean is not None:
             of[name] = mean

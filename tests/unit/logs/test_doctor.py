@@ -145,6 +145,38 @@ def test_a_steering_ratio_that_a_model_may_have_is_no_finding(sound: Columns) ->
         assert told(scaled(sound, ratio, "steer_cmd")) == []
 
 
+@pytest.mark.parametrize(
+    ("factor", "said", "hint"),
+    [
+        (1 / 9.80665, "g stored as m/s^2", "`accel_cmd [g]`"),
+        (9.80665, "m/s^2 stored as g", "`accel_cmd [m/s^2]`"),
+        (100.0 / 3.0, "percent stored as m/s^2", "throttle_cmd"),  # a full pedal of 3 m/s^2
+        (1.0 / 6.0, "a pedal from -1 to 1, or g, stored as m/s^2", "throttle_cmd"),
+    ],
+)
+def test_a_wanted_acceleration_in_another_unit_is_told(sound: Columns, factor: float, said: str, hint: str) -> None:
+    (finding,) = examine(log_of(scaled(sound, factor, "accel_cmd")))
+    assert (finding.code, finding.element, finding.text) == ("log.unit_suspect", "column accel_cmd", said)
+    assert hint in finding.hint
+
+
+def test_a_drive_of_another_gain_is_no_finding(sound: Columns) -> None:
+    for gain in (0.6, 1.4):
+        assert told(scaled(sound, gain, "accel_cmd")) == []
+
+
+def test_the_sign_of_a_wanted_acceleration_needs_no_turn(sound: Columns) -> None:
+    along = {name: sound[name] for name in ("t", "v", "accel_cmd")}
+    assert told(scaled(along, -1.0, "accel_cmd")) == [("log.sign_flipped", "column accel_cmd")]
+
+
+@pytest.mark.parametrize("factor", [3.6, 1 / 3.6])
+def test_a_wanted_speed_in_another_unit_is_told(sound: Columns, factor: float) -> None:
+    wish = {**sound, "speed_cmd": np.roll(sound["v"], -25) + 0.3}
+    assert told(wish) == []
+    assert told(scaled(wish, factor, "speed_cmd")) == [("log.unit_suspect", "column speed_cmd")]
+
+
 def test_a_speed_without_positions_is_judged_by_the_accelerometers(sound: Columns) -> None:
     assert told(without(scaled(sound, 3.6, "v"), "x", "y")) == [("log.unit_suspect", "column v")]
 
