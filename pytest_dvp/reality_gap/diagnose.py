@@ -11,6 +11,7 @@ import numpy as np
 
 from pytest_dvp.log import Log
 from pytest_dvp.logs.cut import cut_log
+from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
@@ -121,11 +122,11 @@ def _removed(target: Campaign, model: VehicleModel) -> dict[tuple[str, str], flo
     """Neutral values of the model's effects that the measurements do better without."""
     off: dict[tuple[str, str], float] = {}
     r = target.whitened({})
-    best, count = float(r @ r), max(target.count, 1)
+    best, count = square(r), max(target.count, 1)
     for applied in model.effects:
         neutral = {(applied.name, k.name): k.neutral for k in applied.effect.parameters}
         r = target.whitened(off | neutral)
-        left = float(r @ r)
+        left = square(r)
         if best - left > PRACTICAL * max(count, left):
             best = left
             off |= neutral
@@ -192,7 +193,7 @@ def _veto(search: Search, found: Found, folds: Sequence[_Fold]) -> tuple[Found, 
 
 def _chi2(judge: Campaign, search: Search, trial: Trial) -> float:
     r = judge.whitened(search.fixed | trial.found.values)
-    return float(r @ r)
+    return square(r)
 
 
 def _ladder(search: Search, final: Trial) -> list[Trial]:

@@ -75,8 +75,8 @@ class Diagnosis:
     """Result of `diagnose`.
 
     effects in the order of what they explain; ladder: the error after each; vetoed: effects that fitted but lost on
-    data they were not fitted on; input_map: fitted scales of the model's inputs; votes: what the second engine would name;
-    signature: what the misfit that is left looks like; values: everything fitted, (effect, key) -> value.
+    data they were not fitted on; input_map: fitted scales of the model's inputs; votes: what the second engine would
+    name; signature: what the misfit that is left looks like; values: everything fitted, (effect, key) -> value.
     """
 
     verdict: Verdict

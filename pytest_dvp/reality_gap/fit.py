@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from pytest_dvp.log import FloatArray
+from pytest_dvp.reality_gap.algebra import along, gram, square
 from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.projection import IntArray
 from vehicle.model.effect import Key
@@ -68,7 +69,7 @@ class Coordinate:
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Fit:
-    """values of the coordinates; whitened residual (N,); chi2 its sum of squares; jacobian (N, p) by coordinate in u,
+    """values of the coordinates; whitened residual (N,); chi2 its sum of squares; jacobian (p, N) by coordinate in u,
     at these values or close to them."""
 
     coordinates: tuple[Coordinate, ...]
@@ -93,8 +94,8 @@ def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, f
         return target.whitened(given | _values(coordinates, place))
 
     r = residual(u)
-    best = float(r @ r)
-    jacobian = np.empty((len(r), len(coordinates)))
+    best = square(r)
+    jacobian = np.empty((len(coordinates), len(r)))
     damping = 1e-3
     for _ in range(rounds if coordinates else 0):
         _derive(jacobian, residual, r, u)
@@ -118,10 +119,10 @@ def intervals(found: Fit, starts: IntArray, quantile: float = 1.96) -> dict[tupl
     if not found.coordinates:
         return {}
     j, r = found.jacobian, found.residual
-    scores = np.add.reduceat(j * r[:, None], starts, axis=0)
+    scores = np.add.reduceat(j * r, starts, axis=1)
     m, p = len(starts), len(found.coordinates)
-    bread = np.linalg.pinv(j.T @ j)
-    clustered: FloatArray = bread @ (scores.T @ scores) @ bread * (m / max(m - p, 1))
+    bread = np.linalg.pinv(gram(j))
+    clustered: FloatArray = bread @ gram(scores) @ bread * (m / max(m - p, 1))
     plain = bread * (found.chi2 / max(int(np.count_nonzero(r)), 1))
     spread = np.sqrt(np.maximum(np.maximum(np.diag(clustered), np.diag(plain)), 0.0))
     result = {}
@@ -141,14 +142,14 @@ def _derive(jacobian: FloatArray, residual: Residual, r: FloatArray, u: FloatArr
         step = STEP if u[k] < 0.5 else -STEP
         moved = u.copy()
         moved[k] += step
-        np.subtract(residual(moved), r, out=jacobian[:, k])
-        jacobian[:, k] /= step
+        np.subtract(residual(moved), r, out=jacobian[k])
+        jacobian[k] /= step
 
 
 def _improve(
     residual: Residual, jacobian: FloatArray, u: FloatArray, r: FloatArray, best: float, damping: float
 ) -> tuple[FloatArray, FloatArray, float, float]:
-    normal, slope = jacobian.T @ jacobian, jacobian.T @ r
+    normal, slope = gram(jacobian), along(jacobian, r)
     scale = np.diag(normal).copy()
     scale[scale <= 0.0] = 1.0
     for _ in range(5):
@@ -158,7 +159,7 @@ def _improve(
         step = np.clip(step, -_LONGEST, _LONGEST)
         moved = np.clip(u + step, -_BEYOND, 1.0 + _BEYOND)
         left = residual(moved)
-        chi2 = float(left @ left)
+        chi2 = square(left)
         if isfinite(chi2) and chi2 < best:
             return moved, left, chi2, max(damping / 10.0, 1e-7)
         damping *= 8.0
@@ -173,7 +174,7 @@ def _zoom(residual: Residual, u: FloatArray, r: FloatArray, best: float) -> tupl
                     moved = u.copy()
                     moved[k] = min(max(u[k] + side, -_BEYOND), 1.0 + _BEYOND)
                     left = residual(moved)
-                    chi2 = float(left @ left)
+                    chi2 = square(left)
                     if not chi2 < best:
                         break
                     u, r, best = moved, left, chi2

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pytest_dvp.log import FloatArray
+from pytest_dvp.reality_gap.algebra import along, distance, orthonormal, square
 from pytest_dvp.reality_gap.candidates import Candidate, least
 from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit
@@ -123,7 +124,7 @@ class Search:
     def _scan(self, now: Trial, without: frozenset[str]) -> list[tuple[float, str, dict[tuple[str, str], float]]]:
         """chi^2 that each effect would leave (the others adapt to first order), and the point where; best first."""
         r0, values = now.found.residual, self.fixed | now.found.values
-        basis = _basis(now.found.jacobian)
+        basis = orthonormal(now.found.jacobian)
         shown: dict[str, float] = {}
         ranking = []
         for name, candidate in self.tried.items():
@@ -132,12 +133,11 @@ class Search:
             best: tuple[float, dict[tuple[str, str], float]] | None = None
             for point in candidate.points:
                 r = self.target.whitened(values | point)
-                change = float(np.sum((r - r0) ** 2)) / self.count
+                change = distance(r, r0) / self.count
                 shown[name] = max(shown.get(name, 0.0), change)
                 if change < 1e-7:
                     break  # the strongest comes first
-                along = basis.T @ r
-                left = float(r @ r - along @ along)
+                left = square(r) - square(along(basis, r))
                 if best is None or left < best[0]:
                     best = left, point
             if best is not None:
@@ -196,11 +196,3 @@ class Search:
             best = least_lost
         return best
 
-
-def _basis(jacobian: FloatArray) -> FloatArray:
-    """Orthonormal columns (N, q) of what the present parameters can do."""
-    if not jacobian.shape[1]:
-        return jacobian
-    q, r = np.linalg.qr(jacobian)
-    strong = np.abs(np.diag(r)) > 1e-9 * max(float(np.abs(np.diag(r)).max()), 1e-300)
-    return np.ascontiguousarray(q[:, strong])

@@ -1,0 +1,67 @@
+"""Products of long vectors, in one thread: a threaded BLAS burns more time on waking up than these take."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from pytest_dvp.log import FloatArray
+
+
+@njit(cache=True, error_model="numpy")
+def square(r: FloatArray) -> float:
+    """Sum of squares of r (N,)."""
+    total = 0.0
+    for i in range(len(r)):
+        total += r[i] * r[i]
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def distance(r: FloatArray, r0: FloatArray) -> float:
+    """Sum of squares of r - r0, both (N,)."""
+    total = 0.0
+    for i in range(len(r)):
+        d = r[i] - r0[i]
+        total += d * d
+    return total
+
+
+@njit(cache=True, error_model="numpy")
+def along(rows: FloatArray, r: FloatArray) -> FloatArray:
+    """Scalar products (p,) of r (N,) with each row of rows (p, N)."""
+    found = np.zeros(len(rows))
+    for k in range(len(rows)):
+        total = 0.0
+        for i in range(len(r)):
+            total += rows[k, i] * r[i]
+        found[k] = total
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def gram(rows: FloatArray) -> FloatArray:
+    """Scalar products (p, p) of the rows of rows (p, N) with one another."""
+    p = len(rows)
+    found = np.zeros((p, p))
+    for j in range(p):
+        for k in range(j + 1):
+            total = 0.0
+            for i in range(rows.shape[1]):
+                total += rows[j, i] * rows[k, i]
+            found[j, k] = found[k, j] = total
+    return found
+
+
+def orthonormal(rows: FloatArray) -> FloatArray:
+    """Rows (q, N) of length 1, at right angles, that span those of rows (p, N); q <= p."""
+    found: list[FloatArray] = []
+    for row in rows:
+        left = row.copy()
+        for _ in range(2):  # twice is enough: Parlett, The Symmetric Eigenvalue Problem
+            for done in found:
+                left -= along(done[None, :], left)[0] * done
+        length = square(left) ** 0.5
+        if length > 1e-6 * max(square(row) ** 0.5, 1e-300):
+            found.append(left / length)
+    return np.array(found) if found else np.zeros((0, rows.shape[1]))
