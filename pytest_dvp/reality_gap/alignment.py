@@ -10,6 +10,7 @@ import numpy as np
 from pytest_dvp.log import FloatArray
 from pytest_dvp.metrics.base import Undefined
 from pytest_dvp.metrics.similarity import Likeness, likeness
+from pytest_dvp.reality_gap.projection import BoolArray
 
 MAX_LAG = 2.0  # s
 _SLOW = 5.0  # s: slower changes than this do not tell a lag, but flatten the peak
@@ -17,7 +18,8 @@ _SLOW = 5.0  # s: slower changes than this do not tell a lag, but flatten the pe
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Alignment:
-    """lag [s] > 0: the measurement comes later than the model; coverage: share of the log's time both are known."""
+    """lag [s] > 0: the measurement comes later than the model; coverage: share of the log's time both are known, which
+    it is not in a gap."""
 
     lag: float
     coverage: float
@@ -31,6 +33,16 @@ class Alike:
     mncc: float | None
     lag: float | None
     gain: float | None
+
+
+def coverage(t: FloatArray, known: BoolArray, longest: float) -> float:
+    """Share of the time from the first of the stamps t (n,) [s] to the last that the rows `known` (n,) stand for.
+
+    A row stands for the time to the next; across a gap, which is longer than `longest` [s], for the usual step only.
+    """
+    spans = np.diff(t)
+    counts = np.where(spans > longest, float(np.median(spans)), spans)
+    return float(counts[known[:-1]].sum() / spans.sum())
 
 
 def grid(t: FloatArray) -> FloatArray:

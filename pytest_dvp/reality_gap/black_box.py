@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 import numpy as np
 
 from pytest_dvp.log import FloatArray, Log
+from pytest_dvp.reality_gap.projection import BoolArray
 from pytest_dvp.reality_gap.segments import CHANNELS, Segments, posed
 
 if TYPE_CHECKING:
@@ -173,6 +174,13 @@ def held(log: Log, name: str, who: str) -> FloatArray:
         return values
     last = np.maximum.accumulate(np.where(known, np.arange(len(values)), -1))
     return np.asarray(values[np.where(last < 0, int(np.argmax(known)), last)])
+
+
+def commanded(log: Log, subject: Subject) -> list[BoolArray]:
+    """Rows (n,) in which each command that drives the model was logged."""
+    names = subject.inputs or tuple(name for name in log.columns if name.endswith("_cmd"))
+    found = [np.isfinite(log.columns[name]) for name in names if name in log.columns]
+    return [rows for rows in found if not rows.all()]
 
 
 def wrapping(log: Log, values: Values | None, extra: Iterable[Effect], who: str, commands: Collection[str]) -> Wrapped:

@@ -12,8 +12,8 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap import iso18571, noise
-from pytest_dvp.reality_gap.alignment import Alignment, alike, common_lag, grid, on_grid
-from pytest_dvp.reality_gap.black_box import CompareError, LogSubject, ModelSubject, Subject
+from pytest_dvp.reality_gap.alignment import Alignment, alike, common_lag, coverage, grid, on_grid
+from pytest_dvp.reality_gap.black_box import CompareError, LogSubject, ModelSubject, Subject, commanded
 from pytest_dvp.reality_gap.locate import Where, locate
 from pytest_dvp.reality_gap.projection import BoolArray
 from pytest_dvp.reality_gap.regimes import regimes
@@ -22,6 +22,7 @@ from pytest_dvp.reality_gap.segments import (
     UNITS,
     Segments,
     cut,
+    longest_step,
     measured_array,
     residuals,
     restarted,
@@ -108,7 +109,7 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
         raise CompareError(f"log: time does not increase at row {row} (t={log.t[row]:.3f} s); see dvp doctor")
     measured = measured_array(log.columns)
     wheelbase = subject.model.car.wheelbase if isinstance(subject, ModelSubject) else 2.5
-    segments = cut(log.t, measured, wheelbase=wheelbase)
+    segments = cut(log.t, measured, wheelbase=wheelbase, known=commanded(log, subject))
     output = subject.output(log, segments)
     _check_finite(subject, log.t, output)
     judged, left_out = judged_channels(subject, measured, output, channels)
@@ -134,10 +135,11 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
     v, rate = (on_grid(log.t, log.t, measured[:, k]) for k in (3, 4))
     masks = _regimes(log, v, rate)
     position = (measured[:, 0], measured[:, 1]) if np.isfinite(measured[:, :2]).any() else None
-    compared = np.isfinite(output[:, list(column.values())]) & np.isfinite(measured[:, list(column.values())])
+    both = np.isfinite(output[:, list(column.values())]) & np.isfinite(measured[:, list(column.values())])
+    covered = coverage(log.t, both.any(axis=1) & ~segments.lost, longest_step(log.t))
     return Comparison(
         model=subject.name,
-        alignment=Alignment(_lag(real, twin, sigma, log.t, even), float(compared.any(axis=1).mean())),
+        alignment=Alignment(_lag(real, twin, sigma, log.t, even), covered),
         signals=signals,
         where=locate(rest, chi2, masks, log.t, v, position, segments),
         noise={name: float(sigma[k]) for name, k in column.items()},

@@ -9,7 +9,7 @@ by weighted least squares, without another simulation. This is the objective of 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -24,7 +24,9 @@ UNITS: Mapping[str, str] = {
 }  # fmt: skip
 
 LENGTH = 5.0  # s
-_GAP = 0.5  # s between stamps, at which a segment ends
+_GAP = 0.1  # s, and
+_GAP_STEPS = 5.0  # usual steps without a value are a gap, after which a segment starts anew
+_AWAKE = 0.5  # s after a gap that do not count, of a short segment a quarter: actuators still do what was before it
 _SETTLE = 1.0  # s of a standstill that still counts, at both ends: a late or early start shows there
 _FIT = 0.15  # s around a start from which its state is taken
 
@@ -39,6 +41,7 @@ class Segments:
     ends: IntArray
     states: FloatArray
     counted: BoolArray
+    lost: BoolArray
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -64,11 +67,14 @@ def measured_array(columns: Mapping[str, FloatArray]) -> FloatArray:
     return found
 
 
-def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbase: float = 2.5) -> Segments:
+def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbase: float = 2.5,
+        known: Iterable[BoolArray] = ()) -> Segments:  # fmt: skip
     """Cut a log of stamps t (n,) [s] and measured channels (n, 8) into segments of about `length` [s].
 
     A cut is put where the car turns least within half a second, so that the sideways motion has nothing to settle.
     `wheelbase` [m] says which yaw rate is a spin. Rows of a standstill but its first and last second do not count.
+    After a gap, in which there are no stamps, nothing is measured or a command is missing (`known`: rows (n,) in which
+    each command was logged), a segment starts anew. Rows whose command is unknown do not count, nor the first after it.
     """
     n = len(t)
     whole = _filled(t, measured)
@@ -82,11 +88,44 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         best = int(low) + int(np.argmin(np.abs(rate[low:high]))) if high > low else int(low)
         if cuts[-1] + 4 < best < n - 4:
             cuts.append(best)
-    # What happened in a gap nobody knows: the motion begins anew after it
-    gaps = np.flatnonzero(np.diff(t) > _GAP) + 1
-    starts = np.union1d(np.array(cuts, dtype=np.int64), gaps.astype(np.int64))
+    lost = np.zeros(n, dtype=np.bool_)
+    awake: set[int] = set()
+    for rows in (np.ones(n, dtype=np.bool_), *known):
+        resumes, missing = _gaps(t, rows)
+        lost |= missing
+        awake |= set(resumes)
+    resumed = awake | set(_gaps(t, np.isfinite(measured).any(axis=1))[0])
+    starts = np.union1d(np.array(cuts, dtype=np.int64), np.array(sorted(resumed), dtype=np.int64))
     ends = np.append(starts[1:], n).astype(np.int64)
-    return Segments(starts, ends, _states(t, measured, whole, starts), counted)
+    for first, end in zip(starts, ends, strict=True):
+        if int(first) in awake:
+            until = t[first] + min(_AWAKE, 0.25 * (t[end - 1] - t[first]))
+            lost[first : np.searchsorted(t, until)] = True
+    return Segments(starts, ends, _states(t, measured, whole, starts), counted & ~lost, lost)
+
+
+def longest_step(t: FloatArray) -> float:
+    """Time between stamps t (n,) [s] above which something is missing in between."""
+    return max(_GAP, _GAP_STEPS * float(np.median(np.diff(t)))) if len(t) > 1 else _GAP
+
+
+def _gaps(t: FloatArray, known: BoolArray) -> tuple[list[int], BoolArray]:
+    """Rows in which `known` (n,) begins again after a gap, and the rows (n,) of its gaps."""
+    missing = np.zeros(len(t), dtype=np.bool_)
+    rows = np.flatnonzero(known)
+    if len(rows) < 2:
+        return [], missing
+    longest, usual = longest_step(t[rows]), float(np.median(np.diff(t[rows])))
+    since, until = np.append(t[0], t[rows]), np.append(t[rows], t[-1])
+    resumes = []
+    for j in np.flatnonzero(until - since > longest):
+        after = int(rows[j]) if j < len(rows) else len(t)
+        before = int(rows[j - 1]) if j else -1
+        # A value holds for its usual time
+        missing[before + 1 : after] = (t[before + 1 : after] > since[j] + usual) if j else True
+        if after < len(t):
+            resumes.append(after)
+    return resumes, missing
 
 
 def still_speed(v: FloatArray) -> float:
