@@ -100,7 +100,7 @@ def _told(
         "duration": log.duration,
         "columns": list(log.columns),
         "rates": _rates(log),
-        **{key: imported.get(key, []) for key in ("converted", "aliased", "unknown")},
+        **{key: imported.get(key, []) for key in ("converted", "aliased", "unknown", "recognised", "unmapped")},
         "findings": [finding.as_dict() for finding in findings],
         "excitation": shown.as_dict(),
     }
@@ -116,15 +116,23 @@ def _rates(log: Log) -> dict[str, float]:
     return {name: round((count - 1) / log.duration, 3) for name, count in slower.items()} if log.duration else {}
 
 
+_SAID = (
+    ("converted", "converted"), ("aliased", "renamed"), ("recognised", "recognised by name and unit"),
+    ("unknown", "kept, not known"), ("unmapped", "not mapped, left out"),
+)  # fmt: skip
+
+
 def _print(entry: dict[str, Any], findings: tuple[Finding, ...], shown: Excitation | None) -> None:
+    from openscenario.findings import listed
+
     if shown is not None:
         rate = (entry["rows"] - 1) / entry["duration"] if entry["duration"] else 0.0
         print(f"{entry['log']}: {entry['rows']} rows, {entry['duration']:.2f} s, {rate:.4g} Hz")
         if entry["rates"]:
             print("  mixed rates: " + ", ".join(f"{name} {hz:.4g} Hz" for name, hz in entry["rates"].items()))
-        for key, what in (("converted", "converted"), ("aliased", "renamed"), ("unknown", "kept, not known")):
+        for key, what in _SAID:
             if entry[key]:
-                print(f"  {what}: {', '.join(entry[key])}")
+                print(f"  {what}: {listed(entry[key], 20)}")
     for finding in findings:
         print(f"  {finding.severity} {finding.code} {finding.element}: {finding.message}")
     if not findings:

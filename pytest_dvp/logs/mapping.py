@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from openscenario.findings import Findings, nearest
+from openscenario.findings import Findings, listed, nearest
 from pytest_dvp.log import FloatArray, LogError
-from pytest_dvp.logs.names import Header
+from pytest_dvp.logs.names import Header, canonical
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.units import find_unit, units_of
@@ -57,6 +57,7 @@ class MappingFile:
     time     default clock of the signals
     origin   latitude, longitude [deg] of x = y = 0; None: the first fix
     antenna  x ahead, y left of the reference point [m] of what measured x, y
+    only     leave out every field that is not named; else those that state their signal and unit are taken as well
     """
 
     signals: tuple[SignalMap, ...]
@@ -64,6 +65,7 @@ class MappingFile:
     origin: tuple[float, float] | None = None
     antenna: tuple[float, float] = (0.0, 0.0)
     file: str = ""
+    only: bool = False
 
 
 def read_mapping(path: Path) -> MappingFile:
@@ -75,16 +77,20 @@ def read_mapping(path: Path) -> MappingFile:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise LogError(f"{path}: not TOML: {error}", "log.bad_mapping") from error
     head = _table(path, raw, {"log": dict, "signal": list}, "")
-    log = _table(path, head.get("log", {}), {"time": str, "origin": list, "antenna": list}, "log.")
+    log = _table(path, head.get("log", {}), {"time": str, "origin": list, "antenna": list, "only": bool}, "log.")
     known: dict[str, type] = {
         field.name: str if field.type == "str" else float for field in dataclasses.fields(SignalMap)
     }
     signals = tuple(
         SignalMap(**_table(path, entry, known, f"signal[{i}].")) for i, entry in enumerate(head.get("signal", []))
     )
+    signals = tuple(dataclasses.replace(signal, name=canonical(signal.name)) for signal in signals)
     if not signals:
         raise LogError(f"{path}: no [[signal]]; `dvp map LOG` proposes some", "log.bad_mapping")
+    names = [signal.name for signal in signals]
     for signal in signals:
+        if names.count(signal.name) > 1:
+            raise LogError(f"{path}: {signal.name} is named {names.count(signal.name)} times", "log.bad_mapping")
         if signal.frame not in ("flu", "frd", "ned"):
             raise _bad(path, f"{signal.name}.frame", signal.frame, "flu, frd, ned")
         if signal.ratio == 0.0 or signal.scale == 0.0 or signal.sign not in (1.0, -1.0):
@@ -95,6 +101,7 @@ def read_mapping(path: Path) -> MappingFile:
         _pair(path, log, "origin"),
         _pair(path, log, "antenna") or (0.0, 0.0),
         str(path),
+        log.get("only", False),
     )
 
 
@@ -141,7 +148,7 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
     parts: list[tuple[SignalMap, FloatArray, FloatArray]] = []
     checked: set[tuple[str, str]] = set()
     for signal in mapping.signals:
-        stream = _stream(streams, signal, mapping, file)
+        stream = stream_of(streams, signal, mapping, file)
         t = _stamps(stream, signal, mapping)
         values = _values(stream, signal, streams, mapping, file)
         if (stream.topic, signal.time) not in checked:
@@ -164,8 +171,23 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
         columns.append(RawColumn(Header(f"{signal.topic}:{signal.field}", signal.name, target), column))
     _move_antenna(columns, mapping.antenna)
     place = mapping.signals[0].topic if len({s.topic for s in mapping.signals}) == 1 else ""
-    notes = {"mapping": [dataclasses.asdict(signal) for signal in mapping.signals]}
+    notes = {
+        "mapping": [dataclasses.asdict(signal) for signal in mapping.signals],
+        "unmapped": _left(streams, mapping, file),
+    }
     return Table(file, kind, columns, place=place, findings=findings, notes=notes)
+
+
+def _left(streams: Sequence[Stream], mapping: MappingFile, file: str) -> list[str]:
+    """Fields that no signal comes from; stamps are none."""
+    taken = {(stream_of(streams, signal, mapping, file).topic, signal.field) for signal in mapping.signals}
+    return [
+        f"{stream.topic} {field}".strip()
+        for stream in streams
+        for field in stream.fields
+        if not any((stream.topic, field[:end]) in taken for end in (len(field), field.rfind(".")))
+        and canonical(field) != "t" and "stamp." not in field and field != mapping.time
+    ]  # fmt: skip
 
 
 def _si(unit: str) -> str:
@@ -173,10 +195,14 @@ def _si(unit: str) -> str:
     return known.si if known is not None else "-"
 
 
-def _stream(streams: Sequence[Stream], signal: SignalMap, mapping: MappingFile, file: str) -> Stream:
+def stream_of(streams: Sequence[Stream], signal: SignalMap, mapping: MappingFile, file: str) -> Stream:
     for stream in streams:
         if stream.topic == signal.topic or (not signal.topic and len(streams) == 1):
             return stream
+    prefix = signal.field + "."  # of a quaternion
+    holders = [s for s in streams if any(f == signal.field or f.startswith(prefix) for f in s.fields)]
+    if not signal.topic and len(holders) == 1:
+        return holders[0]
     topics = [stream.topic for stream in streams]
     where = mapping.file or file
     raise LogError(
@@ -189,13 +215,19 @@ def _stamps(stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArr
     choice = signal.time or mapping.time
     header = stream.header
     if choice in stream.fields:
-        t = stream.fields[choice]
+        unit = find_unit(stream.units.get(choice, "s"))
+        t = stream.fields[choice] * (unit.scale if unit is not None and unit.si == "s" else 1.0)
     elif choice == "header" and header is not None:
         t = header
     elif choice == "header" and stream.si and "t" in stream.fields:
         t = stream.fields["t"]
     else:
         t = stream.receive
+    if len(t) and not np.isfinite(t).any():
+        raise LogError(
+            f"{mapping.file or stream.topic}: no field holds the time; say which: [log] time = one of "
+            + listed(list(stream.fields), 8), "log.time_missing",
+        )  # fmt: skip
     return t - signal.delay
 
 

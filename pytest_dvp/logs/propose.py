@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Sequence
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from openscenario.findings import listed
 from pytest_dvp.log import LogError
-from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION, MappingFile, SignalMap
+from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION, MappingFile, SignalMap, stream_of
 from pytest_dvp.logs.names import canonical, parse_header
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.units import find_unit, units_of
@@ -69,6 +70,30 @@ def certain(streams: Sequence[Stream], file: str) -> MappingFile:
             "log.mapping_needed",
         )  # fmt: skip
     return chosen
+
+
+def completed(mapping: MappingFile, streams: Sequence[Stream], file: str, kind: str) -> MappingFile:
+    """The mapping and, unless it says `only`, all else that states its signal and its unit.
+
+    Of a CSV file columns that are no signals are kept too, as without a mapping. What a mapping names comes before what
+    is recognised; a field is taken once.
+    """
+    if mapping.only:
+        return mapping
+    named = {signal.name for signal in mapping.signals}
+    used = {(stream_of(streams, signal, mapping, file).topic, signal.field) for signal in mapping.signals}
+    fresh = [
+        dataclasses.replace(s, fields={f: v for f, v in s.fields.items() if (s.topic, f) not in used}) for s in streams
+    ]
+    found = [signal for signal in propose(fresh)[0].signals if signal.name not in named]
+    if kind == "csv":
+        (stream,) = fresh
+        found += [
+            SignalMap(field, "", field, unit)
+            for field, unit in stream.units.items()
+            if field in stream.fields and canonical(field) not in SIGNALS and field not in named and find_unit(unit)
+        ]
+    return dataclasses.replace(mapping, signals=(*mapping.signals, *found))
 
 
 def propose(streams: Sequence[Stream]) -> tuple[MappingFile, tuple[SignalMap, ...]]:
@@ -133,6 +158,7 @@ def mapping_text(streams: Sequence[Stream]) -> str:
         f'time = "{clock}"             # "header": stamp of the sender; "receive": stamp of the recorder; or a field',
         "# origin = [52.0, 4.3]        # latitude, longitude [deg] of x = y = 0; default: the first fix",
         "# antenna = [1.2, 0.0]        # of what measures x, y: [m] ahead and left of the rear axle's middle",
+        "# only = true                # leave out what is not named here; default: recognised fields are taken as well",
         "# a signal also takes: scale, sign = -1, offset, ratio (hand wheel to road wheel), delay [s], time,",
         '# frame = "frd" (y to the right) or "ned" (yaw is a compass heading)',
     ]

@@ -7,11 +7,15 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from openscenario.findings import Findings, listed
 from pytest_dvp.log import Log, LogError
 from pytest_dvp.logs.cut import cut_log, parse_argument
+from pytest_dvp.logs.names import canonical
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import build_log
+from pytest_dvp.logs.units import find_unit
 
 KINDS = {
     **dict.fromkeys((".csv", ".txt", ".tsv"), "csv"),
@@ -70,8 +74,13 @@ def read_streams(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) 
         findings.found.extend(table.findings.found)
         fields = {column.header.name: column.values for column in table.columns}
         units = {column.header.name: column.header.unit for column in table.columns if column.header.unit}
-        first = next(iter(fields.values()))
-        return [Stream("", "", fields.get("t", first), fields, units)]
+        clock = next((c for c in table.columns if canonical(c.header.name) == "t"), None)
+        if clock is None:
+            receive = np.full(len(next(iter(fields.values()))), np.nan)  # a mapping says which column it is
+        else:
+            unit = find_unit(clock.header.unit or "s")
+            receive = clock.values * (unit.scale if unit is not None else 1.0)
+        return [Stream("", "", receive, fields, units)]
     if kind == "mcap":
         from pytest_dvp.logs.mcap_file import read_mcap
 
@@ -112,16 +121,23 @@ def _whole(path: Path, mapping: Path | None, msg_dirs: Sequence[Path], strict: b
 
 def _mapped(path: Path, kind: str, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool) -> Log:
     from pytest_dvp.logs.mapping import read_mapping, table_of
-    from pytest_dvp.logs.propose import certain
+    from pytest_dvp.logs.propose import certain, completed
 
     findings = Findings()
     chosen = read_mapping(mapping) if mapping is not None else None
     found = read_streams(path, findings, msg_dirs)
     if isinstance(found, Log):
+        if chosen is not None:
+            findings.add(
+                "log.mapping_unused", str(path), None, "", "a log of dvp names its signals: the mapping is not used",
+                severity="warning",
+            )  # fmt: skip
         told = [dataclasses.asdict(finding) for finding in findings.in_order()]
         found.meta["import"] = {"format": kind, "unknown": [], "findings": told}
         return found
-    table = table_of(found, chosen or certain(found, str(path)), str(path), kind, findings)
+    whole = completed(chosen, found, str(path), kind) if chosen is not None else certain(found, str(path))
+    table = table_of(found, whole, str(path), kind, findings)
+    table.notes["recognised"] = [signal.name for signal in whole.signals[len(chosen.signals) if chosen else 0 :]]
     return build_log(table, strict=strict)
 
 
