@@ -55,7 +55,7 @@ def diagnose(
     target = campaign(logs, model, extra=effects)
     nuisance, start = _input_map(model)
     tied = {name for c in nuisance for name in _MAP_TIES.get(c.key.name, ())}
-    tried = [c for c in candidates(model, known.values()) if c.name not in tied]
+    tried = [c for c in candidates(model, known.values(), ay="ay" in target.channels) if c.name not in tied]
     search = Search(target, tried, nuisance=nuisance, start=start, fixed=_removed(target, model), tick=tick)
     found = search.run()
     tick("held-out data")
@@ -79,7 +79,7 @@ def diagnose(
         )
         for before, after in itertools.pairwise(trials)
     ) + tuple(_removal(name, known[name]) for name in dict.fromkeys(name for name, _ in search.fixed))
-    channels = target.by_channel(search.fixed | final.found.values)
+    channels = target.by_channel(final.values)
     return Diagnosis(
         verdict=_verdict(final.chi2 / search.count, channels, named, found, len(tried)),
         effects=named,
@@ -89,7 +89,8 @@ def diagnose(
         signature={},
         vetoed=vetoed,
         input_map=_estimates(final, sure, "inputs"),
-        values=search.fixed | final.found.values,
+        car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
+        values=final.values,
     )
 
 
@@ -173,7 +174,7 @@ def _veto(search: Search, found: Found, folds: Sequence[_Fold]) -> tuple[Found, 
             rest = [n for n in final.names if n != name]
             total, samples = 0.0, 0
             for fold in folds:
-                values = final.found.values
+                values = final.values
                 full = search.trial(final.names, values, target=fold.fitted) if fold.fitted else final
                 less = search.trial(rest, values, target=fold.fitted)
                 if fold.fitted and not search.pays(less, full, count=fold.fitted.count):
@@ -187,12 +188,12 @@ def _veto(search: Search, found: Found, folds: Sequence[_Fold]) -> tuple[Found, 
             return found, tuple(vetoed), gains
         vetoed.append(worst)
         names = tuple(n for n in final.names if n != worst)
-        final = search.trial(names, final.found.values, zoom=True)
+        final = search.trial(names, final.values, zoom=True)
         found = Found(final, {n: found.rivals.get(n, ()) for n in names}, found.not_excited)
 
 
 def _chi2(judge: Campaign, search: Search, trial: Trial) -> float:
-    r = judge.whitened(search.fixed | trial.found.values)
+    r = judge.whitened(trial.values)
     return square(r)
 
 
@@ -201,33 +202,35 @@ def _ladder(search: Search, final: Trial) -> list[Trial]:
     steps = [search.trial((), search.start)]
     while len(steps[-1].names) < len(final.names):
         options = [
-            search.trial((*steps[-1].names, name), final.found.values) for name in final.names
+            search.trial((*steps[-1].names, name), final.values) for name in final.names
             if name not in steps[-1].names
         ]  # fmt: skip
         steps.append(min(options, key=lambda t: t.chi2))
     if len(steps) > 1:
-        last = search.trial(steps[-1].names, final.found.values)
+        last = search.trial(steps[-1].names, final.values)
         steps[-1] = last if last.chi2 < steps[-1].chi2 else steps[-1]
     return steps
 
 
 def _step(search: Search, trial: Trial, folds: Sequence[_Fold]) -> Step:
-    values = search.fixed | trial.found.values
+    values = trial.values
     chi2, samples = 0.0, 0
     squares: dict[str, list[float]] = {}
     for fold in folds:
-        fitted = search.trial(trial.names, trial.found.values, target=fold.fitted) if fold.fitted else trial
+        fitted = search.trial(trial.names, trial.values, target=fold.fitted) if fold.fitted else trial
         chi2 += _chi2(fold.judge, search, fitted)
         samples += fold.judge.count
-        for name, rmse in fold.judge.rmse(search.fixed | fitted.found.values).items():
+        for name, rmse in fold.judge.rmse(fitted.values).items():
             squares.setdefault(name, []).append(rmse)
     return Step(
         added=trial.names[-1] if trial.names else "",
         chi2_per_n=trial.chi2 / search.count,
         channels=search.target.by_channel(values),
         rmse=search.target.rmse(values),
-        held_out_chi2_per_n=chi2 / samples if samples else None,
+        held_out_chi2_per_n=sum(segments) / samples if samples else None,
         held_out_rmse={name: float(np.sqrt(np.mean(np.square(each)))) for name, each in squares.items()},
+        segments=tuple(trial.rest.tolist()),
+        held_out_segments=tuple(segments),
     )
 
 

@@ -55,7 +55,8 @@ class Step:
     """One step of the ladder: the effect that came in ("" for the model as given) and the error then left.
 
     chi2_per_n over all channels, channels: of each; rmse of each in its unit, on segments of about 5 s, of the data
-    fitted on and of the data held out (empty without any).
+    fitted on and of the data held out (empty without any). segments, held_out_segments (m,): sum of squares in units
+    of the noise, by segment.
     """
 
     added: str
@@ -64,10 +65,12 @@ class Step:
     rmse: Mapping[str, float]
     held_out_chi2_per_n: float | None = None
     held_out_rmse: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    segments: tuple[float, ...] = ()
+    held_out_segments: tuple[float, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """JSON-able."""
-        return dataclasses.asdict(self)
+        """JSON-able, without the sums by segment."""
+        return {key: value for key, value in dataclasses.asdict(self).items() if not key.endswith("segments")}
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -76,7 +79,8 @@ class Diagnosis:
 
     effects in the order of what they explain; ladder: the error after each; vetoed: effects that fitted but lost on
     data they were not fitted on; input_map: fitted scales of the model's inputs; votes: what the second engine would
-    name; signature: what the misfit that is left looks like; values: everything fitted, (effect, key) -> value.
+    name; signature: what the misfit that is left looks like; car: parameters of the car that had to be assumed with the
+    effects (where ay is measured); values: everything together, (effect, key) -> value.
     """
 
     verdict: Verdict
@@ -88,6 +92,7 @@ class Diagnosis:
     vetoed: tuple[str, ...] = ()
     input_map: Mapping[str, Estimate] = dataclasses.field(default_factory=dict)
     votes: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    car: Mapping[str, float] = dataclasses.field(default_factory=dict)
     values: Mapping[tuple[str, str], float] = dataclasses.field(default_factory=dict)
     null_line: float | None = None
 
@@ -115,6 +120,7 @@ class Diagnosis:
             "signature": dict(self.signature),
             "vetoed": list(self.vetoed),
             "input_map": {key: dataclasses.asdict(e) for key, e in self.input_map.items()},
+            "car": dict(self.car),
             "votes": dict(self.votes),
             "ladder": [step.as_dict() for step in self.ladder],
             "null_line": self.null_line,
