@@ -214,11 +214,12 @@ def _ladder(search: Search, final: Trial) -> list[Trial]:
 
 def _step(search: Search, trial: Trial, folds: Sequence[_Fold]) -> Step:
     values = trial.values
-    chi2, samples = 0.0, 0
+    samples = 0
+    segments: list[float] = []
     squares: dict[str, list[float]] = {}
     for fold in folds:
         fitted = search.trial(trial.names, trial.values, target=fold.fitted) if fold.fitted else trial
-        chi2 += _chi2(fold.judge, search, fitted)
+        segments += fold.judge.by_segment(fold.judge.whitened(fitted.values)).tolist()
         samples += fold.judge.count
         for name, rmse in fold.judge.rmse(fitted.values).items():
             squares.setdefault(name, []).append(rmse)
