@@ -232,6 +232,7 @@ def _step(search: Search, trial: Trial, folds: Sequence[_Fold]) -> Step:
         held_out_rmse={name: float(np.sqrt(np.mean(np.square(each)))) for name, each in squares.items()},
         segments=tuple(trial.rest.tolist()),
         held_out_segments=tuple(segments),
+        values=values,
     )
 
 

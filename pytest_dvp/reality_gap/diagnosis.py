@@ -56,7 +56,7 @@ class Step:
 
     chi2_per_n over all channels, channels: of each; rmse of each in its unit, on segments of about 5 s, of the data
     fitted on and of the data held out (empty without any). segments, held_out_segments (m,): sum of squares in units
-    of the noise, by segment.
+    of the noise, by segment. values: everything fitted at this step.
     """
 
     added: str
@@ -67,10 +67,12 @@ class Step:
     held_out_rmse: Mapping[str, float] = dataclasses.field(default_factory=dict)
     segments: tuple[float, ...] = ()
     held_out_segments: tuple[float, ...] = ()
+    values: Mapping[tuple[str, str], float] = dataclasses.field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
-        """JSON-able, without the sums by segment."""
-        return {key: value for key, value in dataclasses.asdict(self).items() if not key.endswith("segments")}
+        """JSON-able, without the sums by segment and the values."""
+        hidden = ("segments", "held_out_segments", "values")
+        return {key: value for key, value in dataclasses.asdict(self).items() if key not in hidden}
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
