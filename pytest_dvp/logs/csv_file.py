@@ -10,6 +10,7 @@ import io
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,8 @@ from pytest_dvp.logs.names import Header, parse_header
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.signals import SIGNALS
 
-_EMPTY = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "#n/a", "-nan", "nil"))
-_LOGIC = {"true": 1.0, "false": 0.0}
+EMPTY = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "#n/a", "-nan", "nil"))
+LOGIC = {"true": 1.0, "false": 0.0}
 _BLOCK = 1 << 22  # bytes looked at together: small beside the file, so that counting costs no memory
 _MOST = 4 << 30  # bytes; larger files need another format
 _MOST_COLUMNS = 10_000
@@ -32,7 +33,35 @@ def read_csv(path: Path) -> Table:
     Raises LogError; findings that do not forbid reading on are in the table.
     """
     table = Table(str(path), "csv", [], place="column t")
-    text = _decoded(path)
+    head = read_head(_whole_text(path), table)
+    body, separator, width = head.body, head.separator, len(head.headers)
+    ended = body.endswith(b"\n")
+    if separator != "," and b"," in body:
+        body = body.replace(b",", b".")
+    if b'"' in body:
+        body = _unquoted(body, separator)
+    if not ended:
+        body = _without_cut_row(table, body, head.line, width, separator)
+    lines = _check_shape(table, body, head.line, width, separator)
+    values = _numbers(table, body, lines, list(head.headers), separator)
+    table.lines = lines
+    table.columns = [
+        RawColumn(header, column) for header, column in zip(head.headers, values, strict=True) if column is not None
+    ]
+    return table
+
+
+class Head(NamedTuple):
+    """Of a CSV file: its columns, what separates them, the rows, and the line of the first of them."""
+
+    headers: tuple[Header, ...]
+    separator: str
+    body: bytes
+    line: int
+
+
+def read_head(text: bytes, table: Table) -> Head:
+    """The head of a CSV file as `normalised` gives it. Raises LogError for one that names no columns."""
     start, line = _skip_comments(text)
     end = text.find(b"\n", start)
     head = text[start : end if end >= 0 else len(text)]
@@ -50,20 +79,22 @@ def read_csv(path: Path) -> Table:
         names.pop()  # a separator at the end of each line
     _refuse_headless(table, names, line)
     body = text[end + 1 :] if end >= 0 else b""
-    line += 1
-    headers = [parse_header(name) for name in names]
-    headers, body, line = _units_row(headers, body, line, separator)
-    if separator != "," and b"," in body:
-        body = body.replace(b",", b".")
-    if b'"' in body:
-        body = _unquoted(body, separator)
-    lines = _check_shape(table, body, line, len(names), separator)
-    values = _numbers(table, body, lines, headers, separator)
-    table.lines = lines
-    table.columns = [
-        RawColumn(header, column) for header, column in zip(headers, values, strict=True) if column is not None
-    ]
-    return table
+    headers, body, line = _units_row([parse_header(name) for name in names], body, line + 1, separator)
+    return Head(tuple(headers), separator, body, line)
+
+
+def _without_cut_row(table: Table, body: bytes, line: int, width: int, separator: str) -> bytes:
+    """Without a last row that has neither all its fields nor an end: the recorder was killed while it wrote."""
+    start = body.rstrip(b"\n").rfind(b"\n") + 1
+    fields = body.count(separator.encode(), start) + 1
+    if fields >= width or not body[start:].strip():
+        return body
+    table.findings.add(
+        "log.truncated", table.file, line + body.count(b"\n", 0, start), "",
+        "the end of the file is missing: the last row is cut and left out", found=f"{fields} fields",
+        allowed=f"{width} fields, as the header names", hint="the recording was not finished", severity="warning",
+    )  # fmt: skip
+    return body[:start]
 
 
 def _refuse(
@@ -73,7 +104,7 @@ def _refuse(
     raise LogError.of(table.findings.in_order())
 
 
-def _decoded(path: Path) -> bytes:
+def _whole_text(path: Path) -> bytes:
     """The file as UTF-8 (or Latin-1: only headers hold more than ASCII) with `\\n` at the end of lines."""
     try:
         if path.stat().st_size > _MOST:
@@ -81,6 +112,16 @@ def _decoded(path: Path) -> bytes:
         data = path.read_bytes()
     except OSError as error:
         raise LogError(f"{path}: the log cannot be read: {error.strerror or error}", "log.unreadable") from error
+    data = normalised(data, path)
+    if b"\x00" in data:
+        hint = " (a disk that was full or a file that was not closed? `dvp recover` keeps its whole rows)"
+        text = f"{path}: not a text file (a zero byte at {data.index(0)})"
+        raise LogError(text + (hint if b"\n" in data[: data.index(0)] else ""), "log.not_csv")
+    return data
+
+
+def normalised(data: bytes, path: Path) -> bytes:
+    """Bytes of a text file as UTF-8 without a byte order mark, lines ending with `\\n`. Raises LogError."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         try:
             data = data.decode("utf-16").encode()
@@ -88,8 +129,6 @@ def _decoded(path: Path) -> bytes:
             raise LogError(f"{path}: UTF-16 by its first bytes but not readable as such", "log.bad_encoding") from None
     elif data[:3] == b"\xef\xbb\xbf":
         data = data[3:]
-    if b"\x00" in data:
-        raise LogError(f"{path}: not a text file (a zero byte at {data.index(0)})", "log.not_csv")
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     return data
@@ -144,7 +183,7 @@ def _units_row(headers: list[Header], body: bytes, line: int, separator: str) ->
     end = body.find(b"\n")
     first = _text(body[: end if end >= 0 else len(body)])
     cells = [cell.strip() for cell in next(csv.reader([first], delimiter=separator), [])]
-    words = [cell for cell in cells if cell.lower() not in _EMPTY or cell == "-"]
+    words = [cell for cell in cells if cell.lower() not in EMPTY or cell == "-"]
     if len(cells) != len(headers) or not words or any(_is_number(cell) and cell != "1" for cell in words):
         return headers, body, line
     if any(header.unit is None for header in headers) and not any(cell.startswith("=") for cell in cells):
@@ -205,7 +244,8 @@ def _check_shape(table: Table, body: bytes, line: int, width: int, separator: st
         )
         table.findings.add(
             "log.ragged_row", table.file, int(lines[at]), "", which, found=f"{counts[at] + 1} fields",
-            allowed=f"{width} fields, as the header names", hint="an empty field means: not measured",
+            allowed=f"{width} fields, as the header names",
+            hint="an empty field means: not measured; `dvp recover` writes the whole rows to a new file",
         )  # fmt: skip
         raise LogError.of(table.findings.in_order())
     return lines
@@ -251,10 +291,10 @@ def _slowly(
                 numbers[j] += 1
             except ValueError:
                 word = cell.lower()
-                if word in _LOGIC:
-                    values[j, i] = _LOGIC[word]
+                if word in LOGIC:
+                    values[j, i] = LOGIC[word]
                     numbers[j] += 1
-                elif word not in _EMPTY:
+                elif word not in EMPTY:
                     bad.setdefault(j, (i, cell))
     result: list[FloatArray | None] = []
     for j, header in enumerate(headers):

@@ -36,7 +36,8 @@ def read_mcap(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) -> 
     return streams_of(scan, path, findings, msg_dirs)
 
 
-def _ours(scan: Scan, path: Path, findings: Findings) -> Log:
+def our_log(scan: Scan, path: Path) -> tuple[Log, int]:
+    """What is left of a log of ours, and the rows that it once had. Raises LogError if its head is lost."""
     decode = msgspec.json.Decoder().decode
     channels: Channels = {
         scan.channels[identity].topic: [decode(message.data) for message in messages]
@@ -44,9 +45,13 @@ def _ours(scan: Scan, path: Path, findings: Findings) -> Log:
         if scan.channels[identity].schema.name.startswith("dvp.")
     }
     try:
-        log, rows = build_partial(channels)
+        return build_partial(channels)
     except (LogError, LookupError, TypeError, ValueError, AttributeError) as error:
         raise LogError(f"{path}: nothing of the log can be recovered: {error}", "log.corrupt") from error
+
+
+def _ours(scan: Scan, path: Path, findings: Findings) -> Log:
+    log, rows = our_log(scan, path)
     kept = len(log.t)
     step = log.duration / (kept - 1) if kept > 1 else 0.0
     if kept < rows:

@@ -68,6 +68,10 @@ class _TooLongError(Exception):
     """A record says that it is longer than the file that holds it."""
 
 
+unfitting = (_CutError, _TooLongError, struct.error, UnicodeDecodeError, IndexError)
+"""What reading a record raises that does not hold what its kind needs."""
+
+
 def scan_mcap(data: bytes, file: str, findings: Findings) -> Scan:
     """All that can be read of `data`; `findings` says what is lost, in messages and seconds."""
     scan = Scan()
@@ -82,13 +86,19 @@ def scan_mcap(data: bytes, file: str, findings: Findings) -> Scan:
     try:
         position = _walk(data, scan, file, findings, ended)
     except _TooLongError as error:
-        findings.add("log.record_too_long", file, None, str(error), "a record is longer than the file that holds it")
+        findings.add(
+            "log.record_too_long", file, None, str(error), "a record is longer than the file that holds it",
+            hint="perhaps `dvp recover` finds whole chunks behind it",
+        )  # fmt: skip
         return scan
     except _CutError as cut:
         position = int(cut.args[0])
         scan.whole = False
     except (struct.error, UnicodeDecodeError, IndexError):
-        findings.add("log.corrupt", file, None, "", "a record does not hold what its kind needs")
+        findings.add(
+            "log.corrupt", file, None, "", "a record does not hold what its kind needs",
+            hint="perhaps `dvp recover` finds whole chunks behind it",
+        )  # fmt: skip
         return scan
     if not ended or not scan.whole:
         _tell_cut(scan, file, findings, len(data) - position)
@@ -99,9 +109,9 @@ def _walk(data: bytes, scan: Scan, file: str, findings: Findings, ended: bool) -
     stop = len(data) - (8 if ended else 0)
     checked = damaged = False
     pending: list[tuple[float, float]] = []  # start and end [s] of each chunk that could not be read
-    for opcode, start, end in _records(data, 8, stop, ended):
+    for opcode, start, end in records(data, 8, stop, ended):
         if opcode == 6:
-            damaged = not _chunk(data, start, end, scan)
+            damaged = not read_chunk(data, start, end, scan)
             if damaged:
                 low, high = struct.unpack_from("<QQ", data, start)
                 pending.append((low * 1e-9, high * 1e-9))
@@ -124,20 +134,20 @@ def _walk(data: bytes, scan: Scan, file: str, findings: Findings, ended: bool) -
             _summary(data, start, file, findings)
             break
         else:
-            _record(data, opcode, start, end, scan)
+            read_record(data, opcode, start, end, scan)
     if pending:
         seconds = sum(high - low for low, high in pending)
         findings.add(
             "log.corrupt", file, None, "",
             f"{len(pending)} chunks are damaged and left out: {scan.lost_messages} messages, {seconds:.3g} s, "
             f"first at {pending[0][0]:.3f} s",
-            severity="warning", hint="what is left is whole",
+            severity="warning", hint="what is left is whole; `dvp recover` writes it to a new file",
         )  # fmt: skip
         scan.whole = scan.whole and checked
     return stop
 
 
-def _records(data: bytes, position: int, stop: int, ended: bool) -> Iterator[tuple[int, int, int]]:
+def records(data: bytes, position: int, stop: int, ended: bool) -> Iterator[tuple[int, int, int]]:
     """(opcode, start, end) of the records. Raises when one does not fit in."""
     while position < stop:
         if position + 9 > stop:
@@ -152,7 +162,7 @@ def _records(data: bytes, position: int, stop: int, ended: bool) -> Iterator[tup
         yield opcode, start, position
 
 
-def _record(data: bytes | memoryview, opcode: int, start: int, end: int, scan: Scan) -> None:
+def read_record(data: bytes | memoryview, opcode: int, start: int, end: int, scan: Scan) -> None:
     if opcode == 5:
         channel, sequence, log_time, publish_time = struct.unpack_from("<HIQQ", data, start)
         message = Message(log_time, publish_time, sequence, memoryview(data)[start + 22 : end])
@@ -175,7 +185,7 @@ def _string(data: bytes | memoryview, position: int) -> tuple[str, int]:
     return bytes(data[position + 4 : position + 4 + length]).decode(), position + 4 + length
 
 
-def _chunk(data: bytes, start: int, end: int, scan: Scan) -> bool:
+def read_chunk(data: bytes, start: int, end: int, scan: Scan) -> bool:
     """Reads a chunk; False if it is damaged."""
     size, crc = struct.unpack_from("<QI", data, start + 16)
     name, position = _string(data, start + 28)
@@ -186,8 +196,8 @@ def _chunk(data: bytes, start: int, end: int, scan: Scan) -> bool:
     if chunk is None or len(chunk) != size or (crc and zlib.crc32(chunk) != crc):
         return False
     try:
-        for opcode, low, high in _records(chunk, 0, len(chunk), True):
-            _record(chunk, opcode, low, high, scan)
+        for opcode, low, high in records(chunk, 0, len(chunk), True):
+            read_record(chunk, opcode, low, high, scan)
     except (_CutError, _TooLongError):
         return False
     return True
@@ -227,5 +237,5 @@ def _tell_cut(scan: Scan, file: str, findings: Findings, left: int) -> None:
         "log.truncated", file, None, "",
         f"the end of the file is missing: {len(times)} messages over {span:.3f} s are whole and read, "
         f"{max(left, 0)} bytes of an unfinished record are not",
-        severity="warning", hint="the recording was not finished",
+        severity="warning", hint="the recording was not finished; `dvp recover` writes what is whole to a new file",
     )  # fmt: skip

@@ -1,0 +1,42 @@
+"""Writes what is whole of a damaged log (CSV or MCAP) to a new file, and says how much was lost."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from pathlib import Path
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("log", metavar="LOG", help="a .csv or .mcap file that was cut or damaged, or a run's folder")
+    parser.add_argument("--out", required=True, metavar="FILE", help="the new file, of the same kind")
+    add_json(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    from pytest_dvp.logs.recover import KINDS, recover
+
+    path, out = Path(arguments.log), Path(arguments.out)
+    if path.is_dir() and (path / "log.mcap").is_file():
+        path = path / "log.mcap"
+    if not path.is_file():
+        raise WrongArgument(f"{path}: no such log")
+    if path.suffix.lower() not in KINDS:
+        raise WrongArgument(f"{path}: not a kind of log that can be recovered; allowed: {', '.join(KINDS)}")
+    if out.suffix.lower() != path.suffix.lower():
+        raise WrongArgument(f"--out {out}: the new file is of the same kind, {path.suffix}")
+    if out.exists() and out.samefile(path):
+        raise WrongArgument(f"--out {out}: this is the damaged file; name another one")
+    if not out.absolute().parent.is_dir():
+        raise WrongArgument(f"--out {out}: no folder {out.parent}")
+    found = recover(path, out)
+    if arguments.json:
+        print(json.dumps({"log": str(path), "out": str(out), **dataclasses.asdict(found)}, ensure_ascii=False))
+        return 0
+    print(f"{out}: {found.kept} {found.unit} over {found.seconds:.6g} s are whole and kept")
+    for text in found.lost or ("nothing: the file is whole",):
+        print(f"  lost: {text}")
+    return 0

@@ -1,0 +1,206 @@
+"""What is whole of a damaged CSV or MCAP file -> a new file, with how much was lost. Nothing is repaired or guessed."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import os
+import struct
+from pathlib import Path
+
+import numpy as np
+from mcap.writer import CompressionType, Writer
+
+from pytest_dvp.log import LogError
+from pytest_dvp.log_read import MAGIC
+from pytest_dvp.logs.csv_file import EMPTY, LOGIC, normalised, read_head
+from pytest_dvp.logs.mcap_file import our_log
+from pytest_dvp.logs.mcap_scan import OPCODES, Scan, read_chunk, read_record, records, unfitting
+from pytest_dvp.logs.names import canonical
+from pytest_dvp.logs.table import Table
+from pytest_dvp.logs.units import find_unit
+
+KINDS = (".csv", ".tsv", ".txt", ".mcap")
+_COMPRESSED = (b"\x04\x00\x00\x00zstd", b"\x03\x00\x00\x00lz4")  # length and name in the head of a chunk
+_NAME_AT = 9 + 28  # bytes from the start of a chunk's record to them
+
+
+@dataclasses.dataclass(frozen=True)
+class Recovered:
+    """unit: "rows" or "messages"; seconds: what the kept ones span; lost: sentences, empty if nothing was."""
+
+    kept: int
+    unit: str
+    seconds: float
+    lost: tuple[str, ...]
+
+
+def recover(path: Path, out: Path) -> Recovered:
+    """Write to `out` all rows or messages of `path` that are whole.
+
+    CSV: rows with a number or an empty field in each column, word for word. MCAP: the messages of every chunk that
+    passes its checksum, also behind a damaged place; of a log of dvp, the log of the rows that have a time.
+    Limits: what a damaged row or chunk held is lost; a value that was changed into another number cannot be seen in a
+    CSV; attachments and metadata of an MCAP file are not copied.
+    Raises LogError if nothing is left or `out` cannot be written.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise LogError(f"{path}: the log cannot be read: {error.strerror or error}", "log.unreadable") from error
+    return _mcap(data, path, out) if path.suffix.lower() == ".mcap" else _csv(data, path, out)
+
+
+def _write(out: Path, data: bytes) -> None:
+    """By rename: a kill leaves the old file or the new one."""
+    partial = out.with_name(f".{out.name}.{os.getpid()}.part")
+    try:
+        partial.write_bytes(data)
+        partial.replace(out)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise LogError(f"{out}: cannot be written: {error.strerror or error}", "log.unwritable") from error
+
+
+def _csv(data: bytes, path: Path, out: Path) -> Recovered:
+    text = normalised(data, path)
+    zeros = text.count(b"\x00")
+    text = text.replace(b"\x00", b"")
+    head = read_head(text, Table(str(path), "csv", []))
+    names, separator = [canonical(header.name) for header in head.headers], head.separator
+    if "t" not in names:
+        raise LogError(f"{path}: nothing can be recovered: no time column in the header", "log.time_missing")
+    clock, width = names.index("t"), len(names)
+    unit = find_unit(head.headers[clock].unit or "s")
+    lines = text[len(text) - len(head.body) :].decode("latin-1").split("\n")
+    rows = [next(csv.reader([line], delimiter=separator), []) if line.strip() else [] for line in lines]
+    rows = [row[:-1] if len(row) == width + 1 and not row[-1].strip() else row for row in rows]
+    whole = [row for row in rows if len(row) == width]
+    counted = [sum(_number(row[i], separator) is not None for row in whole) for i in range(width)]
+    words = {i for i in range(width) if counted[i] < 0.5 * len(whole) and i != clock}
+    kept, lost_at, times = [], [], []
+    for number, (line, row) in enumerate(zip(lines, rows, strict=True)):
+        if not row:
+            continue
+        time = _number(row[clock], separator) if len(row) == width else None
+        good = time is not None and all(i in words or _cell(cell, separator) for i, cell in enumerate(row))
+        if good and time is not None and np.isfinite(time):
+            kept.append(line)
+            times.append(time)
+        else:
+            lost_at.append(head.line + number)
+    if len(kept) < 3:
+        raise LogError(f"{path}: nothing can be recovered: {len(kept)} whole rows", "log.too_short")
+    lost = [f"{len(lost_at)} rows that are not whole, first in line {lost_at[0]}"] if lost_at else []
+    lost += [f"{zeros} zero bytes"] if zeros else []
+    _write(out, text[: len(text) - len(head.body)] + ("\n".join(kept) + "\n").encode("latin-1"))
+    return Recovered(len(kept), "rows", (times[-1] - times[0]) * (unit.scale if unit else 1.0), tuple(lost))
+
+
+def _number(cell: str, separator: str) -> float | None:
+    text = cell.strip()
+    try:
+        return float(text.replace(",", ".") if separator != "," else text)
+    except ValueError:
+        return LOGIC.get(text.lower())
+
+
+def _cell(cell: str, separator: str) -> bool:
+    return cell.strip().lower() in EMPTY or _number(cell, separator) is not None
+
+
+def _mcap(data: bytes, path: Path, out: Path) -> Recovered:
+    scan = Scan()
+    lost = _salvage(data, scan)
+    if not scan.count:
+        raise LogError(f"{path}: nothing can be recovered: no whole message in it", "log.too_short")
+    if scan.statistics is not None and scan.statistics > scan.count:
+        lost.append(f"{scan.statistics - scan.count} of {scan.statistics} messages")
+    topics = {channel.topic: channel for channel in scan.channels.values()}
+    if "/meta" in topics and topics["/meta"].schema.name == "dvp.meta":
+        log, rows = our_log(scan, path)
+        if len(log.t) < rows:
+            lost.append(f"{rows - len(log.t)} of {rows} rows")
+        log.save(out)
+        return Recovered(len(log.t), "rows", log.duration, tuple(lost))
+    _write(out, _encoded(scan))
+    times = [message.log_time for messages in scan.messages.values() for message in messages]
+    return Recovered(len(times), "messages", (max(times) - min(times)) * 1e-9, tuple(lost))
+
+
+def _salvage(data: bytes, scan: Scan) -> list[str]:
+    """Reads records to the first that does not fit, goes on at the next chunk, and so forth; says what was passed."""
+    lost = [] if data[:8] == MAGIC else ["the first 8 bytes"]
+    position, skipped, damaged, seconds = 8, 0, 0, 0.0
+    footer = False
+    while position < len(data) and not footer:
+        try:
+            for opcode, start, end in records(data, position, len(data), False):
+                if opcode not in OPCODES:
+                    break
+                if opcode == 6 and not read_chunk(data, start, end, scan):
+                    damaged += 1
+                    low, high = struct.unpack_from("<QQ", data, start)
+                    seconds += max(high - low, 0) * 1e-9
+                elif opcode in (3, 4, 5):
+                    read_record(data, opcode, start, end, scan)
+                elif opcode == 11:
+                    scan.statistics = struct.unpack_from("<Q", data, start)[0]
+                elif opcode == 2:
+                    footer = True
+                    position = end
+                    break
+                position = end
+        except unfitting:
+            pass
+        if not footer:
+            following = _next_chunk(data, position + 1)
+            skipped += following - position
+            position = following
+    if damaged:
+        lost.append(f"{damaged} damaged chunks" + (f" of {seconds:.3g} s in all" if seconds < 1e6 else ""))
+    if skipped:
+        lost.append(f"{skipped} bytes that are no whole record")
+    if not footer:
+        lost.append("the end of the file: nobody knows how much")
+    return lost
+
+
+def _next_chunk(data: bytes, position: int) -> int:
+    """Start of the next compressed chunk, the length of the data if there is none."""
+    found = len(data)
+    for name in _COMPRESSED:
+        at = data.find(name, position + _NAME_AT, found + _NAME_AT)
+        while at >= 0:
+            if data[at - _NAME_AT] == 6:
+                found = min(found, at - _NAME_AT)
+                break
+            at = data.find(name, at + 1, found + _NAME_AT)
+    return found
+
+
+def _encoded(scan: Scan) -> bytes:
+    """The messages in the order of their log times, as a new MCAP file: same topics, schemas, stamps and bytes."""
+    stream = io.BytesIO()
+    writer = Writer(stream, compression=CompressionType.ZSTD)
+    writer.start(profile="", library="pytest-dvp recover")
+    merged = sorted(
+        ((message, identity) for identity, messages in scan.messages.items() for message in messages),
+        key=lambda entry: entry[0].log_time,
+    )
+    channels: dict[int, int] = {}
+    for identity in dict.fromkeys(identity for _, identity in merged):
+        channel = scan.channels.get(identity)
+        if channel is None:
+            continue  # its channel record is lost: nobody knows what these bytes mean
+        schema = channel.schema
+        number = writer.register_schema(schema.name, schema.encoding, schema.data) if schema.name else 0
+        channels[identity] = writer.register_channel(channel.topic, channel.encoding, number)
+    for message, identity in merged:
+        if identity in channels:
+            writer.add_message(
+                channels[identity], message.log_time, bytes(message.data), message.publish_time, message.sequence
+            )
+    writer.finish()  # type: ignore[no-untyped-call]
+    return stream.getvalue()
