@@ -113,12 +113,12 @@ def _compare_all(arguments: argparse.Namespace, subject: Subject, logs: dict[str
 
 
 def _page(name: str, comparison: Comparison) -> str:
-    from pytest_dvp.reality_gap.words import headline, places, skipped, table
+    from pytest_dvp.reality_gap.words import covered, headline, places, skipped, table
 
     left = skipped(comparison.not_compared)
     return "\n".join([
         f"{name}: {comparison.t[-1] - comparison.t[0]:.1f} s, {len(comparison.segments.starts)} segments, "
-        f"lag {comparison.alignment.lag:+.3f} s, coverage {100.0 * comparison.alignment.coverage:.0f} %",
+        f"lag {round(comparison.alignment.lag, 3) + 0.0:+.3f} s, {covered(comparison)}",
         headline(comparison), "", *table(comparison), *([f"not compared: {left}"] if left else []), "",
         *places(comparison.where),
     ])  # fmt: skip

@@ -34,8 +34,17 @@ class Judged:
         if self.value is None:
             return f"{name}: {self.reason}"
         relation = ("<=" if self.holds else ">") if self.kind != "mncc" else (">=" if self.holds else "<")
-        digits = ".6g" if self.kind == "mncc" else ".4g"
-        return f"{name} {self.value:{digits}}{unit} {relation} {self.bound:{digits}}{unit}"
+        value, bound = _apart(self.value, self.bound)
+        return f"{name} {value}{unit} {relation} {bound}{unit}"
+
+
+def _apart(value: float, bound: float) -> tuple[str, str]:
+    """Both with as few digits as keep them apart: a value that broke its bound must not read like it."""
+    for digits in range(4, 17):
+        one, two = f"{value:.{digits}g}", f"{bound:.{digits}g}"
+        if one != two or value == bound:
+            break
+    return one, two
 
 
 def judge_bounds(comparison: Comparison, bounds: Mapping[str, Bound | None]) -> list[Judged]:

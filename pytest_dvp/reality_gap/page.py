@@ -11,7 +11,7 @@ from openscenario.findings import Finding
 from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.compare import Comparison
 from pytest_dvp.reality_gap.regimes import LATERAL, LONGITUDINAL, REGIMES, ribbon, speed_bins
-from pytest_dvp.reality_gap.words import headline, skipped
+from pytest_dvp.reality_gap.words import covered, headline, skipped
 
 SMOOTHED = 0.5  # s over which the error along the path is averaged
 
@@ -23,6 +23,7 @@ def page_of(name: str, comparison: Comparison, findings: Sequence[Finding] = ())
         "log": name,
         "model": comparison.model,
         "headline": headline(comparison),
+        "covered": covered(comparison),
         "alignment": {"lag": comparison.alignment.lag, "coverage": comparison.alignment.coverage},
         "signals": {
             key: {**score.as_dict(), "noise": comparison.noise[key]} for key, score in comparison.signals.items()

@@ -5,17 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from pytest_dvp.reality_gap.bounds import Judged
 from pytest_dvp.reality_gap.compare import Comparison, SignalScore
 from pytest_dvp.reality_gap.locate import Where
+from pytest_dvp.reality_gap.segments import longest_step
 
 NOTHING_LEFT = 1.3  # chi^2/N up to which a signal counts as explained by its noise
 CAUSES = ("v", "yaw_rate", "ax", "ay", "steer")
 WORTH_SAYING = 0.1  # excess share of the error from which a regime is worth a sentence
+LATE = 0.02  # s, least lag worth a word
+ALIKE = 0.5  # MNCC from which a signal tells a lag
 
 
 def headline(comparison: Comparison) -> str:
-    """One sentence: how far off the worst signal is, and where."""
+    """One sentence: how far off the worst signal is, by how much it comes late, and where."""
     scores = {k: s for k, s in comparison.signals.items() if math.isfinite(s.chi2_per_n)}
     if not scores:
         return f"{comparison.model}: no sample could be compared"
@@ -32,7 +37,26 @@ def headline(comparison: Comparison) -> str:
         )
     text = f"{comparison.model} misses {worst} by {amount(score)}, {math.sqrt(score.chi2_per_n):.1f} times its noise"
     place = worst_place(comparison.where, worst)
-    return text + (f"; {sentence(place)}" if place else "")
+    return "; ".join([text, *late(score), *([sentence(place)] if place else [])])
+
+
+def late(score: SignalScore) -> list[str]:
+    """By how much the measurement comes later than the model, or earlier; nothing if that is not worth a word."""
+    if score.lag is None or abs(score.lag) < LATE or (score.mncc or 0.0) < ALIKE:
+        return []
+    return [f"it comes {abs(score.lag):.2f} s {'later' if score.lag > 0.0 else 'earlier'} than in the model"]
+
+
+def covered(comparison: Comparison) -> str:
+    """ "coverage 92 %, 2 gaps of 5.0 s together": the share of the time that was compared, and what is missing."""
+    spans = np.diff(comparison.t)
+    gaps = spans[spans > longest_step(comparison.t)]
+    share = comparison.alignment.coverage
+    # A log that is not whole must not read 100 %
+    text = f"coverage {100.0 if share == 1.0 else min(100.0 * share, 99.9):.{0 if share in (0.0, 1.0) else 1}f} %"
+    if not len(gaps):
+        return text
+    return f"{text}, {len(gaps)} gap{'s' * (len(gaps) > 1)} of {gaps.sum():.1f} s{' together' * (len(gaps) > 1)}"
 
 
 def worst_place(where: Sequence[Where], channel: str) -> Where | None:
@@ -64,7 +88,8 @@ def table(comparison: Comparison) -> list[str]:
         rows.append((
             name, f"{score.rmse:.4g}", score.unit, f"{comparison.noise[name]:.2g}", f"{score.chi2_per_n:.2f}",
             "-" if score.nrmse is None else f"{100.0 * score.nrmse:.2f} %", _text(score.mncc, ".4f"),
-            _text(score.lag, "+.3f"), _text(score.gain, ".3f"), _text(score.iso18571, ".3f"),
+            _text(score.lag, "+.3f"),
+            _text(score.gain, ".3f"), _text(score.iso18571, ".3f"),
         ))  # fmt: skip
     return columns(rows)
 
@@ -103,13 +128,14 @@ def skipped(not_compared: Mapping[str, str]) -> str:
 
 
 def _text(value: float | None, form: str) -> str:
-    return "-" if value is None else format(value, form)
+    return "-" if value is None else format(value, form).replace("-0.000", "+0.000")
 
 
 def failure(comparison: Comparison, judged: Sequence[Judged]) -> str:
     """Why a model does not match: the broken bounds, the headline, and where the error of each broken signal sits."""
     broken = [one for one in judged if not one.holds]
-    lines = [f"{comparison.model} does not match the log: {len(broken)} of {len(judged)} bounds are broken"]
+    verb = "is" if len(broken) == 1 else "are"
+    lines = [f"{comparison.model} does not match the log: {len(broken)} of {len(judged)} bounds {verb} broken"]
     for one in broken:
         place = worst_place(comparison.where, one.signal) if one.kind == "rmse" else None
         lines.append(f"  {one}" + (f"; {sentence(place)}" if place else ""))

@@ -9,6 +9,7 @@ from gap_logs import baseline, drive
 
 from pytest_dvp import assert_matches
 from pytest_dvp.log import LogError
+from pytest_dvp.reality_gap.bounds import Judged
 from pytest_dvp.signals import SIGNALS
 
 
@@ -21,7 +22,7 @@ def test_failure_names_bound_value_and_place() -> None:
     with pytest.raises(AssertionError) as caught:
         assert_matches(drive(brake_gain=0.8), baseline(), rmse={"v": 0.05, "yaw_rate": 0.1})
     first, second = str(caught.value).splitlines()[:2]
-    assert first == "car does not match the log: 1 of 2 bounds are broken"
+    assert first == "car does not match the log: 1 of 2 bounds is broken"
     assert second.startswith("  rmse of v 0.")
     assert "> 0.05 m/s" in second
     assert "of it in braking" in second
@@ -45,6 +46,11 @@ def test_gain_of_one_signal() -> None:
 def test_signal_that_was_not_measured_does_not_pass() -> None:
     with pytest.raises(AssertionError, match=r"rmse of steer: not compared \(not measured\)"):
         assert_matches(drive(), baseline(), rmse={"steer": 1.0})
+
+
+def test_value_that_breaks_its_bound_by_little_does_not_read_like_it() -> None:
+    assert str(Judged("rmse", "v", 0.0500001, 0.05, "m/s", False)) == "rmse of v 0.0500001 m/s > 0.05 m/s"
+    assert str(Judged("rmse", "v", 0.12345678, 0.05, "m/s", False)) == "rmse of v 0.1235 m/s > 0.05 m/s"
 
 
 def test_without_a_bound_nothing_is_asserted_and_that_is_an_error() -> None:

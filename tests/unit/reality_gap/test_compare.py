@@ -14,6 +14,7 @@ from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.black_box import CompareError
 from pytest_dvp.reality_gap.compare import compare
 from pytest_dvp.reality_gap.pooled import pooled
+from pytest_dvp.reality_gap.words import headline
 from vehicle.model.catalogue import effects_of_file
 from vehicle.model.errors import ModelError
 from vehicle.model.model_file import parse_model
@@ -190,3 +191,8 @@ def test_model_that_breaks_is_refused_and_not_perfect(tmp_path: Path) -> None:
     text = "[parameters]\nwheelbase = 2.45\n[[effect]]\nname = 'broken'\nparameters = { c = 0.5 }\n"
     with pytest.raises(CompareError, match=r"is not finite from t=0\.0"):
         compare(drive(), parse_model(text, extra=effects_of_file(file)))
+
+
+def test_headline_says_by_how_much_the_measurement_is_late() -> None:
+    assert "; it comes 0.20 s later than in the model; " in headline(compare(drive(steer_delay=0.2), baseline()))
+    assert "later" not in headline(compare(drive(brake_gain=0.8), baseline()))

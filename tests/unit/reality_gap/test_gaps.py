@@ -9,6 +9,7 @@ from gap_logs import baseline, drive
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.compare import compare
 from pytest_dvp.reality_gap.segments import cut, measured_array
+from pytest_dvp.reality_gap.words import covered
 from vehicle.model.model import VehicleModel
 
 COMMANDS = ("accel_cmd", "steer_cmd")
@@ -76,3 +77,13 @@ def test_log_of_two_rows_a_second_has_no_gap() -> None:
     log = drive(120.0, rate=2.0)
     assert compare(log, baseline()).alignment.coverage == 1.0
     assert len(cut(log.t, measured_array(log.columns)).starts) == pytest.approx(24, abs=1)
+
+
+def test_gaps_are_told_beside_the_coverage() -> None:
+    twice = without(without(drive(), 20.0, 25.0), 40.0, 43.0)
+    assert covered(compare(twice, baseline())).endswith(" %, 2 gaps of 8.0 s together")
+    assert covered(compare(drive(), baseline())) == "coverage 100 %"
+    # A log that is not whole never reads 100 %
+    assert covered(compare(without(drive(600.0), 20.0, 20.14), baseline())).startswith(
+        "coverage 99.9 %, 1 gap of 0.2 s"
+    )
