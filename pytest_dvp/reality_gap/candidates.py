@@ -33,8 +33,13 @@ class Candidate:
         return self.effect.name
 
 
-def candidates(model: VehicleModel, effects: Iterable[Effect]) -> tuple[Candidate, ...]:
-    """What can be tried on a model, in the order of `effects`: those that suit its base and its inputs."""
+def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = False) -> tuple[Candidate, ...]:
+    """What can be tried on a model, in the order of `effects`: those that suit its base and its inputs.
+
+    ay: lateral acceleration is measured. On a car whose tyres slip it matters where, and logs seldom say: both usual
+    places, rear axle and centre of gravity, are tried, unless the model names one.
+    """
+    places = (0.0, model.car.cg_to_rear_axle) if ay and model.car.ay_x == 0.0 else ()
     present = {a.name for a in model.effects}
     found = []
     for effect in effects:
@@ -45,7 +50,10 @@ def candidates(model: VehicleModel, effects: Iterable[Effect]) -> tuple[Candidat
         if effect.name == "speed_controller" and model.inputs.longitudinal != ("speed_cmd",):
             continue
         coordinates = tuple(Coordinate(effect.name, key) for key in effect.parameters)
-        found.append(Candidate(effect, coordinates, _points(coordinates)))
+        points = _points(coordinates)
+        if effect.tyres and places:
+            points = tuple({**point, ("parameters", "ay_x"): place} for point in points for place in places)
+        found.append(Candidate(effect, coordinates, points))
     return tuple(found)
 
 

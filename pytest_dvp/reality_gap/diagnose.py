@@ -36,8 +36,8 @@ _MAP_TIES: Mapping[str, tuple[str, ...]] = {
 def diagnose(
     logs: Mapping[str, Log],
     model: VehicleModel,
-    *,
     held_out: Mapping[str, Log] | None = None,
+    *,
     effects: Sequence[Effect] = (),
     tick: Tick = lambda text: None,
 ) -> Diagnosis:

@@ -22,7 +22,7 @@ from vehicle.model.effect import Key
 Residual: TypeAlias = Callable[[FloatArray], FloatArray]
 
 STEP = 0.006  # of a coordinate's range, for derivatives
-_BEYOND = 0.5  # of its range, how far outside a coordinate may go if the equation allows it
+_BEYOND = 0.25  # of its range, how far outside a coordinate may go if the equation allows it
 _LONGEST = 0.35  # of its range, in one step
 _ZOOM = (0.02, 0.005)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from math import isinf
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.algebra import along, distance, orthonormal, square
 from pytest_dvp.reality_gap.candidates import Candidate, least
 from pytest_dvp.reality_gap.experiment import Campaign, Values
-from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit
+from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit, intervals
 
 MOST = 6  # effects added to one model
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect
@@ -23,6 +24,8 @@ SURE = 0.95  # share of bootstrap samples in which an effect must gain
 CLEAR = 20.0  # times PRACTICAL: a gain that needs no bootstrap, for effects that show in a single event
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
+_VAGUE = 0.33  # of a limit's range: an interval wider than that says nothing
+_CLEAR_OF_NEUTRAL = 1.5  # half-widths of the 95 % interval
 _DRAWS = 400
 _SEED = 7
 
@@ -31,9 +34,11 @@ Tick = Callable[[str], None]
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Trial:
-    """A set of effects, fitted jointly. rest (m,): sum of squares by segment."""
+    """A set of effects, fitted jointly. values: all that make the model what it is, fitted or not; rest (m,): sum of
+    squares by segment."""
 
     names: tuple[str, ...]
+    values: dict[tuple[str, str], float]
     found: Fit
     rest: FloatArray
 
@@ -66,6 +71,7 @@ class Search:
         self.count = max(target.count, 1)
         self.starts = target.starts()
         self._not_excited: tuple[str, ...] = ()
+        self._scans: dict[frozenset[str], list[tuple[float, str, dict[tuple[str, str], float]]]] = {}
 
     def run(self) -> Found:
         """Search until nothing pays any more."""
@@ -77,8 +83,8 @@ class Search:
             if better is None:
                 break
             best = better
-            self.target.settle(self.fixed | best.found.values)
-            best = self.trial(best.names, best.found.values, zoom=True)
+            self.target.settle(best.values)
+            best = self.trial(best.names, best.values, zoom=True)
         best, rivals = self._contest(best)
         return Found(best, rivals, self._not_excited)
 
@@ -101,12 +107,16 @@ class Search:
     def trial(
         self, names: Sequence[str], start: Values, *, zoom: bool = False, target: Campaign | None = None
     ) -> Trial:
-        """A set of effects fitted jointly from `start` on, to the search's own data or to others."""
+        """A set of effects fitted jointly from `start` on, to the search's own data or to others.
+
+        What `start` says of the car itself ("parameters") is kept as it is.
+        """
         target = target or self.target
         coordinates = [*self.nuisance, *(c for name in names for c in self.tried[name].coordinates)]
         enough = 2e-4 * target.count
-        found = fit(target, coordinates, start, fixed=self.fixed, enough=enough, zoom=zoom)
-        return Trial(tuple(names), found, target.by_segment(found.residual))
+        fixed = self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"}
+        found = fit(target, coordinates, start, fixed=fixed, enough=enough, zoom=zoom)
+        return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
     def _next(self, now: Trial) -> Trial | None:
         """The set with one more effect, None if none pays."""
@@ -118,17 +128,20 @@ class Search:
     def _best_additions(self, now: Trial, count: int, without: frozenset[str] = frozenset()) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first."""
         scanned = self._scan(now, without)[:count]
-        trials = [self.trial((*now.names, name), now.found.values | point) for _, name, point in scanned]
+        trials = [self.trial((*now.names, name), now.values | point) for _, name, point in scanned]
         return sorted(trials, key=lambda t: t.chi2)
 
     def _scan(self, now: Trial, without: frozenset[str]) -> list[tuple[float, str, dict[tuple[str, str], float]]]:
         """chi^2 that each effect would leave (the others adapt to first order), and the point where; best first."""
-        r0, values = now.found.residual, self.fixed | now.found.values
+        known = self._scans.get(frozenset(now.names))
+        if known is not None:
+            return [entry for entry in known if entry[1] not in without]
+        r0, values = now.found.residual, now.values
         basis = orthonormal(now.found.jacobian)
         shown: dict[str, float] = {}
         ranking = []
         for name, candidate in self.tried.items():
-            if name in now.names or name in without:
+            if name in now.names:
                 continue
             best: tuple[float, dict[tuple[str, str], float]] | None = None
             for point in candidate.points:
@@ -142,16 +155,19 @@ class Search:
                     best = left, point
             if best is not None:
                 ranking.append((best[0], name, best[1]))
-        if not now.names and not without:
+        if not now.names:
             self._not_excited = tuple(sorted(n for n, change in shown.items() if change < PRACTICAL))
-        return sorted(ranking, key=lambda entry: (entry[0], entry[1]))
+        ranking.sort(key=lambda entry: (entry[0], entry[1]))
+        self._scans[frozenset(now.names)] = ranking
+        return [entry for entry in ranking if entry[1] not in without]
 
     def _sound(self, trial: Trial, name: str) -> bool:
-        """True if the effect's values mean something: above the least size, and not where the search had to stop."""
+        """True if the effect's values mean something: above the least size, certain, and not where the search ended."""
         mine = [c for c in trial.found.coordinates if c.effect == name]
-        return any(least(c.key, trial.found.values[c.name]) for c in mine) and not any(
-            c.edge(trial.found.values[c.name]) for c in mine
-        )
+        if any(c.edge(trial.values[c.name]) for c in mine):
+            return False
+        sure = intervals(trial.found, self.starts)
+        return any(least(c.key, trial.values[c.name]) and _certain(c, trial.values[c.name], sure[c.name]) for c in mine)
 
     def _contest(self, best: Trial) -> tuple[Trial, dict[str, tuple[str, ...]]]:
         """Drop what no longer pays, exchange what another effect does better, and list what does nearly as well."""
@@ -162,7 +178,7 @@ class Search:
             for name in best.names:
                 self.tick(f"rivals of {name}")
                 rest = tuple(n for n in best.names if n != name)
-                kept = {k: v for k, v in best.found.values.items() if k[0] != name}
+                kept = {k: v for k, v in best.values.items() if k[0] != name}
                 without = self.trial(rest, kept)
                 trials = [t for t in self._best_additions(without, _REFITTED, frozenset({name}))
                           if self._sound(t, t.names[-1])]  # fmt: skip
@@ -172,7 +188,7 @@ class Search:
                 rivals[name] = tuple(t.names[-1] for t in trials if self.alike(best, t))
             if exchanged is None:
                 return best, rivals
-            best = self.trial(exchanged.names, exchanged.found.values, zoom=True)
+            best = self.trial(exchanged.names, exchanged.values, zoom=True)
         return best, rivals
 
     def alike(self, best: Trial, other: Trial) -> bool:
@@ -188,7 +204,7 @@ class Search:
             smaller = []
             for name in best.names:
                 rest = tuple(n for n in best.names if n != name)
-                kept = {k: v for k, v in best.found.values.items() if k[0] != name}
+                kept = {k: v for k, v in best.values.items() if k[0] != name}
                 smaller.append(self.trial(rest, kept))
             least_lost = min(smaller, key=lambda t: t.chi2)
             if self.pays(least_lost, best):
@@ -196,3 +212,10 @@ class Search:
             best = least_lost
         return best
 
+
+def _certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool:
+    """True if the interval is clear of the neutral value, for a limit if it is no wider than a third of its range."""
+    low, high = interval
+    if isinf(c.key.neutral):
+        return c.place(high) - c.place(low) < _VAGUE
+    return abs(value - c.key.neutral) > _CLEAR_OF_NEUTRAL * 0.5 * (high - low)
