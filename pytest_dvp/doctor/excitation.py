@@ -126,8 +126,8 @@ _RULES = (
     _Rule(("yaw_rate_latency",), (("yaw_rate",), ("yaw", "x", "steer")), (_TURNS,)),
     _Rule(("accelerometer_bias",), (("ax",), _SPEED)),
     _Rule(("imu_misalignment",), (("ax",), ("ay",)), (("acceleration", 1.0, "accelerating by 1 m/s^2"), _CURVES)),
-    _Rule(("pitch",), (("ax",), _SPEED), (("acceleration", 1.0, "accelerating by 1 m/s^2"),)),
-    _Rule(("roll",), (("ay",), ("yaw_rate", "yaw")), (_CURVES,)),
+    _Rule(("pitch", "body_pitch"), (("ax",), _SPEED), (("acceleration", 1.0, "accelerating by 1 m/s^2"),)),
+    _Rule(("roll", "body_roll"), (("ay",), ("yaw_rate", "yaw")), (_CURVES,)),
     _Rule(("heading_bias",), (("yaw",), ("x",)), (("moving_time", 5.0, "5 s of driving"),)),
     _Rule(
         ("gnss_latency",),

@@ -78,6 +78,7 @@ class Bus(Protocol):
     turning_inertia: float  # kg m^2 about z
     slip_change_front: float  # rad, by which motion alone changed the slip angle in the last step
     slip_change_rear: float  # rad
+    lean_y: float  # m/s^2 that a leaning body adds to what its accelerometer shows across
 
     # Slot road
     grade: float  # rad, > 0 uphill

@@ -107,7 +107,7 @@ def _tyres(x: Any) -> None:
 @njit(cache=True, error_model="numpy")
 def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
     """Everything that acts on the car during the step that begins now."""
-    x.resistance = x.drag = x.rotating_mass = x.yaw_moment = 0.0
+    x.resistance = x.drag = x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
     x.turning_inertia = x.yaw_inertia
     _wish(x, mode)
     _slot(0, bus, table, bounds, parameters, memory)
@@ -219,7 +219,7 @@ def _move(x: Any, blend: float, v1: float, mode: int) -> None:
 @njit(cache=True, error_model="numpy")
 def _show(x: Any) -> None:
     x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
-    x.meas_yaw_rate, x.meas_ax, x.meas_ay = x.yaw_rate, x.ax, x.ay
+    x.meas_yaw_rate, x.meas_ax, x.meas_ay = x.yaw_rate, x.ax, x.ay + x.lean_y
 
 
 @njit(cache=True, error_model="numpy")
@@ -292,7 +292,7 @@ def _look(x: Any, blend: float, v1: float) -> None:
     if v1 != 0.0 and x.accel_lead != 0.0:
         rate += x.accel_lead * x.mass_ref / (x.mass + x.rotating_mass)
     x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
-    x.meas_yaw_rate, x.meas_ay = r, ay
+    x.meas_yaw_rate, x.meas_ay = r, ay + x.lean_y
     x.meas_ax = rate - blend * r * x.vy_rear - x.ax_x * r * r - _pull(x.grade)
 
 

@@ -1,0 +1,52 @@
+"""Swaying of the body under the accelerometer."""
+
+from __future__ import annotations
+
+from math import cos, exp, pi, sin, sqrt
+from typing import Any
+
+from vehicle.model.bus import Bus
+from vehicle.model.effect import Key, Memory, effect
+
+
+@effect(
+    name="body_roll",
+    slot="body",
+    order=90,  # after everything that alters the forces
+    tyres=True,
+    physics="springs let the body sway out of the turn; gravity tips with it and adds to what the accelerometer shows",
+    equation="ay_measured = ay + gain s, s'' + 2 damping w s' + w^2 (s - F_y/m) = 0, w = 2 pi frequency",
+    source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed. (roll as a mass on springs and dampers)",
+    parameters=(
+        Key(
+            "gain",
+            "-",
+            0.02,
+            0.4,
+            neutral=0.0,
+            least=0.02,
+            minimum=-0.9,
+            maximum=5.0,
+            meaning="share added when steady",
+        ),
+        Key("frequency", "Hz", 0.8, 4.0, neutral=2.0, least=0.2, minimum=0.1, meaning="undamped frequency of roll"),
+        Key("damping", "-", 0.1, 0.9, neutral=0.3, least=0.1, minimum=0.0, maximum=0.99, meaning="over critical"),
+    ),
+    memory=(Memory("sway"), Memory("rate"), Memory("begun")),
+    ties=(
+        "roll",
+        "road_bank",
+    ),
+    reveals="steering steps and lane changes at 10 m/s",
+)
+def body_roll(x: Bus, p: Any, m: Any) -> None:
+    pushed = (x.fy_front + x.fy_rear) / x.mass if x.vx > x.slow else x.vx * x.vx * x.curvature
+    if m.begun == 0.0:
+        m.begun, m.sway = 1.0, pushed
+    x.lean_y += p.gain * m.sway
+    w = 2.0 * pi * p.frequency  # exact for a push that holds over the step
+    damped = w * sqrt(1.0 - p.damping * p.damping)
+    gone, c, s = exp(-p.damping * w * x.dt), cos(damped * x.dt), sin(damped * x.dt)
+    off = m.sway - pushed
+    m.sway = pushed + gone * (off * c + (m.rate + p.damping * w * off) / damped * s)
+    m.rate = gone * (m.rate * c - (w * w * off + p.damping * w * m.rate) / damped * s)
