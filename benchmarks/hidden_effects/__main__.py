@@ -20,12 +20,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  
 
 from benchmarks.hidden_effects.case import Case, cases, strata  # noqa: E402
 from benchmarks.hidden_effects.table import answer, missed, page  # noqa: E402
-from benchmarks.hidden_effects.work import ask  # noqa: E402
-
-
-def warm_up() -> None:
-    """A worker compiles and loads before anything is timed."""
-    ask(Case("null", (), 0, "mid", base_seed=1))
+from benchmarks.hidden_effects.work import ask, warm_up  # noqa: E402
 
 
 def known_lines(path: Path, base_seed: int) -> dict[str, dict[str, Any]]:
