@@ -2,45 +2,227 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
-from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect, Step
+from pytest_dvp.reality_gap.diagnosis import Diagnosis, Estimate, NamedEffect, Step
+from pytest_dvp.reality_gap.segments import UNITS
+from pytest_dvp.reality_gap.shares import Share, shares
+from pytest_dvp.reality_gap.words import CAUSES, NOTHING_LEFT
 
-HEADLINES = {
-    "NOTHING_MISSING": "nothing is missing: what is left is the noise of the sensors",
-    "NAMED": "the model lacks",
-    "AMBIGUOUS": "the model lacks, as far as these data tell",
-    "PARTIAL": "found a part; something is left that no effect of the catalogue explains",
-    "UNKNOWN": "something is missing, and no effect of the catalogue explains it",
-    "NOT_EXCITED": "nothing found, but these data could not have shown most effects",
-}
+SHOWN = 3  # signals whose own error the ladder shows
+WIDTH = 112  # of a line, about
 
 
-def page(found: Diagnosis) -> str:
-    """The whole answer."""
-    lines = [f"{found.verdict}: {HEADLINES[found.verdict]}"]
-    lines += [_effect(effect) for effect in found.effects]
-    for name in found.vetoed:
-        lines.append(f"  not {name}: it fits, but loses on data it was not fitted on")
-    lines += ["", *_ladder(found.ladder)]
-    if found.not_excited:
-        lines += ["", "these data cannot show: " + ", ".join(found.not_excited)]
+def page(found: Diagnosis, *, model: str = "the model", command: str = "") -> str:
+    """The whole answer: verdict, effects, ladder, what the data could not show, and what to do next.
+
+    `model` as the user named it; `command` adds what was found, see `extend_command`.
+    """
+    lines = [f"{found.verdict}: {headline(found, model)}"]
+    if found.effects:
+        lines += ["", *_effects(found)]
+    lines += ["", *_ladder(found)]
+    lines += _notes(found)
+    if command:
+        lines += ["", f"next: {command}"]
+    for effect in found.effects:
+        if effect.rivals and effect.deciding_manoeuvre:
+            lines.append(f"to tell {effect.name} from its rivals, drive {effect.deciding_manoeuvre}")
     return "\n".join(lines)
 
 
-def _effect(effect: NamedEffect) -> str:
-    if effect.action == "remove":
-        return f"  - {effect.name}: the car does not have it"
-    values = ", ".join(f"{key} = {e.value:.4g} {e.unit} ({e.low:.4g} to {e.high:.4g})" for key, e in
-                       effect.parameters.items())  # fmt: skip
-    rivals = f"; or {', '.join(effect.rivals)}" if effect.rivals else ""
-    sign = "+" if effect.action == "add" else "~"
-    return f"  {sign} {effect.name}: {values}, explains {100.0 * effect.gain:.0f} % of the error{rivals}"
+def headline(found: Diagnosis, model: str = "the model") -> str:
+    """One sentence that a reader understands who knows nothing of the method."""
+    first, last = found.ladder[0].chi2_per_n, found.ladder[-1].chi2_per_n
+    if found.verdict == "NOTHING_MISSING":
+        return f"{model} lacks nothing that these data show: what is left is sensor noise (chi²/N {_figure(last)})"
+    if found.verdict == "NOT_EXCITED":
+        return (
+            f"nothing was found missing in {model}, but this drive could not have shown {len(found.not_excited)} of the "
+            "effects"
+        )
+    if found.verdict == "UNKNOWN":
+        return (
+            f"{model} misses something that no effect of the catalogue explains (chi²/N {_figure(last)}{_worst(found)})"
+        )
+    lacks = _lacks(found, model)
+    if found.verdict == "PARTIAL":
+        share = 1.0 - (last - 1.0) / max(first - 1.0, 1e-9)
+        return (
+            f"{lacks}: {_percent(share)} of the error; the rest (chi²/N {_figure(last)}{_worst(found)}) no effect of the "
+            "catalogue explains"
+        )
+    return f"{lacks}; after that only sensor noise is left (chi²/N {_figure(first)} -> {_figure(last)})"
 
 
-def _ladder(steps: Sequence[Step]) -> list[str]:
-    lines = [f"{'':32s}{'chi^2/N fit':>12s}{'held out':>12s}"]
+def extend_command(found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = ()) -> str:
+    """The command that adds what was found; empty if there is nothing to add."""
+    names = [e.name for e in found.effects if e.action != "remove"]
+    if not names:
+        return ""
+    target = f"{Path(model).stem}.extended.toml"
+    words = ["dvp", "extend", "--model", model]
+    for name in names:
+        words += ["--add", name]
+    words += ["--fit", *logs]
+    for log in held_out:
+        words += ["--held-out", log]
+    return shlex.join([*words, "--out", target])
+
+
+def value(estimate: Estimate) -> str:
+    """ "0.252" with as many digits as its interval gives meaning."""
+    return f"{estimate.value:.{_digits(estimate)}f}"
+
+
+def interval(estimate: Estimate) -> str:
+    """ "0.250 to 0.255"."""
+    digits = _digits(estimate)
+    return f"{estimate.low:.{digits}f} to {estimate.high:.{digits}f}"
+
+
+def signature_lines(signature: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What the misfit that is left looks like: (aspect, words)."""
+    return [(str(key).replace("_", " "), text) for key, entry in signature.items() if (text := _plain(entry))]
+
+
+def causes(step: Step, limit: int = SHOWN) -> list[str]:
+    """Signals with the most error at a step, those first that others follow from."""
+
+    def order(name: str) -> tuple[bool, float]:
+        return not (name in CAUSES and step.channels[name] > NOTHING_LEFT), -step.channels[name]
+
+    return sorted(step.channels, key=order)[:limit]
+
+
+def _lacks(found: Diagnosis, model: str) -> str:
+    """ "car.toml lacks a and one of b, c"."""
+    parts = []
+    wanted = [e for e in found.effects if e.action == "add"]
+    if wanted:
+        parts.append("lacks " + _and([_choice(e) for e in wanted]))
+    changed = [e.name for e in found.effects if e.action == "change"]
+    if changed:
+        parts.append(f"has another {_and(changed)} than the car")
+    removed = [e.name for e in found.effects if e.action == "remove"]
+    if removed:
+        parts.append(f"has {_and(removed)}, which the car does not")
+    return f"{model} {_and(parts)}"
+
+
+def _choice(effect: NamedEffect) -> str:
+    if not effect.rivals:
+        return effect.name
+    return f"{effect.name} (or {' or '.join(effect.rivals)}: these data cannot tell)"
+
+
+def _and(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _worst(found: Diagnosis) -> str:
+    channels = found.ladder[-1].channels
+    if not channels:
+        return ""
+    name = max(channels, key=lambda c: channels[c])
+    return f", worst {name} {_figure(channels[name])}"
+
+
+def _effects(found: Diagnosis) -> list[str]:
+    fit, held = shares(found.ladder), shares(found.ladder, held_out=True)
+    rows = [("effect", "", "value", "95 % interval", "unit", "explains", "held out", "cannot be told from")]
+    for effect in found.effects:
+        name = {"add": "+ ", "change": "~ ", "remove": "- "}[effect.action] + effect.name
+        rivals = ", ".join(effect.rivals) or ("the car does not have it" if effect.action == "remove" else "-")
+        last = (_share(fit.get(effect.name)), _share(held.get(effect.name)), rivals)
+        for key, one in effect.parameters.items():
+            row = (name, key, value(one), interval(one), one.unit)
+            rows.append((*row, *last))
+            name, last = "", ("", "", "")
+    return _table(rows, "llrllrrl")
+
+
+def _ladder(found: Diagnosis) -> list[str]:
+    steps = found.ladder
+    names = causes(steps[0])
+    held = steps[0].held_out_chi2_per_n is not None
+    head = ("error after each step", "chi²/N", *(("held out",) if held else ()), *(f"{n} [{UNITS[n]}]" for n in names))
+    rows = [head]
     for step in steps:
-        held = f"{step.held_out_chi2_per_n:12.3g}" if step.held_out_chi2_per_n is not None else f"{'-':>12s}"
-        lines.append(f"{'+ ' + step.added if step.added else 'model as given':32s}{step.chi2_per_n:12.3g}{held}")
+        rest = (_figure(step.held_out_chi2_per_n),) if held else ()
+        label = f"+ {step.added}" if step.added else "model as given"
+        rows.append((label, _figure(step.chi2_per_n), *rest, *(f"{step.rmse[n]:.3g}" for n in names)))
+    rows.append(("sensor noise", "1", *(("1",) if held else ()), *(f"{found.noise_floor[n]:.3g}" for n in names)))
+    return _table(rows, "l" + "r" * (len(head) - 1))
+
+
+def _notes(found: Diagnosis) -> list[str]:
+    lines = []
+    if found.input_map:
+        fitted = ", ".join(f"{k} = {value(e)} {e.unit}".rstrip(" -") for k, e in found.input_map.items())
+        lines.append(f"fitted along: {fitted}")
+    if found.vetoed:
+        lines.append(f"not {', '.join(found.vetoed)}: fits, but loses on data it was not fitted on")
+    lines += [f"left over, {aspect}: {text}" for aspect, text in signature_lines(found.signature)]
+    if found.not_excited:
+        lines += _wrapped("these data cannot show: ", found.not_excited)
+    return ["", *lines] if lines else []
+
+
+def _wrapped(start: str, words: Sequence[str]) -> list[str]:
+    lines = [start]
+    for k, word in enumerate(words):
+        piece = word + (", " if k < len(words) - 1 else "")
+        if len(lines[-1]) + len(piece) > WIDTH:
+            lines.append(" " * 4)
+        lines[-1] += piece
+    return [line.rstrip() for line in lines]
+
+
+def _table(rows: Sequence[Sequence[str]], sides: str) -> list[str]:
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [c.ljust(w) if s == "l" else c.rjust(w) for c, w, s in zip(row, widths, sides, strict=True)]
+        lines.append("  " + "  ".join(cells).rstrip())
     return lines
+
+
+def _digits(estimate: Estimate) -> int:
+    """Decimals that show the interval's half width."""
+    width = 0.5 * (estimate.high - estimate.low)
+    for digits in range(6):
+        if width * 10.0**digits >= 0.95:
+            return digits
+    return 4 if width <= 0.0 else 6
+
+
+def _share(share: Share | None) -> str:
+    return "-" if share is None else _percent(share.value)
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if abs(share) >= 0.0095 or share == 0.0 else f"{100.0 * share:.1f} %"
+
+
+def _figure(number: float | None) -> str:
+    if number is None:
+        return "-"
+    return f"{number:.2f}" if number < 9.995 else f"{number:.1f}" if number < 99.95 else f"{number:.0f}"
+
+
+def _plain(entry: object) -> str:
+    if entry is None or entry == "" or entry == () or entry == [] or entry == {}:
+        return ""
+    if isinstance(entry, bool):
+        return "yes" if entry else "no"
+    if isinstance(entry, float):
+        return f"{entry:.3g}"
+    if isinstance(entry, Mapping):
+        return ", ".join(f"{key} {_plain(one)}" for key, one in entry.items())
+    if isinstance(entry, (list, tuple)):
+        return ", ".join(_plain(one) for one in entry)
+    return str(entry)
