@@ -137,7 +137,7 @@ def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
     found += sorted(result["metrics"].items())
     seen: dict[str, int] = {}
     for verdict in result["verdicts"]:
-        name = verdict["metric"] or verdict["gate"] or "gate"
+        name = verdict.get("name") or verdict["metric"] or verdict["gate"] or "gate"
         seen[name] = seen.get(name, 0) + 1
         again = f"-{seen[name]}" if seen[name] > 1 else ""  # the second bound on one metric, with other options
         found += [(f"{name}{again}.{key}", verdict.get(key)) for key in ("status", "value", "unit", "bound", "margin")]

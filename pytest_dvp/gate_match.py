@@ -86,6 +86,7 @@ def read_model_gate(
             options={"model": str(path), "signal": signal},
             file=file,
             line=keys.get(kind, head),
+            key=kind,
         )
         for kind, signal, bound in bounds
     ]

@@ -20,6 +20,7 @@ class Gate:
     stages   where it applies
     between  two stages whose logs a metric of two logs compares: (model, measured)
     options  keyword arguments of the metric
+    key      what the gate file calls it where that is not the metric's name: rmse for open_loop_error
     """
 
     metric: str
@@ -30,6 +31,7 @@ class Gate:
     options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     file: str = ""
     line: int | None = None
+    key: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, Literal
 
 from pytest_dvp.gate_file import check_gates, read_gates
@@ -38,6 +39,7 @@ class Verdict:
     """Judgement of one gate.
 
     gate     what was asked, as "max_ttc_inverse <= 1.00 1/s"
+    name     what is bounded, as its gate file calls it: the metric, of a model "rmse(v, car.toml)"
     value    the metric, None if it is not defined; bound: the limit it came nearest to or broke, both in `unit`
     margin   distance to that limit in `unit`, negative if broken
     t, object  time [s] and road user of the worst moment
@@ -57,6 +59,7 @@ class Verdict:
     short: str
     file: str
     line: int | None
+    name: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON-able data."""
@@ -183,6 +186,7 @@ def _verdict(gate: Gate, status: Status, value: MetricValue | None, reason: str)
         short=short,
         file=gate.file,
         line=gate.line,
+        name=name,
     )
 
 
@@ -193,12 +197,16 @@ def _label(gate: Gate, unit: str) -> str:
     if gate.max is not None:
         parts.append(f"<= {_pair(gate.max, gate.max, unit)[0]}")
     signal = f"({gate.options['signal']})" if "signal" in gate.options else ""
-    return f"{gate.metric}{signal} {' and '.join(parts)}{_suffix(unit)}"
+    name = _name(gate) if "model" in gate.options else f"{gate.metric}{signal}"
+    return f"{name} {' and '.join(parts)}{_suffix(unit)}"
 
 
 def _name(gate: Gate) -> str:
-    """A model's figures mean nothing without their signal."""
-    return f"{gate.metric}({gate.options['signal']})" if "model" in gate.options else gate.metric
+    """A model's figures mean nothing without their signal and the model."""
+    if "model" not in gate.options:
+        return gate.metric
+    model = Path(str(gate.options["model"])).name
+    return _printable(f"{gate.key or gate.metric}({gate.options.get('signal', '')}, {model})")
 
 
 def _suffix(unit: str) -> str:

@@ -15,6 +15,7 @@ class Row:
     """One verdict as the table shows it; value, bound and margin in `unit`, time in [s]."""
 
     metric: str
+    name: str  # the metric, of a model with signal and file
     status: str
     value: float | None
     bound: float | None
@@ -64,7 +65,7 @@ class Row:
 
     def mark(self) -> dict[str, Any]:
         """What the scrubber shows at the worst moment."""
-        return {"t": self.t, "metric": self.metric, "status": self.status, "object": self.object}
+        return {"t": self.t, "metric": self.name, "status": self.status, "object": self.object}
 
 
 def rows(verdicts: Iterable[Mapping[str, Any]]) -> list[Row]:
@@ -89,7 +90,7 @@ def headline(status: str, table: Sequence[Row]) -> str:
 
 
 def _moment(row: Row) -> str:
-    text = row.metric
+    text = row.name
     if row.value is not None:
         text += f" {row.value:.3g} {row.unit}".rstrip()
     if row.bound is not None:
@@ -121,6 +122,7 @@ def _row(verdict: Mapping[str, Any]) -> Row:
         place += f":{verdict['line']}"
     return Row(
         metric=str(verdict.get("metric", "")),
+        name=str(verdict.get("name") or verdict.get("metric", "")),
         status=str(verdict.get("status", "ERROR")),
         value=_number(verdict.get("value")),
         bound=_number(verdict.get("bound")),

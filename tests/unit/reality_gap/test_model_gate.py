@@ -10,9 +10,11 @@ import pytest
 from gap_logs import drive
 
 from pytest_dvp import gate_match
+from pytest_dvp.fixtures import properties
 from pytest_dvp.gates import check_gates, judge, read_gates
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap import bounds, segments
+from reports.verdicts import headline, rows
 
 CAR = "[model]\nname = 'car'\n[parameters]\nwheelbase = 2.5\ncg_to_front_axle = 1.2\nmass = 1200.0\n"
 
@@ -38,10 +40,10 @@ def test_each_bound_is_a_verdict_of_its_own(folder: Path) -> None:
     path = written(folder, '[[gate]]\nmodel = "models/car.toml"\nrmse = { v = 0.05, yaw_rate = 0.01 }\nlag = 0.05\n')
     verdicts = judge(read_gates(path), staged(drive()))
     assert [(v.gate, v.status) for v in verdicts] == [
-        ("open_loop_error(v) <= 0.05 m/s", "PASS"),
-        ("open_loop_error(yaw_rate) <= 0.01 rad/s", "PASS"),
-        ("model_lag(v) <= 0.05 s", "PASS"),
-        ("model_lag(yaw_rate) <= 0.05 s", "PASS"),
+        ("rmse(v, car.toml) <= 0.05 m/s", "PASS"),
+        ("rmse(yaw_rate, car.toml) <= 0.01 rad/s", "PASS"),
+        ("lag(v, car.toml) <= 0.05 s", "PASS"),
+        ("lag(yaw_rate, car.toml) <= 0.05 s", "PASS"),
     ]
 
 
@@ -51,6 +53,19 @@ def test_failure_says_how_far_where_and_which_line(folder: Path) -> None:
     assert verdict.status == "FAIL"
     assert "of it in braking" in verdict.message
     assert verdict.message.endswith("drive.gates.toml:3")
+
+
+def test_text_json_and_page_name_what_the_gate_file_names(folder: Path) -> None:
+    path = written(folder, '[[gate]]\nmodel = "models/car.toml"\nrmse = { v = 0.05 }\n')
+    verdict = judge(read_gates(path), staged(drive(brake_gain=0.8)))[0]
+    plain = verdict.as_dict()
+    assert verdict.short.startswith("rmse(v, car.toml) 0.")
+    assert (plain["name"], plain["gate"]) == ("rmse(v, car.toml)", "rmse(v, car.toml) <= 0.05 m/s")
+    table = rows([plain])
+    assert table[0].name == "rmse(v, car.toml)"
+    assert "Worst: rmse(v, car.toml) 0." in headline("FAIL", table)
+    result = {"status": "FAIL", "metrics": {}, "verdicts": [plain]}
+    assert ("rmse(v, car.toml).status", "FAIL") in properties(result)
 
 
 def test_gate_applies_to_its_stages_only(folder: Path) -> None:
