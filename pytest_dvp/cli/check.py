@@ -5,13 +5,18 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, settings_from
+from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.found_files import Kind, files_of, kind_of
 from pytest_dvp.settings import Settings
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
 
 Findings = Iterable[dict[str, Any]]
 
@@ -21,15 +26,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "paths", nargs="+", metavar="PATH", help=".xosc, .xodr, .gates.toml, .toml, .mcap, .csv, or a folder"
     )
     add_settings(parser, ("library", "ego"))
+    add_effects(parser)
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
     settings = settings_from(arguments)
     paths = [path for text in arguments.paths for path in _files(text)]
+    effects = effects_from(arguments) if arguments.effects else {}
     found: list[dict[str, Any]] = []
     for path in paths:
-        found.extend(_checker(path)(path, settings))
+        found.extend(_checker(path, effects)(path, settings))
     if arguments.json:
         print(json.dumps({"findings": found}, ensure_ascii=False))
     else:
@@ -53,9 +60,10 @@ def _files(text: str) -> list[Path]:
     return [path]
 
 
-def _checker(path: Path) -> Callable[[Path, Settings], Findings]:
+def _checker(path: Path, effects: Mapping[str, Effect]) -> Callable[[Path, Settings], Findings]:
     # Whatever is none of the known kinds was named by a user as a scenario: its reader says what is wrong with it.
-    return CHECKERS[kind_of(path) or _NAMED.get(path.suffix.lower(), "scenario")]
+    kind = kind_of(path) or _NAMED.get(path.suffix.lower(), "scenario")
+    return partial(_model, effects=effects) if kind == "model" else CHECKERS[kind]
 
 
 def _scenario(path: Path, settings: Settings) -> Findings:
@@ -106,10 +114,10 @@ def _gates(path: Path, settings: Settings) -> Findings:
     return [finding.as_dict() for finding in (*check_gates(path), *beside)]
 
 
-def _model(path: Path, settings: Settings) -> Findings:
+def _model(path: Path, settings: Settings, effects: Mapping[str, Effect] | None = None) -> Findings:
     from vehicle.model.model_file import ModelError, read_model
 
-    return _one(path, "model.invalid", ModelError, lambda: read_model(path))
+    return _one(path, "model.invalid", ModelError, lambda: read_model(path, extra=effects))
 
 
 def _log(path: Path, settings: Settings) -> Findings:

@@ -5,21 +5,25 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json
+from pytest_dvp.cli.effects import add_effects, effects_from
 
 if TYPE_CHECKING:
     from openscenario.findings import Finding
     from pytest_dvp.doctor import Excitation
     from pytest_dvp.log import Log
+    from vehicle.model.effect import Effect
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="+", metavar="LOG", help="a log, or a part of one: LOG@START:STOP in seconds")
     add_log_options(parser)
     parser.add_argument("--model", metavar="FILE", help="vehicle model: judge by its inputs which effects could show")
+    add_effects(parser)
     add_json(parser)
 
 
@@ -58,8 +62,9 @@ def existing_log(text: str) -> str:
 def execute(arguments: argparse.Namespace) -> int:
     options = log_options(arguments)
     names = [existing_log(text) for text in arguments.logs]
-    model = _model(arguments.model)
-    told = [_told(name, options, model) for name in names]
+    effects = effects_from(arguments) if arguments.effects else {}
+    model = _model(arguments.model, effects)
+    told = [_told(name, options, model, effects) for name in names]
     if arguments.json:
         print(json.dumps({"logs": [entry for entry, _, _ in told]}, ensure_ascii=False))
     else:
@@ -68,18 +73,18 @@ def execute(arguments: argparse.Namespace) -> int:
     return 1 if any(f.severity == "error" for _, findings, _ in told for f in findings) else 0
 
 
-def _model(text: str | None) -> Any:
+def _model(text: str | None, effects: Mapping[str, Effect]) -> Any:
     if text is None:
         return None
     if not Path(text).is_file():
         raise WrongArgument(f"--model {text}: no such file")
     from vehicle.model.model_file import read_model
 
-    return read_model(Path(text))
+    return read_model(Path(text), extra=effects)
 
 
 def _told(
-    name: str, options: dict[str, Any], model: Any
+    name: str, options: dict[str, Any], model: Any, effects: Mapping[str, Effect]
 ) -> tuple[dict[str, Any], tuple[Finding, ...], Excitation | None]:
     from openscenario.findings import Finding
     from pytest_dvp.doctor import examine, excitation
@@ -92,7 +97,7 @@ def _told(
         findings = error.findings or (Finding(error.code, "error", name, None, "", text=str(error)),)
         return {"log": name, "findings": [f.as_dict() for f in findings]}, tuple(findings), None
     findings = examine(log, file=name)
-    shown = excitation(log, model)
+    shown = excitation(log, model, effects)
     imported = log.meta.get("import", {})
     entry = {
         "log": name,

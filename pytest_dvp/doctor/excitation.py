@@ -147,8 +147,23 @@ _PERCEPTION = (
 )
 
 
-def excitation(log: Log, model: Any = None) -> Excitation:
+# Effects of a user's own, by the slot they act in: that is all that is known of them.
+_BY_SLOT: Mapping[str, _Rule] = {
+    **dict.fromkeys(
+        ("command", "actuator"),
+        _Rule((), ((*_COMMAND, *_DRIVE, *_BRAKE), (*_SPEED, *_TURN)), (("moving_time", 5.0, "5 s of driving"),)),
+    ),
+    **dict.fromkeys(
+        ("force", "body", "road"), _Rule((), ((*_SPEED, *_TURN),), (("moving_time", 5.0, "5 s of driving"),))
+    ),
+    "sensor": _Rule((), ((*_SPEED, *_TURN, "ax"),)),
+}
+
+
+def excitation(log: Log, model: Any = None, own: Mapping[str, Any] | None = None) -> Excitation:
     """What the log could reveal; with a model, of its inputs only (longitudinal = "v": no effect of the drive).
+
+    own  effects of the user's own by name: judged by their slot alone
 
     Bounds: the least meaningful sizes of the catalogue against usual sensor noise; they are deliberately low.
     """
@@ -167,16 +182,22 @@ def excitation(log: Log, model: Any = None) -> Excitation:
         held |= {"steer_cmd"} if inputs.steer in held and inputs.steer not in _STEER else set()
     within: list[str] = []
     out: dict[str, str] = {}
-    for rule in _RULES:
+    mine = [
+        dataclasses.replace(_BY_SLOT[effect.slot], effects=(name,))
+        for name, effect in (own or {}).items()
+        if effect.slot in _BY_SLOT
+    ]
+    perceived = (*_PERCEPTION, *(name for name, effect in (own or {}).items() if effect.slot == "perception"))
+    for rule in (*_RULES, *mine):
         lacking = _lacking(rule, held, value)
         if lacking:
             out.update((effect, lacking) for effect in rule.effects)
         else:
             within.extend(rule.effects)
     if log.detections.t.size and log.objects:
-        within.extend(_PERCEPTION)
+        within.extend(perceived)
     else:
-        out.update((effect, "needs objects, true and detected") for effect in _PERCEPTION)
+        out.update((effect, "needs objects, true and detected") for effect in perceived)
     return Excitation(facts, tuple(within), out)
 
 

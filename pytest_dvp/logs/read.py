@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from openscenario.findings import Findings, listed
+from openscenario.findings import Finding, Findings, listed
 from pytest_dvp.log import Log, LogError
 from pytest_dvp.logs.cut import cut_log, parse_argument
 from pytest_dvp.logs.names import canonical
@@ -135,8 +135,14 @@ def _mapped(path: Path, kind: str, mapping: Path | None, msg_dirs: Sequence[Path
         told = [dataclasses.asdict(finding) for finding in findings.in_order()]
         found.meta["import"] = {"format": kind, "unknown": [], "findings": told}
         return found
-    whole = completed(chosen, found, str(path), kind) if chosen is not None else certain(found, str(path))
-    table = table_of(found, whole, str(path), kind, findings)
+    try:
+        whole = completed(chosen, found, str(path), kind) if chosen is not None else certain(found, str(path))
+        table = table_of(found, whole, str(path), kind, findings)
+    except LogError as error:
+        if error.findings or not findings.found:
+            raise
+        last = Finding(error.code, "error", str(path), None, "", text=str(error))
+        raise LogError(str(error), error.code, (*findings.in_order(), last)) from None  # the damage is told too
     table.notes["recognised"] = [signal.name for signal in whole.signals[len(chosen.signals) if chosen else 0 :]]
     return build_log(table, strict=strict)
 

@@ -11,6 +11,7 @@ import pytest
 from pytest_dvp.doctor import examine
 from pytest_dvp.log import Log, LogError
 from pytest_dvp.logs.read import read_log
+from pytest_dvp.logs.recover import recover
 
 MUTATIONS = int(os.environ.get("DVP_FUZZ", "2000"))
 HEADER = b"t [s],x [m],y [m],yaw [rad],v [m/s],steer_cmd [rad]\n"
@@ -89,3 +90,27 @@ def test_mutated_mappings_are_read_or_refused(tmp_path: Path) -> None:
     for _ in range(MUTATIONS // 2):
         mapping.write_bytes(mutated(good, rng))
         assert is_one_line(answer(log, mapping))
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.mcap"])
+@pytest.mark.filterwarnings("error")
+def test_mutated_files_are_recovered_or_refused(tmp_path: Path, name: str) -> None:
+    rng = np.random.default_rng(14)
+    path, out = tmp_path / name, tmp_path / f"out_{name}"
+    t = np.arange(400) * 0.01
+    if name == "a.csv":
+        path.write_bytes(sound_csv())
+    else:
+        Log({"t": t, "v": 5 + np.sin(t), "steer_cmd": np.round(t, 1)}).save(path)
+    data = path.read_bytes()
+    kept = 0
+    for _ in range(MUTATIONS // 4):
+        path.write_bytes(mutated(data, rng))
+        refusal: LogError | None = None
+        try:
+            kept += recover(path, out).kept > 0
+            read_log(out, strict=False)
+        except LogError as error:
+            refusal = error
+        assert is_one_line(refusal)
+    assert kept > MUTATIONS // 40

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drives import drive, scaled, write_csv
+from drives import drive, scaled, without, write_csv
 
 from pytest_dvp.cli import main
 from pytest_dvp.doctor import read_sound
@@ -93,3 +93,42 @@ def test_a_folder_check_looks_at_logs_and_leaves_other_tables_alone(
     assert main(["check", "--json", str(tmp_path)]) == 1
     findings = json.loads(capsys.readouterr().out)["findings"]
     assert [Path(f["file"]).name for f in findings] == ["a.csv"]
+
+
+OWN = """from vehicle.model.effect import Key, effect
+
+
+@effect(
+    name="magnet", slot="{slot}",
+    physics="a magnet at the end of the road pulls the car", equation="a = c", source="a notebook",
+    parameters=(Key("c", "m/s^2", low=0.1, high=1.0, neutral=0.0, least=0.05, meaning="pull"),),
+    reveals="stand still with released brake",
+)
+def magnet(x, p, m):
+    x.drag += p.c * x.mass
+"""
+MODEL = (
+    '[model]\nbase = "kinematic_bicycle"\n[inputs]\nsteer = "steer_cmd"\nlongitudinal = "accel_cmd"\n'
+    '[parameters]\nwheelbase = 2.7\n[[effect]]\nname = "magnet"\n[effect.parameters.c]\nvalue = 0.5\nunit = "m/s^2"\n'
+)
+
+
+def test_a_model_with_an_effect_of_ones_own_needs_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = write_csv(tmp_path / "a.csv", drive(30.0))
+    (tmp_path / "my_effect.py").write_text(OWN.format(slot="force"), encoding="utf-8")
+    (tmp_path / "m.toml").write_text(MODEL, encoding="utf-8")
+    own = ["--effects", str(tmp_path / "my_effect.py")]
+    assert main(["check", str(tmp_path / "m.toml")]) == 1
+    assert "magnet" in capsys.readouterr().out
+    assert main(["check", str(tmp_path / "m.toml"), *own]) == 0
+    assert main(["doctor", str(log), "--model", str(tmp_path / "m.toml")]) == 1
+    capsys.readouterr()
+    assert main(["doctor", str(log), "--model", str(tmp_path / "m.toml"), "--json", *own]) == 0
+    assert "magnet" in json.loads(capsys.readouterr().out)["logs"][0]["excitation"]["within_reach"]
+
+
+def test_an_effect_of_ones_own_is_judged_by_its_slot(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "my_effect.py").write_text(OWN.format(slot="command"), encoding="utf-8")
+    log = write_csv(tmp_path / "a.csv", without(drive(30.0), "steer_cmd", "accel_cmd"))
+    assert main(["doctor", str(log), "--json", "--effects", str(tmp_path / "my_effect.py")]) == 0
+    assert "steer_cmd" in json.loads(capsys.readouterr().out)["logs"][0]["excitation"]["out_of_reach"]["magnet"]
