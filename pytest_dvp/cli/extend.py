@@ -1,0 +1,236 @@
+"""Adds the effect that a model lacks: fits it, shows the error fall, and writes the new model.
+
+Without --add, what `dvp diagnose` names on the logs is added. Nothing is written, and the exit code is 1, if the effect
+explains nothing or loses on data it was not fitted on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import hashlib
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite
+from pytest_dvp.cli.diagnose import read_all
+from pytest_dvp.cli.doctor import add_log_options, existing_log
+from pytest_dvp.cli.effects import add_effects, effects_from
+from pytest_dvp.settings import unknown
+
+if TYPE_CHECKING:
+    from pytest_dvp.gate_model import Gate
+    from pytest_dvp.log import Log
+    from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect
+    from pytest_dvp.reality_gap.extension import Extension
+    from pytest_dvp.reality_gap.gate_changes import GateChange
+    from vehicle.model.effect import Effect
+    from vehicle.model.model import VehicleModel
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    def many(option: str, metavar: str, text: str, **more: Any) -> None:
+        parser.add_argument(option, nargs="+", action="extend", metavar=metavar, help=text, **more)
+
+    parser.add_argument("--model", required=True, metavar="M.toml", help="the vehicle model that lacks something")
+    many("--add", "EFFECT", "effect to add (dvp effects lists them); default: what dvp diagnose names", default=[])
+    many("--remove", "EFFECT", "effect of the model that the car does not have", default=[])
+    parser.add_argument("--from", dest="diagnosis", metavar="D.json", help="do what `dvp diagnose --json` named")
+    parser.add_argument("--refit", action="store_true", help="fit the model's other effects again, too")
+    many("--fit", "LOG", "measured logs to fit on; a part of one as LOG@0:285 (seconds)", required=True)
+    many(
+        "--held-out", "LOG", "logs that are not fitted on but judge the result; default: each log is predicted from "
+        "the others, a single one its last 40 %% from what came before", default=[],
+    )  # fmt: skip
+    parser.add_argument("--out", required=True, metavar="M2.toml", help="where the new model is written")
+    parser.add_argument("--force", action="store_true", help="M2 may be M: overwrite the model that was read")
+    parser.add_argument("--gates", action="append", default=[], metavar="FILE", help="show which verdicts change")
+    add_log_options(parser)
+    add_effects(parser)
+    add_json(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    _check(arguments)
+    from rich.console import Console
+
+    from pytest_dvp.reality_gap.extend import extend
+    from vehicle.model.model_file import read_model, write_model
+
+    extra = effects_from(arguments)
+    model = read_model(arguments.model, extra=extra)
+    add, remove = _named(arguments, model, extra)
+    gates = _gates(arguments)
+    logs, held_out = read_all(arguments.fit, arguments), read_all(arguments.held_out, arguments)
+    rivals: dict[str, tuple[str, ...]] = {}
+    with Console(stderr=True).status("extending") as status:
+        start = None
+        if not add and not remove and not arguments.refit:
+            found = _diagnosed(logs, model, held_out, tuple(extra.values()), status.update)
+            if not found.effects:
+                return _nothing(arguments, found)
+            add, remove = _asked(found.effects)
+            rivals = {effect.name: effect.rivals for effect in found.effects}
+            start = found.values
+        extension = extend(
+            logs, model, add=add, remove=remove, refit=arguments.refit, held_out=held_out,
+            effects=tuple(extra.values()), start=start, fitted_on=[provenance(text) for text in arguments.fit],
+            tick=status.update,
+        )  # fmt: skip
+        effects = [dataclasses.replace(e, rivals=rivals.get(e.name, ())) for e in extension.effects]
+        extension = dataclasses.replace(extension, effects=tuple(effects))
+        changes = _changes(gates, {**logs, **held_out}, model, extension, tuple(extra.values()))
+    if not extension.refusal:
+        write_model(extension.model, arguments.out)
+    _tell(arguments, extension, changes)
+    return 1 if extension.refusal else 0
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """What can be said before anything is read. Raises WrongArgument."""
+    from pytest_dvp.logs.cut import parse_argument
+
+    model = existing(arguments.model, "model")
+    if not arguments.model.endswith(".toml"):
+        raise WrongArgument(f"--model {arguments.model}: effects are added to a vehicle model (.toml)")
+    for text in [*arguments.fit, *arguments.held_out]:
+        existing_log(text)
+    for text in arguments.gates:
+        existing(text, "gate file")
+    if arguments.diagnosis:
+        existing(arguments.diagnosis, "diagnosis")
+        if arguments.add or arguments.remove:
+            raise WrongArgument("dvp extend: --from names the effects itself; leave out --add and --remove")
+    both = set(arguments.add) & set(arguments.remove)
+    if both:
+        raise WrongArgument(f"dvp extend: {min(both)} is both to be added and to be removed")
+    out = Path(arguments.out)
+    if not out.absolute().parent.is_dir():
+        raise WrongArgument(f"--out {out}: no folder {out.parent}")
+    if out.is_dir():
+        raise WrongArgument(f"--out {out}: a folder, expected a file")
+    if out.resolve() == model.resolve() and not arguments.force:
+        raise WrongArgument(f"--out {out} is the model that is read: name another file, or add --force")
+    others = [parse_argument(text).path for text in [*arguments.fit, *arguments.held_out]]
+    others += [Path(text) for text in [*arguments.gates, *arguments.effects, arguments.diagnosis] if text]
+    if any(out.resolve() == other.resolve() for other in others):
+        raise WrongArgument(f"--out {out} is a file that is read: name another")
+    for text in arguments.held_out:
+        judge = parse_argument(text)
+        for fitted in map(parse_argument, arguments.fit):
+            same = fitted.path.resolve() == judge.path.resolve()
+            if same and max(fitted.start, judge.start) < min(fitted.stop, judge.stop):
+                raise WrongArgument(f"--held-out {text}: it is fitted on as well, and so would judge itself")
+
+
+def _named(
+    arguments: argparse.Namespace, model: VehicleModel, extra: Mapping[str, Effect]
+) -> tuple[list[str], list[str]]:
+    """Effects to add and to remove, as named by options or a diagnosis. Raises WrongArgument."""
+    from vehicle.model.catalogue import catalogue
+
+    add, remove = list(dict.fromkeys(arguments.add)), list(dict.fromkeys(arguments.remove))
+    origin = ""
+    if arguments.diagnosis:
+        add, remove = _of_file(arguments.diagnosis)
+        origin = f"{arguments.diagnosis}: "
+    known = {**catalogue(), **extra}
+    for name in add:
+        if name not in known:
+            raise WrongArgument(f"{origin or '--add: '}{unknown('effect', name, known)} (dvp effects lists them)")
+    present = [a.name for a in model.effects]
+    for name in remove:
+        if name not in present:
+            what = unknown("effect", name, present) if present else f"{arguments.model} has no effects"
+            raise WrongArgument(f"{origin or '--remove: '}{what}")
+    return add, remove
+
+
+def _of_file(name: str) -> tuple[list[str], list[str]]:
+    """Names in the document of `dvp diagnose --json`. Raises WrongArgument."""
+    try:
+        document = json.loads(Path(name).read_text(encoding="utf-8"))
+        entries = [(str(entry["name"]), entry.get("action", "add")) for entry in document["effects"]]
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise WrongArgument(f"{name}: not a document of `dvp diagnose --json`") from None
+    if not entries:
+        raise WrongArgument(f"{name}: this diagnosis names no effect ({document.get('verdict', 'no verdict')})")
+    return [n for n, action in entries if action != "remove"], [n for n, action in entries if action == "remove"]
+
+
+def _diagnosed(logs: Mapping[str, Log], model: VehicleModel, held_out: Mapping[str, Log], extra: Sequence[Effect],
+               tick: Any) -> Diagnosis:  # fmt: skip
+    from pytest_dvp.reality_gap.diagnose import diagnose
+
+    return diagnose(logs, model, held_out=held_out, effects=extra, tick=tick)
+
+
+def _asked(effects: Sequence[NamedEffect]) -> tuple[list[str], list[str]]:
+    return [e.name for e in effects if e.action != "remove"], [e.name for e in effects if e.action == "remove"]
+
+
+def _nothing(arguments: argparse.Namespace, found: Diagnosis) -> int:
+    from pytest_dvp.reality_gap.diagnosis_words import page
+
+    text = f"dvp extend: {arguments.out} is not written: {page(found).splitlines()[0]}"
+    if arguments.json:
+        document = {"written": False, "model": arguments.out, "verdict": found.verdict, "effects": [], "refusal": text}
+        print(json.dumps(document, ensure_ascii=False))
+    print(text, file=sys.stderr)
+    return 1
+
+
+def provenance(text: str) -> str:
+    """`name sha256:...` of a log argument: its bytes, of a folder those of its files in order of their names."""
+    from pytest_dvp.logs.cut import parse_argument
+
+    path = parse_argument(text).path
+    digest = hashlib.sha256()
+    for file in sorted(f for f in path.rglob("*") if f.is_file()) if path.is_dir() else [path]:
+        with file.open("rb") as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+    return f"{Path(text).name} sha256:{digest.hexdigest()}"
+
+
+def _gates(arguments: argparse.Namespace) -> list[Gate]:
+    """The gates on the model. Raises WrongArgument if a file has none, GateError if it is wrong."""
+    from pytest_dvp.gates import read_gates
+    from pytest_dvp.reality_gap.gate_changes import gates_on
+
+    found: list[Gate] = []
+    for text in arguments.gates:
+        mine = gates_on(read_gates(text).gates, Path(arguments.model))
+        if not mine:
+            raise WrongArgument(f"--gates {text}: none of its gates is on {arguments.model}")
+        found += mine
+    return found
+
+
+def _changes(gates: Sequence[Gate], logs: Mapping[str, Log], model: VehicleModel, extension: Extension,
+             extra: Sequence[Effect]) -> list[GateChange]:  # fmt: skip
+    if not gates:
+        return []
+    from pytest_dvp.reality_gap.black_box import ModelSubject
+    from pytest_dvp.reality_gap.gate_changes import gate_changes
+
+    return gate_changes(gates, logs, ModelSubject(model, extra=extra), ModelSubject(extension.model, extra=extra))
+
+
+def _tell(arguments: argparse.Namespace, extension: Extension, changes: Sequence[GateChange]) -> None:
+    from pytest_dvp.reality_gap.extension_words import page
+
+    written = not extension.refusal
+    if arguments.json:
+        document = {"written": written, "model": arguments.out, **extension.as_dict()}
+        document["gates"] = [change.as_dict() for change in changes]
+        print(json.dumps(finite(document), ensure_ascii=False, allow_nan=False))
+    else:
+        print(page(extension, changes))
+    if written:
+        print(f"dvp extend: {arguments.out} written", file=sys.stderr)
+    else:
+        print(f"dvp extend: {arguments.out} is not written: {extension.refusal}", file=sys.stderr)

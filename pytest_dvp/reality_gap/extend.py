@@ -1,0 +1,350 @@
+"""Add effects to a vehicle model: fitted jointly, judged on data they were not fitted on, the error falling."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pytest_dvp.log import Log
+from pytest_dvp.reality_gap.candidates import Candidate, candidates
+from pytest_dvp.reality_gap.diagnose import _MAP_TIES, CHANNEL_MISFIT, MISFIT, _input_map
+from pytest_dvp.reality_gap.diagnosis import Estimate, NamedEffect, Step
+from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
+from pytest_dvp.reality_gap.extension import Extension, Rung
+from pytest_dvp.reality_gap.fit import Coordinate, intervals
+from pytest_dvp.reality_gap.held_out import Fold, folds
+from pytest_dvp.reality_gap.search import PRACTICAL, Search, Trial
+from vehicle.model.errors import ModelError, nearest_name
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.model import VehicleModel
+
+ROUNDING = 1e-3  # of max(1, chi^2/N): held-out data that change by less say nothing
+DIGITS = 6  # significant, of a value in a model file
+_BEGINNINGS = 3  # points of an effect's range from which a fit of it starts
+
+Tick = Callable[[str], None]
+
+
+def extend(
+    logs: Mapping[str, Log],
+    model: VehicleModel,
+    *,
+    add: Sequence[str] = (),
+    remove: Sequence[str] = (),
+    refit: bool = False,
+    held_out: Mapping[str, Log] | None = None,
+    effects: Sequence[Effect] = (),
+    start: Values | None = None,
+    fitted_on: Sequence[str] = (),
+    tick: Tick = lambda text: None,
+) -> Extension:
+    """A model with effects added to it or removed from it, fitted jointly to logs, and whether it may be taken.
+
+    logs by name, fitted on; held_out: logs that have the last word, without them as in `diagnose`. add: names of
+    effects; one that the model has is fitted again. refit: so are all the others it has. effects: the user's own.
+    start: values from which the fit begins, (effect, key) -> value, as a diagnosis found them. fitted_on: what the
+    model file says of the logs.
+
+    It may not be taken (`refusal`) if an effect explains nothing of the data fitted on, or loses on the data held out,
+    or if what was removed is missed there.
+
+    Raises ModelError or CompareError (one line): an unknown effect, one that does not suit the model, an input missing.
+    """
+    tick("preparing")
+    target = campaign(logs, model, extra=effects)
+    chosen = _chosen(model, add, effects, target)
+    lost = [_present(model, name) for name in remove]
+    kept = _kept(model, {*add, *remove}) if refit else []
+    search, plain = _searches(target, model, [*kept, *chosen], lost)
+    begin = {**search.start, **_values(model), **dict(start or {})}
+    tick("fitting")
+    final = _fitted(search, begin, [c.name for c in kept], chosen)
+    given = plain.trial((), {})
+    tick("held-out data")
+    judges = folds(logs, held_out, model, effects)
+    ladder = tuple(_ladder(search, given, final, len(kept), lost, judges))
+    done = [_judged_addition(search, final, c, judges, model) for c in chosen]
+    done += [_judged_removal(search, final, name, model, judges) for name in lost]
+    steps = [rung.step for rung in ladder]
+    shares = _shares(steps)
+    named = tuple(dataclasses.replace(d.effect, gain=shares.get(d.effect.name, 0.0)) for d in done)
+    sure = _estimates(final, search)
+    channels = target.by_channel(final.values)
+    explained = steps[-1].chi2_per_n <= MISFIT and all(left <= CHANNEL_MISFIT for left in channels.values())
+    wrong = [d.wrong for d in done if d.wrong] + _worse(steps, bool(kept))
+    return Extension(
+        model=_extended(model, final, sure, remove, [c.effect for c in chosen], tuple(fitted_on)),
+        effects=named,
+        refitted={name: value for name, value in sure.items() if name[0] not in add},
+        ladder=ladder,
+        noise_floor=target.noise(),
+        refusal="; ".join(wrong),
+        notes=(*[d.note for d in done if d.note], *_edges(final)),
+        explained=explained,
+    )
+
+
+def _chosen(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect], target: Campaign) -> list[Candidate]:
+    """What is to be added, each with its points of departure. Raises ModelError."""
+    from vehicle.model.catalogue import find_effect
+    from vehicle.model.model import check_base
+
+    found = []
+    for name in dict.fromkeys(add):
+        effect = find_effect(name, {e.name: e for e in effects})
+        check_base(effect, model.base)
+        suited = candidates(model, [effect], ay="ay" in target.channels)
+        if not suited:
+            why = "it acts on detected objects" if effect.slot == "perception" else (
+                f"its inputs are {' + '.join(model.inputs.longitudinal)} and {model.inputs.steer}"
+            )  # fmt: skip
+            raise ModelError(f"effect cannot be fitted to this model: {why}", key="effect", found=name)
+        found += suited
+    return found
+
+
+def _present(model: VehicleModel, name: str) -> str:
+    names = [a.name for a in model.effects]
+    if name in names:
+        return name
+    has = ", ".join(names) or "none"
+    raise ModelError("effect is not in the model", found=name, allowed=has, nearest=nearest_name(name, names))
+
+
+def _kept(model: VehicleModel, named: set[str]) -> list[Candidate]:
+    """The model's other effects, to be fitted again: their parameters that are switched on."""
+    found = []
+    for applied in model.effects:
+        on = [k for k in applied.effect.parameters if isfinite(applied.values[k.name])]
+        if applied.name not in named and applied.effect.slot != "perception" and on:
+            found.append(Candidate(applied.effect, tuple(Coordinate(applied.name, k) for k in on), ()))
+    return found
+
+
+def _searches(target: Campaign, model: VehicleModel, tried: Sequence[Candidate],
+              lost: Sequence[str]) -> tuple[Search, Search]:  # fmt: skip
+    """What fits the new model, and what leaves the model as it was given. Scales of the input map that nobody knows
+    are fitted along, as `diagnose` does, but for those that an effect repeats."""
+    names = {c.name for c in tried}
+    nuisance, start = _input_map(model)
+    free = [c for c in nuisance if not names & set(_MAP_TIES.get(c.key.name, ()))]
+    off = {(a.name, key.name): key.neutral for a in model.effects if a.name in lost for key in a.effect.parameters}
+    return Search(target, tried, nuisance=free, start=start, fixed=off), Search(target, ())
+
+
+def _values(model: VehicleModel) -> dict[tuple[str, str], float]:
+    """What the model's effects are set to, where a fit can begin."""
+    return {
+        (a.name, key.name): a.values[key.name] for a in model.effects for key in a.effect.parameters
+        if isfinite(a.values[key.name])
+    }  # fmt: skip
+
+
+def _fitted(search: Search, begin: Values, kept: Sequence[str], chosen: Sequence[Candidate]) -> Trial:
+    """All together, each effect begun where it takes away most beside those before it."""
+    now = search.trial(kept, begin)
+    for candidate in chosen:
+        known = {name: value for name, value in begin.items() if name[0] == candidate.name}
+        points = list(candidate.points)
+        if len(known) == len(candidate.coordinates):
+            car = {name: value for name, value in begin.items() if name[0] == "parameters"}
+            points.insert(0, {**known, **car})
+        left = [float(np.sum(search.target.whitened(now.values | point) ** 2)) for point in points]
+        best = [points[k] for k in np.argsort(left, kind="stable")[:_BEGINNINGS]]
+        trials = [search.trial((*now.names, candidate.name), now.values | point) for point in best]
+        now = min(trials, key=lambda t: t.chi2)
+        search.target.settle(now.values)
+    return search.trial(now.names, now.values, zoom=True)
+
+
+def _ladder(search: Search, given: Trial, final: Trial, kept: int, lost: Sequence[str],
+            judges: Sequence[Fold]) -> Iterator[Rung]:  # fmt: skip
+    """From the model as given to the final one: what is removed, what is fitted again, then effect after effect."""
+    plain = Search(search.target, ())
+    given = plain.trial((), {})  # once more: the segments begin elsewhere after the fit
+    yield Rung("", step(plain, given, judges))
+    off: dict[tuple[str, str], float] = {}
+    for name in lost:
+        off |= {key: value for key, value in search.fixed.items() if key[0] == name}
+        without = Search(search.target, (), fixed=off)
+        yield Rung(f"- {name}", step(without, without.trial((), {}), judges, name))
+    if search.nuisance or kept:
+        yield Rung("~ fitted again", step(search, search.trial(final.names[:kept], final.values), judges))
+    for count in range(kept + 1, len(final.names) + 1):
+        names = final.names[:count]
+        trial = final if count == len(final.names) else search.trial(names, final.values)
+        yield Rung(f"+ {names[-1]}", step(search, trial, judges, names[-1]))
+
+
+def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str = "") -> Step:
+    """The error of a set of effects on the data fitted on, and on the data held out, fitted on what belongs to each."""
+    samples = 0
+    segments: list[float] = []
+    squares: dict[str, list[float]] = {}
+    for fold in judges:
+        fitted = search.trial(trial.names, trial.values, target=fold.fitted) if fold.fitted else trial
+        segments += fold.judge.by_segment(fold.judge.whitened(fitted.values)).tolist()
+        samples += fold.judge.count
+        for name, rmse in fold.judge.rmse(fitted.values).items():
+            squares.setdefault(name, []).append(rmse)
+    return Step(
+        added=added,
+        chi2_per_n=trial.chi2 / search.count,
+        channels=search.target.by_channel(trial.values),
+        rmse=search.target.rmse(trial.values),
+        held_out_chi2_per_n=sum(segments) / samples if samples else None,
+        held_out_rmse={name: float(np.sqrt(np.mean(np.square(each)))) for name, each in squares.items()},
+        values=trial.values,
+    )
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Done:
+    """An effect, why it must not stay as it is (empty if it may), and what is to be known."""
+
+    effect: NamedEffect
+    wrong: str = ""
+    note: str = ""
+
+
+def _judged_addition(search: Search, final: Trial, candidate: Candidate, judges: Sequence[Fold],
+                     model: VehicleModel) -> _Done:  # fmt: skip
+    name = candidate.name
+    rest = [n for n in final.names if n != name]
+    less = search.trial(rest, final.values)
+    sure = _estimates(final, search)
+    mine = {key: value for (effect, key), value in sure.items() if effect == name}
+    changed = any(a.name == name for a in model.effects)
+    effect = NamedEffect(name=name, parameters=mine, action="change" if changed else "add")
+    gain = (less.chi2 - final.chi2) / search.count
+    if gain < PRACTICAL * max(1.0, final.chi2 / search.count):
+        beside = f" beside {', '.join(rest)}" if rest else ""
+        return _Done(effect, wrong=(
+            f"{name} explains nothing{beside}: chi^2/N {less.chi2 / search.count:.3g} without it, "
+            f"{final.chi2 / search.count:.3g} with it; leave it out, or drive what would show it: "
+            f"{candidate.effect.reveals}"
+        ))  # fmt: skip
+    before = after = 0.0
+    samples = 0
+    for fold in judges:
+        full = search.trial(final.names, final.values, target=fold.fitted) if fold.fitted else final
+        part = search.trial(rest, final.values, target=fold.fitted)
+        if fold.fitted and not search.pays(part, full, count=fold.fitted.count):
+            continue  # what its own data do not show cannot be fitted, and so not judged
+        before += _left(fold, part)
+        after += _left(fold, full)
+        samples += fold.judge.count
+    if not samples:
+        return _Done(effect, note=f"{name} is not judged on held-out data: none show it; name a log with --held-out")
+    before, after = before / samples, after / samples
+    effect = dataclasses.replace(effect, held_out_gain=before - after)
+    if after - before > ROUNDING * max(1.0, before):
+        return _Done(effect, wrong=(
+            f"{name} loses on held-out data, chi^2/N {before:.3g} -> {after:.3g} ({_percent(before, after)}), though "
+            f"it gains where it is fitted ({_percent(less.chi2, final.chi2)}): leave it out, or fit it on more logs"
+        ))  # fmt: skip
+    if before - after < ROUNDING * max(1.0, before):
+        return _Done(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")
+    return _Done(effect)
+
+
+def _judged_removal(search: Search, final: Trial, name: str, model: VehicleModel, judges: Sequence[Fold]) -> _Done:
+    applied = next(a for a in model.effects if a.name == name)
+    off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in applied.effect.parameters}
+    effect = NamedEffect(name=name, parameters=off, action="remove")
+    back = {(name, key): value for key, value in applied.values.items()}
+    pairs = [(search.target, search.count)] if not judges else [(fold.judge, fold.judge.count) for fold in judges]
+    samples = max(sum(count for _, count in pairs), 1)
+    with_it = sum(float(np.sum(data.whitened(final.values | back) ** 2)) for data, _ in pairs) / samples
+    without = sum(float(np.sum(data.whitened(final.values) ** 2)) for data, _ in pairs) / samples
+    effect = dataclasses.replace(effect, held_out_gain=with_it - without if judges else None)
+    if without - with_it > PRACTICAL * max(1.0, with_it):
+        held = "held-out " if judges else ""
+        return _Done(effect, wrong=(
+            f"without {name} the error on {held}data grows, chi^2/N {with_it:.3g} -> {without:.3g} "
+            f"({_percent(with_it, without)}): keep it"
+        ))  # fmt: skip
+    return _Done(effect)
+
+
+def _worse(steps: Sequence[Step], refitted: bool) -> list[str]:
+    """Whether all together, fitted again, loses on the data held out."""
+    before, after = steps[0].held_out_chi2_per_n, steps[-1].held_out_chi2_per_n
+    if not refitted or before is None or after is None or after - before <= ROUNDING * max(1.0, before):
+        return []
+    return [
+        f"fitted again, the model loses on held-out data, chi^2/N {before:.3g} -> {after:.3g} "
+        f"({_percent(before, after)}): fit on more logs, or without --refit"
+    ]
+
+
+def _left(fold: Fold, trial: Trial) -> float:
+    return float(np.sum(fold.judge.whitened(trial.values) ** 2))
+
+
+def _percent(before: float, after: float) -> str:
+    return f"{100.0 * (after / before - 1.0):+.2g} %" if before > 0.0 else "from nothing"
+
+
+def _shares(steps: Sequence[Step]) -> dict[str, float]:
+    """Share of the excess error (chi^2/N above 1) that each step took away, 0..1."""
+    excess = max(steps[0].chi2_per_n - 1.0, 1e-9)
+    return {
+        after.added: float(min(max((before.chi2_per_n - after.chi2_per_n) / excess, 0.0), 1.0))
+        for before, after in itertools.pairwise(steps)
+    }
+
+
+def _edges(final: Trial) -> Iterator[str]:
+    for c in final.found.coordinates:
+        if c.edge(final.values[c.name]):
+            value = f"{c.effect}.{c.key.name} = {final.values[c.name]:.4g} {c.key.unit}"
+            yield f"{value} stands where the search ends: no estimate; something else may be missing"
+
+
+def _estimates(final: Trial, search: Search) -> dict[tuple[str, str], Estimate]:
+    """Fitted values as they are written, with their 95 % intervals."""
+    sure = intervals(final.found, search.starts)
+    found = {}
+    for c in final.found.coordinates:
+        low, high = sure[c.name]
+        value = rounded(final.values[c.name])
+        found[c.name] = Estimate(value, min(rounded(low), value), max(rounded(high), value), c.key.unit)
+    return found
+
+
+def rounded(value: float) -> float:
+    """To DIGITS significant digits."""
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _extended(
+    model: VehicleModel, final: Trial, sure: Mapping[tuple[str, str], Estimate], remove: Sequence[str],
+    added: Sequence[Effect], fitted_on: tuple[str, ...],
+) -> VehicleModel:  # fmt: skip
+    from vehicle.model.model import AppliedEffect, Interval
+
+    for name in remove:
+        model = model.without_effect(name)
+    scales = {key: value.value for (effect, key), value in sure.items() if effect == "inputs"}
+    car = {key: rounded(value) for (effect, key), value in final.values.items() if effect == "parameters"}
+    model = dataclasses.replace(model, inputs=dataclasses.replace(model.inputs, **scales)).with_car(car)
+    present = {a.name: a for a in model.effects}
+    for effect in [*(a.effect for a in model.effects), *(e for e in added if e.name not in present)]:
+        fits = {key: value for (name, key), value in sure.items() if name == effect.name}
+        if fits:
+            old = dict(present[effect.name].values) if effect.name in present else {}
+            present[effect.name] = AppliedEffect(
+                effect,
+                effect.complete({**old, **{key: value.value for key, value in fits.items()}}),
+                {key: Interval(value.low, value.high) for key, value in fits.items()},
+                fitted_on,
+            )
+    return dataclasses.replace(model, effects=tuple(present.values()))

@@ -1,0 +1,98 @@
+"""An extension as text for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from pytest_dvp.reality_gap.diagnosis import Estimate, NamedEffect
+from pytest_dvp.reality_gap.extension import Extension, Rung
+from pytest_dvp.reality_gap.gate_changes import GateChange
+from pytest_dvp.reality_gap.segments import UNITS
+from pytest_dvp.reality_gap.words import columns
+
+
+def page(found: Extension, gates: Sequence[GateChange] = ()) -> str:
+    """What was done, the ladder, the gates, what is to be known, and whether to go on."""
+    lines = [_effect(effect) for effect in found.effects]
+    lines += [f"  ~ {'.'.join(name)}: {_estimate(value)}" for name, value in found.refitted.items()]
+    lines += ["", *ladder(found.ladder, found.noise_floor)]
+    if gates:
+        lines += ["", *_gates(gates)]
+    if found.notes:
+        lines += ["", *(f"note: {note}" for note in found.notes)]
+    if not found.refusal:
+        lines += ["", rest(found)]
+    return "\n".join(lines)
+
+
+def ladder(rungs: Sequence[Rung], noise: Mapping[str, float]) -> list[str]:
+    """The error of each step in units of the noise and of each signal, fitted on and held out."""
+    signals = list(rungs[0].step.rmse)
+    rows = [["", "", "chi²/N", *(f"{name} [{UNITS[name]}]" for name in signals)]]
+    for rung in rungs:
+        step = rung.step
+        rows.append(["fit", rung.change or "model as given", f"{step.chi2_per_n:.3g}", *_row(step.rmse, signals)])
+    for rung in rungs:
+        step = rung.step
+        if step.held_out_chi2_per_n is not None:
+            chi2 = f"{step.held_out_chi2_per_n:.3g}"
+            rows.append(["held out", rung.change or "model as given", chi2, *_row(step.held_out_rmse, signals)])
+    rows.append(["noise", "", "1", *_row(noise, signals)])
+    merged = [[f"{row[0]:8}  {row[1]}", *row[2:]] for row in rows]
+    merged[0][0] = "error (RMSE)"
+    return _aligned(merged)
+
+
+def rest(found: Extension) -> str:
+    """What is left, and whether anything can still be found in it."""
+    last = found.ladder[-1].step
+    if found.explained:
+        return (
+            f"what is left is white and no more than the sensors' noise (chi²/N {last.chi2_per_n:.3g}): stop here, "
+            "more effects would fit noise"
+        )
+    worst = max(last.channels, key=lambda name: last.channels[name])
+    return (
+        f"more is missing: chi²/N {last.chi2_per_n:.3g}, most in {worst} ({last.channels[worst]:.3g}); "
+        "dvp diagnose with the new model names it"
+    )
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    return columns([[row[0], row[1], "", *row[2:]] for row in rows])
+
+
+def _row(values: Mapping[str, float], signals: Sequence[str]) -> list[str]:
+    return [f"{values[name]:.3g}" if name in values else "-" for name in signals]
+
+
+def _effect(effect: NamedEffect) -> str:
+    if effect.action == "remove":
+        return f"  - {effect.name}"
+    values = "; ".join(f"{key} = {_estimate(value)}" for key, value in effect.parameters.items())
+    sign = "+" if effect.action == "add" else "~"
+    rivals = f"; {', '.join(effect.rivals)} would do as well" if effect.rivals else ""
+    return f"  {sign} {effect.name}: {values}, explains {100.0 * effect.gain:.0f} % of the error{rivals}"
+
+
+def _estimate(value: Estimate) -> str:
+    unit = "" if value.unit == "-" else f" {value.unit}"
+    return f"{value.value:.4g}{unit} (95 %: {value.low:.4g} to {value.high:.4g})"
+
+
+def _gates(changes: Sequence[GateChange]) -> list[str]:
+    changed = [change for change in changes if change.changed]
+    rows = [["gate", "log", "", "before", "after", "bound"]]
+    for change in changes:
+        before, after = change.verdicts
+        unit = "" if change.before.unit == "-" else f" {change.before.unit}"
+        rows.append([
+            f"{change.before.kind} of {change.before.signal}", change.log, "",
+            f"{before}{_value(change.before.value)}", f"{after}{_value(change.after.value)}",
+            f"{change.before.bound:.4g}{unit}",
+        ])  # fmt: skip
+    return [f"{len(changed)} of {len(changes)} gate verdicts change", *columns(rows)]
+
+
+def _value(value: float | None) -> str:
+    return "" if value is None else f" {value:.4g}"
