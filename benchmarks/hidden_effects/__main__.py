@@ -40,6 +40,7 @@ def known_lines(path: Path, base_seed: int) -> dict[str, dict[str, Any]]:
 def run(wanted: list[Case], path: Path | None, *, jobs: int, resume: bool, base_seed: int) -> list[dict[str, Any]]:
     """The answers to the wanted cases, in their order; those asked now are appended to the file one by one."""
     import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor, as_completed
 
     answers = known_lines(path, base_seed) if path and resume else {}
     if path:
@@ -48,8 +49,12 @@ def run(wanted: list[Case], path: Path | None, *, jobs: int, resume: bool, base_
         path.write_text(kept, encoding="utf-8")
     left = [case for case in wanted if case.key not in answers]
     begin = time.monotonic()
-    with multiprocessing.get_context("spawn").Pool(jobs, initializer=warm_up) as pool:
-        for count, line in enumerate(pool.imap_unordered(ask, left), 1):
+    spawn = multiprocessing.get_context("spawn")
+    # not a Pool: that one starts a worker whose warm-up failed again and again, for ever
+    with ProcessPoolExecutor(jobs, spawn, initializer=warm_up) as pool:
+        futures = [pool.submit(ask, case) for case in left]
+        for count, future in enumerate(as_completed(futures), 1):
+            line = future.result()
             answers[line["key"]] = line
             if path:
                 with path.open("a", encoding="utf-8") as file:

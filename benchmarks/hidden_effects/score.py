@@ -168,11 +168,9 @@ def _vector_error(true: Mapping[str, float], found: Mapping[str, Any]) -> Parame
 
 
 def chi2(line: Line, run: str, when: str) -> float | None:
-    """Mean square error over the noise floor, mean of all signals: chi^2/N as far as the answer tells it."""
-    rmse = ((line.get("error") or {}).get(run) or {}).get(when) or {}
-    floor = line.get("noise_floor") or {}
-    terms = [(rmse[name] / floor[name]) ** 2 for name in rmse if floor.get(name) and rmse[name] is not None]
-    return sum(terms) / len(terms) if terms else None
+    """chi^2/N that the answer tells: run "fit" or "held_out", "before" or "after" the named effects."""
+    value = ((line.get("chi2_per_n") or {}).get(run) or {}).get(when)
+    return None if value is None else float(value)
 
 
 def excess_removed(line: Line) -> float | None:

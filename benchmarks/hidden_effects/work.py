@@ -11,6 +11,18 @@ from benchmarks.hidden_effects.case import Case
 from benchmarks.hidden_effects.truth import Question, question
 from pytest_dvp.doctor.examine import examine
 
+KEPT = (
+    "verdict",
+    "effects",
+    "not_excited",
+    "error",
+    "chi2_per_n",
+    "noise_floor",
+    "signature",
+    "vetoed",
+    "refused",
+    "cpu",
+)
 Diagnose = Callable[[Question], Mapping[str, Any]]
 
 
@@ -22,8 +34,9 @@ def by_the_tool(asked: Question) -> Mapping[str, Any]:
         for finding in examine(log, file=name):
             if finding.severity == "error":
                 return {"verdict": "REFUSED", "effects": [], "refused": f"{finding.code}: {finding}"}
-    answer: Mapping[str, Any] = diagnose(asked.logs, asked.model, asked.held_out or None).as_dict()
-    return answer
+    begin = time.process_time()
+    found = diagnose(asked.logs, asked.model, held_out=asked.held_out or None)
+    return {**found.as_dict(), "cpu": round(time.process_time() - begin, 3)}
 
 
 def ask(case: Case, diagnose: Diagnose = by_the_tool) -> dict[str, Any]:
@@ -42,16 +55,12 @@ def ask(case: Case, diagnose: Diagnose = by_the_tool) -> dict[str, Any]:
     if asked is None:
         return line | {"verdict": "UNDETECTABLE", "truth": {}, "effects": []}
     line |= {"truth": asked.truth, "gains": asked.gains}
-    begin = time.process_time()
     try:
         answer = dict(diagnose(asked))
     except Exception as error:  # what a user would see as a traceback is a result of the benchmark
         text = str(error).splitlines() or [""]
         answer = {"verdict": "ERROR", "effects": [], "refused": f"{type(error).__name__}: {text[0]}"}
-    spent = time.process_time() - begin
-    kept = ("verdict", "effects", "not_excited", "error", "noise_floor", "refused", "signature")
-    line |= {key: answer[key] for key in kept if key in answer}
-    return _finite(line | {"cpu": round(spent, 3)})
+    return _finite(line | {key: answer[key] for key in KEPT if key in answer})
 
 
 def _finite(value: Any) -> Any:
