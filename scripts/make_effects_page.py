@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vehicle.model.bus import bus_table
 from vehicle.model.catalogue import catalogue
 from vehicle.model.effect import SLOTS, Effect
 from vehicle.model.inputs import INPUT_KEYS
@@ -93,9 +94,15 @@ def magnet(x, p, m):
 ```
 
 `dvp effects magnet --effects my_effect.py` shows it, `dvp compare` takes `--effects` too. A package announces its
-effects under the entry point group `pytest_dvp.effects` (a module, or one effect). `x` is the bus
-(`vehicle/model/bus.py` names every field, unit and slot), `p` the parameters by key, `m` the effect's own memory,
-declared as `memory=(Memory("name"),)`. Slots run in this order:
+effects under the entry point group `pytest_dvp.effects` (a module, or one effect). `x` is the bus (its fields are
+listed below; `dvp effects --fields` prints them), `p` the parameters by key, `m` the effect's own memory, declared as
+`memory=(Memory("name"),)`.
+
+A `Key` has two ranges. `low` to `high` is what is met in practice: a search looks there, and a model file may hold a
+value outside it without a word. `minimum` to `maximum` is what the equation allows (where left out: anything): a value
+outside is refused, with the place in the file and what is allowed. The neutral value always passes.
+
+Slots run in this order:
 
 | slot | changes |
 |---|---|
@@ -107,12 +114,25 @@ declared as `memory=(Memory("name"),)`. Slots run in this order:
 | sensor | `x.meas_...` |
 | perception | object tracks: a function of (tracks, p, rng), see `vehicle/model/perception.py` |
 
+"""
+
+FIELDS = """\
+### Fields of the bus
+
+All are doubles in SI units; x forward, y left, yaw counter-clockwise. An effect may read all of them in any slot (what
+a later slot sets is that of the last step) and change those of its own slot. Per step: wish, slots command and
+actuator, forces, tyres, slot body, slot road, integration, slot sensor.
+"""
+
+CATALOGUE = """
 ## Catalogue
+
+Keys show the range met in practice, then what is allowed in a model file.
 """
 
 
 def _row(effect: Effect) -> str:
-    keys = "<br>".join(f"`{k.name}` {k.low:g} to {k.high:g} {k.unit}" for k in effect.parameters)
+    keys = "<br>".join(f"`{k.name}` {k.low:g} to {k.high:g} {k.unit} ({k.allowed})" for k in effect.parameters)
     cells = (
         f"`{effect.name}`" + (" T" if effect.tyres else ""),
         effect.physics,
@@ -124,11 +144,19 @@ def _row(effect: Effect) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
+def _fields() -> list[str]:
+    out = []
+    for title, fields in bus_table().items():
+        out += [f"{title[0].upper()}{title[1:]}:", "", "| field | unit | meaning |", "|---|---|---|"]
+        out += [f"| `x.{f.name}` | {f.unit} | {f.meaning} |" for f in fields] + [""]
+    return out
+
+
 def page() -> str:
     """The whole page."""
     out = [HEAD + "| key | range | where nothing is declared | meaning |", "|---|---|---|---|"]
     out += [f"| `{k.name}` | {k.low:g} to {k.high:g} {k.unit} | {k.neutral:g} | {k.meaning} |" for k in INPUT_KEYS]
-    out.append(OWN)
+    out += [OWN + FIELDS, *_fields(), CATALOGUE]
     for slot in SLOTS:
         chosen = [e for e in catalogue().values() if e.slot == slot]
         out += [f"### {slot}", "", "| name | what happens | equation | keys | easily taken for | shows in |"]

@@ -18,8 +18,29 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", nargs="?", metavar="NAME", help="one effect in full; default: a line for each")
+    parser.add_argument(
+        "--fields", action="store_true", help="what an effect of your own may read and change: fields, unit, meaning"
+    )
     add_effects(parser)
     add_json(parser)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = _epilog()
+
+
+def _epilog() -> str:
+    """The names of the bus fields by slot."""
+    from vehicle.model.bus import bus_table
+
+    lines = ["fields of the bus x of an effect of your own (--fields: unit and meaning of each):"]
+    for title, fields in bus_table().items():
+        names = ", ".join(f.name for f in fields)
+        lines += [f"  {title}:", *textwrap.wrap(names, 100, initial_indent="    ", subsequent_indent="    ")]
+    lines += textwrap.wrap(
+        "A key's low..high is met in practice (a search looks there, a model may hold a value outside); outside "
+        "minimum..maximum a value is refused.",
+        100,
+    )
+    return "\n".join(lines)
 
 
 def add_effects(parser: argparse.ArgumentParser) -> None:
@@ -38,22 +59,18 @@ def effects_from(arguments: argparse.Namespace) -> dict[str, Effect]:
 
     Raises ModelError (one line naming the file) if a file is missing, fails, holds none, or takes a name that is taken.
     """
-    from vehicle.model.catalogue import catalogue, effects_of_file
-    from vehicle.model.errors import ModelError
+    from vehicle.model.catalogue import effects_of_files
 
-    found: dict[str, Effect] = {}
-    for text in arguments.effects:
-        for name, effect in effects_of_file(Path(text)).items():
-            if name in found or name in catalogue():
-                raise ModelError("there is an effect of this name already", file=text, key=name)
-            found[name] = effect
-    return found
+    return effects_of_files(Path(text) for text in arguments.effects)
 
 
 def execute(arguments: argparse.Namespace) -> int:
     from vehicle.model.catalogue import catalogue
     from vehicle.model.errors import nearest_name
 
+    if arguments.fields:
+        _print_fields(as_json=arguments.json)
+        return 0
     known = {**catalogue(), **effects_from(arguments)}
     name = arguments.name
     if name is not None and name not in known:
@@ -98,6 +115,19 @@ def _key(key: Key) -> dict[str, Any]:
     return {"unit": key.unit, "meaning": key.meaning, **finite}
 
 
+def _print_fields(*, as_json: bool) -> None:
+    from vehicle.model.bus import bus_table
+
+    groups = bus_table()
+    if as_json:
+        print(json.dumps({"fields": [{"group": title, **f._asdict()} for title, fs in groups.items() for f in fs]}))
+        return
+    for title, fields in groups.items():
+        print(title)
+        for f in fields:
+            print(f"  x.{f.name:18} {f.unit:8} {f.meaning}")
+
+
 def _table(effects: list[Effect]) -> None:
     width = max(len(effect.name) for effect in effects)
     for effect in effects:
@@ -115,7 +145,7 @@ def _page(effect: Effect) -> str:
     ]
     for k in effect.parameters:
         off = f"{k.neutral:g} switches it off, {k.least:g} is the least worth naming"
-        lines.append(f"  {k.name:10} {k.low:g} to {k.high:g} {k.unit}: {k.meaning}; {off}")
+        lines.append(f"  {k.name:10} {k.low:g} to {k.high:g} {k.unit}: {k.meaning}; {off}; allowed: {k.allowed}")
     if effect.ties:
         lines.append(f"  like it    {', '.join(effect.ties)}")
     lines.append(f"  to see it  {effect.reveals}")

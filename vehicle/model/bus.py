@@ -6,7 +6,8 @@ This module imports nothing heavy, so that model files can be checked without a 
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Mapping
+from typing import Annotated, NamedTuple, Protocol, get_args, get_type_hints
 
 GRAVITY = 9.80665  # m/s^2, CGPM 1901
 
@@ -15,101 +16,135 @@ class Bus(Protocol):
     """Fields of the bus in the order of their place in memory. SI units; frames as in `vehicle.messages`."""
 
     # Time
-    t: float  # s, at the start of the step
-    t_start: float  # s, at reset
-    count: float  # steps since reset
-    dt: float  # s, length of the step
+    t: Annotated[float, "s", "at the start of the step; of a sensor, of the row"]
+    t_start: Annotated[float, "s", "at reset"]
+    count: Annotated[float, "-", "steps since reset (twin)"]
+    dt: Annotated[float, "s", "length of the step"]
 
     # The car: constant during a run
-    wheelbase: float  # m
-    cg_front: float  # m, centre of gravity to front axle
-    cg_rear: float  # m, centre of gravity to rear axle
-    cg_height: float  # m
-    mass: float  # kg
-    mass_ref: float  # kg, the mass for which commanded accelerations (and effects in m/s^2) hold
-    yaw_inertia: float  # kg m^2
-    stiffness_front: float  # N/rad, cornering stiffness of the whole axle
-    stiffness_rear: float  # N/rad
-    wheel_radius: float  # m
-    gear_ratio: float  # motor turns per wheel turn
-    full_throttle: float  # m/s^2 asked for by throttle 1
-    full_brake: float  # m/s^2 asked for by brake 1
-    steer_scale: float  # rad at the road wheel per unit of the steering input
-    steer_zero: float  # rad at the road wheel at steering input 0
-    track: float  # m, between the wheels of an axle
-    ax_x: float  # m, point ahead of the rear axle whose ax is shown
-    ay_x: float  # m, the same of ay
-    slow: float  # m/s, kinematic below, tyres in full at twice that
+    wheelbase: Annotated[float, "m", "front axle to rear axle"]
+    cg_front: Annotated[float, "m", "centre of gravity to front axle"]
+    cg_rear: Annotated[float, "m", "centre of gravity to rear axle"]
+    cg_height: Annotated[float, "m", "centre of gravity above ground"]
+    mass: Annotated[float, "kg", "as driven"]
+    mass_ref: Annotated[float, "kg", "the mass for which commanded accelerations (and effects in m/s^2) hold"]
+    yaw_inertia: Annotated[float, "kg m^2", "about z at the centre of gravity"]
+    stiffness_front: Annotated[float, "N/rad", "cornering stiffness of the whole front axle"]
+    stiffness_rear: Annotated[float, "N/rad", "cornering stiffness of the rear axle"]
+    wheel_radius: Annotated[float, "m", "rolling radius"]
+    gear_ratio: Annotated[float, "-", "motor turns per wheel turn"]
+    full_throttle: Annotated[float, "m/s^2", "asked for by throttle 1"]
+    full_brake: Annotated[float, "m/s^2", "asked for by brake 1"]
+    steer_scale: Annotated[float, "rad", "at the road wheel per unit of the steering input"]
+    steer_zero: Annotated[float, "rad", "at the road wheel at steering input 0"]
+    track: Annotated[float, "m", "between the wheels of an axle"]
+    ax_x: Annotated[float, "m", "point ahead of the rear axle whose ax is shown"]
+    ay_x: Annotated[float, "m", "point ahead of the rear axle whose ay is shown"]
+    slow: Annotated[float, "m/s", "kinematic below, tyres in full at twice that"]
 
     # What drives it: held from one command to the next
-    steer_cmd: float  # rad at the road wheel
-    steer_slope: float  # change of steer_cmd over the step, nought for a command that is held
-    accel_cmd: float  # m/s^2
-    throttle_cmd: float  # 0..1
-    brake_cmd: float  # 0..1
-    speed_cmd: float  # m/s
-    v_cmd: float  # m/s, imposed speed (inputs.longitudinal = "v")
-    road_grade: float  # rad, of the world's road under the car, > 0 uphill
-    road_bank: float  # rad, of the world's road, > 0 left side up
+    steer_cmd: Annotated[float, "rad", "at the road wheel"]
+    steer_slope: Annotated[float, "rad", "change of steer_cmd over the step, nought for a command that is held"]
+    accel_cmd: Annotated[float, "m/s^2", "asked acceleration"]
+    throttle_cmd: Annotated[float, "-", "0..1"]
+    brake_cmd: Annotated[float, "-", "0..1"]
+    speed_cmd: Annotated[float, "m/s", "asked speed"]
+    v_cmd: Annotated[float, "m/s", "imposed speed (inputs.longitudinal = 'v')"]
+    road_grade: Annotated[float, "rad", "of the world's road under the car, > 0 uphill"]
+    road_bank: Annotated[float, "rad", "of the world's road, > 0 left side up"]
 
     # Slots command and actuator: first the wish, after both the produced value (mean over the step)
-    accel: float  # m/s^2
-    steer: float  # rad
-    accel_lead: float  # m/s^2, value at the start of the step minus its mean: nought while it is constant
-    steer_lead: float  # rad, the same; a gain may leave both alone at the price of half a step in what is logged
-    settle: float  # 1 in the long steps that bring actuators to rest before a log begins, else 0
+    accel: Annotated[float, "m/s^2", "mean over the step"]
+    steer: Annotated[float, "rad", "at the road wheel, mean over the step"]
+    accel_lead: Annotated[float, "m/s^2", "value at the start of the step minus its mean: nought while it is constant"]
+    steer_lead: Annotated[float, "rad", "the same; a gain may leave both alone: half a step is lost in what is logged"]
+    settle: Annotated[float, "-", "1 in the long steps that bring actuators to rest before a log begins, else 0"]
 
     # Slot force
-    traction: float  # N along the wheels, >= 0 drives forward
-    brake: float  # N, >= 0, opposes motion and holds at standstill
-    resistance: float  # N, >= 0, opposes motion and holds at standstill (dry friction)
-    drag: float  # N along x, signed, depends smoothly on speed
-    rotating_mass: float  # kg that turning parts add to the mass
+    traction: Annotated[float, "N", "along the wheels, >= 0 drives forward"]
+    brake: Annotated[float, "N", ">= 0, opposes motion and holds at standstill"]
+    resistance: Annotated[float, "N", ">= 0, opposes motion and holds at standstill (dry friction)"]
+    drag: Annotated[float, "N", "along x, signed, depends smoothly on speed"]
+    rotating_mass: Annotated[float, "kg", "that turning parts add to the mass"]
 
     # Slot body
-    curvature: float  # 1/m of the kinematic path of the rear axle
-    slip_front: float  # rad, slip angle of the axle
-    slip_rear: float  # rad
-    fy_front: float  # N, lateral force of the axle
-    fy_rear: float  # N
-    tangent_front: float  # N/rad, slope of fy_front over slip_front
-    tangent_rear: float  # N/rad
-    yaw_moment: float  # N m, added
-    turning_inertia: float  # kg m^2 about z
-    slip_change_front: float  # rad, by which motion alone changed the slip angle in the last step
-    slip_change_rear: float  # rad
-    lean_y: float  # m/s^2 that a leaning body adds to what its accelerometer shows across
+    curvature: Annotated[float, "1/m", "of the kinematic path of the rear axle"]
+    slip_front: Annotated[float, "rad", "slip angle of the front axle"]
+    slip_rear: Annotated[float, "rad", "slip angle of the rear axle"]
+    fy_front: Annotated[float, "N", "lateral force of the front axle"]
+    fy_rear: Annotated[float, "N", "lateral force of the rear axle"]
+    tangent_front: Annotated[float, "N/rad", "slope of fy_front over slip_front"]
+    tangent_rear: Annotated[float, "N/rad", "slope of fy_rear over slip_rear"]
+    yaw_moment: Annotated[float, "N m", "added"]
+    turning_inertia: Annotated[float, "kg m^2", "about z"]
+    slip_change_front: Annotated[float, "rad", "by which motion alone changed slip_front in the last step"]
+    slip_change_rear: Annotated[float, "rad", "the same of the rear axle"]
+    lean_y: Annotated[float, "m/s^2", "that a leaning body adds to what its accelerometer shows across"]
 
     # Slot road
-    grade: float  # rad, > 0 uphill
-    bank: float  # rad, > 0 left side up
+    grade: Annotated[float, "rad", "> 0 uphill"]
+    bank: Annotated[float, "rad", "> 0 left side up"]
 
     # Motion, after integration
-    x: float  # m, rear axle
-    y: float  # m
-    z: float  # m
-    yaw: float  # rad, unwrapped
-    vx: float  # m/s along the body
-    vy: float  # m/s at the centre of gravity
-    vy_rear: float  # m/s at the rear axle
-    yaw_rate: float  # rad/s
-    ax: float  # m/s^2, specific force at the rear axle
-    ay: float  # m/s^2
+    x: Annotated[float, "m", "of the rear axle"]
+    y: Annotated[float, "m", "of the rear axle"]
+    z: Annotated[float, "m", "of the ground"]
+    yaw: Annotated[float, "rad", "unwrapped"]
+    vx: Annotated[float, "m/s", "along the body"]
+    vy: Annotated[float, "m/s", "at the centre of gravity"]
+    vy_rear: Annotated[float, "m/s", "at the rear axle"]
+    yaw_rate: Annotated[float, "rad/s", "counter-clockwise"]
+    ax: Annotated[float, "m/s^2", "specific force along, at the rear axle"]
+    ay: Annotated[float, "m/s^2", "specific force across"]
 
     # A replay may put the car elsewhere: where it was before, for sensors that show the past
-    moved: float  # 1 in the first sensor call after that, else 0
-    old_x: float  # m
-    old_y: float  # m
-    old_yaw: float  # rad
+    moved: Annotated[float, "-", "1 in the first sensor call after that, else 0"]
+    old_x: Annotated[float, "m", "rear axle, before"]
+    old_y: Annotated[float, "m", "before"]
+    old_yaw: Annotated[float, "rad", "before"]
 
     # Slot sensor: what a log of this car would show
-    meas_x: float
-    meas_y: float
-    meas_yaw: float
-    meas_v: float
-    meas_yaw_rate: float
-    meas_ax: float
-    meas_ay: float
+    meas_x: Annotated[float, "m", "shown position"]
+    meas_y: Annotated[float, "m", "shown position"]
+    meas_yaw: Annotated[float, "rad", "shown heading"]
+    meas_v: Annotated[float, "m/s", "shown speed"]
+    meas_yaw_rate: Annotated[float, "rad/s", "shown yaw rate"]
+    meas_ax: Annotated[float, "m/s^2", "shown by the accelerometer along"]
+    meas_ay: Annotated[float, "m/s^2", "shown across"]
 
 
 BUS_FIELDS: tuple[str, ...] = tuple(Bus.__annotations__)
+
+
+class BusField(NamedTuple):
+    """One field of the bus as a table shows it."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+_GROUPS: Mapping[str, str] = {  # first field of a group -> its title
+    "t": "time, to be read",
+    "wheelbase": "the car, constant during a run, to be read",
+    "steer_cmd": "what drives it, held from one command to the next, to be read",
+    "accel": "changed in the slots command and actuator: first the wish, after both what is produced",
+    "traction": "changed in the slot force",
+    "curvature": "changed in the slot body (forces and slip of a car with tyres only)",
+    "grade": "changed in the slot road",
+    "x": "motion at the start of the step, to be read",
+    "moved": "where the car was before a replay put it elsewhere, to be read by sensors that show the past",
+    "meas_x": "changed in the slot sensor: what a log of this car would show",
+}
+
+
+def bus_table() -> dict[str, list[BusField]]:
+    """The fields by group, in the order of the slots: title -> fields, each with unit and meaning."""
+    hints = get_type_hints(Bus, include_extras=True)
+    found: dict[str, list[BusField]] = {}
+    title = ""
+    for name in BUS_FIELDS:
+        title = _GROUPS.get(name, title)
+        _, unit, meaning = get_args(hints[name])
+        found.setdefault(title, []).append(BusField(name, unit, meaning))
+    return found

@@ -35,7 +35,8 @@ EffectFunction: TypeAlias = Callable[[Any, Any, Any], Any]  # (bus, p, m), of pe
 class Key:
     """One parameter of an effect.
 
-    `low`..`high` is the range met in practice (where a search looks); `minimum`..`maximum` what the equation allows.
+    `low`..`high` is the range met in practice (where a search looks; a model may hold a value outside);
+    `minimum`..`maximum` what the equation allows, outside which a value is refused.
     `neutral` switches the effect off; `least` is the smallest difference from neutral worth naming.
     """
 
@@ -48,6 +49,13 @@ class Key:
     minimum: float = -inf
     maximum: float = inf
     meaning: str = ""
+
+    @property
+    def allowed(self) -> str:
+        """What `check` accepts, in words; the neutral value always passes."""
+        if self.minimum == -inf:
+            return "any" if self.maximum == inf else f"up to {self.maximum:g}"
+        return f"{self.minimum:g} or more" if self.maximum == inf else f"{self.minimum:g} to {self.maximum:g}"
 
     def check(self, value: float) -> float:
         """`value` if it may stand in a model. Raises ModelError."""

@@ -95,3 +95,28 @@ def test_a_users_effect_replays_a_log_like_a_built_in_one(tmp_path: Path) -> Non
     replay = Replay(found, np.arange(101) * 0.02, nought, extra=effects_of_file(file).values())
     rows = replay.run({("magnet", "c"): 0.5, ("drive_lag", "tau"): 0.2})
     assert rows[-1, 3] == pytest.approx(0.5 * 2.0)  # m/s after 2 s
+
+
+def test_every_field_of_the_bus_is_listed_with_unit_and_meaning(capsys: pytest.CaptureFixture[str]) -> None:
+    from scripts.make_effects_page import PAGE
+    from vehicle.model.bus import BUS_FIELDS
+
+    assert main(["effects", "--fields", "--json"]) == 0
+    fields = json.loads(capsys.readouterr().out)["fields"]
+    assert [f["name"] for f in fields] == list(BUS_FIELDS)
+    assert all(f["unit"] and f["meaning"] and f["group"] for f in fields)
+    assert all(f"`x.{name}`" in PAGE.read_text(encoding="utf-8") for name in BUS_FIELDS)
+    with pytest.raises(SystemExit):
+        main(["effects", "--help"])
+    assert "tangent_front" in capsys.readouterr().out
+
+
+def test_a_value_outside_the_usual_range_is_taken_one_outside_the_allowed_is_not() -> None:
+    from vehicle.model.effect import Key
+    from vehicle.model.errors import ModelError
+
+    key = Key("T", "s", low=0.1, high=0.5, neutral=0.0, least=0.01, minimum=0.0, maximum=1.0)
+    assert key.check(0.9) == 0.9
+    assert key.allowed == "0 to 1"
+    with pytest.raises(ModelError, match="0 to 1 s"):
+        key.check(1.1)
