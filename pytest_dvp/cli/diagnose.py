@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,9 @@ from pytest_dvp.cli.effects import add_effects, effects_from
 
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
+    from pytest_dvp.reality_gap.diagnosis import Diagnosis
+    from vehicle.model.effect import Effect
+    from vehicle.model.model import VehicleModel
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,13 +52,29 @@ def execute(arguments: argparse.Namespace) -> int:
     logs, held_out = read_all(arguments.logs, arguments), read_all(arguments.held_out, arguments)
     with Console(stderr=True).status("diagnosing") as status:
         found = diagnose(logs, model, held_out=held_out, effects=tuple(extra.values()), tick=status.update)
+    if arguments.report:
+        _report(arguments, found, logs, model, held_out, tuple(extra.values()))
     if arguments.json:
         print(json.dumps(finite(found.as_dict()), ensure_ascii=False, allow_nan=False))
         return 0
-    from pytest_dvp.reality_gap.diagnosis_words import page
+    from pytest_dvp.reality_gap.diagnosis_words import extend_command, page
 
-    print(page(found))
+    command = extend_command(found, arguments.model, arguments.logs, arguments.held_out)
+    print(page(found, model=Path(arguments.model).name, command=command))
     return 0
+
+
+def _report(arguments: argparse.Namespace, found: Diagnosis, logs: dict[str, Log], model: VehicleModel,
+            held_out: dict[str, Log], extra: tuple[Effect, ...]) -> None:  # fmt: skip
+    from pytest_dvp.reality_gap.diagnosis_page import diagnosis_page
+    from reports.diagnosis import write_diagnosis_report
+
+    page = diagnosis_page(
+        found, logs, model, held_out=held_out, effects=extra, model_file=arguments.model, fitted=arguments.logs,
+        judged=arguments.held_out,
+    )  # fmt: skip
+    write_diagnosis_report(arguments.report, page)
+    print(f"dvp diagnose: report in {arguments.report}", file=sys.stderr)
 
 
 def read_all(texts: list[str], arguments: argparse.Namespace) -> dict[str, Log]:

@@ -52,7 +52,7 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
     if found.verdict == "PARTIAL":
         share = 1.0 - (last - 1.0) / max(first - 1.0, 1e-9)
         return (
-            f"{lacks}: {_percent(share)} of the error; the rest (chi²/N {_figure(last)}{_worst(found)}) no effect of the "
+            f"{lacks}, which explains {_percent(share)} of the error; the rest (chi²/N {_figure(last)}{_worst(found)}) no effect of the "
             "catalogue explains"
         )
     return f"{lacks}; after that only sensor noise is left (chi²/N {_figure(first)} -> {_figure(last)})"
@@ -92,8 +92,10 @@ def signature_lines(signature: Mapping[str, Any]) -> list[tuple[str, str]]:
 def causes(step: Step, limit: int = SHOWN) -> list[str]:
     """Signals with the most error at a step, those first that others follow from."""
 
+    off = any(level > NOTHING_LEFT for level in step.channels.values())
+
     def order(name: str) -> tuple[bool, float]:
-        return not (name in CAUSES and step.channels[name] > NOTHING_LEFT), -step.channels[name]
+        return not (name in CAUSES and (step.channels[name] > NOTHING_LEFT or not off)), -step.channels[name]
 
     return sorted(step.channels, key=order)[:limit]
 

@@ -1,0 +1,242 @@
+"""The page of a diagnosis: which effect a model lacks, how much of the error it explains, and what it looks like.
+
+Safe in the same way as the run report: data reaches the page through Jinja's escaping or as escaped JSON.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from numpy.typing import NDArray
+
+from reports.compare import LABELS
+from reports.figures import BLUE, ORANGE, VERMILION, Figure, numbers, plain, thin
+from reports.html import _digest, _write_whole, embed, plotly_js
+from reports.verdicts import pretty_unit
+
+BAND = 2.0  # sigma of the noise band
+CURVE_POINTS = 2000
+NOISE = 1.3  # chi^2/N up to which only noise is left
+GREY = "#8B95A1"  # what was measured, and what is no finding
+BADGES = {
+    "NOTHING_MISSING": "nothing missing", "NAMED": "named", "AMBIGUOUS": "ambiguous", "PARTIAL": "partly named",
+    "UNKNOWN": "unknown", "NOT_EXCITED": "not excited",
+}  # fmt: skip
+FONT = "system-ui, sans-serif"
+
+
+def write_diagnosis_report(path: str | Path, page: Mapping[str, Any]) -> None:
+    """Write the page of one diagnosis; same input, same bytes.
+
+    `page` holds verdict, headline, model, logs, held_out, changed (something was found), effects [{name, action,
+    physics, equation, parameters [{key, value, interval, unit, meaning}], fit and held_out {value, low, high} or None
+    (share of the error), rivals [{name, physics}], manoeuvre, reveals}], vetoed, fitted_along, ladder [{label, fit,
+    held_out} chi^2/N], null_line, signals [{name, unit, noise, before, after, held_before, held_after, chi2_before,
+    chi2_after} RMSE], not_excited [{name, physics, reveals}], left [(aspect, words)], command, close {log, held_out,
+    channel, unit, error, t, noise, measured, before, after} or None, over_time [{log, held_out, t, rows {name: {before,
+    after, noise}}, units, quiet}].
+
+    Raises OSError if the file cannot be written.
+    """
+    _write_whole(Path(path), render_diagnosis_report(page))
+
+
+def render_diagnosis_report(page: Mapping[str, Any]) -> str:
+    """The page as text; arguments as in `write_diagnosis_report`."""
+    figures: dict[str, Figure] = {"ladder": ladder_figure(page["ladder"], page["null_line"])}
+    if page["close"] is not None:
+        figures["close"] = close_figure(page["close"], changed=page["changed"])
+    for number, one in enumerate(page["over_time"]):
+        if one["rows"]:
+            figures[f"time{number}"] = residual_figure(one, changed=page["changed"])
+    scripts = [plotly_js(), _asset("theme.js"), _asset("compare.js")]
+    text: str = _template().render(
+        page=page,
+        figures=figures,
+        badge=BADGES[page["verdict"]],
+        data=Markup(embed(figures)),
+        style=Markup(_asset("run.css") + _asset("compare.css") + _asset("diagnosis.css")),
+        scripts=[Markup(script) for script in scripts],
+        policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
+    )
+    return text
+
+
+def ladder_figure(steps: Sequence[Mapping[str, Any]], null_line: float | None) -> Figure:
+    """Error after each step, from the model as given downwards, on a log axis; green where only noise is left."""
+    rows = [f"{plain(s['label'])} " for s in steps]
+    values = [s["fit"] for s in steps] + [s["held_out"] for s in steps if s["held_out"] is not None]
+    values += [null_line] if null_line else []
+    low, high = 0.7, max(2.2, 1.6 * max(values))
+    traces: list[Figure] = []
+    shapes: list[Figure] = [
+        {"type": "rect", "xref": "x", "yref": "paper", "x0": low, "x1": NOISE, "y0": 0, "y1": 1, "layer": "below",
+         "fillcolor": "rgba(0,158,115,0.20)", "line": {"width": 0}},
+    ]  # fmt: skip
+    notes: list[Figure] = [
+        {"xref": "x", "yref": "paper", "x": math.log10(low), "y": 1.0, "xanchor": "left", "yanchor": "bottom",
+         "text": "only sensor noise", "showarrow": False, "font": {"size": 11.5, "color": "#009E73"}},
+    ]  # fmt: skip
+    if null_line:
+        shapes.append({"type": "line", "xref": "x", "yref": "paper", "x0": null_line, "x1": null_line, "y0": 0,
+                       "y1": 1, "line": {"color": GREY, "width": 1.5, "dash": "dash"}})  # fmt: skip
+        notes.append({"xref": "x", "yref": "paper", "x": math.log10(null_line), "y": 1.0, "xanchor": "right",
+                      "yanchor": "bottom", "text": "chance: same search, shuffled error", "showarrow": False,
+                      "font": {"size": 11.5, "color": GREY}})  # fmt: skip
+    for key, name, colour, symbol, dash, side in (
+        ("fit", "data it was fitted on", BLUE, "circle", "solid", "top center"),
+        ("held_out", "data it was not fitted on", ORANGE, "diamond-open", "dot", "bottom center"),
+    ):
+        known = [(row, s[key]) for row, s in zip(rows, steps, strict=True) if s[key] is not None]
+        if known:
+            traces.append({
+                "type": "scatter", "mode": "lines+markers+text", "name": name, "y": [row for row, _ in known],
+                "x": numbers([v for _, v in known], 4), "text": [_short(v) for _, v in known], "textposition": side,
+                "textfont": {"size": 12, "color": colour}, "cliponaxis": False,
+                "line": {"color": colour, "width": 2, "dash": dash},
+                "marker": {"color": colour, "size": 10, "symbol": symbol, "line": {"width": 2, "color": colour}},
+                "hovertemplate": f"%{{y}}: chi²/N %{{x:.3g}}, {name}<extra></extra>",
+            })  # fmt: skip
+    ticks = [v for v in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000) if low <= v <= high]
+    return {
+        "data": traces,
+        "layout": {
+            "height": max(340, 140 + 54 * len(rows)), "margin": {"l": 168, "r": 24, "t": 40, "b": 84},
+            "font": {"size": 12.5, "family": FONT}, "shapes": shapes, "annotations": notes, "showlegend": True,
+            "legend": {"orientation": "h", "x": 0, "y": 0.0, "yref": "container", "yanchor": "bottom"},
+            "xaxis": {"type": "log", "range": [math.log10(low), math.log10(high)], "tickvals": ticks,
+                      "ticktext": [str(v) for v in ticks], "zeroline": False, "fixedrange": True,
+                      "title": {"text": "error, chi²/N (1 = sensor noise)"}},
+            "yaxis": {"type": "category", "categoryorder": "array", "categoryarray": rows[::-1], "fixedrange": True,
+                      "range": [-0.55, len(rows) - 0.45], "tickfont": {"size": 13}},
+        },
+    }  # fmt: skip
+
+
+def close_figure(close: Mapping[str, Any], *, changed: bool) -> Figure:
+    """A few seconds of one signal: measured with its noise, the model as given, and the model with what was found."""
+    t, unit = close["t"], pretty_unit(close["unit"])
+    traces = [
+        _band(t, close["measured"], close["noise"], "y", "noise of the sensor, ±2σ"),
+        _line(t, close["measured"], "measured", "y", GREY, 6.0, unit),
+        _line(t, close["before"], "model as given", "y", VERMILION, 2.4, unit, dash="dash" if changed else "solid"),
+    ]
+    if changed:
+        traces.append(_line(t, close["after"], "model with what was found", "y", BLUE, 2.4, unit))
+    label = LABELS.get(close["channel"], plain(close["channel"])).replace("<br>", " ")
+    error = " (model - measured)" if close["error"] else ""
+    return {
+        "data": traces,
+        "layout": {
+            "height": 340, "margin": {"l": 70, "r": 14, "t": 40, "b": 44}, "hovermode": "x", "showlegend": True,
+            "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom"},
+            "font": {"size": 12.5, "family": FONT},
+            "xaxis": {"title": {"text": "time [s]"}, "range": [float(t[0]), float(t[-1])], "zeroline": False},
+            "yaxis": {"title": {"text": f"{label}{error} [{unit}]", "standoff": 8}, "zeroline": False, "nticks": 7},
+        },
+    }  # fmt: skip
+
+
+def residual_figure(one: Mapping[str, Any], *, changed: bool) -> Figure:
+    """Measured - model over time, a row a signal, before and after on the same axes, in the band of the noise."""
+    t = one["t"]
+    traces: list[Figure] = []
+    names = list(one["rows"])
+    for k, name in enumerate(names):
+        row, axis = one["rows"][name], "y" if k == 0 else f"y{k + 1}"
+        unit = pretty_unit(one["units"][name])
+        before = _line(t, row["before"], "model as given", axis, VERMILION, 1.3, unit, legend=k == 0)
+        traces.append(before)
+        if changed:
+            traces.append(_line(t, row["after"], "with what was found", axis, BLUE, 1.3, unit, legend=k == 0))
+        for side in (-BAND, BAND):
+            edge = np.full(2, side * row["noise"])
+            line = _line(np.array([t[0], t[-1]]), edge, "noise, ±2σ", axis, "#009E73", 1.4, unit, dash="dot",
+                         legend=k == 0 and side > 0)  # fmt: skip
+            traces.append(line | {"hoverinfo": "skip", "hovertemplate": None})
+    return {"data": traces, "layout": _rows_layout(one, names)}
+
+
+def _rows_layout(one: Mapping[str, Any], names: Sequence[str]) -> Figure:
+    height, gap, t = 104.0, 14.0, one["t"]
+    total = len(names) * (height + gap) - gap
+    layout: Figure = {
+        "height": round(total + 84), "margin": {"l": 96, "r": 12, "t": 36, "b": 46}, "hovermode": "x",
+        "showlegend": True, "dragmode": "zoom", "font": {"size": 11.5, "family": FONT},
+        "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "font": {"size": 12.5}},
+        "xaxis": {"title": {"text": "time [s]"}, "range": [float(t[0]), float(t[-1])], "zeroline": False,
+                  "anchor": "free", "position": 0},
+    }  # fmt: skip
+    top = total
+    for k, name in enumerate(names):
+        low, high = max(top - height, 0.0) / total, top / total
+        title = f"{LABELS.get(name, plain(name))}<br>[{pretty_unit(one['units'][name])}]"
+        layout["yaxis" if k == 0 else f"yaxis{k + 1}"] = {
+            "domain": [low, high], "title": {"text": title, "standoff": 6}, "fixedrange": True, "zeroline": True,
+            "anchor": "x", "nticks": 5,
+        }  # fmt: skip
+        top -= height + gap
+    return layout
+
+
+def _line(t: NDArray[np.float64], y: NDArray[np.float64], name: str, axis: str, colour: str, width: float, unit: str,
+          *, dash: str = "solid", legend: bool = True) -> Figure:  # fmt: skip
+    at, value = thin(t, y, CURVE_POINTS)
+    return {
+        "type": "scatter", "mode": "lines", "name": name, "x": numbers(at, 3), "y": numbers(value, 5), "xaxis": "x",
+        "yaxis": axis, "line": {"color": colour, "width": width, "dash": dash}, "connectgaps": False,
+        "showlegend": legend, "legendgroup": name, "hovertemplate": f"{name} %{{y:.4g}} {unit}<extra></extra>",
+    }  # fmt: skip
+
+
+def _band(t: NDArray[np.float64], middle: NDArray[np.float64], sigma: float, axis: str, name: str) -> Figure:
+    known = np.isfinite(middle)
+    at, y = t[known], middle[known]
+    return {
+        "type": "scatter", "mode": "lines", "fill": "toself", "fillcolor": "rgba(139,149,161,0.28)", "name": name,
+        "x": [*numbers(at, 3), *numbers(at[::-1], 3)], "line": {"width": 0}, "hoverinfo": "skip", "xaxis": "x",
+        "y": [*numbers(y + BAND * sigma, 5), *numbers(y[::-1] - BAND * sigma, 5)], "yaxis": axis,
+    }  # fmt: skip
+
+
+def _short(value: float) -> str:
+    return f"{value:.2f}" if value < 9.995 else f"{value:.1f}" if value < 99.95 else f"{value:.0f}"
+
+
+def _percent(value: float | None) -> str:
+    if value is None:
+        return "–"
+    return f"{100.0 * value:.0f} %" if abs(value) >= 0.0095 or value == 0.0 else f"{100.0 * value:.1f} %"
+
+
+def _level(chi2: float | None) -> str:
+    """Class of a chi^2/N: within the noise, visible, far off."""
+    return "" if chi2 is None else "good" if chi2 <= NOISE else "doubt" if chi2 <= 10.0 else "bad"
+
+
+@cache
+def _asset(name: str) -> str:
+    return files("reports").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+@cache
+def _template() -> Any:
+    environment = Environment(
+        loader=PackageLoader("reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
+    environment.filters["unit"] = pretty_unit
+    environment.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
+    environment.filters["chi2"] = lambda value: "–" if value is None else _short(value)
+    environment.filters["percent"] = _percent
+    environment.filters["pin"] = lambda value: round(100.0 * min(max(value, 0.0), 1.0), 2)
+    environment.filters["level"] = _level
+    return environment.get_template("diagnosis.html")
