@@ -12,6 +12,7 @@ SLOWEST = 0.5  # Hz: below, no manoeuvre of a car can be seen
 FASTEST = 20_000.0  # Hz: above, the stamps are in another unit
 JITTER = 0.04  # share of the sample interval: standard deviation that bends a derivative by as much
 GAP = 2.5  # sample intervals
+PARTED = 0.5  # share of the time without rows: no one recording any more
 OFFSET = 0.08  # [s]: least disagreement of two clocks that is told; two intervals if that is more
 LONGEST = 2.0  # [s] looked for
 
@@ -103,18 +104,23 @@ def check_stamps(log: Log, file: str, findings: Findings) -> None:
             hint="these are stamps of reception: record the sender's stamps, or allow for as much in every delay found",
             severity="warning",
         )
-    if len(gaps) and not mixed:
-        lost = float(np.sum(np.diff(log.t)[gaps] - median))
-        first = int(gaps[0])
+    spans = np.diff(log.t)[gaps]
+    if mixed:  # topics of several rates: their common stamps are uneven
+        gaps = gaps[spans > max(1.0, 10.0 * median)]
+        spans = np.diff(log.t)[gaps]
+    if len(gaps):
+        lost, longest = float(np.sum(spans - median)), int(np.argmax(spans))
+        parted = lost > PARTED * log.duration
+        count = "a gap" if len(gaps) == 1 else f"{len(gaps)} gaps, {lost:.3g} s in all, the longest"
         findings.add(
             "log.gap",
             file,
             None,
             "column t",
-            f"{len(gaps)} gaps, {lost:.3g} s in all, "
-            f"the first of {np.diff(log.t)[first]:.3g} s at t = {log.t[first]:.6g} s",
+            f"{count} of {spans[longest]:.3g} s at t = {log.t[gaps[longest]]:.6g} s"
+            + (": most of the time is missing, these are several recordings" if parted else ""),
             hint="cut the log there: LOG@START:STOP",
-            severity="warning",
+            severity="error" if parted else "warning",
         )
 
 

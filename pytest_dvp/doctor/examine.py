@@ -9,6 +9,7 @@ import numpy as np
 from openscenario.findings import Finding, Findings
 from pytest_dvp.doctor.angles import check_angles
 from pytest_dvp.doctor.clock import check_commands, check_jumps, check_offsets, check_rate, check_stamps
+from pytest_dvp.doctor.missing import check_missing
 from pytest_dvp.doctor.motion import Motion, motion_of
 from pytest_dvp.doctor.scales import check_acceleration, check_speed, check_wishes
 from pytest_dvp.doctor.sensors import check_echoes, check_sensors
@@ -56,6 +57,7 @@ def examine(log: Log, *, file: str = "", line: int | None = None) -> tuple[Findi
     if not check_rate(log, name, line, findings):
         return findings.in_order()
     check_stamps(log, name, findings)
+    check_missing(log, name, findings)
     before = len(findings.found)
     check_jumps(log, name, findings)
     check_echoes(log, name, findings)

@@ -48,6 +48,19 @@ def test_a_simulated_car_without_noise_that_stands_for_long_has_no_finding() -> 
     assert [f for f in told({**still, "t": np.arange(len(still["x"])) * 0.02}) if f[0] == "log.dead_sensor"] == []
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.1, 0.3])
+def test_a_simulated_heading_on_a_long_straight_is_not_dead(noise: float) -> None:
+    rng = np.random.default_rng(4)
+    t = np.arange(3000) * 0.02
+    v = 12.0 + 3.0 * np.sin(0.3 * t)
+    way = np.cumsum(v) * 0.02
+    x, y = (way * part + noise * rng.normal(size=len(t)) for part in (np.cos(0.4), np.sin(0.4)))
+    gyro = 0.03 * rng.normal(size=len(t))
+    assert told({"t": t, "x": x, "y": y, "yaw": 0.4 + 0.0 * t, "v": v, "yaw_rate": gyro}) == []
+    held = {"t": t, "x": 12.0 * t * 0.9 + noise * rng.normal(size=len(t)), "y": 0.0 * t, "v": 12.0 * 0.9 + 0.0 * t}
+    assert told(held) == []  # cruise control
+
+
 def clipped(columns: Columns, name: str) -> Columns:
     limit = float(np.percentile(np.abs(columns[name]), 93))
     return {**columns, name: np.clip(columns[name], -limit, limit)}
@@ -211,6 +224,35 @@ def test_commands_with_a_clock_of_their_own_are_told(sound: Columns) -> None:
     quick = {**sound, "steer_cmd": sound["steer"], "accel_cmd": sound["ax"]}  # without the actuators' own lags
     noisy = {n: c + 1e-3 * np.sin(7.0 * sound["t"]) if n.endswith("_cmd") else c for n, c in quick.items()}
     assert ("log.clock_offset", "column steer_cmd, accel_cmd") in told(later(noisy, measured, 0.2))
+
+
+def test_missing_values_are_told_with_their_share_and_the_longest_hole(sound: Columns) -> None:
+    v = sound["v"].copy()
+    v[500:650] = np.nan  # 3 s
+    v[np.random.default_rng(2).choice(3000, 90, replace=False)] = np.nan
+    (finding,) = examine(log_of({**sound, "v": v}))
+    assert (finding.code, finding.element, finding.severity) == ("log.missing_values", "column v", "warning")
+    share = float(finding.text.split(" %")[0])
+    assert share == pytest.approx(100.0 * np.isnan(v).mean(), abs=0.3)
+    assert "longest from t = 9.98 to 13 s" in finding.text
+
+
+def test_a_slower_channel_misses_nothing_and_a_silent_one_does(sound: Columns) -> None:
+    slow = {n: np.where(np.arange(3000) % 5 == 0, sound[n], np.nan) for n in ("x", "y")}
+    assert told({**sound, **slow}) == []
+    for name in slow:
+        slow[name][1000:1200] = np.nan
+    assert told({**sound, **slow}) == [("log.missing_values", "column x, y")]
+    assert told({**sound, "speed_cmd": np.full(3000, np.nan)}) == [("log.empty_column", "column speed_cmd")]
+
+
+@pytest.mark.parametrize(
+    ("lost", "severity"), [(np.r_[0:1000, 1500:3000], "warning"), (np.r_[0:500, 2400:3000], "error")]
+)
+def test_a_gap_in_time_is_told_with_its_length(sound: Columns, lost: np.ndarray, severity: str) -> None:
+    findings = [f for f in examine(log_of(rows(sound, lost))) if f.code == "log.gap"]
+    assert [f.severity for f in findings] == [severity]
+    assert findings[0].text.startswith(f"a gap of {10.02 if severity == 'warning' else 38.02:.3g} s at t =")
 
 
 def test_a_jump_of_the_position_alone_is_told_as_such(sound: Columns) -> None:

@@ -20,6 +20,7 @@ SAME_AS_A_CLOCK = {"gnss_latency": "column x, y, yaw", "yaw_rate_latency": "colu
 FOUND = {
     "jitter": ("log.jitter", "column t"),
     "gnss_jumps": ("log.position_jump", "column x"),
+    "dropouts": ("log.missing_values", "column x, y, yaw"),
     "gap": ("log.gap", "column t"),
     "duplicated_stamps": ("log.duplicate_stamps", "column t"),
     "reversed_stamps": ("log.time_not_monotonic", "column t"),
@@ -32,7 +33,7 @@ FOUND = {
     "saturated": ("log.saturated", "column yaw_rate"),
     "dead": ("log.dead_sensor", "column ay"),
     "steering_report_is_the_command": ("log.steer_is_command", "column steer"),
-    # mixed rates, coarse steps and lost fixes are how logs are: nothing to repair
+    # mixed rates and coarse steps are how logs are: nothing to repair
 }
 
 
