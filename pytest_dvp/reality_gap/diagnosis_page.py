@@ -115,7 +115,7 @@ def _not_shown(name: str, known: Mapping[str, Effect]) -> dict[str, str]:
 def _drawn(found: Diagnosis, logs: Mapping[str, Log], held_out: Mapping[str, Log], model: VehicleModel,
            effects: Sequence[Effect]) -> list[_Drawn]:  # fmt: skip
     before, after = found.ladder[0].values, found.values or found.ladder[-1].values
-    drawn = []
+    drawn: list[_Drawn] = []
     for name, log, held in [*((n, g, False) for n, g in logs.items()), *((n, g, True) for n, g in held_out.items())]:
         if len(drawn) == MOST_LOGS:
             break

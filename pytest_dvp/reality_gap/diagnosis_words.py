@@ -40,21 +40,15 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
     if found.verdict == "NOTHING_MISSING":
         return f"{model} lacks nothing that these data show: what is left is sensor noise (chi²/N {_figure(last)})"
     if found.verdict == "NOT_EXCITED":
-        return (
-            f"nothing was found missing in {model}, but this drive could not have shown {len(found.not_excited)} of the "
-            "effects"
-        )
+        many = len(found.not_excited)
+        return f"nothing was found missing in {model}, but this drive could not have shown {many} of the effects"
+    left = f"chi²/N {_figure(last)}{_worst(found)}"
     if found.verdict == "UNKNOWN":
-        return (
-            f"{model} misses something that no effect of the catalogue explains (chi²/N {_figure(last)}{_worst(found)})"
-        )
+        return f"{model} misses something that no effect of the catalogue explains ({left})"
     lacks = _lacks(found, model)
     if found.verdict == "PARTIAL":
-        share = 1.0 - (last - 1.0) / max(first - 1.0, 1e-9)
-        return (
-            f"{lacks}, which explains {_percent(share)} of the error; the rest (chi²/N {_figure(last)}{_worst(found)}) no effect of the "
-            "catalogue explains"
-        )
+        share = _percent(1.0 - (last - 1.0) / max(first - 1.0, 1e-9))
+        return f"{lacks}, which explains {share} of the error; the rest no effect of the catalogue explains ({left})"
     return f"{lacks}; after that only sensor noise is left (chi²/N {_figure(first)} -> {_figure(last)})"
 
 
