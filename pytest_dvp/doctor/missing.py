@@ -41,7 +41,7 @@ def check_missing(log: Log, file: str, findings: Findings) -> None:
     for hole, names in holes.items():
         findings.add(
             "log.missing_values", file, None, f"column {', '.join(names)}",
-            f"{100 * hole.share:.1f} % of the time lacks a value, longest from t = {hole.start:.6g} to {hole.end:.6g} s",
+            f"{100 * hole.share:.1f} % of the time is missing, longest from t = {hole.start:.6g} to {hole.end:.6g} s",
             allowed=f"up to {100 * SHARE:.0f} %, holes up to {LONGEST:g} s",
             hint="nothing is judged there by what is missing: look why the channel was silent, or cut the log",
             severity="warning",
