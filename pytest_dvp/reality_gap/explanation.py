@@ -1,0 +1,119 @@
+"""What a failing `assert_matches` or `model` gate adds to its text: the effect that most likely explains it, its rivals,
+and the command that adds it. Seconds of work, so only where a test has failed; and never a failure of its own.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import shlex
+import warnings
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pytest_dvp.log import Log
+from pytest_dvp.logs.cut import cut_log
+from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect
+from pytest_dvp.reality_gap.diagnosis_words import extend_command, headline, interval, value
+from vehicle.model.model_file import model_text
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.model import VehicleModel
+
+LONGEST = 20_000  # rows that are diagnosed: 400 s at 50 Hz, some seconds of CPU
+
+
+def explanation(
+    log: Log, model: VehicleModel, *, log_name: str = "LOG", model_name: str = "M.toml", effects: Sequence[Effect] = (),
+    options: Sequence[str] = (),
+) -> list[str]:  # fmt: skip
+    """Lines that name what `model` lacks on `log`; names as a command line takes them, `options` as `--map F`.
+
+    Anything that goes wrong is one line, too: the test has failed already, and must not become an error.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found, rows = _question(log, model, tuple(effects))
+    except Exception as error:  # whatever it is: the failure that is explained counts, not this
+        return [f"no diagnosis: {type(error).__name__}: {' '.join(str(error).split())[:200]}"]
+    part = "" if rows == len(log.t) else f" (of its first {log.t[rows - 1] - log.t[0]:.0f} s)"
+    lines = [f"diagnosis{part}: {found.verdict}: {headline(found, Path(model_name).name)}"]
+    lines += [f"  {_effect(effect)}" for effect in found.effects]
+    command = extend_command(found, model_name, [log_name])
+    if command:
+        return [*lines, f"  add it: {shlex.join([*shlex.split(command), *options])}"]
+    if found.verdict == "NOTHING_MISSING":
+        return [*lines, "  a bound that fails now is tighter than the noise of the sensors"]
+    look = shlex.join(["dvp", "diagnose", log_name, "--model", model_name, *options])
+    return [*lines, f"  look closer: {look}"]
+
+
+def _effect(effect: NamedEffect) -> str:
+    if effect.action == "remove":
+        return f"remove {effect.name}"
+    values = ", ".join(
+        f"{key} = {value(e)}{'' if e.unit == '-' else ' ' + e.unit} ({interval(e)})"
+        for key, e in effect.parameters.items()
+    )
+    rivals = f", rivals: {', '.join(effect.rivals)}" if effect.rivals else ", no rivals"
+    return f"{effect.name}: {values}, explains {100.0 * effect.gain:.0f} % of the error{rivals}"
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Question:
+    """A log and a model; two of them are the same if their bytes are, as several bounds of one test ask the same."""
+
+    key: str
+    log: Log = dataclasses.field(compare=False)
+    model: Any = dataclasses.field(compare=False)
+    effects: tuple[Any, ...] = dataclasses.field(compare=False)
+
+
+def _question(log: Log, model: VehicleModel, effects: tuple[Effect, ...]) -> tuple[Diagnosis, int]:
+    rows = min(len(log.t), LONGEST)
+    if rows < len(log.t):
+        log = cut_log(log, -float("inf"), float(log.t[rows]))
+    digest = hashlib.sha256(model_text(model).encode())
+    for name, column in log.columns.items():
+        digest.update(name.encode())
+        digest.update(column.tobytes())
+    names = ",".join(effect.name for effect in effects)
+    return _answer(_Question(f"{digest.hexdigest()} {names}", log, model, effects)), rows
+
+
+@lru_cache(maxsize=4)
+def _answer(question: _Question) -> Diagnosis:
+    from pytest_dvp.reality_gap.diagnose import diagnose
+
+    return diagnose({"log": question.log}, question.model, effects=question.effects)
+
+
+def gate_explanation(log: Log, verdicts: Sequence[Mapping[str, Any]], log_name: str) -> list[str]:
+    """The same for the verdicts of a run's gates: each model file that a failed gate of the kind `model` names, once."""
+    try:
+        models = _models(verdicts)
+    except Exception as error:
+        return [f"no diagnosis: {type(error).__name__}: {' '.join(str(error).split())[:200]}"]
+    return [line for name, model in models.items() for line in explanation(log, model, log_name=log_name,
+                                                                         model_name=name)]  # fmt: skip
+
+
+def _models(verdicts: Sequence[Mapping[str, Any]]) -> dict[str, VehicleModel]:
+    """Models of failed gates by the name of their file; black boxes are left out, as nothing can be added to them."""
+    from pytest_dvp.gates import read_gates
+    from pytest_dvp.paths import shown
+    from pytest_dvp.reality_gap.gate_changes import KIND_OF
+    from vehicle.model.model_file import read_model
+
+    failed = {(v["file"], v["line"], v["metric"]) for v in verdicts if v["status"] == "FAIL" and v["metric"] in KIND_OF}
+    named: dict[str, Path] = {}
+    for file in sorted({file for file, _, _ in failed}):
+        for gate in read_gates(file).gates:
+            if (file, gate.line, gate.metric) in failed and str(gate.options.get("model", "")).endswith(".toml"):
+                path = Path(str(gate.options["model"]))
+                named[shown(path)] = path
+    return {name: read_model(path) for name, path in named.items()}
