@@ -10,10 +10,11 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect
-from pytest_dvp.reality_gap.diagnosis_words import extend_command, headline, interval, signature_lines, value
+from pytest_dvp.reality_gap.diagnosis_words import extend_command, headline, interval, value
 from pytest_dvp.reality_gap.experiment import Experiment, Values
 from pytest_dvp.reality_gap.segments import CHANNELS, UNITS
 from pytest_dvp.reality_gap.shares import Share, shares
+from pytest_dvp.reality_gap.signature_words import signature_lines
 from pytest_dvp.reality_gap.words import CAUSES, NOTHING_LEFT
 
 if TYPE_CHECKING:

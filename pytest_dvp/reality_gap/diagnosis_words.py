@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, Estimate, NamedEffect, Step
 from pytest_dvp.reality_gap.segments import UNITS
 from pytest_dvp.reality_gap.shares import Share, shares
+from pytest_dvp.reality_gap.signature_words import signature_lines
 from pytest_dvp.reality_gap.words import CAUSES, NOTHING_LEFT
 
 SHOWN = 3  # signals whose own error the ladder shows
@@ -76,11 +76,6 @@ def interval(estimate: Estimate) -> str:
     """ "0.250 to 0.255"."""
     digits = _digits(estimate)
     return f"{estimate.low:.{digits}f} to {estimate.high:.{digits}f}"
-
-
-def signature_lines(signature: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What the misfit that is left looks like: (aspect, words)."""
-    return [(str(key).replace("_", " "), text) for key, entry in signature.items() if (text := _plain(entry))]
 
 
 def causes(step: Step, limit: int = SHOWN) -> list[str]:
@@ -162,7 +157,7 @@ def _notes(found: Diagnosis) -> list[str]:
         lines.append(f"fitted along: {fitted}")
     if found.vetoed:
         lines.append(f"not {', '.join(found.vetoed)}: fits, but loses on data it was not fitted on")
-    lines += [f"left over, {aspect}: {text}" for aspect, text in signature_lines(found.signature)]
+    lines += [f"what is left, {aspect}: {text}" for aspect, text in signature_lines(found.signature)]
     if found.not_excited:
         lines += _wrapped("these data cannot show: ", found.not_excited)
     return ["", *lines] if lines else []
@@ -208,17 +203,3 @@ def _figure(number: float | None) -> str:
     if number is None:
         return "-"
     return f"{number:.2f}" if number < 9.995 else f"{number:.1f}" if number < 99.95 else f"{number:.0f}"
-
-
-def _plain(entry: object) -> str:
-    if entry is None or entry == "" or entry == () or entry == [] or entry == {}:
-        return ""
-    if isinstance(entry, bool):
-        return "yes" if entry else "no"
-    if isinstance(entry, float):
-        return f"{entry:.3g}"
-    if isinstance(entry, Mapping):
-        return ", ".join(f"{key} {_plain(one)}" for key, one in entry.items())
-    if isinstance(entry, (list, tuple)):
-        return ", ".join(_plain(one) for one in entry)
-    return str(entry)
