@@ -33,7 +33,11 @@ def check_turning(motion: Motion, file: str, findings: Findings) -> None:
     if not against:
         _check_heading(motion, mirrored=False, file=file, findings=findings)
         return
-    if "path_turn" in against or (against == ["turn"] and len(signs) == 2 and "path_turn" in signs):
+    if {"path_turn", "turn"} <= set(against) and _tell_downwards(motion, file, findings):
+        against = [name for name in against if name not in ("path_turn", "turn")]
+    elif "turn" in against and signs.get("path_turn", 0) > 0 and len(signs) > 2:
+        against = [name for name in against if name != "turn" or not _tell_compass(motion, file, findings)]
+    elif "path_turn" in against or (against == ["turn"] and len(signs) == 2 and "path_turn" in signs):
         _check_heading(motion, mirrored=True, file=file, findings=findings)
         against = [name for name in against if name != "path_turn" and len(signs) > 2]
     for name in against:
@@ -44,6 +48,46 @@ def check_turning(motion: Motion, file: str, findings: Findings) -> None:
             "yaw" if n == "turn" else "x, y" if n == "path_turn" else n for n, s in signs.items() if s > 0
         )
         tell_sign(column, others, file, findings)
+
+
+def _sum_of_headings(motion: Motion, sign: float) -> float:
+    """Mean of course + sign * yaw [rad]; NaN where it is not one angle."""
+    at = motion.moving & np.isfinite(motion.course) & np.isfinite(motion.heading)
+    if "v" in motion.of:
+        at &= motion.of["v"] > 0.3
+    if np.count_nonzero(at) < 50:
+        return math.nan
+    mean = complex(np.mean(np.exp(1j * (motion.course[at] + sign * motion.heading[at]))))
+    return math.atan2(mean.imag, mean.real) if abs(mean) >= 0.7 else math.nan
+
+
+def _tell_compass(motion: Motion, file: str, findings: Findings) -> bool:
+    """Yaw against all others, the path too: it counts clockwise, and course + yaw tells from where."""
+    off = _sum_of_headings(motion, 1.0)
+    if not math.isfinite(off) or abs(off) < 0.15:
+        return False
+    compass = abs(off - math.pi / 2) < 0.15
+    findings.add(
+        "log.sign_flipped", file, None, "column yaw",
+        "yaw is a compass heading: clockwise from north (y)" if compass else "yaw counts clockwise from elsewhere",
+        found=f"course + yaw = {off:.3f} rad", allowed="counter-clockwise from the x axis (ISO 8855)",
+        hint='frame = "ned" for yaw in a mapping' if compass else f"sign = -1, offset = {off:.3f} for yaw in a mapping",
+    )  # fmt: skip
+    return True
+
+
+def _tell_downwards(motion: Motion, file: str, findings: Findings) -> bool:
+    """Path and yaw agree with each other and with nothing in the car: the map has its z axis downwards."""
+    off = _sum_of_headings(motion, -1.0)
+    if not abs(off) < 0.15:
+        return False
+    findings.add(
+        "log.axes_swapped", file, None, "column x",
+        "x, y and yaw are of a map with z downwards (x north, y east, yaw from north to east)",
+        found="path and yaw turn against all that is measured in the car", allowed="x east, y north (ISO 8855)",
+        hint='exchange x and y, and say frame = "ned" for yaw in a mapping',
+    )  # fmt: skip
+    return True
 
 
 def _varies(values: FloatArray, name: str) -> bool:
@@ -78,16 +122,9 @@ def shape_of(a: FloatArray, b: FloatArray, step: float) -> float:
 
 def _check_heading(motion: Motion, *, mirrored: bool, file: str, findings: Findings) -> None:
     """Course of the path against yaw: the angle between them tells which axes were taken for which."""
-    at = motion.moving & np.isfinite(motion.course) & np.isfinite(motion.heading)
-    if "v" in motion.of:
-        at &= motion.of["v"] > 0.3
-    if np.count_nonzero(at) < 50:
+    off = _sum_of_headings(motion, 1.0 if mirrored else -1.0)
+    if not math.isfinite(off):
         return
-    angle = motion.course[at] + (motion.heading[at] if mirrored else -motion.heading[at])
-    mean = complex(np.mean(np.exp(1j * angle)))
-    if abs(mean) < 0.7:
-        return
-    off = math.atan2(mean.imag, mean.real)
     if not mirrored and abs(off) < 0.15:
         return
     if mirrored:
@@ -107,7 +144,9 @@ def _check_heading(motion: Motion, *, mirrored: bool, file: str, findings: Findi
             f"the path turns against yaw: {what}",
             found=f"course + yaw = {off:.2f} rad",
             allowed="course - yaw = 0",
-            hint="exchange or turn round the columns, or say the frame in a mapping",
+            hint='frame = "ned" for yaw in a mapping if it is a compass heading, else exchange x and y'
+            if right and off > 0
+            else "exchange or turn round the columns, or say the frame in a mapping",
         )
         return
     back = abs(off) > math.pi - 0.4
@@ -132,5 +171,6 @@ def tell_sign(name: str, others: str, file: str, findings: Findings) -> None:
         f"column {name}",
         f"the sign is against {others}",
         allowed="x forward, y left, counter-clockwise (ISO 8855)",
-        hint=f"turn it round: sign = -1 for {name} in a mapping",
+        hint=f"turn it round: sign = -1 for {name} in a mapping"
+        + (', or frame = "ned" if it is a compass heading' if name == "yaw" else ""),
     )

@@ -268,6 +268,27 @@ def test_repeated_stamps_are_told_and_the_rest_is_examined(sound: Columns) -> No
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("lacking", [(), ("ay",), ("yaw_rate", "ay", "steer")])
+def test_a_compass_heading_is_told_with_the_key_of_the_mapping(sound: Columns, lacking: tuple[str, ...]) -> None:
+    (finding,) = examine(log_of(without({**sound, "yaw": np.pi / 2 - sound["yaw"]}, *lacking)))
+    assert (finding.code, finding.element) == ("log.sign_flipped", "column yaw")
+    assert finding.hint == 'frame = "ned" for yaw in a mapping'
+
+
+def test_a_clockwise_yaw_from_elsewhere_is_told_with_its_offset(sound: Columns) -> None:
+    (finding,) = examine(log_of({**sound, "yaw": 2.5 - sound["yaw"]}))
+    stated = finding.found.split()[-2]
+    assert float(stated) == pytest.approx(2.5, abs=0.02)
+    assert finding.hint == f"sign = -1, offset = {stated} for yaw in a mapping"
+
+
+def test_a_map_with_z_downwards_is_told_as_one(sound: Columns) -> None:
+    ned = {**swapped(sound, "x", "y"), "yaw": np.pi / 2 - sound["yaw"]}
+    (finding,) = examine(log_of(ned))
+    assert (finding.code, finding.element) == ("log.axes_swapped", "column x")
+    assert 'exchange x and y, and say frame = "ned"' in finding.hint
+
+
 def test_a_receiver_ahead_of_the_axle_is_no_clock_offset(sound: Columns) -> None:
     ahead = {
         **sound, "x": sound["x"] + 1.5 * np.cos(sound["yaw"]), "y": sound["y"] + 1.5 * np.sin(sound["yaw"]),
