@@ -4,57 +4,111 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeGuard, cast
 
 if TYPE_CHECKING:
+    import pandas as pd
+
+    from openscenario.findings import Finding
     from pytest_dvp.log import Log
+    from pytest_dvp.reality_gap.black_box import Subject
     from pytest_dvp.reality_gap.compare import Comparable, Comparison
+    from vehicle.model.effect import Effect
 
 
 def assert_matches(
-    log: Log | str | Path,
-    model: Comparable | str | Path,
+    log: Log | pd.DataFrame | str | Path,
+    model: Comparable | pd.DataFrame | str | Path,
     *,
     rmse: Mapping[str, float] | None = None,
     mncc: Mapping[str, float] | None = None,
     lag: float | Mapping[str, float] | None = None,
     gain: float | Mapping[str, float] | None = None,
     channels: Collection[str] | None = None,
-    mapping: Path | None = None,
+    effects: Sequence[str | Path] = (),
+    map: str | Path | None = None,
     msg_dirs: Sequence[Path] = (),
 ) -> Comparison:
     """Assert that a model answers a measured log's commands as the car did.
 
-    log, model  as for `dvp compare`: files (the log may be cut, "drive.csv@0:285"), or a Log, a VehicleModel, a black
-                box, a second Log
+    log, model  as for `dvp compare`: files (the log may be cut, "drive.csv@0:285"), or a Log, a pandas DataFrame with
+                a column t [s] (a bare column name means SI, "v [km/h]" is converted), a VehicleModel, a black box,
+                a second Log or DataFrame
     rmse        largest RMSE by signal [the signal's unit], on segments of about 5 s with the start taken out
     mncc        least maximum normalised cross-correlation by signal; blind to gain and delay, so bound these too
     lag, gain   largest |lag| [s] and |gain - 1|, by signal, or one number for every signal that tells them
-    mapping, msg_dirs  how a foreign log is to be read (`--map`, `--msg`); for `log` alone
+    effects     Python files with effects of your own that the model file uses (`--effects`); they are run
+    map, msg_dirs  how a foreign log is to be read (`--map`, `--msg`); for `log` alone
 
     Returns the comparison. Raises AssertionError that says how far apart and where, and ValueError if no bound is
     given; CompareError, LogError or ModelError if the files cannot be compared. A log file that `dvp doctor` finds
-    errors in is refused with LogError; its warnings are printed on stderr.
+    errors in is refused with LogError, a DataFrame alike; its warnings are printed on stderr.
     """
     __tracebackhide__ = True
     bounds = {"rmse": rmse, "mncc": mncc, "lag": lag, "gain": gain}
     if all(not isinstance(bound, float | int) and not bound for bound in bounds.values()):
         raise ValueError("assert_matches: no bound is given; pass rmse, mncc, lag or gain")
-    from pytest_dvp.doctor import read_sound, tell
-    from pytest_dvp.reality_gap.black_box import LogSubject, load_subject
+    from pytest_dvp.doctor import tell
+    from pytest_dvp.reality_gap.black_box import LogSubject
     from pytest_dvp.reality_gap.bounds import judge_bounds
     from pytest_dvp.reality_gap.compare import compare
     from pytest_dvp.reality_gap.words import failure
 
-    if isinstance(log, str | Path):
-        measured, findings = read_sound(log, mapping=mapping, msg_dirs=msg_dirs)
-        tell(findings)
-    else:
-        measured = log
-    subject = load_subject(str(model)) if isinstance(model, str | Path) else model
+    measured, findings = _measured(log, None if map is None else Path(map), msg_dirs)
+    tell(findings)
+    subject = _subject(model, effects)
     tell(subject.findings if isinstance(subject, LogSubject) else ())
     comparison = compare(measured, subject, channels=channels)
     judged = judge_bounds(comparison, bounds)
     if any(not one.holds for one in judged):
         raise AssertionError(failure(comparison, judged))
     return comparison
+
+
+def _measured(
+    log: Log | pd.DataFrame | str | Path, mapping: Path | None, msg_dirs: Sequence[Path]
+) -> tuple[Log, tuple[Finding, ...]]:
+    """The log that is meant, with the doctor's warnings if it was read here."""
+    from pytest_dvp.doctor import check_sound, read_sound
+    from pytest_dvp.log import Log
+    from pytest_dvp.logs.frame import frame_log
+
+    if isinstance(log, str | Path):
+        return read_sound(log, mapping=mapping, msg_dirs=msg_dirs)
+    if isinstance(log, Log):
+        return log, ()
+    if _is_frame(log):
+        found = frame_log(log)
+        return found, check_sound(found, file="DataFrame")
+    raise TypeError(f"assert_matches: log is a {type(log).__name__}; allowed: a file's name, a Log, a pandas DataFrame")
+
+
+def _subject(model: Comparable | pd.DataFrame | str | Path, effects: Sequence[str | Path]) -> Subject:
+    from pytest_dvp.logs.frame import frame_log
+    from pytest_dvp.reality_gap.black_box import load_subject
+    from pytest_dvp.reality_gap.compare import as_subject
+
+    if isinstance(model, str | Path):
+        return load_subject(str(model), _own(effects))
+    if _is_frame(model):
+        return as_subject(frame_log(model, "DataFrame of the model"))
+    found = as_subject(cast("Comparable", model))
+    if not hasattr(found, "output"):
+        kind = type(model).__name__
+        raise TypeError(
+            f"assert_matches: model is a {kind}; allowed: a file's name, a VehicleModel, a black box, a log"
+        )
+    return found
+
+
+def _is_frame(thing: object) -> TypeGuard[pd.DataFrame]:
+    """Told by what it has, as pandas need not be imported for everybody."""
+    return hasattr(thing, "iloc") and hasattr(thing, "columns")
+
+
+def _own(files: Sequence[str | Path]) -> dict[str, Effect]:
+    if not files:
+        return {}
+    from vehicle.model.catalogue import effects_of_files
+
+    return effects_of_files(Path(file) for file in ([files] if isinstance(files, str | Path) else files))

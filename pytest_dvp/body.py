@@ -4,26 +4,31 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from openscenario.model.entities import ScenarioObject, Vehicle
 from scenarios import path as shipped
+from vehicle.model.catalogue import effects_of_files
 from vehicle.model.model import VehicleModel
 from vehicle.model.model_file import read_model
 
 SAME_CAR = 0.03  # relative difference of wheelbase and mass up to which the model is taken as one of this car
 
 
-def fitted_model(path: Path | None, ego: ScenarioObject) -> tuple[VehicleModel, dict[str, Any]]:
+def fitted_model(
+    path: Path | None, ego: ScenarioObject, effects: Sequence[Path] = ()
+) -> tuple[VehicleModel, dict[str, Any]]:
     """Model for the ego's body, and what the log says about it.
 
-    path: the model file, None for the TABBY EVO that ships. The bounding box is always the scenario's. If
-    the scenario's car differs from the model's by more than SAME_CAR in wheelbase or mass, the dynamics are scaled to
-    its wheelbase, mass, axles and performance: a car of the same build and another size, not that car.
+    path: the model file, None for the TABBY EVO that ships; effects: files of effects of the user's own. The bounding
+    box is always the scenario's. If the scenario's car differs from the model's by more than SAME_CAR in wheelbase or
+    mass, the dynamics are scaled to its wheelbase, mass, axles and performance: a car of the same build and another
+    size, not that car.
     """
     file = path if path is not None else shipped("models/tabby_evo.toml")
-    model = read_model(file)
+    model = read_model(file, extra=effects_of_files(effects))
     vehicle = ego.entity
     assert isinstance(vehicle, Vehicle)
     box, car = vehicle.bounding_box, model.car
@@ -37,6 +42,8 @@ def fitted_model(path: Path | None, ego: ScenarioObject) -> tuple[VehicleModel, 
     mass = vehicle.mass or _guessed_mass(model, body)
     digest = hashlib.sha256(file.read_bytes()).hexdigest()
     about: dict[str, Any] = {"name": model.name or file.stem, "file": file.name, "sha256": digest, "scaled": False}
+    if effects:
+        about["effects"] = {part.name: hashlib.sha256(part.read_bytes()).hexdigest() for part in effects}
     if abs(wheelbase / car.wheelbase - 1) <= SAME_CAR and abs(mass / car.mass - 1) <= SAME_CAR:
         return model.with_car(body), about
     about.update(scaled=True, wheelbase=wheelbase, mass=mass, to=vehicle.name)

@@ -101,6 +101,7 @@ def _request(variant: Variant, options: Mapping[str, Any]) -> Request:
         gates=None if gates is None else Path(gates),
         library=tuple(options.get("library") or ()),
         rootdir=options.get("rootdir"),
+        effects=tuple(options.get("effects") or ()),
         ego=options.get("ego"),
         ads=find_ads(options.get("ads"), [rootdir] if (rootdir := options.get("rootdir")) is not None else []),
     )

@@ -47,7 +47,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
             if setting.kind in LISTS:
                 attributes["action"] = "append"
         group.addoption(f"--dvp-{setting.name}", **attributes)
-        kind = {"paths": "paths", "assignments": "args"}.get(setting.kind, "string")
+        kind = {"paths": "paths", "files": "paths", "assignments": "args"}.get(setting.kind, "string")
         parser.addini(setting.ini, setting.help, type=kind, default=None)  # type: ignore[arg-type]
 
 

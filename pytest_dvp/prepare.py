@@ -54,6 +54,7 @@ class Request:
     rootdir: Path | None
     ego: str | None
     ads: Ads | None = None  # None: the reference stack
+    effects: tuple[Path, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -223,7 +224,7 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
     from vehicle.sensors import default_sensors
     from vehicle.twin import Twin
 
-    model, about = fitted_model(request.model, ego)
+    model, about = fitted_model(request.model, ego, request.effects)
     model, sensors = apply_s(model, default_sensors(car=model.car), request.S)
     twin = Twin(model, sensors, request.seed)
     d = twin.description

@@ -93,6 +93,7 @@ def run(
     P: Mapping[str, str | float] | None = None,
     S: Mapping[str, str | float] | None = None,
     model: str | Path | None = None,
+    effects: Sequence[str | Path] = (),
     gates: str | Path | None = None,
     library: Sequence[Path] = (),
     rootdir: Path | None = None,
@@ -107,6 +108,7 @@ def run(
 
     parameters       declared parameters of the scenario; P of the ADS, S of the simulator, by name
     model            vehicle model file; default the TABBY EVO that ships
+    effects          Python files with effects of your own that the model file uses; they are run
     gates            gate file; default NAME.gates.toml beside the scenario, else the default gates
     duration         longest simulated time [s], > 0; default 60, or 300 if there is a goal to reach
     wall_limit       longest wall time [s]; a run that it ends is an ERROR
@@ -133,6 +135,7 @@ def run(
         gates=None if gates is None else Path(gates),
         library=tuple(library),
         rootdir=rootdir,
+        effects=tuple(Path(file) for file in effects),
         ego=ego,
         ads=find_ads(ads, [rootdir] if rootdir is not None else []),
     )
@@ -229,6 +232,7 @@ def replay_command(request: Any, duration: float | None) -> str:
         words += ["--set", f"{name}={value}"]
     for option, path in (("--model", request.model), ("--gates", request.gates)):
         words += [option, shown(path)] if path is not None else []
+    words += [word for file in request.effects for word in ("--effects", shown(file))]
     words += [word for folder in request.library for word in ("--library", shown(folder))]
     words += ["--ego", request.ego] if request.ego is not None else []
     words += ["--duration", f"{duration:g}"] if duration is not None else []

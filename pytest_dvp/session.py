@@ -49,6 +49,7 @@ class Session:
         defaults: dict[str, Any] = {
             "seed": settings.seed,
             "model": settings.model,
+            "effects": settings.effects,
             "gates": settings.gates,
             "library": settings.library,
             "rootdir": settings.rootdir,

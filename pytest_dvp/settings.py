@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-Kind = Literal["int", "float", "str", "path", "file", "flag", "ads", "assignments", "paths"]
+Kind = Literal["int", "float", "str", "path", "file", "flag", "ads", "assignments", "paths", "files"]
 
-LISTS: tuple[Kind, ...] = ("assignments", "paths")
+LISTS: tuple[Kind, ...] = ("assignments", "paths", "files")
 STAGES: tuple[str, ...] = ("dt", "pe", "rw")
 REFERENCE = "reference"  # the driving stack that ships
 
@@ -64,6 +64,7 @@ SETTINGS: tuple[Setting, ...] = (
         "ads", "ads", REFERENCE, "driving stack: entry point of pytest_dvp.ads, module:Class or file.py:Class", "NAME"
     ),
     Setting("model", "file", None, "vehicle model (TOML); default: the TABBY EVO", "FILE"),
+    Setting("effects", "files", (), "effects of your own that the model uses; the file is run", "FILE.py"),
     Setting("gates", "file", None, "gate file; default: NAME.gates.toml beside the scenario", "FILE"),
     Setting("library", "paths", (), "folder that scenarios may refer to, besides their own and the rootdir", "DIR"),
     Setting("ego", "str", None, "entity that the ADS drives; default: Ego", "NAME"),
@@ -108,6 +109,7 @@ class Settings:
     seed: int = 7
     ads: str = REFERENCE
     model: Path | None = None
+    effects: tuple[Path, ...] = ()
     gates: Path | None = None
     library: tuple[Path, ...] = ()
     ego: str | None = None
@@ -174,6 +176,8 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
         return parse_assignments([str(word) for word in words], origin)
     if setting.kind == "paths":
         return tuple(_folder(base / str(word), origin) for word in raw)  # type: ignore[attr-defined]
+    if setting.kind == "files":
+        return tuple(_file(base / str(word), origin) for word in raw)  # type: ignore[attr-defined]
     text = str(raw).strip()
     if setting.kind == "flag":
         return raw if isinstance(raw, bool) else _flag(text, origin)
@@ -213,7 +217,7 @@ def environment_lookup(environ: Mapping[str, str] = os.environ) -> Callable[[Set
         text = environ.get(setting.environment)
         if not text:
             return None
-        if setting.kind == "paths":
+        if setting.kind in ("paths", "files"):
             return [part for part in text.split(os.pathsep) if part]
         return text.split() if setting.kind == "assignments" else text
 

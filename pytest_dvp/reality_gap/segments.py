@@ -88,13 +88,15 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         best = int(low) + int(np.argmin(np.abs(rate[low:high]))) if high > low else int(low)
         if cuts[-1] + 4 < best < n - 4:
             cuts.append(best)
-    lost = np.zeros(n, dtype=np.bool_)
+    lost: BoolArray = np.zeros(n, dtype=np.bool_)
+    every: BoolArray = np.ones(n, dtype=np.bool_)
     awake: set[int] = set()
-    for rows in (np.ones(n, dtype=np.bool_), *known):
+    for rows in [every, *known]:
         resumes, missing = _gaps(t, rows)
         lost |= missing
         awake |= set(resumes)
-    resumed = awake | set(_gaps(t, np.isfinite(measured).any(axis=1))[0])
+    seen: BoolArray = np.asarray(np.isfinite(measured).any(axis=1))
+    resumed = awake | set(_gaps(t, seen)[0])
     starts = np.union1d(np.array(cuts, dtype=np.int64), np.array(sorted(resumed), dtype=np.int64))
     ends = np.append(starts[1:], n).astype(np.int64)
     for first, end in zip(starts, ends, strict=True):

@@ -58,6 +58,7 @@ def test_assignments_add_up(told: pytest.Pytester) -> None:
         (("--dvp-duration=nan",), "*--dvp-duration is nan, expected a number >= 0.05*"),
         (("--dvp-set=nothing",), "*--dvp-set 'nothing': expected NAME=VALUE*"),
         (("--dvp-library=nowhere",), "*--dvp-library: no folder*nowhere*"),
+        (("--dvp-effects=nowhere.py",), "*--dvp-effects: no file*nowhere.py*"),
         (("--dvp-model=nowhere.toml",), "*--dvp-model: no file*nowhere.toml*"),
         (("--dvp-set=P.LQR_q1=30",), "*unknown ADS parameter 'LQR_q1'*LQR_q11*"),
         (("--dvp-set=P.LQR_q11=-1",), "*LQR_q11*outside its range*"),

@@ -78,6 +78,20 @@ def effects_of_file(path: Path) -> Mapping[str, Effect]:
     return MappingProxyType(found)
 
 
+def effects_of_files(paths: Iterable[Path]) -> dict[str, Effect]:
+    """The effects of several files of the user's own, by name.
+
+    Raises ModelError (one line naming the file) if a file is missing, fails, holds none, or takes a name that is taken.
+    """
+    found: dict[str, Effect] = {}
+    for path in paths:
+        for name, effect in effects_of_file(path).items():
+            if name in found or name in catalogue():
+                raise ModelError("there is an effect of this name already", file=str(path), key=name)
+            found[name] = effect
+    return found
+
+
 def find_effect(name: str, extra: Mapping[str, Effect] | None = None) -> Effect:
     """The effect called `name`. Raises ModelError with the nearest name."""
     known = {**catalogue(), **(extra or {})}
