@@ -133,7 +133,7 @@ class Wrapped:
         """
         active = self.active(values, ("sensor",))
         if not active:
-            return motion
+            return motion.copy()
         shown = np.ascontiguousarray(motion, dtype=np.float64).copy()
         at = np.zeros(0, dtype=np.int64) if starts is None else np.ascontiguousarray(starts, dtype=np.int64)
         old = np.zeros((len(at), 3)) if before is None else np.ascontiguousarray(before, dtype=np.float64)

@@ -11,7 +11,7 @@ import pytest
 from gap_logs import WHEELBASE, drive
 
 from pytest_dvp.log import Log
-from pytest_dvp.reality_gap.black_box import LogSubject, ModelSubject, Subject, Values
+from pytest_dvp.reality_gap.black_box import Boxed, LogSubject, ModelSubject, Subject, Values
 from pytest_dvp.reality_gap.compare import noise_floor
 from pytest_dvp.reality_gap.segments import CHANNELS, cut, measured_array, residuals
 from pytest_dvp.reality_gap.step_function import StepSubject
@@ -126,13 +126,10 @@ def test_second_log_takes_sensor_effects() -> None:
 def test_which_effects_can_be_judged_around_a_function_is_said() -> None:
     box, log = StepSubject(bicycle), drive(20.0)
     can = {name for name, effect in catalogue().items() if not box.why_not(effect, log, EVERYTHING)}
-    assert can == {
-        "brake_gain", "brake_lag", "brake_limit", "drive_delay", "drive_gain", "drive_lag", "jerk_limit", "mass",
-        "pedal_deadband", "steer_angle_limit", "steer_asymmetry", "steer_backlash", "steer_delay", "steer_lag",
-        "steer_offset", "steer_rate_limit", "steer_ratio", "steer_stiction",
-        "accelerometer_bias", "gnss_latency", "gnss_lever_arm", "gyro_bias", "heading_bias", "imu_misalignment",
-        "pitch", "roll", "wheel_radius", "yaw_rate_latency",
-    }  # fmt: skip
+    assert {catalogue()[name].slot for name in can} == {"command", "actuator", "sensor"}
+    outside = {name for name, effect in catalogue().items() if effect.slot in ("command", "actuator", "sensor")}
+    # controllers see the car's own speed, a released pedal brakes with a force, a swaying body feels true forces
+    assert outside - can <= {"accel_controller", "speed_controller", "lift_off_braking", "body_roll", "body_pitch"}
 
 
 @pytest.mark.parametrize(
@@ -161,6 +158,31 @@ def test_second_log_and_our_own_model_say_what_they_cannot() -> None:
     assert other.why_not(find_effect("steer_lag"), log, EVERYTHING) == "acts on commands, and a log is not driven again"
     assert other.why_not(find_effect("gyro_bias"), log, EVERYTHING) == ""
     assert ModelSubject(baseline()).why_not(find_effect("aero_drag"), log, EVERYTHING) == ""
+
+
+def test_boxed_model_runs_as_a_replay_does() -> None:
+    log = drive(20.0)
+    segments = cut(log.t, measured_array(log.columns))
+    box, values = StepSubject(bicycle), {("steer_lag", "tau"): 0.3, ("gyro_bias", "b"): 0.01}
+    boxed = Boxed(box, log).run(values, starts=segments.starts, states=segments.states)
+    assert np.array_equal(boxed, box.output(log, segments, values), equal_nan=True)
+
+
+def test_other_sensors_need_no_other_drive() -> None:
+    calls = 0
+
+    def counted(state: dict[str, float], inputs: Mapping[str, float], dt: float) -> Mapping[str, float]:
+        nonlocal calls
+        calls += 1
+        return bicycle(state, inputs, dt)
+
+    log, box = drive(20.0), StepSubject(counted)
+    segments = cut(log.t, measured_array(log.columns))
+    plain = box.output(log, segments)
+    before = calls
+    biased = box.output(log, segments, {("gyro_bias", "b"): 0.01})
+    assert calls == before
+    assert biased[:, 4] == pytest.approx(plain[:, 4] + 0.01)
 
 
 def test_force_around_a_function_is_refused() -> None:
