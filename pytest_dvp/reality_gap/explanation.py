@@ -1,5 +1,5 @@
-"""What a failing `assert_matches` or `model` gate adds to its text: the effect that most likely explains it, its rivals,
-and the command that adds it. Seconds of work, so only where a test has failed; and never a failure of its own.
+"""What a failing `assert_matches` or `model` gate adds to its text: the effect that most likely explains it, its
+rivals, and the command that adds it. Seconds of work, so only where a test has failed; and never a failure of its own.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def _answer(question: _Question) -> Diagnosis:
 
 
 def gate_explanation(log: Log, verdicts: Sequence[Mapping[str, Any]], log_name: str) -> list[str]:
-    """The same for the verdicts of a run's gates: each model file that a failed gate of the kind `model` names, once."""
+    """The same for the verdicts of a run's gates: each model file that a failed gate names, once."""
     try:
         models = _models(verdicts)
     except Exception as error:

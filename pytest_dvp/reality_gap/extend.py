@@ -4,29 +4,29 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from math import isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pytest_dvp.log import Log
+from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import Candidate, candidates
 from pytest_dvp.reality_gap.diagnose import _MAP_TIES, CHANNEL_MISFIT, MISFIT, _input_map
-from pytest_dvp.reality_gap.diagnosis import Estimate, NamedEffect, Step
+from pytest_dvp.reality_gap.diagnosis import Estimate, Step
 from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
 from pytest_dvp.reality_gap.extension import Extension, Rung
-from pytest_dvp.reality_gap.fit import Coordinate, intervals
+from pytest_dvp.reality_gap.fit import Coordinate
 from pytest_dvp.reality_gap.held_out import Fold, folds
-from pytest_dvp.reality_gap.search import PRACTICAL, Search, Trial
+from pytest_dvp.reality_gap.judgement import estimates, judge_addition, judge_removal, rounded, worse_together
+from pytest_dvp.reality_gap.search import Search, Trial
 from vehicle.model.errors import ModelError, nearest_name
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
 
-ROUNDING = 1e-3  # of max(1, chi^2/N): held-out data that change by less say nothing
-DIGITS = 6  # significant, of a value in a model file
 _BEGINNINGS = 3  # points of an effect's range from which a fit of it starts
 
 Tick = Callable[[str], None]
@@ -62,23 +62,24 @@ def extend(
     chosen = _chosen(model, add, effects, target)
     lost = [_present(model, name) for name in remove]
     kept = _kept(model, {*add, *remove}) if refit else []
-    search, plain = _searches(target, model, [*kept, *chosen], lost)
+    search = _search(target, model, [*kept, *chosen], lost)
     begin = {**search.start, **_values(model), **dict(start or {})}
     tick("fitting")
     final = _fitted(search, begin, [c.name for c in kept], chosen)
-    given = plain.trial((), {})
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
-    ladder = tuple(_ladder(search, given, final, len(kept), lost, judges))
-    done = [_judged_addition(search, final, c, judges, model) for c in chosen]
-    done += [_judged_removal(search, final, name, model, judges) for name in lost]
+    ladder = tuple(_ladder(search, final, len(kept), lost, judges, {a.name for a in model.effects}))
+    done = [judge_addition(search, final, c, judges, model) for c in chosen]
+    done += [judge_removal(search, final, name, model, judges) for name in lost]
     steps = [rung.step for rung in ladder]
     shares = _shares(steps)
     named = tuple(dataclasses.replace(d.effect, gain=shares.get(d.effect.name, 0.0)) for d in done)
-    sure = _estimates(final, search)
+    sure = estimates(final, search)
     channels = target.by_channel(final.values)
     explained = steps[-1].chi2_per_n <= MISFIT and all(left <= CHANNEL_MISFIT for left in channels.values())
-    wrong = [d.wrong for d in done if d.wrong] + _worse(steps, bool(kept))
+    wrong = [d.wrong for d in done if d.wrong]
+    if not wrong and (kept or held_out):  # logs that are predicted from the others may show nothing of an effect
+        wrong = worse_together(steps)
     return Extension(
         model=_extended(model, final, sure, remove, [c.effect for c in chosen], tuple(fitted_on)),
         effects=named,
@@ -96,7 +97,7 @@ def _chosen(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect], 
     from vehicle.model.catalogue import find_effect
     from vehicle.model.model import check_base
 
-    found = []
+    found: list[Candidate] = []
     for name in dict.fromkeys(add):
         effect = find_effect(name, {e.name: e for e in effects})
         check_base(effect, model.base)
@@ -105,7 +106,7 @@ def _chosen(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect], 
             why = "it acts on detected objects" if effect.slot == "perception" else (
                 f"its inputs are {' + '.join(model.inputs.longitudinal)} and {model.inputs.steer}"
             )  # fmt: skip
-            raise ModelError(f"effect cannot be fitted to this model: {why}", key="effect", found=name)
+            raise ModelError(f"cannot be fitted to this model: {why}", key=name)
         found += suited
     return found
 
@@ -120,23 +121,25 @@ def _present(model: VehicleModel, name: str) -> str:
 
 def _kept(model: VehicleModel, named: set[str]) -> list[Candidate]:
     """The model's other effects, to be fitted again: their parameters that are switched on."""
-    found = []
+    found: list[Candidate] = []
     for applied in model.effects:
         on = [k for k in applied.effect.parameters if isfinite(applied.values[k.name])]
-        if applied.name not in named and applied.effect.slot != "perception" and on:
-            found.append(Candidate(applied.effect, tuple(Coordinate(applied.name, k) for k in on), ()))
+        if applied.name not in named and on:
+            found += [
+                dataclasses.replace(c, coordinates=tuple(Coordinate(applied.name, k) for k in on))
+                for c in candidates(model, [applied.effect])
+            ]
     return found
 
 
-def _searches(target: Campaign, model: VehicleModel, tried: Sequence[Candidate],
-              lost: Sequence[str]) -> tuple[Search, Search]:  # fmt: skip
-    """What fits the new model, and what leaves the model as it was given. Scales of the input map that nobody knows
-    are fitted along, as `diagnose` does, but for those that an effect repeats."""
+def _search(target: Campaign, model: VehicleModel, tried: Sequence[Candidate], lost: Sequence[str]) -> Search:
+    """What fits the new model. Scales of the input map that nobody knows are fitted along, as `diagnose` does, but for
+    those that an effect repeats."""
     names = {c.name for c in tried}
     nuisance, start = _input_map(model)
     free = [c for c in nuisance if not names & set(_MAP_TIES.get(c.key.name, ()))]
     off = {(a.name, key.name): key.neutral for a in model.effects if a.name in lost for key in a.effect.parameters}
-    return Search(target, tried, nuisance=free, start=start, fixed=off), Search(target, ())
+    return Search(target, tried, nuisance=free, start=start, fixed=off)
 
 
 def _values(model: VehicleModel) -> dict[tuple[str, str], float]:
@@ -156,7 +159,7 @@ def _fitted(search: Search, begin: Values, kept: Sequence[str], chosen: Sequence
         if len(known) == len(candidate.coordinates):
             car = {name: value for name, value in begin.items() if name[0] == "parameters"}
             points.insert(0, {**known, **car})
-        left = [float(np.sum(search.target.whitened(now.values | point) ** 2)) for point in points]
+        left = [square(search.target.whitened(now.values | point)) for point in points]
         best = [points[k] for k in np.argsort(left, kind="stable")[:_BEGINNINGS]]
         trials = [search.trial((*now.names, candidate.name), now.values | point) for point in best]
         now = min(trials, key=lambda t: t.chi2)
@@ -164,12 +167,11 @@ def _fitted(search: Search, begin: Values, kept: Sequence[str], chosen: Sequence
     return search.trial(now.names, now.values, zoom=True)
 
 
-def _ladder(search: Search, given: Trial, final: Trial, kept: int, lost: Sequence[str],
-            judges: Sequence[Fold]) -> Iterator[Rung]:  # fmt: skip
+def _ladder(search: Search, final: Trial, kept: int, lost: Sequence[str], judges: Sequence[Fold],
+            present: Collection[str]) -> Iterator[Rung]:  # fmt: skip
     """From the model as given to the final one: what is removed, what is fitted again, then effect after effect."""
     plain = Search(search.target, ())
-    given = plain.trial((), {})  # once more: the segments begin elsewhere after the fit
-    yield Rung("", step(plain, given, judges))
+    yield Rung("", step(plain, plain.trial((), {}), judges))
     off: dict[tuple[str, str], float] = {}
     for name in lost:
         off |= {key: value for key, value in search.fixed.items() if key[0] == name}
@@ -180,7 +182,7 @@ def _ladder(search: Search, given: Trial, final: Trial, kept: int, lost: Sequenc
     for count in range(kept + 1, len(final.names) + 1):
         names = final.names[:count]
         trial = final if count == len(final.names) else search.trial(names, final.values)
-        yield Rung(f"+ {names[-1]}", step(search, trial, judges, names[-1]))
+        yield Rung(f"{'~' if names[-1] in present else '+'} {names[-1]}", step(search, trial, judges, names[-1]))
 
 
 def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str = "") -> Step:
@@ -205,94 +207,6 @@ def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str = "") 
     )
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class _Done:
-    """An effect, why it must not stay as it is (empty if it may), and what is to be known."""
-
-    effect: NamedEffect
-    wrong: str = ""
-    note: str = ""
-
-
-def _judged_addition(search: Search, final: Trial, candidate: Candidate, judges: Sequence[Fold],
-                     model: VehicleModel) -> _Done:  # fmt: skip
-    name = candidate.name
-    rest = [n for n in final.names if n != name]
-    less = search.trial(rest, final.values)
-    sure = _estimates(final, search)
-    mine = {key: value for (effect, key), value in sure.items() if effect == name}
-    changed = any(a.name == name for a in model.effects)
-    effect = NamedEffect(name=name, parameters=mine, action="change" if changed else "add")
-    gain = (less.chi2 - final.chi2) / search.count
-    if gain < PRACTICAL * max(1.0, final.chi2 / search.count):
-        beside = f" beside {', '.join(rest)}" if rest else ""
-        return _Done(effect, wrong=(
-            f"{name} explains nothing{beside}: chi^2/N {less.chi2 / search.count:.3g} without it, "
-            f"{final.chi2 / search.count:.3g} with it; leave it out, or drive what would show it: "
-            f"{candidate.effect.reveals}"
-        ))  # fmt: skip
-    before = after = 0.0
-    samples = 0
-    for fold in judges:
-        full = search.trial(final.names, final.values, target=fold.fitted) if fold.fitted else final
-        part = search.trial(rest, final.values, target=fold.fitted)
-        if fold.fitted and not search.pays(part, full, count=fold.fitted.count):
-            continue  # what its own data do not show cannot be fitted, and so not judged
-        before += _left(fold, part)
-        after += _left(fold, full)
-        samples += fold.judge.count
-    if not samples:
-        return _Done(effect, note=f"{name} is not judged on held-out data: none show it; name a log with --held-out")
-    before, after = before / samples, after / samples
-    effect = dataclasses.replace(effect, held_out_gain=before - after)
-    if after - before > ROUNDING * max(1.0, before):
-        return _Done(effect, wrong=(
-            f"{name} loses on held-out data, chi^2/N {before:.3g} -> {after:.3g} ({_percent(before, after)}), though "
-            f"it gains where it is fitted ({_percent(less.chi2, final.chi2)}): leave it out, or fit it on more logs"
-        ))  # fmt: skip
-    if before - after < ROUNDING * max(1.0, before):
-        return _Done(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")
-    return _Done(effect)
-
-
-def _judged_removal(search: Search, final: Trial, name: str, model: VehicleModel, judges: Sequence[Fold]) -> _Done:
-    applied = next(a for a in model.effects if a.name == name)
-    off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in applied.effect.parameters}
-    effect = NamedEffect(name=name, parameters=off, action="remove")
-    back = {(name, key): value for key, value in applied.values.items()}
-    pairs = [(search.target, search.count)] if not judges else [(fold.judge, fold.judge.count) for fold in judges]
-    samples = max(sum(count for _, count in pairs), 1)
-    with_it = sum(float(np.sum(data.whitened(final.values | back) ** 2)) for data, _ in pairs) / samples
-    without = sum(float(np.sum(data.whitened(final.values) ** 2)) for data, _ in pairs) / samples
-    effect = dataclasses.replace(effect, held_out_gain=with_it - without if judges else None)
-    if without - with_it > PRACTICAL * max(1.0, with_it):
-        held = "held-out " if judges else ""
-        return _Done(effect, wrong=(
-            f"without {name} the error on {held}data grows, chi^2/N {with_it:.3g} -> {without:.3g} "
-            f"({_percent(with_it, without)}): keep it"
-        ))  # fmt: skip
-    return _Done(effect)
-
-
-def _worse(steps: Sequence[Step], refitted: bool) -> list[str]:
-    """Whether all together, fitted again, loses on the data held out."""
-    before, after = steps[0].held_out_chi2_per_n, steps[-1].held_out_chi2_per_n
-    if not refitted or before is None or after is None or after - before <= ROUNDING * max(1.0, before):
-        return []
-    return [
-        f"fitted again, the model loses on held-out data, chi^2/N {before:.3g} -> {after:.3g} "
-        f"({_percent(before, after)}): fit on more logs, or without --refit"
-    ]
-
-
-def _left(fold: Fold, trial: Trial) -> float:
-    return float(np.sum(fold.judge.whitened(trial.values) ** 2))
-
-
-def _percent(before: float, after: float) -> str:
-    return f"{100.0 * (after / before - 1.0):+.2g} %" if before > 0.0 else "from nothing"
-
-
 def _shares(steps: Sequence[Step]) -> dict[str, float]:
     """Share of the excess error (chi^2/N above 1) that each step took away, 0..1."""
     excess = max(steps[0].chi2_per_n - 1.0, 1e-9)
@@ -309,22 +223,6 @@ def _edges(final: Trial) -> Iterator[str]:
             yield f"{value} stands where the search ends: no estimate; something else may be missing"
 
 
-def _estimates(final: Trial, search: Search) -> dict[tuple[str, str], Estimate]:
-    """Fitted values as they are written, with their 95 % intervals."""
-    sure = intervals(final.found, search.starts)
-    found = {}
-    for c in final.found.coordinates:
-        low, high = sure[c.name]
-        value = rounded(final.values[c.name])
-        found[c.name] = Estimate(value, min(rounded(low), value), max(rounded(high), value), c.key.unit)
-    return found
-
-
-def rounded(value: float) -> float:
-    """To DIGITS significant digits."""
-    return float(f"{value:.{DIGITS}g}")
-
-
 def _extended(
     model: VehicleModel, final: Trial, sure: Mapping[tuple[str, str], Estimate], remove: Sequence[str],
     added: Sequence[Effect], fitted_on: tuple[str, ...],
@@ -333,7 +231,7 @@ def _extended(
 
     for name in remove:
         model = model.without_effect(name)
-    scales = {key: value.value for (effect, key), value in sure.items() if effect == "inputs"}
+    scales: dict[str, Any] = {key: value.value for (effect, key), value in sure.items() if effect == "inputs"}
     car = {key: rounded(value) for (effect, key), value in final.values.items() if effect == "parameters"}
     model = dataclasses.replace(model, inputs=dataclasses.replace(model.inputs, **scales)).with_car(car)
     present = {a.name: a for a in model.effects}

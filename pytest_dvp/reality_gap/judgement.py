@@ -1,0 +1,132 @@
+"""Whether an effect may stay in a model: what it explains where it is fitted, and what it does to data held out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from pytest_dvp.reality_gap.algebra import square
+from pytest_dvp.reality_gap.candidates import Candidate
+from pytest_dvp.reality_gap.diagnosis import Estimate, NamedEffect, Step
+from pytest_dvp.reality_gap.fit import intervals
+from pytest_dvp.reality_gap.held_out import Fold
+from pytest_dvp.reality_gap.search import PRACTICAL, Search, Trial
+
+if TYPE_CHECKING:
+    from vehicle.model.model import VehicleModel
+
+ROUNDING = 1e-3  # of max(1, chi^2/N): held-out data that change by less say nothing
+DIGITS = 6  # significant, of a value in a model file
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Judged:
+    """An effect, why it must not stay as it is (empty if it may), and what is to be known."""
+
+    effect: NamedEffect
+    wrong: str = ""
+    note: str = ""
+
+
+def judge_addition(search: Search, final: Trial, candidate: Candidate, judges: Sequence[Fold],
+                   model: VehicleModel) -> Judged:  # fmt: skip
+    """An effect beside all the others: it must pay where it is fitted and must not lose where it is not."""
+    name = candidate.name
+    rest = [n for n in final.names if n != name]
+    less = search.trial(rest, final.values)
+    sure = estimates(final, search)
+    mine = {key: value for (effect, key), value in sure.items() if effect == name}
+    changed = any(a.name == name for a in model.effects)
+    effect = NamedEffect(name=name, parameters=mine, action="change" if changed else "add")
+    gain = (less.chi2 - final.chi2) / search.count
+    if gain < PRACTICAL * max(1.0, final.chi2 / search.count):
+        beside = f" beside {', '.join(rest)}" if rest else ""
+        return Judged(effect, wrong=(
+            f"{name} explains too little{beside} to be worth an effect: chi^2/N {less.chi2 / search.count:.3g} "
+            f"without it, {final.chi2 / search.count:.3g} with it; leave it out, or drive what would show it: "
+            f"{candidate.effect.reveals}"
+        ))  # fmt: skip
+    before = after = 0.0
+    samples = 0
+    for fold in judges:
+        full = search.trial(final.names, final.values, target=fold.fitted) if fold.fitted else final
+        part = search.trial(rest, final.values, target=fold.fitted)
+        if fold.fitted and not search.pays(part, full, count=fold.fitted.count):
+            continue  # what its own data do not show cannot be fitted, and so not judged
+        before += _left(fold, part)
+        after += _left(fold, full)
+        samples += fold.judge.count
+    if not samples:
+        return Judged(effect, note=(
+            f"{name} is not judged on held-out data: no part of the logs shows it without the rest; "
+            "name a log with --held-out"
+        ))  # fmt: skip
+    before, after = before / samples, after / samples
+    effect = dataclasses.replace(effect, held_out_gain=before - after)
+    if after - before > ROUNDING * max(1.0, before):
+        return Judged(effect, wrong=(
+            f"{name} loses on held-out data, chi^2/N {before:.3g} -> {after:.3g} ({_percent(before, after)}), though "
+            f"it gains where it is fitted ({_percent(less.chi2, final.chi2)}): leave it out, or fit it on more logs"
+        ))  # fmt: skip
+    if before - after < ROUNDING * max(1.0, before):
+        return Judged(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")
+    return Judged(effect)
+
+
+def judge_removal(search: Search, final: Trial, name: str, model: VehicleModel, judges: Sequence[Fold]) -> Judged:
+    """An effect that was taken out: nothing worth an effect may be missed."""
+    applied = next(a for a in model.effects if a.name == name)
+    off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in applied.effect.parameters}
+    effect = NamedEffect(name=name, parameters=off, action="remove")
+    back = {(name, key): value for key, value in applied.values.items()}
+    pairs = [(search.target, search.count)] if not judges else [(fold.judge, fold.judge.count) for fold in judges]
+    samples = max(sum(count for _, count in pairs), 1)
+    with_it = sum(square(data.whitened(final.values | back)) for data, _ in pairs) / samples
+    without = sum(square(data.whitened(final.values)) for data, _ in pairs) / samples
+    effect = dataclasses.replace(effect, held_out_gain=with_it - without if judges else None)
+    if without - with_it > PRACTICAL * max(1.0, with_it):
+        held = "held-out " if judges else ""
+        return Judged(effect, wrong=(
+            f"without {name} the error on {held}data grows, chi^2/N {with_it:.3g} -> {without:.3g} "
+            f"({_percent(with_it, without)}): keep it"
+        ))  # fmt: skip
+    return Judged(effect)
+
+
+def worse_together(steps: Sequence[Step]) -> list[str]:
+    """Why the new model as a whole loses on the data held out; empty if it does not."""
+    before, after = steps[0].held_out_chi2_per_n, steps[-1].held_out_chi2_per_n
+    if before is None or after is None or after - before <= ROUNDING * max(1.0, before):
+        return []
+    return [
+        f"the new model loses on held-out data, chi^2/N {before:.3g} -> {after:.3g} ({_percent(before, after)}): "
+        "fit on more logs, or fewer values"
+    ]
+
+
+def _left(fold: Fold, trial: Trial) -> float:
+    return square(fold.judge.whitened(trial.values))
+
+
+def _percent(before: float, after: float) -> str:
+    if before <= 0.0:
+        return "from nothing"
+    change = 100.0 * (after / before - 1.0)
+    return f"{change:+.0f} %" if abs(change) >= 10.0 else f"{change:+.2g} %"
+
+
+def estimates(final: Trial, search: Search) -> dict[tuple[str, str], Estimate]:
+    """Fitted values as they are written, with their 95 % intervals."""
+    sure = intervals(final.found, search.starts)
+    found = {}
+    for c in final.found.coordinates:
+        low, high = sure[c.name]
+        value = rounded(final.values[c.name])
+        found[c.name] = Estimate(value, min(rounded(low), value), max(rounded(high), value), c.key.unit)
+    return found
+
+
+def rounded(value: float) -> float:
+    """To DIGITS significant digits."""
+    return float(f"{value:.{DIGITS}g}")
