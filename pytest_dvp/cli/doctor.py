@@ -145,11 +145,13 @@ def _print(entry: dict[str, Any], findings: tuple[Finding, ...], shown: Excitati
     if shown is not None:
         print("  driven: " + ", ".join(f"{f.name} {f.value:.3g} {f.unit}".removesuffix(" -") for f in shown.facts))
         print("  could show: " + (", ".join(shown.within_reach) or "no effect"))
-        print("  could not show:")
-        reasons: dict[str, list[str]] = {}
-        for effect, reason in shown.out_of_reach.items():
-            reasons.setdefault(reason, []).append(effect)
-        for reason, effects in reasons.items():
-            print(f"    {', '.join(effects)}: {reason}")
+        for title, group in (("could show only if large", shown.hardly), ("could not show", shown.out_of_reach)):
+            reasons: dict[str, list[str]] = {}
+            for effect, reason in group.items():
+                reasons.setdefault(reason, []).append(effect)
+            if reasons:
+                print(f"  {title}:")
+            for reason, effects in reasons.items():
+                print(f"    {', '.join(effects)}: {reason}")
     errors = sum(finding.severity == "error" for finding in findings)
     print(f"{entry['log']}: {errors} errors, {len(findings) - errors} warnings", file=sys.stderr)

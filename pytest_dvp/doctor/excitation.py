@@ -27,10 +27,12 @@ class Fact:
 
 @dataclasses.dataclass(frozen=True)
 class Excitation:
-    """facts: what was driven. within_reach: effects that could show. out_of_reach: the others, with what is lacking."""
+    """facts: what was driven. within_reach: effects that could show. hardly: those that could only if they are large,
+    with what a usual one would need. out_of_reach: the others, with what is lacking."""
 
     facts: tuple[Fact, ...]
     within_reach: tuple[str, ...]
+    hardly: Mapping[str, str]
     out_of_reach: Mapping[str, str]
 
     def as_dict(self) -> dict[str, Any]:
@@ -38,17 +40,23 @@ class Excitation:
         return {
             "facts": {fact.name: {"value": round(fact.value, 4), "unit": fact.unit} for fact in self.facts},
             "within_reach": list(self.within_reach),
+            "hardly": dict(self.hardly),
             "out_of_reach": dict(self.out_of_reach),
         }
 
 
 @dataclasses.dataclass(frozen=True)
 class _Rule:
-    """Effects; columns that they need, each group by one of its names; and least drives (fact, at least, said as)."""
+    """Effects; columns that they need, each group by one of its names; and least drives (fact, at least, said as).
+
+    drives  without these nobody sees the effect, were it at the strong end of its usual range
+    usual   without these only a strong one shows: for one in the (geometric) middle of that range
+    """
 
     effects: tuple[str, ...]
     columns: tuple[tuple[str, ...], ...]
     drives: tuple[tuple[str, float, str], ...] = ()
+    usual: tuple[tuple[str, float, str], ...] = ()
 
 
 _DRIVE = ("accel_cmd", "throttle_cmd", "motor_current")
@@ -61,7 +69,7 @@ _TURN = ("yaw_rate", "yaw", "ay")
 _ACCELERATES = ("acceleration", 0.5, "accelerating by 0.5 m/s^2")
 _BRAKES = ("braking", 0.5, "braking by 0.5 m/s^2")
 _TURNS = ("turn_rate", 0.05, "turning by 0.05 rad/s")
-_MOVES_WHEEL = ("steer_rate", 0.05, "steering by 0.05 rad/s")
+_MOVES_WHEEL = ("steer_rate", 0.02, "steering by 0.02 rad/s")
 _CURVES = ("lateral_acceleration", 1.0, "curves of 1 m/s^2")
 
 _RULES = (
@@ -74,8 +82,18 @@ _RULES = (
     _Rule(("motor_torque", "motor_inertia", "motor_damping"), (_DRIVE, _SPEED), (_ACCELERATES,)),
     _Rule(("brake_lag",), (_BRAKE, _SPEED), (_BRAKES, ("command_rate", 0.5, "a command that changes by 0.5 m/s^3"))),
     _Rule(("brake_gain",), (_BRAKE, _SPEED), (_BRAKES,)),
-    _Rule(("brake_limit",), (_BRAKE, _SPEED), (("braking", 2.0, "braking by 2 m/s^2"),)),
-    _Rule(("power_limit",), (_DRIVE, _SPEED), (("power", 8.0, "acceleration * speed of 8 W/kg"),)),
+    _Rule(
+        ("brake_limit",),
+        (_BRAKE, _SPEED),
+        (("braking_wanted", 1.0, "braking by 1 m/s^2"),),
+        (("braking_wanted", 3.0, "braking by 3 m/s^2"),),
+    ),
+    _Rule(
+        ("power_limit",),
+        (_DRIVE, _SPEED),
+        (("power_wanted", 3.0, "acceleration * speed of 3 W/kg"),),
+        (("power_wanted", 11.0, "acceleration * speed of 11 W/kg"),),
+    ),
     _Rule(("pedal_deadband",), (_DRIVE, _SPEED), (("small_commands", 1.0, "1 s of small commands while moving"),)),
     _Rule(("lift_off_braking",), (_DRIVE, _SPEED), (("coasting", 2.0, "2 s of coasting (command about zero)"),)),
     _Rule(
@@ -83,8 +101,19 @@ _RULES = (
         (_DRIVE, _SPEED),
         (("moving_time", 10.0, "10 s of driving"), ("speed_range", 3.0, "speeds 3 m/s apart")),
     ),
-    _Rule(("aero_drag",), (_DRIVE, _SPEED), (("speed", 8.0, "8 m/s"), ("speed_range", 5.0, "speeds 5 m/s apart"))),
-    _Rule(("headwind",), (_DRIVE, _SPEED), (("speed", 8.0, "8 m/s"), ("headings", 1.5, "headings 1.5 rad apart"))),
+    # 0.002 / m makes 0.2 m/s^2 at 10 m/s, and 0.02 / m half a m/s^2 at 5.
+    _Rule(
+        ("aero_drag",),
+        (_DRIVE, _SPEED),
+        (("speed", 5.0, "5 m/s"), ("speed_range", 3.0, "speeds 3 m/s apart")),
+        (("speed", 10.0, "10 m/s"),),
+    ),
+    _Rule(
+        ("headwind",),
+        (_DRIVE, _SPEED),
+        (("speed", 5.0, "5 m/s"), ("headings", 1.5, "headings 1.5 rad apart")),
+        (("speed", 10.0, "10 m/s"),),
+    ),
     _Rule(("cornering_drag",), (_DRIVE, _SPEED, _TURN), (_CURVES,)),
     _Rule(
         ("road_grade",),
@@ -96,9 +125,24 @@ _RULES = (
         (_TURN, ("ay",)),
         (("moving_time", 10.0, "10 s of driving"), ("headings", 1.5, "headings 1.5 rad apart")),
     ),
-    _Rule(("steer_delay", "steer_lag"), (_COMMAND, _TURN), (_MOVES_WHEEL, _TURNS)),
-    _Rule(("steer_rate_limit",), (_COMMAND, _TURN), (("steer_rate", 0.2, "steering by 0.2 rad/s"), _TURNS)),
-    _Rule(("steer_angle_limit",), (_COMMAND, _TURN), (("steer_angle", 0.2, "0.2 rad at the road wheel"), _TURNS)),
+    _Rule(
+        ("steer_delay", "steer_lag"),
+        (_COMMAND, _TURN),
+        (_MOVES_WHEEL, _TURNS),
+        (("steer_rate", 0.04, "steering by 0.04 rad/s"),),  # 0.2 s of it turn a car at 5 m/s by 0.015 rad/s
+    ),
+    _Rule(
+        ("steer_rate_limit",),
+        (_COMMAND, _TURN),
+        (("steer_rate", 0.05, "steering by 0.05 rad/s"), _TURNS),
+        (("steer_rate", 0.2, "steering by 0.2 rad/s"),),
+    ),
+    _Rule(
+        ("steer_angle_limit",),
+        (_COMMAND, _TURN),
+        (("steer_angle", 0.08, "0.08 rad at the road wheel"), _TURNS),
+        (("steer_angle", 0.2, "0.2 rad at the road wheel"),),
+    ),
     _Rule(
         ("steer_stiction", "steer_backlash"),
         (_COMMAND, _TURN),
@@ -112,7 +156,12 @@ _RULES = (
     ),
     _Rule(("steer_offset",), (_STEER, _TURN), (("moving_time", 5.0, "5 s of driving"),)),
     _Rule(("understeer",), (_STEER, _TURN), (_CURVES, ("turning_speed_range", 2.0, "curves at speeds 2 m/s apart"))),
-    _Rule(("tyre_saturation",), (_STEER, _TURN), (("lateral_acceleration", 3.0, "curves of 3 m/s^2"),)),
+    _Rule(
+        ("tyre_saturation",),
+        (_STEER, _TURN),
+        (("lateral_acceleration", 2.0, "curves of 2 m/s^2"),),
+        (("lateral_acceleration", 5.0, "curves of 5 m/s^2"),),
+    ),
     _Rule(
         ("load_transfer", "steer_compliance"), (_STEER, _TURN), (("lateral_acceleration", 2.0, "curves of 2 m/s^2"),)
     ),
@@ -181,6 +230,7 @@ def excitation(log: Log, model: Any = None, own: Mapping[str, Any] | None = None
         held -= ({*_DRIVE, *_BRAKE, "speed_cmd"} - longitudinal) | ({*_STEER} - {inputs.steer})
         held |= {"steer_cmd"} if inputs.steer in held and inputs.steer not in _STEER else set()
     within: list[str] = []
+    hardly: dict[str, str] = {}
     out: dict[str, str] = {}
     mine = [
         dataclasses.replace(_BY_SLOT[effect.slot], effects=(name,))
@@ -192,20 +242,26 @@ def excitation(log: Log, model: Any = None, own: Mapping[str, Any] | None = None
         lacking = _lacking(rule, held, value)
         if lacking:
             out.update((effect, lacking) for effect in rule.effects)
+        elif missed := _missed(rule.usual, value):
+            hardly.update((effect, missed) for effect in rule.effects)
         else:
             within.extend(rule.effects)
     if log.detections.t.size and log.objects:
         within.extend(perceived)
     else:
         out.update((effect, "needs objects, true and detected") for effect in perceived)
-    return Excitation(facts, tuple(within), out)
+    return Excitation(facts, tuple(within), hardly, out)
 
 
 def _lacking(rule: _Rule, held: set[str], value: Mapping[str, float]) -> str:
     for group in rule.columns:
         if not held & set(group):
             return "needs a column " + " or ".join(group[:3])
-    missed = [text for name, least, text in rule.drives if value.get(name, 0.0) < least]
+    return _missed(rule.drives, value)
+
+
+def _missed(drives: tuple[tuple[str, float, str], ...], value: Mapping[str, float]) -> str:
+    missed = [text for name, least, text in drives if value.get(name, 0.0) < least]
     return "needs " + ", ".join(missed) if missed else ""
 
 
@@ -221,6 +277,7 @@ def _facts(log: Log, motion: Motion | None) -> tuple[Fact, ...]:
     still = np.abs(speed) < 0.05 * max(float(np.percentile(speed, 95)), 0.1)
     turn = next((of[name] for name in ("yaw_rate", "turn", "path_turn") if name in of), np.zeros(len(speed)))
     along = of.get("accel", np.gradient(speed, step))
+    wanted = of.get("accel_cmd", along)
     driving = speed[~still] if (~still).any() else speed
 
     def high(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
@@ -235,6 +292,9 @@ def _facts(log: Log, motion: Motion | None) -> tuple[Fact, ...]:
         Fact("acceleration", high(along), "m/s^2"),
         Fact("braking", high(-along), "m/s^2"),
         Fact("power", high(along * speed), "W/kg"),
+        # A limit cuts what is done, never what is asked for.
+        Fact("braking_wanted", high(-wanted), "m/s^2"),
+        Fact("power_wanted", high(wanted * speed), "W/kg"),
         Fact("turn_rate", high(np.abs(turn)), "rad/s"),
         Fact("turn_left", high(turn), "rad/s"),
         Fact("turn_right", high(-turn), "rad/s"),

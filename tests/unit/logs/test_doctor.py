@@ -330,4 +330,21 @@ def test_every_effect_of_the_catalogue_is_judged(sound: Columns) -> None:
     from vehicle.model.catalogue import catalogue
 
     shown = excitation(log_of(sound))
-    assert set(catalogue()) - set(shown.within_reach) - set(shown.out_of_reach) == set()
+    assert set(catalogue()) - set(shown.within_reach) - set(shown.hardly) - set(shown.out_of_reach) == set()
+
+
+def test_a_limit_is_judged_by_what_was_asked_for_not_by_what_it_left(sound: Columns) -> None:
+    # 4 W/kg cap the drive of a car that is asked for 3 m/s^2 at 10 m/s: 30 W/kg.
+    t = np.arange(3000) * 0.02
+    v = np.clip(np.sqrt(2.0 * 4.0 * (t % 20.0)), 0.0, 10.0)
+    wish = np.where(t % 20.0 < 15.0, 3.0, -1.0)
+    capped = excitation(log_of({"t": t, "v": v, "accel_cmd": wish}))
+    assert "power_limit" in capped.within_reach
+    gentle = excitation(log_of({"t": t, "v": v, "accel_cmd": 0.2 * wish}))
+    assert "power_limit" in gentle.hardly
+
+
+def test_a_slow_drive_could_show_strong_drag_only(sound: Columns) -> None:
+    slow = excitation(log_of({**sound, "v": 0.5 * sound["v"]}))  # up to 7 m/s
+    assert "10 m/s" in slow.hardly["aero_drag"]
+    assert "aero_drag" in excitation(log_of({**sound, "v": 1.5 * sound["v"]})).within_reach

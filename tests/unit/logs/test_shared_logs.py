@@ -10,7 +10,7 @@ import pytest
 from drives import later, scaled, swapped
 
 from pytest_dvp.cli import main
-from pytest_dvp.doctor import examine
+from pytest_dvp.doctor import examine, excitation
 from pytest_dvp.log import Log
 from pytest_dvp.logs.read import read_log
 
@@ -96,3 +96,12 @@ def test_bad_inputs_are_answered_as_their_manifest_says(
 
 def test_no_message_is_lost_of_the_file_without_its_end(shared_dir: Path) -> None:
     assert len(read_log(shared_dir / "bad_inputs" / "log_not_finished.mcap").t) == 400
+
+
+def test_blind_cases_below_30_km_h_hardly_show_drag_and_limits_of_the_drive(shared_dir: Path) -> None:
+    urban = [excitation(read_log(path)) for path in sorted(shared_dir.glob("blind/*/urban.csv"))]
+    rich = [excitation(read_log(path)) for path in sorted(shared_dir.glob("blind/*/rich.csv"))]
+    assert all("aero_drag" in shown.hardly for shown in urban)
+    assert sum("power_limit" in shown.hardly for shown in urban) >= 14  # two were asked for more than 11 W/kg
+    assert all({"understeer", "tyre_saturation", "roll"} <= shown.out_of_reach.keys() for shown in urban)
+    assert all({"aero_drag", "power_limit", "understeer", "steer_rate_limit"} <= set(s.within_reach) for s in rich)
