@@ -56,8 +56,14 @@ def diagnose(
     nuisance, start = _input_map(model)
     tied = {name for c in nuisance for name in _MAP_TIES.get(c.key.name, ())}
     tried = [c for c in candidates(model, known.values(), ay="ay" in target.channels) if c.name not in tied]
-    search = Search(target, tried, nuisance=nuisance, start=start, fixed=_removed(target, model), tick=tick)
-    found = search.run()
+    removed = _removed(target, model)
+    while True:
+        search = Search(target, tried, nuisance=nuisance, start=start, fixed=removed, tick=tick)
+        found = search.run()
+        back = {name for name, _ in removed} & set(found.final.names)
+        if not back:
+            break
+        removed = {key: value for key, value in removed.items() if key[0] not in back}  # in the way of what was found
     tick("held-out data")
     folds = _folds(logs, held_out, model, effects)
     found, vetoed, gains = _veto(search, found, folds)
