@@ -66,7 +66,7 @@ def run(wanted: list[Case], path: Path | None, *, jobs: int, resume: bool, base_
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Returns 0: the figures are the result, not the exit code."""
+    """Returns 0, the figures are the result; 1 if fewer cases than --at-least meet their goal, or one raised."""
     parser = argparse.ArgumentParser(prog="benchmarks.hidden_effects", description=(__doc__ or "").split("\n\n")[1])
     parser.add_argument("--subset", type=int, metavar="N", help="only N cases, a stratified sample; default: all")
     parser.add_argument("--only", action="append", choices=tuple(strata()), help="only this category; repeatable")
@@ -76,6 +76,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--json", type=Path, metavar="F", help="answers, one JSON line a case")
     parser.add_argument("--resume", action="store_true", help="go on with the answers that F has")
     parser.add_argument("--out", type=Path, metavar="F.md", help="write the page there as well")
+    parser.add_argument("--at-least", type=float, metavar="SHARE", help="exit code 1 if fewer cases meet their goal")
     args = parser.parse_args(argv)
     if args.resume and args.json is None:
         parser.error("--resume needs --json F")
@@ -90,6 +91,11 @@ def main(argv: list[str] | None = None) -> int:
     print(text)
     if args.out:
         args.out.write_text(text, encoding="utf-8")
+    if args.at_least is not None:
+        met = sum(1 for line in lines if not missed(line)) / max(len(lines), 1)
+        raised = sum(1 for line in lines if line["verdict"] == "ERROR")
+        print(f"{met:.3f} of the cases meet their goal, {raised} raised", file=sys.stderr)
+        return 1 if met < args.at_least or raised else 0
     return 0
 
 

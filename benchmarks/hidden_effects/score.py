@@ -125,6 +125,22 @@ def disappears(line: Line) -> bool:
     return line["verdict"] not in ("ERROR", "REFUSED") and line["off"] not in names(line)
 
 
+def not_named_without(lines: Sequence[Line]) -> Share:
+    """Of the effects found on top of an independent truth, those that the same car without them is not said to have."""
+    own: dict[tuple[str, str], set[str]] = {}
+    for line in lines:
+        if not line["names"]:
+            own.setdefault((line["category"], line["car"]), set()).update(names(line))
+    found = [
+        (name, own[line["category"], line["car"]])
+        for line in lines
+        if line["names"] and (line["category"], line["car"]) in own
+        for name in names(line)
+        if name in line["truth"]
+    ]
+    return Share(sum(1 for name, others in found if name not in others), len(found))
+
+
 def parameter_errors(line: Line) -> Iterator[ParameterError]:
     """Errors of every parameter of every hidden effect that was named."""
     for effect in line["effects"]:

@@ -65,6 +65,8 @@ def figures(lines: Sequence[Line]) -> list[Figure]:
               lambda v: v <= 1 / 300),
         _rate("two hidden effects, exact set", score.share(of(lines, "pair"), score.exact), ">= 0.90",
               lambda v: v >= 0.9),
+        _rate("of it with rivals: both in the returned sets", score.share(of(lines, "pair"), score.set_holds_truth),
+              ">= 0.90", lambda v: v >= 0.9),
         _rate("three, all found", score.share(of(lines, "triple"), score.all_found), ">= 0.80", lambda v: v >= 0.8),
         _rate("outside the library, PARTIAL or UNKNOWN", score.share(of(lines, "outside"), score.flagged), ">= 0.90",
               lambda v: v >= 0.9),
@@ -106,7 +108,10 @@ def _rest(lines: Sequence[Line], dirt: Sequence[Line]) -> list[Figure]:
     harmless = [line for line in dirt if line["dirt"] in HARMLESS]
     wrong = [line for line in dirt if line["dirt"] in WRONG]
     spent = [line["cpu"] for line in of(lines, "single", "null", "pair", "triple") if "cpu" in line]
+    independent = of(lines, "surrogate", "multibody")
     return [
+        _rate("named on an independent truth, not named without", score.not_named_without(independent), "1.00",
+              lambda v: v >= 1.0),
         _rate("ablation: switched off, the name disappears", score.share(of(lines, "ablation"), score.disappears),
               "1.00", lambda v: v >= 1.0),
         _rate("dirty logs, named first", score.share(harmless, score.dirt_is_survived), ">= 0.97", lambda v: v >= 0.97),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.hidden_effects.__main__ import known_lines
+from benchmarks.hidden_effects.__main__ import known_lines, main
 from benchmarks.hidden_effects.case import NOISES, Case, cases, strata
 from benchmarks.hidden_effects.detectable import LEAST_GAIN, gain
 from benchmarks.hidden_effects.ranges import FAMILIES, PERCEPTION, RANGES, draw
@@ -121,3 +121,20 @@ def test_a_run_goes_on_behind_a_line_cut_short(tmp_path: Path) -> None:
     path.write_text("\n".join(json.dumps(line) for line in lines) + '\n{"key": "c", "base')
     assert list(known_lines(path, 1000)) == ["a"]
     assert known_lines(tmp_path / "none", 1000) == {}
+
+
+@pytest.mark.parametrize(("share", "code"), [("0.5", 0), ("0.6", 1)])
+def test_a_finished_run_is_judged_without_asking_again(tmp_path: Path, share: str, code: int) -> None:
+    path = tmp_path / "answers.jsonl"
+    chosen = [case for case in cases() if case.category == "null"][:2]
+    wrong = [{"name": "roll", "parameters": {}}]
+    verdicts: list[tuple[str, list[dict[str, Any]]]] = [("NOTHING_MISSING", []), ("NAMED", wrong)]
+    with path.open("w") as file:
+        for case, (verdict, effects) in zip(chosen, verdicts, strict=True):
+            kept = {"key": case.key, "base_seed": 1000, "category": "null", "names": [], "off": "", "noise": case.noise}
+            file.write(json.dumps(kept | {"dirt": "", "car": "", "truth": {}, "verdict": verdict, "effects": effects}))
+            file.write("\n")
+    page = tmp_path / "page.md"
+    options = ["--only", "null", "--subset", "2", "--json", str(path), "--resume", "--out", str(page)]
+    assert main([*options, "--at-least", share]) == code
+    assert "names something when nothing is missing | 0.500 (1/2)" in page.read_text()

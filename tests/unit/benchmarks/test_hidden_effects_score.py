@@ -127,6 +127,14 @@ def test_ablation_and_dirt() -> None:
     assert missed(line("dirty", DELAY, "REFUSED", dirt="jitter", refused="log.jitter"))
 
 
+def test_an_effect_that_the_bare_car_is_said_to_have_does_not_count_as_found() -> None:
+    bare = line("multibody", {}, "PARTIAL", named("mass"), car="bmw_320i")
+    found = line("multibody", {"gyro_bias": {"b": 0.01}}, "PARTIAL", named("mass"), named("gyro_bias"), car="bmw_320i")
+    always = line("multibody", {"mass": {"ratio": 1.2}}, "PARTIAL", named("mass"), car="bmw_320i")
+    other_car = line("multibody", {"roll": {"gain": 0.1}}, "PARTIAL", named("roll"), car="ford_escort")
+    assert score.not_named_without([bare, found, always, other_car]) == score.Share(1, 2)
+
+
 def test_excess_error_is_what_is_above_the_noise_floor() -> None:
     def held_out(before: float | None, after: float | None) -> dict[str, Any]:
         return line("single", DELAY, "NAMED", chi2_per_n={"held_out": {"before": before, "after": after}})
