@@ -125,12 +125,18 @@ def disappears(line: Line) -> bool:
     return line["verdict"] not in ("ERROR", "REFUSED") and line["off"] not in names(line)
 
 
-def not_named_without(lines: Sequence[Line]) -> Share:
-    """Of the effects found on top of an independent truth, those that the same car without them is not said to have."""
+def _of_the_bare_car(lines: Sequence[Line]) -> dict[tuple[str, str], set[str]]:
+    """What the independent truths are said to have with nothing hidden in them, by category and car."""
     own: dict[tuple[str, str], set[str]] = {}
     for line in lines:
         if not line["names"]:
             own.setdefault((line["category"], line["car"]), set()).update(names(line))
+    return own
+
+
+def not_named_without(lines: Sequence[Line]) -> Share:
+    """Of the effects found on top of an independent truth, those that the same car without them is not said to have."""
+    own = _of_the_bare_car(lines)
     found = [
         (name, own[line["category"], line["car"]])
         for line in lines
@@ -139,6 +145,17 @@ def not_named_without(lines: Sequence[Line]) -> Share:
         if name in line["truth"]
     ]
     return Share(sum(1 for name, others in found if name not in others), len(found))
+
+
+def first_two_new_hold_it(lines: Sequence[Line]) -> Share:
+    """On an independent truth, among the first two names that the bare car is not said to have."""
+    own = _of_the_bare_car(lines)
+    hidden = [line for line in lines if line["names"] and (line["category"], line["car"]) in own]
+    hits = 0
+    for line in hidden:
+        new = [name for name in names(line) if name not in own[line["category"], line["car"]] - set(line["truth"])]
+        hits += bool(set(new[:2]) & set(line["truth"]))
+    return Share(hits, len(hidden))
 
 
 def parameter_errors(line: Line) -> Iterator[ParameterError]:

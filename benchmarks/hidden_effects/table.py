@@ -10,6 +10,15 @@ from benchmarks.hidden_effects import score
 from benchmarks.hidden_effects.case import HARMLESS, WRONG
 from benchmarks.hidden_effects.score import Line, Share
 
+HEAD = """# Hidden effects
+
+Made by `python -m benchmarks.hidden_effects`. Truth cars that share no code with the kernel hide effects in their logs;
+the diagnosis has to name them. Every value is drawn from the effect's typical range, and redrawn until the truth with
+and without it differs by 5 % of the noise floor in chi^2/N. Two of one family (structural ties, one containing the
+other) are never hidden together. Effects of how slipping tyres work are hidden in a car whose baseline has tyres.
+A run of another seed of the same car is held out. Logs that `dvp doctor` finds errors in count as refused.
+""".splitlines()
+
 
 @dataclass(frozen=True)
 class Figure:
@@ -72,6 +81,8 @@ def figures(lines: Sequence[Line]) -> list[Figure]:
               lambda v: v >= 0.9),
         _rate("on an independent truth, among the first two", score.share(on_top, score.first_two_hold_it), ">= 0.95",
               lambda v: v >= 0.95),
+        _rate("of it, among the first two that the bare car lacks", score.first_two_new_hold_it(on_top + plain),
+              ">= 0.95", lambda v: v >= 0.95),
     ]  # fmt: skip
     left = [score.chi2(line, "fit", "after") for line in plain]
     rows.append(
@@ -99,7 +110,8 @@ def _parameters(singles: Sequence[Line]) -> list[Figure]:
               lambda v: 0.9 <= v <= 0.98),
         _number("excess error removed on the held-out run, median", score.quantile(removed, 0.5), len(removed), "",
                 ">= 0.90", lambda v: v >= 0.9),
-        _number("10th percentile", score.quantile(removed, 0.1), len(removed), "", ">= 0.70", lambda v: v >= 0.7),
+        _number("excess error removed, 10th percentile", score.quantile(removed, 0.1), len(removed), "", ">= 0.70",
+                lambda v: v >= 0.7),
     ]  # fmt: skip
 
 
@@ -122,7 +134,7 @@ def _rest(lines: Sequence[Line], dirt: Sequence[Line]) -> list[Figure]:
         Figure("after the advised manoeuvre, the truth alone", "not measured here", 0, ">= 0.90", None),
         _number("CPU of a diagnosis of 165 s at 50 Hz, median", score.quantile(spent, 0.5), len(spent), " s", "<= 3 s",
                 lambda v: v <= 3.0),
-        _number("90th percentile", score.quantile(spent, 0.9), len(spent), " s", "<= 3 s", lambda v: v <= 3.0),
+        _number("CPU, 90th percentile", score.quantile(spent, 0.9), len(spent), " s", "<= 3 s", lambda v: v <= 3.0),
         _rate("diagnoses that raised", score.share(lines, lambda x: x["verdict"] == "ERROR"), "0", lambda v: v == 0.0),
     ]  # fmt: skip
 
@@ -159,11 +171,7 @@ def missed(line: Line) -> bool:
 def page(lines: Sequence[Line], base_seed: int, total: int) -> str:
     """The page: table, what could not be seen, and the misses, the most frequent first."""
     out = [
-        "# Hidden effects",
-        "",
-        "Made by `python -m benchmarks.hidden_effects`. Truth cars that share no code with the kernel hide effects in",
-        "their logs; the diagnosis has to name them. Every value is drawn from the effect's typical range, and redrawn",
-        "until the truth with and without it differs by 5 % of the noise floor in chi^2/N.",
+        *HEAD,
         f"{len(lines)} of {total} cases, seeds from {base_seed}.",
         "",
         "| figure | found | goal | met |",

@@ -135,6 +135,15 @@ def test_an_effect_that_the_bare_car_is_said_to_have_does_not_count_as_found() -
     assert score.not_named_without([bare, found, always, other_car]) == score.Share(1, 2)
 
 
+def test_what_the_bare_car_lacks_anyway_takes_no_place() -> None:
+    bare = line("surrogate", {}, "PARTIAL", named("mass"), named("rolling_resistance"))
+    hidden = {"gyro_bias": {"b": 0.01}}
+    third = line("surrogate", hidden, "PARTIAL", named("mass"), named("rolling_resistance"), named("gyro_bias"))
+    behind_new = line("surrogate", hidden, "PARTIAL", named("roll"), named("pitch"), named("gyro_bias"))
+    assert not score.first_two_hold_it(third)
+    assert score.first_two_new_hold_it([bare, third, behind_new]) == score.Share(1, 2)
+
+
 def test_excess_error_is_what_is_above_the_noise_floor() -> None:
     def held_out(before: float | None, after: float | None) -> dict[str, Any]:
         return line("single", DELAY, "NAMED", chi2_per_n={"held_out": {"before": before, "after": after}})
