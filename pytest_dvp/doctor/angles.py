@@ -66,7 +66,7 @@ def check_angles(log: Log, motion: Motion, file: str, findings: Findings) -> Mot
         rival = {}
     for name, factor in best.items():
         doubt = "".join(f"; or {other} holds {_what(other, rival[other])}" for other in rival if other not in best)
-        _tell(name, factor, sizes.get(name, 0.0), _evidence(name, pairs) + doubt, log, file, findings)
+        _tell(name, factor, sizes.get(name, 0.0), pairs, doubt, log, file, findings)
     return _righted(motion, best)
 
 
@@ -210,30 +210,49 @@ _WORDS = {
 }  # fmt: skip
 
 
-def _what(name: str, factor: float) -> str:
+def _what(name: str, factor: float, *, in_degrees: bool = False) -> str:
     if factor < 1.0:
         return "radians stored as degrees"
-    return "degrees stored as radians" + (", or the hand wheel's angle" if name in _STEERS else "")
+    if name not in _STEERS:
+        return "degrees stored as radians"
+    wheel = "the hand wheel's angle for the road wheel's"
+    return wheel if in_degrees else f"degrees stored as radians, or {wheel}"
 
 
-def _tell(name: str, factor: float, largest: float, evidence: str, log: Log, file: str, findings: Findings) -> None:
+def _tell(
+    name: str, factor: float, largest: float, pairs: list[Pair], doubt: str, log: Log, file: str, findings: Findings
+) -> None:
     column = log.meta.get("import", {}).get("columns", {}).get(name, {})
-    own, unit = column.get("from", name).rpartition(":")[2], column.get("unit", "")
-    degrees, radians = ("deg/s", "rad/s") if name == "yaw_rate" else ("deg", "rad")
+    own, unit = column.get("from", name), column.get("unit", "")
+    in_degrees = abs(column.get("scale", 1.0) * DEGREES - 1.0) < 1e-6
+    second = "/s" if name == "yaw_rate" else ""
     if factor < 1.0:
-        hint = f"write `{own} [{radians}]`" if unit != radians else "they were turned to radians twice: write them once"
+        twice = bool(unit) and not in_degrees
+        hint = "they were turned into radians twice: do it once" if twice else f"write `{own} [rad{second}]`"
     elif name in _RATES:
-        hint = f"write `{own} [{degrees}]`" if unit != degrees else "they were turned to degrees twice: write them once"
+        hint = "they were turned into degrees twice: do it once" if in_degrees else f"write `{own} [deg{second}]`"
     else:
-        wheel = f"give the steering ratio in a mapping (`ratio = {HAND_WHEEL:g}` or what the car has)"
-        hint = {
-            DEGREES: f"write `{own} [deg]`, or {wheel}",
-            HAND_WHEEL: f"{wheel}, or write `{own} [deg]`",
-        }.get(factor, f"degrees of the hand wheel: write `{own} [deg]` and {wheel}")
-    found = evidence
-    if name in _STEERS and largest > WIDEST:
-        found = f"{largest:.3g} rad" + (f"; {evidence}" if evidence else "")
+        hint = _advice_for_steering(own, factor, in_degrees, _ratio_of_wheel(name, factor, pairs))
+    evidence = "; ".join(part for part in (f"{largest:.3g} rad" * (largest > WIDEST), _evidence(name, pairs)) if part)
     findings.add(
-        "log.implausible_range", file, None, f"column {name}", _what(name, factor), found=found,
-        allowed=f"a road-wheel angle, up to {WIDEST} rad" if name in _STEERS else "", hint=hint,
+        "log.implausible_range", file, None, f"column {name}", _what(name, factor, in_degrees=in_degrees),
+        found=evidence + doubt, hint=hint,
+        allowed=f"a road-wheel angle, up to {WIDEST} rad" if name in _STEERS else "",
     )  # fmt: skip
+
+
+def _advice_for_steering(own: str, factor: float, in_degrees: bool, ratio: float) -> str:
+    wheel = f"give the steering ratio in a mapping: `ratio = {ratio:.0f}`, or what the car has"
+    degrees = f"write `{own} [deg]`"
+    if in_degrees:
+        return wheel
+    if factor == DEGREES:
+        return f"{degrees}; if it is the hand wheel, {wheel}"
+    return f"{wheel}; or {degrees}" if factor == HAND_WHEEL else f"{degrees} and {wheel}"
+
+
+def _ratio_of_wheel(name: str, factor: float, pairs: list[Pair]) -> float:
+    """Steering ratio that would make the wheelbase that of a usual car; the middle of all if nothing tells."""
+    base = next((ratio for a, b, ratio in pairs if a == name and b not in _STEERS), 0.0)
+    found = base / USUAL_WHEELBASE / (DEGREES if factor > DEGREES else 1.0)
+    return found if 5.0 < found < 30.0 else HAND_WHEEL

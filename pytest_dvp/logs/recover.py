@@ -92,7 +92,7 @@ def _csv(data: bytes, path: Path, out: Path) -> Recovered:
             lost_at.append(head.line + number)
     if len(kept) < 3:
         raise LogError(f"{path}: nothing can be recovered: {len(kept)} whole rows", "log.too_short")
-    lost = [f"{len(lost_at)} rows that are not whole, first in line {lost_at[0]}"] if lost_at else []
+    lost = [f"{len(lost_at)} row{'s' * (len(lost_at) > 1)} not whole, first in line {lost_at[0]}"] if lost_at else []
     lost += [f"{zeros} zero bytes"] if zeros else []
     _write(out, text[: len(text) - len(head.body)] + ("\n".join(kept) + "\n").encode("latin-1"))
     return Recovered(len(kept), "rows", (times[-1] - times[0]) * (unit.scale if unit else 1.0), tuple(lost))

@@ -150,7 +150,7 @@ def test_a_wrong_unit_of_an_angle_is_told_of_its_own_column_only(
 def test_the_hand_wheel_is_told_with_its_ratio_before_degrees(sound: Columns) -> None:
     (finding,) = examine(log_of(scaled(sound, 15.0, "steer_cmd")))
     assert finding.element == "column steer_cmd"
-    assert finding.hint.startswith("give the steering ratio")
+    assert finding.hint.startswith("give the steering ratio in a mapping: `ratio = 15`")
 
 
 def test_a_steering_ratio_that_a_model_may_have_is_no_finding(sound: Columns) -> None:

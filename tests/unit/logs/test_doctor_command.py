@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drives import drive, scaled, without, write_csv
+from drives import UNITS, drive, scaled, without, write_csv
 
 from pytest_dvp.cli import main
 from pytest_dvp.doctor import read_sound
@@ -132,3 +132,19 @@ def test_an_effect_of_ones_own_is_judged_by_its_slot(tmp_path: Path, capsys: pyt
     log = write_csv(tmp_path / "a.csv", without(drive(30.0), "steer_cmd", "accel_cmd"))
     assert main(["doctor", str(log), "--json", "--effects", str(tmp_path / "my_effect.py")]) == 0
     assert "steer_cmd" in json.loads(capsys.readouterr().out)["logs"][0]["excitation"]["out_of_reach"]["magnet"]
+
+
+def test_advice_speaks_of_the_columns_own_header(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    columns = scaled(drive(60.0), 16.0 * 180.0 / np.pi, "steer")
+    headers = {"steer": "wheel_angle [deg]", "yaw_rate": "yawrate [deg/s]"}  # yaw rate in rad/s
+
+    def header(name: str) -> str:
+        return headers.get(name, f"{name} [{UNITS[name]}]")
+
+    assert main(["doctor", str(write_csv(tmp_path / "a.csv", columns, header))]) == 1
+    gyro, wheel = [line for line in capsys.readouterr().out.splitlines() if "log.implausible_range" in line]
+    assert "column yaw_rate: radians stored as degrees" in gyro
+    assert "write `yawrate [rad/s]`" in gyro
+    assert "column steer: the hand wheel's angle for the road wheel's" in wheel
+    assert "`ratio = 16`" in wheel
+    assert "[deg]" not in wheel
