@@ -40,8 +40,9 @@ def assert_matches(
     effects     Python files with effects of your own that the model file uses (`--effects`); they are run
     map, msg_dirs  how a foreign log is to be read (`--map`, `--msg`); for `log` alone
 
-    Returns the comparison. Raises AssertionError that says how far apart and where, and ValueError if no bound is
-    given; CompareError, LogError or ModelError if the files cannot be compared. A log file that `dvp doctor` finds
+    Returns the comparison. Raises AssertionError that says how far apart and where, which effect the model most likely
+    lacks and the command that adds it (seconds of work, `--dvp-no-diagnosis` leaves it out), and ValueError if no bound
+    is given; CompareError, LogError or ModelError if the files cannot be compared. A log file that `dvp doctor` finds
     errors in is refused with LogError, a DataFrame alike; its warnings are printed on stderr.
     """
     __tracebackhide__ = True
@@ -61,8 +62,29 @@ def assert_matches(
     comparison = compare(measured, subject, channels=channels)
     judged = judge_bounds(comparison, bounds)
     if any(not one.holds for one in judged):
-        raise AssertionError(failure(comparison, judged))
+        lines = [failure(comparison, judged), *_explanation(measured, subject, log, model, effects, map)]
+        raise AssertionError("\n".join(lines))
     return comparison
+
+
+def _explanation(measured: Log, subject: Subject, log: object, model: object, effects: Sequence[str | Path],
+                 mapping: str | Path | None) -> list[str]:  # fmt: skip
+    """What the model lacks, if it is one to which effects can be added; not for each example of a search."""
+    from pytest_dvp.reality_gap.black_box import ModelSubject
+    from pytest_dvp.settings import diagnosis_wanted
+    from pytest_dvp.variant import searching
+
+    if not isinstance(subject, ModelSubject) or searching() or not diagnosis_wanted():
+        return []
+    from pytest_dvp.reality_gap.explanation import explanation
+
+    options = [word for file in _files(effects) for word in ("--effects", str(file))]
+    options += ["--map", str(mapping)] if mapping is not None else []
+    names = {
+        key: str(thing) for key, thing in (("log_name", log), ("model_name", model)) if isinstance(thing, str | Path)
+    }
+    extra = tuple(_own(effects).values())
+    return explanation(measured, subject.model, effects=extra, options=options, **names)
 
 
 def _measured(
@@ -111,4 +133,8 @@ def _own(files: Sequence[str | Path]) -> dict[str, Effect]:
         return {}
     from vehicle.model.catalogue import effects_of_files
 
-    return effects_of_files(Path(file) for file in ([files] if isinstance(files, str | Path) else files))
+    return effects_of_files(_files(files))
+
+
+def _files(files: Sequence[str | Path]) -> list[Path]:
+    return [Path(file) for file in ([files] if isinstance(files, str | Path) else files)]

@@ -20,6 +20,7 @@ from pytest_dvp.settings import (
     Setting,
     SettingError,
     Settings,
+    diagnosis,
     environment_lookup,
     from_sources,
     misspelt,
@@ -105,6 +106,12 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     broken = session.config.stash[fixtures.BROKEN_KEY]
     if session.items and broken and all(broken):
         session.config.option.continue_on_collection_errors = True
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    with diagnosis(not item.config.stash[SETTINGS_KEY].no_diagnosis):
+        return (yield)
 
 
 @pytest.hookimpl(tryfirst=True)

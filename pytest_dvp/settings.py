@@ -5,11 +5,13 @@ Imports the standard library only: the pytest plugin reads it at start-up.
 
 from __future__ import annotations
 
+import contextlib
+import contextvars
 import dataclasses
 import difflib
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -82,6 +84,7 @@ PLUGIN_SETTINGS: tuple[Setting, ...] = (
     Setting(
         "scenarios", "paths", (), "folder whose .xosc files are collected, besides those on the command line", "DIR"
     ),
+    Setting("no-diagnosis", "flag", False, "a model that does not match is not diagnosed (it costs seconds)"),
 )
 
 
@@ -120,11 +123,36 @@ class Settings:
     runs: Path | None = None
     require_real: bool = False
     scenarios: tuple[Path, ...] = ()
+    no_diagnosis: bool = False
     rootdir: Path = dataclasses.field(default_factory=Path.cwd)
 
     @property
     def runs_folder(self) -> Path:
         return self.runs if self.runs is not None else self.rootdir / "runs"
+
+
+_DIAGNOSIS: contextvars.ContextVar[bool | None] = contextvars.ContextVar("dvp_diagnosis", default=None)
+
+
+@contextlib.contextmanager
+def diagnosis(wanted: bool) -> Iterator[None]:
+    """Within it, a model that does not match is diagnosed or is not: `assert_matches` knows no session to ask."""
+    token = _DIAGNOSIS.set(wanted)
+    try:
+        yield
+    finally:
+        _DIAGNOSIS.reset(token)
+
+
+def diagnosis_wanted() -> bool:
+    """Whether a model that does not match is to be diagnosed; outside a session the environment says. Raises
+    SettingError if it says nonsense."""
+    told = _DIAGNOSIS.get()
+    if told is not None:
+        return told
+    switch = next(setting for setting in PLUGIN_SETTINGS if setting.name == "no-diagnosis")
+    raw = environment_lookup()(switch)
+    return raw is None or not convert(switch, raw, f"environment {switch.environment}", Path())
 
 
 def nearest(name: str, names: Iterable[str]) -> str | None:

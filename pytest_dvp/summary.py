@@ -50,6 +50,7 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
     lines += [f"  {clean(line)}" for line in str(result.get("error") or "").splitlines()]
     for verdict in bad:
         lines.append(f"  {verdict['status']} {clean(verdict['message'])}")
+    lines += [f"  {clean(line)}" for line in result.get("explanation", ())]
     passed = sum(v["status"] == "PASS" for v in verdicts)
     lines += [f"  {clean(note)}" for note in result.get("notes", ()) if note.startswith("not judged:")]
     lines.append(f"  {passed} of {len(verdicts)} gates passed; {conditions(result)}")

@@ -27,10 +27,11 @@ LONGEST = 20_000  # rows that are diagnosed: 400 s at 50 Hz, some seconds of CPU
 
 
 def explanation(
-    log: Log, model: VehicleModel, *, log_name: str = "LOG", model_name: str = "M.toml", effects: Sequence[Effect] = (),
+    log: Log, model: VehicleModel, *, log_name: str = "", model_name: str = "", effects: Sequence[Effect] = (),
     options: Sequence[str] = (),
 ) -> list[str]:  # fmt: skip
-    """Lines that name what `model` lacks on `log`; names as a command line takes them, `options` as `--map F`.
+    """Lines that name what `model` lacks on `log`; names as a command line takes them (empty: there is no file),
+    `options` as `--map F`.
 
     Anything that goes wrong is one line, too: the test has failed already, and must not become an error.
     """
@@ -41,15 +42,19 @@ def explanation(
     except Exception as error:  # whatever it is: the failure that is explained counts, not this
         return [f"no diagnosis: {type(error).__name__}: {' '.join(str(error).split())[:200]}"]
     part = "" if rows == len(log.t) else f" (of its first {log.t[rows - 1] - log.t[0]:.0f} s)"
-    lines = [f"diagnosis{part}: {found.verdict}: {headline(found, Path(model_name).name)}"]
+    called = Path(model_name).name or model.name or "the model"
+    lines = [f"diagnosis{part}: {found.verdict}: {headline(found, called)}"]
     lines += [f"  {_effect(effect)}" for effect in found.effects]
+    missing = [word for word, name in (("LOG", log_name), ("M.toml", model_name)) if not name]
+    note = f" ({' and '.join(missing)}: to be written to a file first)" if missing else ""
+    log_name, model_name = log_name or "LOG", model_name or "M.toml"
     command = extend_command(found, model_name, [log_name])
     if command:
-        return [*lines, f"  add it: {shlex.join([*shlex.split(command), *options])}"]
+        return [*lines, f"  add it: {shlex.join([*shlex.split(command), *options])}{note}"]
     if found.verdict == "NOTHING_MISSING":
         return [*lines, "  a bound that fails now is tighter than the noise of the sensors"]
     look = shlex.join(["dvp", "diagnose", log_name, "--model", model_name, *options])
-    return [*lines, f"  look closer: {look}"]
+    return [*lines, f"  look closer: {look}{note}"]
 
 
 def _effect(effect: NamedEffect) -> str:
