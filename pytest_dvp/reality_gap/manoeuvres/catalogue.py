@@ -1,0 +1,58 @@
+"""The manoeuvres that a test driver or a robot knows, with the standards that describe them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+from pytest_dvp.reality_gap.manoeuvres import pedals, rounds, steering
+from pytest_dvp.reality_gap.manoeuvres.driver import Driver, Driving
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Manoeuvre:
+    """name: of files; title: for people; source: the standard it follows in kind (sizes are those of the envelope);
+    drive: what the driver does; round_about: it needs the ground's middle, not a straight."""
+
+    name: str
+    title: str
+    source: str
+    drive: Callable[[Driver], Driving]
+    round_about: bool = False
+
+    @property
+    def what(self) -> str:
+        """One line of what is driven."""
+        return (self.drive.__doc__ or "").split("\n")[0]
+
+
+MANOEUVRES: tuple[Manoeuvre, ...] = (
+    Manoeuvre("step_steer", "Step steer", "ISO 7401", steering.step_steer),
+    Manoeuvre("growing_steps", "Steering steps of growing size", "ISO 7401", steering.growing_steps),
+    Manoeuvre("full_lock", "Full-lock turns", "", steering.full_lock),
+    Manoeuvre("slow_ramp", "Slowly increasing steer", "ISO 4138, constant speed", steering.slow_ramp),
+    Manoeuvre("sine_sweep", "Sine sweep", "ISO 7401, continuous sinusoidal input", steering.sine_sweep),
+    Manoeuvre("sine_with_dwell", "Sine with dwell", "ISO 19365", steering.sine_with_dwell),
+    Manoeuvre("slalom", "Slalom by the clock", "ISO 13674-1 in kind", steering.slalom),
+    Manoeuvre("small_steer", "On-centre weave", "ISO 13674-1", steering.small_steer),
+    Manoeuvre("small_steps", "Stairs of small steering steps", "ISO 13674-2 in kind", steering.small_steps),
+    Manoeuvre("circles_left", "Steady circles to the left", "ISO 4138, constant steering angle",
+              rounds.circles_left, True),
+    Manoeuvre("circles_both", "Steady circles to both sides", "ISO 4138, constant steering angle",
+              rounds.circles_both, True),
+    Manoeuvre("figure_eight", "Figure of eight at walking speed", "", rounds.tight_circles, True),
+    Manoeuvre("coast_down", "Coast down, both directions", "SAE J1263, ISO 10521-1", pedals.coast_down),
+    Manoeuvre("full_throttle", "Full acceleration from standstill", "ISO 8714 in kind", pedals.full_throttle),
+    Manoeuvre("brake_steps", "Brake steps of growing size", "ISO 21994 in kind", pedals.brake_steps),
+    Manoeuvre("brake_ramps", "Brake ramps to a standstill", "ISO 21994 in kind", pedals.brake_ramps),
+    Manoeuvre("pedal_steps", "Throttle and brake on and off", "", pedals.pedal_steps),
+    Manoeuvre("held_steps", "Pedal steps held for two seconds", "", pedals.held_steps),
+    Manoeuvre("small_pedal", "Small pedal steps", "", pedals.small_pedal),
+    Manoeuvre("lift_offs", "Lift-offs from several speeds", "", pedals.lift_offs),
+    Manoeuvre("both_directions", "Straights in both directions", "SAE J1263 in kind", pedals.both_directions),
+    Manoeuvre("standing_starts", "Standstill and starts", "", pedals.standing_starts),
+)  # fmt: skip
+"""Everything that can be advised."""
+
+CITY = Manoeuvre("city", "About town", "", pedals.city)
+"""What a usual log holds; never advised, but the drive on which rivals without a value are made alike."""
