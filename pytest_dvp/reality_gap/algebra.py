@@ -18,16 +18,6 @@ def square(r: FloatArray) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def distance(r: FloatArray, r0: FloatArray) -> float:
-    """Sum of squares of r - r0, both (N,)."""
-    total = 0.0
-    for i in range(len(r)):
-        d = r[i] - r0[i]
-        total += d * d
-    return total
-
-
-@njit(cache=True, error_model="numpy")
 def along(rows: FloatArray, r: FloatArray) -> FloatArray:
     """Scalar products (p,) of r (N,) with each row of rows (p, N)."""
     found = np.zeros(len(rows))

@@ -6,6 +6,7 @@ import dataclasses
 import itertools
 from collections.abc import Iterable
 from math import inf, isinf
+from typing import TypeAlias
 
 import numpy as np
 
@@ -15,22 +16,41 @@ from vehicle.model.model import VehicleModel
 
 _NEED_DATA = ("accel_controller", "motor_damping", "motor_inertia", "motor_torque")
 """Parts of a drive train whose data sheet must be known: tried only on a model that has one of them."""
-_POINTS = 5  # of one parameter
-_POINTS_EACH = 4  # of two
+_HOW = ("heading", "tau", "frequency", "damping")  # keys that say how, not how much
+_FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
+_COARSE = (3, 3, 2)
+
+
+Point: TypeAlias = dict[tuple[str, str], float]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Candidate:
-    """An effect to be tried: its coordinates, and points (each a value for every key) from the strongest on."""
+    """An effect to be tried: its coordinates, and points (each a value for every key) from the strongest on.
+
+    coarse: fewer of them, for when the model is nearly right and the fit finds the rest.
+    """
 
     effect: Effect
     coordinates: tuple[Coordinate, ...]
-    points: tuple[dict[tuple[str, str], float], ...]
+    points: tuple[Point, ...]
+    coarse: tuple[Point, ...]
 
     @property
     def name(self) -> str:
         """Name of the effect."""
         return self.effect.name
+
+    def weaker(self, point: Point, share: float) -> list[Point]:
+        """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit)."""
+        found = dict(point)
+        for c in self.coordinates:
+            if c.key.name in _HOW:
+                continue
+            if isinf(c.key.neutral):
+                return []
+            found[c.name] = c.key.neutral + share * (point[c.name] - c.key.neutral)
+        return [found]
 
 
 def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = False) -> tuple[Candidate, ...]:
@@ -50,29 +70,37 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
         if effect.name == "speed_controller" and model.inputs.longitudinal != ("speed_cmd",):
             continue
         coordinates = tuple(Coordinate(effect.name, key) for key in effect.parameters)
-        points = _points(coordinates)
-        if effect.tyres and places:
-            points = tuple({**point, ("parameters", "ay_x"): place} for point in points for place in places)
-        found.append(Candidate(effect, coordinates, points))
+        mounts = places if effect.tyres else ()
+        found.append(
+            Candidate(effect, coordinates, _points(coordinates, _FINE, mounts), _points(coordinates, _COARSE, mounts))
+        )
     return tuple(found)
 
 
-def _points(coordinates: tuple[Coordinate, ...]) -> tuple[dict[tuple[str, str], float], ...]:
-    count = _POINTS if len(coordinates) == 1 else _POINTS_EACH if len(coordinates) == 2 else 2
-    lines = [_line(c, count) for c in coordinates]
-    points = [dict(zip((c.name for c in coordinates), values, strict=True)) for values in itertools.product(*lines)]
-    return tuple(sorted(points, key=lambda p: -sum(_strength(c, p[c.name]) for c in coordinates)))
+def _points(
+    coordinates: tuple[Coordinate, ...], counts: tuple[int, ...], places: tuple[float, ...]
+) -> tuple[Point, ...]:
+    count = counts[min(len(coordinates), len(counts)) - 1]
+    names = [c.name for c in coordinates]
+    points: list[Point] = [
+        dict(zip(names, values, strict=True)) for values in itertools.product(*(_line(c, count) for c in coordinates))
+    ]
+    points.sort(key=lambda p: -sum(_strength(c, p[c.name]) for c in coordinates))
+    if places:
+        points = [{**point, ("parameters", "ay_x"): place} for point in points for place in places]
+    return tuple(points)
 
 
 def _line(c: Coordinate, count: int) -> list[float]:
     """Values spread over the range without the neutral one."""
+    if c.key.name == "heading":  # the slope has both signs, so half the way round is all round
+        return [np.pi * k / count for k in range(count)]
     if c.key.neutral <= c.key.low or isinf(c.key.neutral):
         first = 0.0 if c.key.low != c.key.neutral else 1.0 / count
         return [c.value(float(u)) for u in np.linspace(first, 1.0, count)]
-    if c.key.unit == "rad" and c.key.name == "heading":  # a direction: all round
-        return [2.0 * np.pi * k / count for k in range(count)]
-    return [c.value((k + 0.5) / (count + 1 - count % 2)) for k in range(count + 1 - count % 2)
-            if abs(c.value((k + 0.5) / (count + 1 - count % 2)) - c.key.neutral) > 1e-9]  # fmt: skip
+    odd = count + 1 - count % 2
+    middle = [c.value((k + 0.5) / odd) for k in range(odd)]
+    return [value for value in middle if abs(value - c.key.neutral) > 1e-9]
 
 
 def _strength(c: Coordinate, value: float) -> float:

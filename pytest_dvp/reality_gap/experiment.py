@@ -48,8 +48,13 @@ class Experiment:
         self.machine: Machine = Replay(model, log.t, commands, extra=extra)
         self.measured = measured_array(log.columns)
         self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase)
-        self._first = self.segments
         self._free_speed = "v" not in subject.held
+        if model.inputs.longitudinal == ("speed_cmd",):  # a controlled speed forgets where it started, a restarted one
+            states = self.segments.states.copy()  # upsets the controller's memory: it runs on
+            states[1:, 3] = np.nan
+            self.segments = dataclasses.replace(self.segments, states=states)
+            self._free_speed = False
+        self._first = self.segments
         output = self.machine.run({}, starts=self.segments.starts, states=self.segments.states)
         self.channels, self.not_judged = judged_channels(subject, self.measured, output, None)
         self.sigma = noise_floor(log.t, self.measured, self.channels)

@@ -7,13 +7,14 @@ in its place. What does nearly as well in its place is its rival.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import isinf
+from typing import TypeAlias
 
 import numpy as np
 
 from pytest_dvp.log import FloatArray
-from pytest_dvp.reality_gap.algebra import along, distance, orthonormal, square
+from pytest_dvp.reality_gap.algebra import along, orthonormal, square
 from pytest_dvp.reality_gap.candidates import Candidate, least
 from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit, intervals
@@ -23,13 +24,17 @@ PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect
 SURE = 0.95  # share of bootstrap samples in which an effect must gain
 CLEAR = 20.0  # times PRACTICAL: a gain that needs no bootstrap, for effects that show in a single event
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
+PRICE = 0.005  # of max(1, chi^2/N), for a parameter
+_CONTAINS = {"steer_asymmetry": "steer_ratio"}  # effects that can do exactly what a simpler one does
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
+_CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
 _VAGUE = 0.33  # of a limit's range: an interval wider than that says nothing
 _CLEAR_OF_NEUTRAL = 1.5  # half-widths of the 95 % interval
 _DRAWS = 400
 _SEED = 7
 
-Tick = Callable[[str], None]
+Tick: TypeAlias = Callable[[str], None]
+Ranked: TypeAlias = tuple[float, str, Values]  # chi^2 left, effect, point
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -71,7 +76,7 @@ class Search:
         self.count = max(target.count, 1)
         self.starts = target.starts()
         self._not_excited: tuple[str, ...] = ()
-        self._scans: dict[frozenset[str], list[tuple[float, str, dict[tuple[str, str], float]]]] = {}
+        self._near: dict[str, tuple[str, ...]] = {}
 
     def run(self) -> Found:
         """Search until nothing pays any more."""
@@ -84,8 +89,8 @@ class Search:
                 break
             best = better
             self.target.settle(best.values)
-            best = self.trial(best.names, best.values, zoom=True)
-        best, rivals = self._contest(best)
+            best = self.trial(best.names, best.values)
+        best, rivals = self._contest(self.trial(best.names, best.values, zoom=True))
         return Found(best, rivals, self._not_excited)
 
     def pays(self, without: Trial, with_it: Trial, *, count: int = 0) -> bool:
@@ -96,6 +101,10 @@ class Search:
         if gain < worth:
             return False
         return gain > CLEAR * worth or self.sure(without.rest, with_it.rest) >= SURE
+
+    def cost(self, trial: Trial) -> float:
+        """chi^2 and a price for each parameter: of two sets that do alike the simpler one wins."""
+        return trial.chi2 + PRICE * max(self.count, trial.chi2) * len(trial.found.coordinates)
 
     def sure(self, worse: FloatArray, better: FloatArray) -> float:
         """Share of draws of segments, with replacement, in which `better` is better."""
@@ -120,46 +129,59 @@ class Search:
 
     def _next(self, now: Trial) -> Trial | None:
         """The set with one more effect, None if none pays."""
-        for trial in self._best_additions(now, _REFITTED):
+        ranking = self._scan(now, self.tried)
+        for trial in self._additions(now, ranking):
             if self.pays(now, trial) and self._sound(trial, trial.names[-1]):
+                self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
                 return trial
         return None
 
-    def _best_additions(self, now: Trial, count: int, without: frozenset[str] = frozenset()) -> list[Trial]:
+    def _additions(self, now: Trial, ranking: Sequence[Ranked]) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first."""
-        scanned = self._scan(now, without)[:count]
-        trials = [self.trial((*now.names, name), now.values | point) for _, name, point in scanned]
-        return sorted(trials, key=lambda t: t.chi2)
+        trials = [self.trial((*now.names, name), now.values | point) for _, name, point in ranking[:_REFITTED]]
+        return sorted(trials, key=self.cost)
 
-    def _scan(self, now: Trial, without: frozenset[str]) -> list[tuple[float, str, dict[tuple[str, str], float]]]:
+    def _scan(self, now: Trial, names: Iterable[str]) -> list[Ranked]:
         """chi^2 that each effect would leave (the others adapt to first order), and the point where; best first."""
-        known = self._scans.get(frozenset(now.names))
-        if known is not None:
-            return [entry for entry in known if entry[1] not in without]
         r0, values = now.found.residual, now.values
         basis = orthonormal(now.found.jacobian)
+        shadow = along(basis, r0)
+        before = square(r0) - square(shadow)
+
+        def step(point: Values) -> tuple[float, float, float]:
+            """Squares of the change: in all, and beyond what the others can do; and its product with what is there."""
+            change = self.target.whitened(values | point) - r0
+            turned = along(basis, change)
+            raw = square(change)
+            return raw, raw - square(turned), along(change[None, :], r0)[0] - float(shadow @ turned)
+
         shown: dict[str, float] = {}
-        ranking = []
-        for name, candidate in self.tried.items():
+        ranking: list[Ranked] = []
+        for name in names:
             if name in now.names:
                 continue
-            best: tuple[float, dict[tuple[str, str], float]] | None = None
-            for point in candidate.points:
-                r = self.target.whitened(values | point)
-                change = distance(r, r0) / self.count
-                shown[name] = max(shown.get(name, 0.0), change)
-                if change < 1e-7:
+            candidate = self.tried[name]
+            options: list[tuple[float, Values]] = []
+            hoped: list[tuple[float, Values]] = []
+            for point in candidate.coarse if now.names else candidate.points:
+                raw, size, slope = step(point)
+                shown[name] = max(shown.get(name, 0.0), raw / self.count)
+                if raw < 1e-7 * self.count:
                     break  # the strongest comes first
-                left = square(r) - square(along(basis, r))
-                if best is None or left < best[0]:
-                    best = left, point
-            if best is not None:
-                ranking.append((best[0], name, best[1]))
-        if not now.names:
+                options.append((before + 2.0 * slope + size, point))
+                share = -slope / size if size > 0.0 else 0.0  # of the change that would be best, were it in proportion
+                if 0.0 < share < 1.0:
+                    hoped += [(before + share * slope, less) for less in candidate.weaker(point, share)]
+            if hoped:
+                less = min(hoped, key=lambda option: option[0])[1]
+                _, size, slope = step(less)
+                options.append((before + 2.0 * slope + size, less))
+            if options:
+                left, point = min(options, key=lambda option: option[0])
+                ranking.append((left, name, point))
+        if names is self.tried and not now.names:
             self._not_excited = tuple(sorted(n for n, change in shown.items() if change < PRACTICAL))
-        ranking.sort(key=lambda entry: (entry[0], entry[1]))
-        self._scans[frozenset(now.names)] = ranking
-        return [entry for entry in ranking if entry[1] not in without]
+        return sorted(ranking, key=lambda entry: entry[:2])
 
     def _sound(self, trial: Trial, name: str) -> bool:
         """True if the effect's values mean something: above the least size, certain, and not where the search ended."""
@@ -180,16 +202,25 @@ class Search:
                 rest = tuple(n for n in best.names if n != name)
                 kept = {k: v for k, v in best.values.items() if k[0] != name}
                 without = self.trial(rest, kept)
-                trials = [t for t in self._best_additions(without, _REFITTED, frozenset({name}))
-                          if self._sound(t, t.names[-1])]  # fmt: skip
-                if trials and trials[0].chi2 < best.chi2 - 1e-3 * self.count:
+                ranking = self._scan(without, [other for other in self._contestants(name) if other not in best.names])
+                trials = [t for t in self._additions(without, ranking) if self._sound(t, t.names[-1])]
+                if trials and self.cost(trials[0]) < self.cost(best) - 1e-3 * self.count:
                     exchanged = trials[0]
                     break
-                rivals[name] = tuple(t.names[-1] for t in trials if self.alike(best, t))
+                rivals[name] = tuple(
+                    t.names[-1] for t in trials if self.alike(best, t) and _CONTAINS.get(t.names[-1]) != name
+                )
             if exchanged is None:
                 return best, rivals
             best = self.trial(exchanged.names, exchanged.values, zoom=True)
         return best, rivals
+
+    def _contestants(self, name: str) -> list[str]:
+        """What may take the place of an effect: what came near when it was named, what is often confused with it."""
+        near = dict.fromkeys(self._near.get(name, self.tried))
+        near |= dict.fromkeys(self.tried[name].effect.ties)
+        near |= dict.fromkeys(other for other, c in self.tried.items() if name in c.effect.ties)
+        return [other for other in near if other in self.tried]
 
     def alike(self, best: Trial, other: Trial) -> bool:
         """True if these data do not tell the two sets apart."""
@@ -206,7 +237,7 @@ class Search:
                 rest = tuple(n for n in best.names if n != name)
                 kept = {k: v for k, v in best.values.items() if k[0] != name}
                 smaller.append(self.trial(rest, kept))
-            least_lost = min(smaller, key=lambda t: t.chi2)
+            least_lost = min(smaller, key=self.cost)
             if self.pays(least_lost, best):
                 return best
             best = least_lost
