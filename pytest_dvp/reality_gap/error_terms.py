@@ -1,7 +1,7 @@
 """Terms that may explain an error: what each is computed from, how it reads, and what to look at when it fits.
 
 A term stands for an idea ("the brakes fade"), not for an effect of the catalogue: it is meant for what no effect
-explains. Its first columns are what the idea needs beside it (a fading brake has a strength, too); the last is the idea.
+explains. Its first columns are what the idea needs beside it (a fading brake has a strength, too), the last the idea.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pytest_dvp.reality_gap.motion import Motion
 Axis: TypeAlias = Literal["longitudinal", "lateral"]
 
 CROSSED = tuple(float(v) for v in range(2, 36))  # m/s, speeds on whose passing something may happen
-CROSSED_FOR = (0.3, 0.6)  # s
+CROSSED_FOR = (0.25, 0.5, 1.0)  # s
 RINGING = (0.8, 1.2, 1.8, 2.5, 3.5, 5.0)  # Hz
 DAMPING = 0.25
 CREEPING = (1.5, 2.5, 4.0)  # m/s
@@ -41,13 +41,15 @@ class Term:
 def terms(axis: Axis, motions: Sequence[Motion], periods: Sequence[tuple[str, float]]) -> list[list[Term]]:
     """All terms of an axis for each log, the same names in the same order.
 
-    periods: ("time", frequency [Hz]) or ("distance", frequency [1/m]) of waves to be tried; every log has its own phase.
+    periods: ("time", frequency [Hz]) or ("distance", frequency [1/m]) of waves to be tried, in every log with a phase
+    of its own.
     """
     braked = max(float(m.braked[-1]) for m in motions)
     driven = max(float(m.driven[-1]) for m in motions)
+    fastest = max(float(m.v.max()) for m in motions)
     found = []
     for place, m in enumerate(motions):
-        own = _longitudinal(m, braked, driven) if axis == "longitudinal" else _lateral(m)
+        own = _longitudinal(m, braked, driven, fastest) if axis == "longitudinal" else _lateral(m)
         found.append([*own, *_anywhere(m), *_waves(m, periods, place, len(motions))])
     return found
 
@@ -63,8 +65,9 @@ def _waves(m: Motion, periods: Sequence[tuple[str, float]], log: int, logs: int)
     return found
 
 
-def _longitudinal(m: Motion, braked: float, driven: float) -> list[Term]:
-    """braked, driven: the most energy [m^2/s^2] of any log, the scale on which heat or charge may level off."""
+def _longitudinal(m: Motion, braked: float, driven: float, fastest: float) -> list[Term]:
+    """braked, driven: the most energy [m^2/s^2] of any log, the scale on which heat or charge may level off; fastest:
+    speed [m/s] of any log."""
     one = m.moving.astype(np.float64)
     side = m.v * m.yaw_rate
     found = [
@@ -101,7 +104,7 @@ def _longitudinal(m: Motion, braked: float, driven: float) -> list[Term]:
         slow = np.maximum(1.0 - np.abs(m.v) / v, 0.0)
         found.append(_term("creeping", f"below {v:g} m/s without brake", slow * free))
         found.append(_term("creeping_any", f"below {v:g} m/s", slow * one))
-    for v in CROSSED:
+    for v in (speed for speed in CROSSED if speed < fastest):
         found += [_term("speed_passed", f"the {span:g} s after passing {v:g} m/s", _passed(m, v, span) * drive)
                   for span in CROSSED_FOR]  # fmt: skip
     found += [_term("drive_rings", f"a_cmd rings at {f:g} Hz", _rings(m, m.accel, f) * one) for f in RINGING]
@@ -116,6 +119,10 @@ def _lateral(m: Motion) -> list[Term]:
         _term("lateral_acceleration", "ay", side),
         _term("lateral_acceleration_cubed", "ay^3", side, side * side * side),
     ]
+    if m.accel is not None:
+        found.append(_term("accel_steer", "a_cmd", m.accel * one))
+        found.append(_term("brake_pull", "a_cmd < 0", np.minimum(m.accel, 0.0) * one))
+        found.append(_term("torque_steer", "a_cmd > 0", np.maximum(m.accel, 0.0) * one))
     if m.steer is None:
         return found
     d = m.steer
@@ -198,6 +205,15 @@ READINGS: dict[str, tuple[str, str]] = {
     "creeping_any": ("shows at walking speed", "wheel speed sensor at low speed, creep, stick-slip"),
     "speed_passed": ("shows just after a speed was passed upward: gear change?", "gear box, traction interrupted"),
     "drive_rings": ("rings after each change of the command", "drive shafts, mounts, an under-damped controller"),
+    "accel_steer": (
+        "follows braking and driving alike: does the car pull to a side?",
+        "suspension, drive shafts, tyres",
+    ),
+    "brake_pull": (
+        "follows the brake command: does the car pull to a side?",
+        "brakes left and right",
+    ),
+    "torque_steer": ("follows the drive command: torque steer?", "drive shafts, differential, suspension"),
     "offset": ("is a constant angle", "steering zero"),
     "lateral_acceleration": ("grows with lateral acceleration", "tyres, compliance, roll steer"),
     "lateral_acceleration_cubed": ("grows fast with lateral acceleration", "tyres near their limit"),

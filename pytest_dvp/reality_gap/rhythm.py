@@ -55,7 +55,7 @@ def _peak(kind: str, unit: str, pieces: Sequence[FloatArray], step: float, faste
         centred = piece - piece.mean()
         power += 2.0 / len(piece) * np.abs(np.fft.rfft(centred, size)) ** 2
         total += float(centred @ centred)
-    frequency = np.fft.rfftfreq(size, step)
+    frequency = np.arange(len(power)) / (size * step)
     usable = (frequency >= LEAST_CYCLES / (longest * step)) & (frequency <= min(fastest, 0.45 / step))
     if total <= 0.0 or not usable.any():
         return None
