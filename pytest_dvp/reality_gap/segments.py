@@ -231,4 +231,6 @@ def _states(t: FloatArray, measured: FloatArray, whole: FloatArray, starts: IntA
                 states[j, place] = np.polynomial.polynomial.polyfit(s[known], piece[known], degree)[0]
             else:
                 states[j, place] = whole[row, channel]
+    if (whole[:, 3] > -still_speed(whole[:, 3])).all():  # it never reverses: what is below nought at rest is noise
+        states[:, 3] = np.maximum(states[:, 3], 0.0)
     return states

@@ -63,6 +63,17 @@ def test_python_function_is_as_good_as_the_model_it_copies(tmp_path: Path) -> No
     assert theirs.not_compared["ay"] == "the model does not give it"
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_sample_of_the_docs_explains_a_log_of_its_own_equations(tmp_path: Path, seed: int) -> None:
+    page = (Path(__file__).parents[3] / "docs" / "compare.md").read_text(encoding="utf-8")
+    samples = [block.split("```")[0] for block in page.split("```python\n")[1:]]
+    sample = next(block for block in samples if "def step(" in block)
+    (tmp_path / "car.py").write_text(sample.replace("2.45", str(WHEELBASE)))
+    found = compare(drive(seed=seed), load_subject(str(tmp_path / "car.py")))
+    assert {name for name, score in found.signals.items() if score.chi2_per_n > 1.15} == set()
+    assert set(found.signals) == {"x", "y", "yaw", "v", "yaw_rate"}
+
+
 def shown(step: object, log: Log) -> dict[str, np.ndarray]:
     """What a step function shows of a log's commands, by channel."""
     segments = cut(log.t, measured_array(log.columns))

@@ -33,6 +33,18 @@ def judged(log: Log, shift: np.ndarray | None = None) -> tuple[Residuals, Segmen
     return residuals(output, measured, log.t, SIGMA, segments), segments
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_car_at_rest_does_not_start_backwards(seed: int) -> None:
+    log = drive(seed=seed)
+    assert cut(log.t, measured_array(log.columns)).states[:, 3].min() >= 0.0
+
+
+def test_car_that_reverses_starts_backwards() -> None:
+    log = drive()
+    backwards = measured_array({**log.columns, "v": -log["v"]})
+    assert cut(log.t, backwards).states[:, 3].min() < -1.0
+
+
 def test_model_without_error_leaves_the_noise() -> None:
     found, _ = judged(drive())
     assert found.total == pytest.approx(1.0, abs=0.06)
