@@ -37,12 +37,12 @@ def write_diagnosis_report(path: str | Path, page: Mapping[str, Any]) -> None:
     """Write the page of one diagnosis; same input, same bytes.
 
     `page` holds verdict, headline, model, logs, held_out, changed (something was found), effects [{name, action,
-    physics, equation, parameters [{key, value, interval, unit, meaning}], fit and held_out {value, low, high} or None
-    (share of the error), rivals [{name, physics}], manoeuvre, reveals}], vetoed, fitted_along, ladder [{label, fit,
-    held_out} chi^2/N], null_line, signals [{name, unit, noise, before, after, held_before, held_after, chi2_before,
-    chi2_after} RMSE], not_excited [{name, physics, reveals}], left [(aspect, words)], command, close {log, held_out,
-    channel, unit, error, t, noise, measured, before, after} or None, over_time [{log, held_out, t, rows {name: {before,
-    after, noise}}, units, quiet}].
+    physics, equation, parameters [{key, value, interval, unit, meaning}], fit and held_out {value, low, high} or
+    None (share of the error), rivals [{name, physics}], manoeuvre, reveals}], vetoed, fitted_along, ladder [{label,
+    fit, held_out} chi^2/N], null_line, tiles (signals that tell most), signals [{name, unit, noise, before, after,
+    held_before, held_after, chi2_before, chi2_after} RMSE], not_excited [{name, physics, reveals}], left [(aspect,
+    words)], command, close {log, held_out, channel, unit, error, t, noise, measured, before, after} or None,
+    over_time [{log, held_out, t, rows {name: {before, after, noise}}, units, quiet}].
 
     Raises OSError if the file cannot be written.
     """
@@ -51,17 +51,23 @@ def write_diagnosis_report(path: str | Path, page: Mapping[str, Any]) -> None:
 
 def render_diagnosis_report(page: Mapping[str, Any]) -> str:
     """The page as text; arguments as in `write_diagnosis_report`."""
-    figures: dict[str, Figure] = {"ladder": ladder_figure(page["ladder"], page["null_line"])}
+    changed = bool(page["changed"])
+    new = with_effects(page["effects"]) if changed else ""
+    given = BLUE if page["verdict"] in ("NOTHING_MISSING", "NOT_EXCITED") else VERMILION
+    steps = page["ladder"] if changed else [{"label": s["name"], "fit": s["chi2_before"], "held_out": None}
+                                            for s in page["signals"]]  # fmt: skip
+    figures: dict[str, Figure] = {"ladder": ladder_figure(steps, page["null_line"], steps=changed)}
     if page["close"] is not None:
-        figures["close"] = close_figure(page["close"], changed=page["changed"])
+        figures["close"] = close_figure(page["close"], new=new, given=given)
     for number, one in enumerate(page["over_time"]):
         if one["rows"]:
-            figures[f"time{number}"] = residual_figure(one, changed=page["changed"])
+            figures[f"time{number}"] = residual_figure(one, new=new, given=given)
     scripts = [plotly_js(), _asset("theme.js"), _asset("compare.js")]
     text: str = _template().render(
         page=page,
         figures=figures,
         badge=BADGES[page["verdict"]],
+        new=new,
         data=Markup(embed(figures)),
         style=Markup(_asset("run.css") + _asset("compare.css") + _asset("diagnosis.css")),
         scripts=[Markup(script) for script in scripts],
@@ -70,10 +76,20 @@ def render_diagnosis_report(page: Mapping[str, Any]) -> str:
     return text
 
 
-def ladder_figure(steps: Sequence[Mapping[str, Any]], null_line: float | None) -> Figure:
-    """Error after each step, from the model as given downwards, on a log axis; green where only noise is left."""
-    rows = [f"{plain(s['label'])} " for s in steps]
-    values = [s["fit"] for s in steps] + [s["held_out"] for s in steps if s["held_out"] is not None]
+def with_effects(effects: Sequence[Mapping[str, Any]]) -> str:
+    """ "with steer_delay", "with 3 changes": what the better model is called."""
+    if len(effects) > 1:
+        return f"with {len(effects)} changes"
+    return f"with{'out' if effects[0]['action'] == 'remove' else ''} {plain(effects[0]['name'])}"
+
+
+def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *, steps: bool = True) -> Figure:
+    """Error of each step, from the model as given downwards, on a log axis; green where only noise is left.
+
+    Not `steps`: the rungs stand for themselves, as signals do.
+    """
+    rows = [f"{plain(s['label'])} " for s in rungs]
+    values = [s["fit"] for s in rungs] + [s["held_out"] for s in rungs if s["held_out"] is not None]
     values += [null_line] if null_line else []
     low, high = 0.7, max(2.2, 1.6 * max(values))
     traces: list[Figure] = []
@@ -95,11 +111,13 @@ def ladder_figure(steps: Sequence[Mapping[str, Any]], null_line: float | None) -
         ("fit", "data it was fitted on", BLUE, "circle", "solid", "top center"),
         ("held_out", "data it was not fitted on", ORANGE, "diamond-open", "dot", "bottom center"),
     ):
-        known = [(row, s[key]) for row, s in zip(rows, steps, strict=True) if s[key] is not None]
+        known = [(row, s[key], s["fit"]) for row, s in zip(rows, rungs, strict=True) if s[key] is not None]
+        told = [key == "fit" or abs(math.log(v / fit)) > 0.05 for _, v, fit in known]
         if known:
             traces.append({
-                "type": "scatter", "mode": "lines+markers+text", "name": name, "y": [row for row, _ in known],
-                "x": numbers([v for _, v in known], 4), "text": [_short(v) for _, v in known], "textposition": side,
+                "type": "scatter", "mode": f"{'lines+' if steps else ''}markers+text", "name": name,
+                "y": [row for row, *_ in known], "x": numbers([v for _, v, _ in known], 4), "textposition": side,
+                "text": [_short(v) if tell else "" for (_, v, _), tell in zip(known, told, strict=True)],
                 "textfont": {"size": 12, "color": colour}, "cliponaxis": False,
                 "line": {"color": colour, "width": 2, "dash": dash},
                 "marker": {"color": colour, "size": 10, "symbol": symbol, "line": {"width": 2, "color": colour}},
@@ -109,8 +127,9 @@ def ladder_figure(steps: Sequence[Mapping[str, Any]], null_line: float | None) -
     return {
         "data": traces,
         "layout": {
-            "height": max(340, 140 + 54 * len(rows)), "margin": {"l": 168, "r": 24, "t": 40, "b": 84},
-            "font": {"size": 12.5, "family": FONT}, "shapes": shapes, "annotations": notes, "showlegend": True,
+            "height": max(340, 140 + (54 if steps else 32) * len(rows)),
+            "margin": {"l": 168, "r": 24, "t": 40, "b": 84},
+            "font": {"size": 12.5, "family": FONT}, "shapes": shapes, "annotations": notes, "showlegend": steps,
             "legend": {"orientation": "h", "x": 0, "y": 0.0, "yref": "container", "yanchor": "bottom"},
             "xaxis": {"type": "log", "range": [math.log10(low), math.log10(high)], "tickvals": ticks,
                       "ticktext": [str(v) for v in ticks], "zeroline": False, "fixedrange": True,
@@ -121,16 +140,16 @@ def ladder_figure(steps: Sequence[Mapping[str, Any]], null_line: float | None) -
     }  # fmt: skip
 
 
-def close_figure(close: Mapping[str, Any], *, changed: bool) -> Figure:
-    """A few seconds of one signal: measured with its noise, the model as given, and the model with what was found."""
+def close_figure(close: Mapping[str, Any], *, new: str = "", given: str = VERMILION) -> Figure:
+    """A few seconds of one signal: measured with its noise, the model as given, and the `new` one ("": none)."""
     t, unit = close["t"], pretty_unit(close["unit"])
     traces = [
-        _band(t, close["measured"], close["noise"], "y", "noise of the sensor, ±2σ"),
+        _band(t, close["measured"], close["noise"], "y", "noise ±2σ"),
         _line(t, close["measured"], "measured", "y", GREY, 6.0, unit),
-        _line(t, close["before"], "model as given", "y", VERMILION, 2.4, unit, dash="dash" if changed else "solid"),
+        _line(t, close["before"], "model as given", "y", given, 2.4, unit, dash="dash" if new else "solid"),
     ]
-    if changed:
-        traces.append(_line(t, close["after"], "model with what was found", "y", BLUE, 2.4, unit))
+    if new:
+        traces.append(_line(t, close["after"], new, "y", BLUE, 2.4, unit))
     label = LABELS.get(close["channel"], plain(close["channel"])).replace("<br>", " ")
     error = " (model - measured)" if close["error"] else ""
     return {
@@ -145,7 +164,7 @@ def close_figure(close: Mapping[str, Any], *, changed: bool) -> Figure:
     }  # fmt: skip
 
 
-def residual_figure(one: Mapping[str, Any], *, changed: bool) -> Figure:
+def residual_figure(one: Mapping[str, Any], *, new: str = "", given: str = VERMILION) -> Figure:
     """Measured - model over time, a row a signal, before and after on the same axes, in the band of the noise."""
     t = one["t"]
     traces: list[Figure] = []
@@ -153,10 +172,10 @@ def residual_figure(one: Mapping[str, Any], *, changed: bool) -> Figure:
     for k, name in enumerate(names):
         row, axis = one["rows"][name], "y" if k == 0 else f"y{k + 1}"
         unit = pretty_unit(one["units"][name])
-        before = _line(t, row["before"], "model as given", axis, VERMILION, 1.3, unit, legend=k == 0)
+        before = _line(t, row["before"], "model as given", axis, given, 1.3, unit, legend=k == 0)
         traces.append(before)
-        if changed:
-            traces.append(_line(t, row["after"], "with what was found", axis, BLUE, 1.3, unit, legend=k == 0))
+        if new:
+            traces.append(_line(t, row["after"], new, axis, BLUE, 1.3, unit, legend=k == 0))
         for side in (-BAND, BAND):
             edge = np.full(2, side * row["noise"])
             line = _line(np.array([t[0], t[-1]]), edge, "noise, ±2σ", axis, "#009E73", 1.4, unit, dash="dot",
@@ -217,6 +236,11 @@ def _percent(value: float | None) -> str:
     return f"{100.0 * value:.0f} %" if abs(value) >= 0.0095 or value == 0.0 else f"{100.0 * value:.1f} %"
 
 
+def _spoken(name: str) -> str:
+    """A signal's name in words."""
+    return LABELS.get(name, name).replace("<br>", " ").removesuffix(" error")
+
+
 def _level(chi2: float | None) -> str:
     """Class of a chi^2/N: within the noise, visible, far off."""
     return "" if chi2 is None else "good" if chi2 <= NOISE else "doubt" if chi2 <= 10.0 else "bad"
@@ -237,6 +261,7 @@ def _template() -> Any:
     environment.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
     environment.filters["chi2"] = lambda value: "–" if value is None else _short(value)
     environment.filters["percent"] = _percent
+    environment.filters["spoken"] = _spoken
     environment.filters["pin"] = lambda value: round(100.0 * min(max(value, 0.0), 1.0), 2)
     environment.filters["level"] = _level
     return environment.get_template("diagnosis.html")

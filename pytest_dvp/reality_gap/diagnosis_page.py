@@ -10,7 +10,7 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect
-from pytest_dvp.reality_gap.diagnosis_words import extend_command, headline, interval, value
+from pytest_dvp.reality_gap.diagnosis_words import causes, extend_command, headline, interval, value
 from pytest_dvp.reality_gap.experiment import Experiment, Values
 from pytest_dvp.reality_gap.segments import CHANNELS, UNITS
 from pytest_dvp.reality_gap.shares import Share, shares
@@ -75,6 +75,7 @@ def diagnosis_page(
             for s in found.ladder
         ],
         "null_line": found.null_line,
+        "tiles": causes(first),
         "signals": [
             {"name": c, "unit": UNITS[c], "noise": found.noise_floor.get(c), "before": first.rmse[c],
              "after": last.rmse[c], "held_before": first.held_out_rmse.get(c), "held_after": last.held_out_rmse.get(c),
@@ -174,9 +175,10 @@ def _over_time(one: _Drawn, order: Sequence[str]) -> dict[str, Any]:
     """Residuals before and after of every signal that is or was off; position along and across the car."""
     e = one.experiment
     rows: dict[str, dict[str, Any]] = {}
-    quiet = []
-    for channel in [c for c in order if c in e.channels]:
-        if max(_level(one.before, e, channel), _level(one.after, e, channel)) <= NOTHING_LEFT:
+    quiet: list[str] = []
+    all_quiet = all(_worse(one, channel) <= NOTHING_LEFT for channel in e.channels)  # to be seen, too
+    for channel in [c for c in order if c in e.channels and (c in CAUSES or not all_quiet)]:
+        if not all_quiet and _worse(one, channel) <= NOTHING_LEFT:
             quiet.append(channel)
             continue
         k = CHANNELS.index(channel)
@@ -195,6 +197,11 @@ def _over_time(one: _Drawn, order: Sequence[str]) -> dict[str, Any]:
 def _turned(rest: FloatArray, e: Experiment) -> tuple[FloatArray, FloatArray]:
     c, s = np.cos(e.measured[:, 2]), np.sin(e.measured[:, 2])
     return c * rest[:, 0] + s * rest[:, 1], c * rest[:, 1] - s * rest[:, 0]
+
+
+def _worse(one: _Drawn, channel: str) -> float:
+    """chi^2/N of a channel, before or after, whichever is more."""
+    return max(_level(one.before, one.experiment, channel), _level(one.after, one.experiment, channel))
 
 
 def _level(rest: FloatArray, e: Experiment, channel: str) -> float:

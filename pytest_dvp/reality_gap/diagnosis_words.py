@@ -54,17 +54,14 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
 
 def extend_command(found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = ()) -> str:
     """The command that adds what was found; empty if there is nothing to add."""
-    names = [e.name for e in found.effects if e.action != "remove"]
-    if not names:
+    add = [e.name for e in found.effects if e.action != "remove"]
+    remove = [e.name for e in found.effects if e.action == "remove"]
+    if not add and not remove:
         return ""
-    target = f"{Path(model).stem}.extended.toml"
     words = ["dvp", "extend", "--model", model]
-    for name in names:
-        words += ["--add", name]
-    words += ["--fit", *logs]
-    for log in held_out:
-        words += ["--held-out", log]
-    return shlex.join([*words, "--out", target])
+    for option, values in (("--add", add), ("--remove", remove), ("--fit", logs), ("--held-out", held_out)):
+        words += [option, *values] if values else []
+    return shlex.join([*words, "--out", f"{Path(model).stem}.extended.toml"])
 
 
 def value(estimate: Estimate) -> str:
