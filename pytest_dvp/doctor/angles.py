@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from openscenario.findings import Findings
-from pytest_dvp.doctor.motion import Motion, best_lag, correlation, slope
+from pytest_dvp.doctor.motion import Motion, best_lag, correlation, rows_between, slope
 from pytest_dvp.log import FloatArray, Log
 
 DEGREES = 180.0 / math.pi
@@ -27,7 +27,6 @@ FACTOR = 2.5  # two witnesses of one turn may differ by as much for reasons of t
 COMMAND_FACTOR = 5.0  # wanted and measured steering: beyond that it is no steering ratio that a model could have
 LONGEST = 1.0  # [s] that an actuator or a sensor is late
 UNDECIDED = 0.5  # two explanations nearer than this are both told
-_EVERY = 0.1  # [s] between the samples that are held against each other: means over 0.4 s have no more to tell
 
 _RATES = ("yaw", "yaw_rate")
 _STEERS = ("steer", "steer_cmd")
@@ -48,7 +47,7 @@ def check_angles(log: Log, motion: Motion, file: str, findings: Findings) -> Mot
     Returns the motion with those columns righted (without yaw, if it is that), so that they spoil no other check.
     """
     witnesses = _witnesses(motion)
-    pairs = _pairs(witnesses, motion.step)
+    pairs = _pairs(witnesses, motion.step * rows_between(motion))
     sizes = {name: _high(log, name) for name in _STEERS}
     named = [name for name in _RATES if name in witnesses] + [name for name in _STEERS if sizes[name] > 0.0]
     choices = [(1.0, DEGREES, 1.0 / DEGREES) if name in _RATES else _STEER_FACTORS for name in named]
@@ -83,10 +82,10 @@ _STEER_FACTORS = (1.0, DEGREES, 1.0 / DEGREES, HAND_WHEEL, HAND_WHEEL * DEGREES)
 
 
 def _witnesses(motion: Motion) -> dict[str, FloatArray]:
-    """Turn rates [rad/s] (steering: times the wheelbase [m]) by column, every _EVERY seconds."""
+    """Turn rates [rad/s] (steering: times the wheelbase [m]) by column, thinned out by rows_between."""
     of = motion.of
     speed = of.get("v", of.get("path_speed"))
-    every = max(1, round(_EVERY / motion.step))
+    every = rows_between(motion)
     found: dict[str, FloatArray] = {}
     fast = np.where(np.abs(speed) > 0.3, speed, np.nan) if speed is not None else np.full(len(motion.t), np.nan)
     found.update({name: of[name] * fast for name in _STEERS if name in of})
@@ -105,7 +104,6 @@ def _witnesses(motion: Motion) -> dict[str, FloatArray]:
 
 def _pairs(witnesses: dict[str, FloatArray], step: float) -> list[Pair]:
     """Pairs of one shape at their best lag; a sign does not matter here."""
-    step *= max(1, round(_EVERY / step))
     found = []
     for a, b in itertools.combinations(witnesses, 2):
         if a in _FIXED and b in _FIXED:

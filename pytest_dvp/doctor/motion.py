@@ -16,6 +16,8 @@ from pytest_dvp.log import FloatArray, Log
 WINDOW = 0.4  # [s] of means and differences: long against the noise of a position, short against a manoeuvre
 COURSE_WINDOW = 0.8  # [s]: the direction of the path is noisier
 _GRID = 0.02  # [s] finest grid
+_THIN = 0.1  # [s] between the rows that scales and signs are judged by
+_MOST = 20_000  # of them
 _LONGEST = 200_000  # grid points; longer logs get a coarser grid
 
 
@@ -37,6 +39,11 @@ class Motion:
 
     def has(self, *names: str) -> bool:
         return all(name in self.of for name in names)
+
+
+def rows_between(motion: Motion) -> int:
+    """Every how many rows of the grid there is something new to tell: means over WINDOW are that slow."""
+    return max(1, round(_THIN / motion.step), len(motion.t) // _MOST)
 
 
 def motion_of(log: Log) -> Motion | None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from openscenario.findings import Findings
-from pytest_dvp.doctor.motion import Motion, best_lag
+from pytest_dvp.doctor.motion import Motion, best_lag, rows_between
 from pytest_dvp.log import FloatArray
 
 
@@ -25,10 +25,12 @@ def check_turning(motion: Motion, file: str, findings: Findings) -> None:
         if name in of:
             witnesses[name] = of[name] * fast
     at = motion.moving
-    usable = {n: np.where(at, w, np.nan) for n, w in witnesses.items() if _varies(np.where(at, w, np.nan), n)}
+    every = rows_between(motion)
+    seen = {n: np.where(at, w, np.nan)[::every] for n, w in witnesses.items()}
+    usable = {n: w for n, w in seen.items() if _varies(w, n)}
     if len(usable) < 2:
         return
-    signs = _signs(usable, motion.step)
+    signs = _signs(usable, motion.step * every)
     against = [name for name, sign in signs.items() if sign < 0]
     if not against:
         _check_heading(motion, mirrored=False, file=file, findings=findings)
@@ -93,7 +95,7 @@ def _tell_downwards(motion: Motion, file: str, findings: Findings) -> bool:
 def _varies(values: FloatArray, name: str) -> bool:
     known = values[np.isfinite(values)]
     least = {"steer": 0.01, "steer_cmd": 0.01}.get(name, 0.015)
-    return len(known) > 50 and float(np.std(known)) > least
+    return len(known) > 20 and float(np.std(known)) > least
 
 
 def _signs(usable: dict[str, FloatArray], step: float) -> dict[str, int]:
