@@ -214,14 +214,21 @@ def _suffix(unit: str) -> str:
 
 
 def _pair(value: float, bound: float, unit: str) -> tuple[str, str]:
-    """Both numbers with as few decimals as keep them apart: a value that failed must not read like its bound."""
+    """Both numbers with as few decimals as tell them and keep them apart: a value that failed must not read like its
+    bound, nor a bound of 0.002 like 0."""
     if unit == "-" and value == int(value) and bound == int(bound):
         return f"{value:.0f}", f"{bound:.0f}"
     for decimals in range(2, 7):
         one, two = f"{value:.{decimals}f}", f"{bound:.{decimals}f}"
-        if value == bound or one != two:
+        told = _told(one, value, 0.05) and _told(two, bound, 0.001)
+        if told and (value == bound or one != two):
             return one, two
     return f"{value:.9g}", f"{bound:.9g}"
+
+
+def _told(text: str, number: float, share: float) -> bool:
+    """True if a text tells a number to a share of it, or if that is next to nothing."""
+    return abs(float(text) - number) <= max(share * abs(number), 1e-6)
 
 
 def _printable(text: str) -> str:

@@ -68,6 +68,13 @@ def test_text_json_and_page_name_what_the_gate_file_names(folder: Path) -> None:
     assert ("rmse(v, car.toml).status", "FAIL") in properties(result)
 
 
+def test_small_bound_does_not_read_like_none(folder: Path) -> None:
+    path = written(folder, '[[gate]]\nmodel = "models/car.toml"\nrmse = { yaw_rate = 0.002 }\n')
+    verdict = judge(read_gates(path), staged(drive()))[0]
+    assert verdict.gate == "rmse(yaw_rate, car.toml) <= 0.002 rad/s"
+    assert verdict.short.startswith("rmse(yaw_rate, car.toml) 0.005 rad/s > 0.002")
+
+
 def test_gate_applies_to_its_stages_only(folder: Path) -> None:
     path = written(folder, '[[gate]]\nmodel = "models/car.toml"\nlag = 0.05\nstages = ["rw"]\n')
     assert judge(read_gates(path), staged(drive(), "dt"))[0].status == "INCONCLUSIVE"
