@@ -220,15 +220,16 @@ def _pair(value: float, bound: float, unit: str) -> tuple[str, str]:
         return f"{value:.0f}", f"{bound:.0f}"
     for decimals in range(2, 7):
         one, two = f"{value:.{decimals}f}", f"{bound:.{decimals}f}"
-        told = _told(one, value, 0.05) and _told(two, bound, 0.001)
+        near = max(0.05 * abs(value), 0.02 * abs(bound))
+        told = _told(one, value, near) and _told(two, bound, 0.001 * abs(bound))
         if told and (value == bound or one != two):
             return one, two
     return f"{value:.9g}", f"{bound:.9g}"
 
 
-def _told(text: str, number: float, share: float) -> bool:
-    """True if a text tells a number to a share of it, or if that is next to nothing."""
-    return abs(float(text) - number) <= max(share * abs(number), 1e-6)
+def _told(text: str, number: float, error: float) -> bool:
+    """True if a text tells a number to an error, or to next to nothing."""
+    return abs(float(text) - number) <= max(error, 1e-6)
 
 
 def _printable(text: str) -> str:
