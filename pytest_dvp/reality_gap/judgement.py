@@ -75,22 +75,23 @@ def judge_addition(search: Search, final: Trial, candidate: Candidate, judges: S
 
 
 def judge_removal(search: Search, final: Trial, name: str, model: VehicleModel, judges: Sequence[Fold]) -> Judged:
-    """An effect that was taken out: nothing worth an effect may be missed."""
+    """An effect that was taken out must not be missed, neither in the logs fitted on nor in those held out."""
     applied = next(a for a in model.effects if a.name == name)
     off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in applied.effect.parameters}
     effect = NamedEffect(name=name, parameters=off, action="remove")
     back = {(name, key): value for key, value in applied.values.items()}
-    pairs = [(search.target, search.count)] if not judges else [(fold.judge, fold.judge.count) for fold in judges]
-    samples = max(sum(count for _, count in pairs), 1)
-    with_it = sum(square(data.whitened(final.values | back)) for data, _ in pairs) / samples
-    without = sum(square(data.whitened(final.values)) for data, _ in pairs) / samples
-    effect = dataclasses.replace(effect, held_out_gain=with_it - without if judges else None)
-    if without - with_it > PRACTICAL * max(1.0, with_it):
-        held = "held-out " if judges else ""
-        return Judged(effect, wrong=(
-            f"without {name} the error on {held}data grows, chi^2/N {with_it:.3g} -> {without:.3g} "
-            f"({_percent(with_it, without)}): keep it"
-        ))  # fmt: skip
+    data = [("the data fitted on", search.target)]
+    data += [("held-out data", fold.judge) for fold in judges if fold.fitted is None]
+    for called, each in data:
+        count = max(each.count, 1)
+        with_it = square(each.whitened(final.values | back)) / count
+        without = square(each.whitened(final.values)) / count
+        effect = dataclasses.replace(effect, held_out_gain=with_it - without if each is not search.target else None)
+        if without - with_it > PRACTICAL * max(1.0, with_it):
+            return Judged(effect, wrong=(
+                f"without {name} the error on {called} grows, chi^2/N {with_it:.3g} -> {without:.3g} "
+                f"({_percent(with_it, without)}): keep it"
+            ))  # fmt: skip
     return Judged(effect)
 
 

@@ -1,0 +1,183 @@
+"""dvp extend as a user types it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_dvp.cli import main
+from tests.truth.generate import make_log, write_csv
+from vehicle.model.model_file import read_model
+
+CAR = "[parameters]\nwheelbase = 2.45\ncg_to_front_axle = 1.15\nmass = 1150.0\nyaw_inertia = 1400.0\n"
+GATES = '[[gate]]\nmodel = "car.toml"\nrmse = { yaw_rate = 0.01, v = 0.05 }\nstages = ["rw"]\n'
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, bytes]:
+    """Town drives of a car that steers 0.2 s late, and of one that does not."""
+    path = tmp_path_factory.mktemp("drives") / "log.csv"
+    found = {}
+    for name, delay, seed in (("one.csv", 0.2, 1), ("two.csv", 0.2, 2), ("prompt.csv", 0.0, 3)):
+        write_csv(path, make_log({"steer_delay": {"T": delay}} if delay else {}, "urban", seed))
+        found[name] = path.read_bytes()
+    return found
+
+
+@pytest.fixture
+def here(tmp_path: Path, drives: Mapping[str, bytes], monkeypatch: pytest.MonkeyPatch) -> Path:
+    for name, text in drives.items():
+        (tmp_path / name).write_bytes(text)
+    (tmp_path / "car.toml").write_text(CAR)
+    (tmp_path / "car.gates.toml").write_text(GATES)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def extend(*words: str, add: str = "steer_delay") -> int:
+    named = ["--add", add] if add else []
+    return main(["extend", "--model", "car.toml", *named, "--out", "new.toml", *words])
+
+
+def document(capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def test_new_model_is_written_with_interval_and_provenance(here: Path, drives: Mapping[str, bytes]) -> None:
+    assert extend("--fit", "one.csv", "--held-out", "two.csv") == 0
+    (applied,) = read_model(here / "new.toml").effects
+    interval = applied.intervals["T"]
+    assert applied.values["T"] == pytest.approx(0.2, rel=0.02)
+    assert interval.low < 0.2 < interval.high
+    assert applied.fitted_on == (f"one.csv sha256:{hashlib.sha256(drives['one.csv']).hexdigest()}",)
+
+
+def test_file_and_document_hold_the_same_values(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert extend("--fit", "one.csv@0:30", "--held-out", "one.csv@30:", "--json") == 0
+    estimate = document(capsys)["effects"][0]["parameters"]["T"]
+    (applied,) = read_model(here / "new.toml").effects
+    assert estimate == {"value": applied.values["T"], "low": applied.intervals["T"].low,
+                        "high": applied.intervals["T"].high, "unit": "s"}  # fmt: skip
+    assert applied.fitted_on[0].startswith("one.csv@0:30 sha256:")
+
+
+def test_compare_shows_the_fall(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    extend("--fit", "one.csv")
+    left = {}
+    for model in ("car.toml", "new.toml"):
+        capsys.readouterr()
+        assert main(["compare", "two.csv", "--model", model, "--json"]) == 0
+        left[model] = document(capsys)["signals"]["yaw_rate"]["chi2_per_n"]
+    assert left["car.toml"] > 5.0
+    assert left["new.toml"] == pytest.approx(1.0, abs=0.15)
+
+
+def test_ladder_shows_the_error_of_both_kinds_of_data(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    extend("--fit", "one.csv", "--held-out", "two.csv")
+    out = capsys.readouterr().out
+    rows = [re.split(r"\s{2,}", line)[:2] for line in out.splitlines()]
+    assert [row for row in rows if row[0] in ("fit", "held out")] == [
+        ["fit", "model as given"], ["fit", "+ steer_delay"], ["held out", "model as given"],
+        ["held out", "+ steer_delay"],
+    ]  # fmt: skip
+    assert "yaw_rate [rad/s]" in out
+    assert "stop here" in out
+
+
+def test_without_add_what_the_diagnosis_names_is_added(here: Path) -> None:
+    assert extend("--fit", "one.csv", "two.csv", add="") == 0
+    assert [a.name for a in read_model(here / "new.toml").effects] == ["steer_delay"]
+
+
+def test_diagnosis_of_a_file_is_added(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["diagnose", "one.csv", "--model", "car.toml", "--json"])
+    (here / "found.json").write_text(capsys.readouterr().out)
+    assert extend("--from", "found.json", "--fit", "one.csv", add="") == 0
+    assert [a.name for a in read_model(here / "new.toml").effects] == ["steer_delay"]
+
+
+def test_nothing_missing_writes_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert extend("--fit", "prompt.csv", add="") == 1
+    assert "new.toml is not written: NOTHING_MISSING" in capsys.readouterr().err
+    assert not (here / "new.toml").exists()
+
+
+def test_held_out_loss_writes_nothing_and_keeps_what_was_there(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What is fitted to the late car makes the prompt one late, too."""
+    (here / "new.toml").write_text("# mine\n")
+    assert extend("--fit", "one.csv", "--held-out", "prompt.csv") == 1
+    told = capsys.readouterr()
+    assert told.err.count("\n") == 1
+    assert "new.toml is not written: steer_delay loses on held-out data, chi^2/N 1" in told.err
+    assert (here / "new.toml").read_text() == "# mine\n"
+
+
+def test_refusal_stands_in_the_document_as_well(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert extend("--fit", "one.csv", "--held-out", "prompt.csv", "--json") == 1
+    found = document(capsys)
+    assert not found["written"]
+    assert "loses on held-out data" in found["refusal"]
+
+
+def test_gates_that_change_are_told(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert extend("--fit", "one.csv", "--gates", "car.gates.toml", "--json") == 0
+    verdicts = {g["gate"]: (g["before"]["verdict"], g["after"]["verdict"]) for g in document(capsys)["gates"]}
+    assert verdicts == {"rmse of yaw_rate": ("FAIL", "PASS"), "rmse of v": ("PASS", "PASS")}
+
+
+def test_gates_on_another_model_are_no_answer(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "other.toml").write_text(CAR)
+    (here / "car.gates.toml").write_text(GATES.replace("car.toml", "other.toml"))
+    assert extend("--fit", "one.csv", "--gates", "car.gates.toml") == 2
+    assert "none of its gates is on car.toml" in capsys.readouterr().err
+
+
+def test_own_input_is_overwritten_only_by_force(here: Path) -> None:
+    words = ["extend", "--model", "car.toml", "--add", "steer_delay", "--fit", "one.csv", "--out", "car.toml"]
+    assert main(words) == 2
+    assert (here / "car.toml").read_text() == CAR
+    assert main([*words, "--force"]) == 0
+    assert [a.name for a in read_model(here / "car.toml").effects] == ["steer_delay"]
+    assert [path.name for path in here.iterdir() if path.name.endswith(".part")] == []
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--fit", "none.csv"], "none.csv: no such log"),
+        (["--fit", "one.csv", "--held-out", "none.csv"], "none.csv: no such log"),
+        (["--fit", "one.csv", "--held-out", "one.csv@20:30"], "would judge itself"),
+        (["--fit", "one.csv", "--out", "one.csv", "--force"], "one.csv is a file that is read"),
+        (["--fit", "one.csv", "--out", "no/new.toml"], "no folder no"),
+        (["--fit", "one.csv", "--add", "steer_dely"], "did you mean 'steer_delay'"),
+        (["--fit", "one.csv", "--remove", "brake_lag"], "car.toml has no effects"),
+        (["--fit", "one.csv", "--remove", "steer_delay"], "both to be added and to be removed"),
+        (["--fit", "one.csv", "--gates", "none.toml"], "none.toml: no such gate file"),
+        (["--fit", "one.csv", "--from", "car.toml"], "leave out --add"),
+        (["--fit", "one.csv", "--refti"], "did you mean --refit"),
+    ],
+)
+def test_wrong_argument_is_one_line_and_exit_code_2(
+    here: Path, words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert extend(*words) == 2
+    told = capsys.readouterr()
+    assert said in told.err
+    assert told.err.count("\n") == 1
+    assert not (here / "new.toml").exists()
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"effects": 3}', '{"effects": [{}]}', "\x00", '{"effects": []}'])
+def test_file_that_is_no_diagnosis_is_one_line(here: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "found.json").write_text(text)
+    assert extend("--from", "found.json", "--fit", "one.csv", add="") == 2
+    told = capsys.readouterr()
+    assert told.err.startswith("found.json: ")
+    assert told.err.count("\n") == 1

@@ -1,0 +1,163 @@
+"""extend: the effect that is added has the truth's value, the error falls on data it was not fitted on, and what
+loses there is refused. Logs come from a truth that shares nothing with the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+import pytest
+
+from pytest_dvp.log import Log
+from pytest_dvp.reality_gap.extend import extend
+from tests.truth.effects import Effects
+from tests.truth.generate import make_log
+from vehicle.model.errors import ModelError
+from vehicle.model.model import VehicleModel
+from vehicle.model.model_file import parse_model
+
+CAR = "[parameters]\nwheelbase = 2.45\ncg_to_front_axle = 1.15\nmass = 1150.0\nyaw_inertia = 1400.0\n"
+
+
+def model(*effects: tuple[str, str, float]) -> VehicleModel:
+    entries = [f'[[effect]]\nname = "{name}"\n[effect.parameters.{key}]\nvalue = {v}\n' for name, key, v in effects]
+    return parse_model(CAR + "".join(entries))
+
+
+@cache
+def town(*effects: tuple[str, str, float], seed: int = 1) -> Log:
+    """45 s through town of a car with these effects."""
+    hidden: Effects = {name: {key: value} for name, key, value in effects}
+    return Log(make_log(hidden, "urban", seed))
+
+
+DELAY = ("steer_delay", "T", 0.2)
+BRAKES = ("brake_gain", "g", 0.8)
+
+
+def logs(**named: Log) -> Mapping[str, Log]:
+    return named
+
+
+def test_added_effect_has_the_value_of_the_truth_within_its_interval() -> None:
+    found = extend(logs(a=town(DELAY)), model(), add=["steer_delay"], held_out=logs(b=town(DELAY, seed=2)))
+    assert found.refusal == ""
+    estimate = found.effects[0].parameters["T"]
+    assert estimate.value == pytest.approx(0.2, rel=0.02)
+    assert estimate.low < 0.2 < estimate.high
+    assert found.model.value("steer_delay", "T") == estimate.value
+    assert found.model.effects[0].intervals["T"].low == estimate.low
+
+
+def test_error_falls_to_the_noise_on_data_that_were_not_fitted_on() -> None:
+    found = extend(logs(a=town(DELAY)), model(), add=["steer_delay"], held_out=logs(b=town(DELAY, seed=2)))
+    before, after = (rung.step for rung in (found.ladder[0], found.ladder[-1]))
+    assert [rung.change for rung in found.ladder] == ["", "+ steer_delay"]
+    assert before.held_out_chi2_per_n is not None
+    assert before.held_out_chi2_per_n > 2.0
+    assert after.held_out_chi2_per_n == pytest.approx(1.0, abs=0.1)
+    assert after.held_out_rmse["yaw_rate"] == pytest.approx(0.005, rel=0.1)  # noise of the log's gyroscope
+    assert found.explained
+
+
+def test_two_effects_are_fitted_jointly() -> None:
+    found = extend(logs(a=town(DELAY, BRAKES)), model(), add=["brake_gain", "steer_delay"])
+    assert found.model.value("steer_delay", "T") == pytest.approx(0.2, rel=0.03)
+    assert found.model.value("brake_gain", "g") == pytest.approx(0.8, rel=0.03)
+    assert [rung.change for rung in found.ladder] == ["", "+ brake_gain", "+ steer_delay"]
+
+
+def test_error_that_is_left_is_not_called_noise() -> None:
+    found = extend(logs(a=town(DELAY, BRAKES)), model(), add=["brake_gain"])
+    assert found.refusal == ""
+    assert not found.explained
+
+
+@pytest.mark.parametrize(("refit", "delay"), [(False, 0.1), (True, 0.2)])
+def test_effects_of_the_model_are_fitted_again_only_if_asked(refit: bool, delay: float) -> None:
+    given = model(("steer_delay", "T", 0.1))
+    found = extend(logs(a=town(DELAY, BRAKES)), given, add=["brake_gain"], refit=refit)
+    assert found.model.value("steer_delay", "T") == pytest.approx(delay, rel=0.03)
+
+
+def test_effect_that_the_model_has_is_fitted_again_when_it_is_named() -> None:
+    found = extend(logs(a=town(DELAY)), model(("steer_delay", "T", 0.1)), add=["steer_delay"])
+    assert [(e.name, e.action) for e in found.effects] == [("steer_delay", "change")]
+    assert found.model.value("steer_delay", "T") == pytest.approx(0.2, rel=0.03)
+    assert len(found.model.effects) == 1
+
+
+def test_loss_on_held_out_data_is_refused() -> None:
+    """The gyroscope's bias of one day is that of no other day."""
+    one, other = town(("gyro_bias", "b", 0.02)), town(("gyro_bias", "b", -0.02), seed=2)
+    found = extend(logs(a=one), model(), add=["gyro_bias"], held_out=logs(b=other))
+    before, after = (rung.step for rung in (found.ladder[0], found.ladder[-1]))
+    assert after.chi2_per_n < before.chi2_per_n
+    assert found.refusal.startswith("gyro_bias loses on held-out data, chi^2/N ")
+    assert "leave it out" in found.refusal
+    assert "\n" not in found.refusal
+
+
+def test_loss_is_found_without_a_held_out_log_too() -> None:
+    one, other = town(("gyro_bias", "b", 0.02)), town(seed=2)
+    found = extend(logs(a=one, b=other), model(), add=["gyro_bias"])
+    assert "gyro_bias loses on held-out data" in found.refusal
+
+
+@pytest.mark.parametrize(("effect", "why"), [("aero_drag", "too little"), ("understeer", "too little")])
+def test_effect_that_explains_nothing_is_refused_with_what_would_show_it(effect: str, why: str) -> None:
+    found = extend(logs(a=town(DELAY)), model(), add=["steer_delay", effect])
+    assert f"{effect} explains {why} beside steer_delay" in found.refusal
+    assert "drive what would show it" in found.refusal
+
+
+def test_effect_that_the_car_lacks_can_be_removed() -> None:
+    found = extend(logs(a=town(DELAY)), model(DELAY, ("brake_lag", "tau", 0.3)), remove=["brake_lag"])
+    assert found.refusal == ""
+    assert [a.name for a in found.model.effects] == ["steer_delay"]
+    assert found.ladder[-1].step.chi2_per_n == pytest.approx(1.0, abs=0.1)
+
+
+def test_effect_that_the_car_has_is_not_removed() -> None:
+    found = extend(logs(a=town(DELAY)), model(DELAY), remove=["steer_delay"])
+    assert found.refusal.startswith("without steer_delay the error on the data fitted on grows, chi^2/N 1")
+
+
+def test_scale_of_a_normalised_input_is_fitted_along() -> None:
+    columns = dict(town(DELAY).columns)
+    columns["steer_cmd_norm"] = columns.pop("steer_cmd") / 0.5
+    given = parse_model('[inputs]\nsteer = "steer_cmd_norm"\n' + CAR)  # 0.4 rad where nothing is declared
+    found = extend(logs(a=Log(columns)), given, add=["steer_delay"])
+    assert found.model.inputs.steer_scale == pytest.approx(0.5, rel=0.01)
+    assert found.model.value("steer_delay", "T") == pytest.approx(0.2, rel=0.03)
+
+
+def test_the_new_model_replays_as_the_ladder_says() -> None:
+    found = extend(logs(a=town(DELAY, BRAKES)), model(), add=["steer_delay", "brake_gain"])
+    again = extend(logs(a=town(DELAY, BRAKES)), found.model, add=["steer_delay"])
+    assert again.ladder[0].step.chi2_per_n == pytest.approx(found.ladder[-1].step.chi2_per_n, rel=0.02)
+
+
+def test_provenance_is_that_of_what_was_fitted() -> None:
+    found = extend(
+        logs(a=town(DELAY, BRAKES)), model(DELAY), add=["brake_gain"], fitted_on=["a.csv sha256:00"]
+    )  # fmt: skip
+    assert [(a.name, a.fitted_on) for a in found.model.effects] == [
+        ("steer_delay", ()),
+        ("brake_gain", ("a.csv sha256:00",)),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [("steer_dely", "steer_delay"), ("detection_latency", "detected objects"), ("speed_controller", "accel_cmd")],
+)
+def test_effect_that_cannot_be_fitted_is_one_line(effect: str, said: str) -> None:
+    with pytest.raises(ModelError, match=said) as caught:
+        extend(logs(a=town(DELAY)), model(), add=[effect])
+    assert "\n" not in str(caught.value)
+
+
+def test_same_logs_give_the_same_model() -> None:
+    one, two = (extend(logs(a=town(DELAY)), model(), add=["steer_delay"]) for _ in range(2))
+    assert one.as_dict() == two.as_dict()
