@@ -52,6 +52,8 @@ neutrally, so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every c
 - Before the log begins its first command has been held for long: actuators are at rest there.
 - Where a segment starts anew, pose and speed are set; delay lines, lags, limits and play run on; a sensor that shows
   the past sees a past moved along with the car.
+- The ground is the plane of `road_grade` and `road_bank`: a replay knows no road, so a grade that changes along the way
+  is not in it. (The twin in a scenario gets it from the elevation of the road file.)
 - `ax`, `ay` are those at the rear axle; `ax_x`, `ay_x` in `[parameters]` name points ahead of it. Matters with tyres: a
   log whose `ay` is that of the centre of gravity shows the turn-in otherwise than the rear axle.
 

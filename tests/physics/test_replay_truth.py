@@ -113,3 +113,30 @@ def test_slip_of_both_axles_reproduces_a_truth_whose_tyres_slip(drive: str) -> N
     with_slip = misfit({("cornering_compliance", "D"): slip})
     assert with_slip < 0.025  # 0.1 at the low noise level
     assert misfit({}) > 10.0 * with_slip
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("steer_compliance", "tyre_saturation"),  # the force that turns the wheel is the saturated one
+        ("steer_compliance", "roll_dynamics"),
+        ("steer_compliance", "tyre_relaxation"),
+        ("tyre_saturation", "roll_dynamics"),
+        ("steer_stiction", "steer_lag"),
+        ("steer_stiction", "steer_delay"),
+        ("steer_lag", "steer_rate_limit"),
+        ("drive_lag", "jerk_limit"),
+    ],
+)
+def test_two_effects_act_on_each_other_as_in_the_truth(names: tuple[str, str]) -> None:
+    effects = {name: typical(name) for name in names}
+    log = make_log(effects, "rich", 3, "none")
+    front, rear = stiffnesses(TruthCar(), effects)
+    car = baseline(names[0]).with_car({"cornering_stiffness_front": front, "cornering_stiffness_rear": rear})
+    starts = np.arange(0, len(log["t"]) - 100, 250)
+    states = np.full((len(starts), 6), np.nan)
+    states[:, :4] = np.column_stack([log[key][starts] for key in ("x", "y", "yaw", "v")])
+    values = {(name, key): value for name, keys in effects.items() for key, value in keys.items()}
+    rows = Replay(car, log["t"], log).run(values, starts=starts, states=states)
+    measured = np.column_stack([log[key] for key in MEASURED])
+    assert (((measured - rows[:, :7]) / SIGMAS) ** 2).mean() < 0.1

@@ -139,6 +139,8 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
 def steering(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: float) -> float:
     """Mean road-wheel angle of the step [rad]."""
     d = held(commands, last, 1, t - p[STEER_T])
+    if p[STICK] > 0.0:  # a mean of two commands would be a place to stick at
+        d = commands[min(max(math.floor((t - p[STEER_T] + 0.5 * H) / PERIOD), 0), last), 1]
     d *= p[RATIO] * (p[LEFT] if d > 0.0 else p[RIGHT]) / (1.0 + p[RATIO_V] * s[V])
     d += p[OFFSET]
     d = min(max(d, -p[STEER_MAX]), p[STEER_MAX])
@@ -155,6 +157,8 @@ def steering(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: f
         s[D_RES] += H * s[W_RES]
         d = s[D_RES]
     if abs(d - s[D_STICK]) >= p[STICK]:  # breaks away and catches up
+        if p[STICK] > 0.0 and (p[STEER_TAU] > 0.0 or p[STEER_RATE] < math.inf):  # the instant lies within the step
+            d = s[D_STICK] + math.copysign(p[STICK] * math.floor(abs(d - s[D_STICK]) / p[STICK]), d - s[D_STICK])
         s[D_STICK] = d
     d = s[D_STICK]
     s[D_PLAY] = min(max(s[D_PLAY], d - p[PLAY]), d + p[PLAY])
@@ -181,12 +185,21 @@ def tyres(q: FloatArray, p: FloatArray, d: float) -> tuple[float, float]:
     a, b = p[C_A], p[C_L] - p[C_A]
     v = max(q[V], SLOW)
     soft = 1.0 - p[TRANSFER] * (q[R] * q[V] / G) ** 2
-    # d turns back by c F, and F = C (d - c F - ...): solved for F
     stiff = p[C_CF] * soft
-    front = stiff / (1.0 + 1e-3 * p[COMPLY] * stiff) * (d - math.atan((q[VY] + a * q[R]) / v))
-    rear = -p[C_CR] * soft * math.atan((q[VY] - b * q[R]) / v)
+    slip = d - math.atan((q[VY] + a * q[R]) / v)
     load = p[C_M] * p[GRIP] / p[C_L]
-    return grip(front, load * b), grip(rear, load * a)
+    rear = grip(-p[C_CR] * soft * math.atan((q[VY] - b * q[R]) / v), load * a)
+    # d turns back by c F, and F = grip(C (d - c F - ...)): the linear F, then by halving the interval
+    front = grip(stiff / (1.0 + 1e-3 * p[COMPLY] * stiff) * slip, load * b)
+    if p[COMPLY] > 0.0 and p[GRIP] < math.inf:
+        low, high = min(grip(stiff * slip, load * b), 0.0), max(grip(stiff * slip, load * b), 0.0)
+        for _ in range(40):
+            front = 0.5 * (low + high)
+            if grip(stiff * (slip - 1e-3 * p[COMPLY] * front), load * b) > front:
+                low = front
+            else:
+                high = front
+    return front, rear
 
 
 @njit(cache=True, error_model="numpy")

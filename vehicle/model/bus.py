@@ -58,6 +58,7 @@ class Bus(Protocol):
     steer: Annotated[float, "rad", "at the road wheel, mean over the step"]
     accel_lead: Annotated[float, "m/s^2", "value at the start of the step minus its mean: nought while it is constant"]
     steer_lead: Annotated[float, "rad", "the same; a gain may leave both alone: half a step is lost in what is logged"]
+    steer_glides: Annotated[float, "-", "1 if the angle moves on straight within the step, 0 if it jumps"]
     settle: Annotated[float, "-", "1 in the long steps that bring actuators to rest before a log begins, else 0"]
 
     # Slot force

@@ -80,6 +80,7 @@ def _wish(x: Any, mode: int) -> None:
     x.steer = x.steer_zero + x.steer_scale * x.steer_cmd
     x.accel_lead = 0.0
     x.steer_lead = -0.5 * x.steer_scale * x.steer_slope
+    x.steer_glides = 0.0 if x.steer_slope == 0.0 else 1.0
     if mode == ACCELERATION:
         x.accel = x.accel_cmd
     elif mode == PEDALS:

@@ -28,3 +28,4 @@ def steer_lag(x: Bus, p: Any, m: Any) -> None:
         return
     x.steer, m.d = lag(start, x.steer, x.steer_lead, p.tau, x.dt)
     x.steer_lead = start - x.steer
+    x.steer_glides = 1.0

@@ -29,3 +29,4 @@ def steer_rate_limit(x: Bus, p: Any, m: Any) -> None:
         return
     x.steer, m.d = limit_rate(start, x.steer, x.steer_lead, p.limit, x.dt)
     x.steer_lead = start - x.steer
+    x.steer_glides = 1.0

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from math import copysign
 from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.maths import clip
 
 
 @effect(
@@ -25,13 +27,23 @@ from vehicle.model.effect import Key, Memory, effect
     reveals="slow steering ramps of small amplitude with reversals",
 )
 def steer_stiction(x: Bus, p: Any, m: Any) -> None:
-    start = x.steer + x.steer_lead
-    if abs(start - m.d) < p.width:
-        start = m.d
-    end = x.steer - x.steer_lead
-    if abs(end - start) < p.width:
-        end = start
-    if p.width > 0.0:
-        x.steer = 0.5 * (start + end)
-        x.steer_lead = start - x.steer
-    m.d = end
+    start, end = x.steer + x.steer_lead, x.steer - x.steer_lead
+    if p.width <= 0.0:
+        m.d = end
+        return
+    if abs(start - m.d) >= p.width:
+        m.d = start
+    start = m.d
+    if x.steer_glides == 0.0:  # a command that jumps within the step
+        if abs(end - start) >= p.width:
+            m.d = end
+        x.steer = 0.5 * (start + m.d)
+    else:  # one that moves on straight drags the linkage along in jumps of s, each time it is s ahead
+        ahead = x.steer + x.steer_lead - start
+        s, mean = copysign(p.width, end - start), start
+        for k in range(int(abs(end - start) / p.width + 1e-9)):
+            gone = (ahead - (k + 1) * s) / (2.0 * x.steer_lead)  # share of the step before this jump
+            mean += s * (1.0 - clip(gone, 0.0, 1.0))
+            m.d += s
+        x.steer = mean
+    x.steer_lead = start - x.steer
