@@ -233,8 +233,8 @@ def _tell(
         hint = _advice_for_steering(own, factor, in_degrees, _ratio_of_wheel(name, factor, pairs))
     evidence = "; ".join(part for part in (f"{largest:.3g} rad" * (largest > WIDEST), _evidence(name, pairs)) if part)
     findings.add(
-        "log.implausible_range", file, None, f"column {name}", _what(name, factor, in_degrees=in_degrees),
-        found=evidence + doubt, hint=hint,
+        "log.implausible_range", file, None, f"column {name}", _what(name, factor, in_degrees=in_degrees) + doubt,
+        found=evidence, hint=hint,
         allowed=f"a road-wheel angle, up to {WIDEST} rad" if name in _STEERS else "",
     )  # fmt: skip
 

@@ -147,6 +147,13 @@ def test_a_wrong_unit_of_an_angle_is_told_of_its_own_column_only(
         assert f"{column} [rad{per_second}]" in finding.hint
 
 
+def test_what_the_data_cannot_decide_is_told_as_such(sound: Columns) -> None:
+    few = {name: sound[name] for name in ("t", "v", "yaw", "yaw_rate")}
+    (finding,) = examine(log_of(scaled(few, 1.0 / DEGREES, "yaw_rate")))
+    assert finding.element == "column yaw_rate"
+    assert finding.message.startswith("radians stored as degrees; or yaw holds degrees stored as radians")
+
+
 def test_the_hand_wheel_is_told_with_its_ratio_before_degrees(sound: Columns) -> None:
     (finding,) = examine(log_of(scaled(sound, 15.0, "steer_cmd")))
     assert finding.element == "column steer_cmd"
