@@ -29,7 +29,7 @@ def steer_compliance(x: Bus, p: Any, m: Any) -> None:
     c = 1e-3 * p.c
     tangent, force = x.tangent_front, x.fy_front
     if tangent > 0.0 and x.slip_front != 0.0:
-        # Bent tyres, F = K a/sqrt(1 + (K a/M)^2): secant over tangent tells K and M; then Newton's method, a - c F for a
+        # Bent tyres, F = K a/sqrt(1 + (K a/M)^2): secant over tangent tells K and M; then Newton's method
         bend = force / (x.slip_front * tangent) - 1.0
         if bend > 1e-9:
             linear = force * sqrt(1.0 + bend)
