@@ -72,18 +72,18 @@ def gate(request: pytest.FixtureRequest) -> Gate:
         message = failure(plain, metrics)
         if message is not None:
             note(current_item(config), plain)
-            plain["explanation"] = _explanation(result, metrics)
+            plain["explanation"] = _explanation(result, plain["verdicts"], metrics)
             raise GateFailed(failure(plain, metrics) or message, plain)
 
     return judge
 
 
-def _explanation(result: RunResult, metrics: Sequence[str] | None) -> list[str]:
+def _explanation(result: RunResult, verdicts: Sequence[Mapping[str, Any]], metrics: Sequence[str] | None) -> list[str]:
     """What the model of a failed gate lacks: only then, as it costs seconds, and not for each run of a search."""
     from pytest_dvp.gate_match import METRICS
 
-    chosen = [v.as_dict() for v in result.verdicts if metrics is None or v.metric in metrics or v.gate in metrics]
-    if result.folder is None or not any(v["status"] == "FAIL" and v["metric"] in METRICS.values() for v in chosen):
+    chosen = [v for v in verdicts if metrics is None or v["metric"] in metrics or v["gate"] in metrics]
+    if not any(v["status"] == "FAIL" and v["metric"] in METRICS.values() for v in chosen) or result.folder is None:
         return []
     from pytest_dvp.paths import shown
     from pytest_dvp.settings import diagnosis_wanted
