@@ -1,0 +1,93 @@
+"""The second opinion names hidden effects of a truth car from measured derivatives alone."""
+
+from __future__ import annotations
+
+import ast
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pytest_dvp.log import Log
+from pytest_dvp.reality_gap import equation_error, equation_forms, equation_signals
+from pytest_dvp.reality_gap.equation_error import votes
+from pytest_dvp.reality_gap.equation_forms import FORMS
+from tests.truth.effects import Effects, TruthCar, typical
+from tests.truth.generate import make_log
+from vehicle.model.catalogue import catalogue
+from vehicle.model.model import VehicleModel
+from vehicle.model.model_file import read_model
+
+CAR = TruthCar()
+TYRES = ("understeer", "tyre_saturation", "tyre_relaxation", "roll_dynamics")  # their cars slip, which no form has
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> VehicleModel:
+    path = tmp_path_factory.mktemp("votes") / "model.toml"
+    path.write_text(
+        f'[model]\nbase = "kinematic_bicycle"\n[parameters]\nwheelbase = {CAR.wheelbase}\nmass = {CAR.mass}\n'
+        f"cg_to_front_axle = {CAR.cg_to_front_axle}\nyaw_inertia = {CAR.yaw_inertia}\n"
+    )
+    return read_model(path)
+
+
+@cache
+def log(*hidden: str) -> Log:
+    effects: Effects = {name: typical(name) for name in hidden}
+    return Log(make_log(effects, "rich", 5, "mid"))
+
+
+@pytest.mark.parametrize("hidden", [form.name for form in FORMS if form.name not in TYRES][::3])
+def test_hidden_effect_gets_the_first_vote(model: VehicleModel, hidden: str) -> None:
+    found = votes({"rich": log(hidden)}, model)
+    assert found["first"] == hidden, found["ranking"][:3]
+
+
+def test_nothing_is_named_when_nothing_is_missing(model: VehicleModel) -> None:
+    assert votes({"rich": log()}, model)["first"] is None
+
+
+def test_score_is_the_share_of_the_misfit(model: VehicleModel) -> None:
+    """A delay of 0.15 s is all there is: it takes everything away, a constant angle nothing."""
+    score = dict(votes({"rich": log("steer_delay")}, model)["ranking"])
+    assert score["steer_delay"] > 0.98
+    assert score["steer_offset"] < 0.02
+
+
+def test_sensor_is_not_mistaken_for_the_car(model: VehicleModel) -> None:
+    """A late gyro and a late steering differ in the yaw angle alone."""
+    late_gyro = votes({"rich": log("yaw_rate_latency")}, model)
+    late_steering = votes({"rich": log("steer_delay")}, model)
+    assert (late_gyro["first"], late_steering["first"]) == ("yaw_rate_latency", "steer_delay")
+
+
+def test_unmeasured_signals_leave_their_effects_unjudged(model: VehicleModel) -> None:
+    columns = dict(log("drive_lag").columns)
+    for name in ("x", "y", "ax", "ay"):
+        columns[name] = np.full(len(columns["t"]), np.nan)
+    found = votes({"rich": Log(columns)}, model)
+    assert found["first"] == "drive_lag"
+    assert {"accelerometer_bias", "pitch", "road_bank", "gnss_lever_arm", "heading_bias"} <= set(found["not_judged"])
+
+
+def test_every_effect_is_judged_or_listed_as_not_judged(model: VehicleModel) -> None:
+    found = votes({"rich": log("mass")}, model)
+    named = [name for name, _ in found["ranking"]] + found["not_judged"]
+    assert sorted(named) == sorted(name for name, effect in catalogue().items() if effect.slot != "perception")
+
+
+def test_model_with_effects_gets_no_vote(model: VehicleModel) -> None:
+    found = votes({"rich": log("mass")}, model.with_effect("steer_delay", {"T": 0.1}))
+    assert (found["first"], found["ranking"]) == (None, [])
+
+
+def test_it_is_independent_of_the_main_engine() -> None:
+    """Neither search nor fit nor replay: a common error cannot make the two agree."""
+    for module in (equation_error, equation_forms, equation_signals):
+        assert module.__file__ is not None
+        tree = ast.parse(Path(module.__file__).read_text(encoding="utf-8"))
+        imported = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+        own = {f"pytest_dvp.reality_gap.{name}" for name in ("search", "fit", "experiment", "candidates")}
+        assert not imported & (own | {"vehicle.model.replay", "vehicle.model.kernel"})
