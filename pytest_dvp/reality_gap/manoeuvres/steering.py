@@ -71,13 +71,13 @@ def slalom(d: Driver) -> Driving:
 
 def small_steer(d: Driver) -> Driving:
     """Slow triangles of small and growing size, that reverse often."""
-    v = min(6.0, d.fitting(6.0))
-    return d.tests([Test(v, 5.0, _triangle(size, 1.6)) for size in (0.006, 0.012, 0.025, 0.05)])
+    v = min(8.0, d.fitting(5.0))
+    return d.tests([Test(v, 5.0, _triangle(size, 1.25)) for size in (0.006, 0.012, 0.025, 0.05)])
 
 
 def small_steps(d: Driver) -> Driving:
     """Stairs of small steps up and down, each held for a second: what starts to move, and where it comes to rest."""
-    v = min(5.0, d.fitting(7.0))
+    v = min(7.0, d.fitting(6.5))
 
     def stairs(size: float) -> Shape:
         places = (1.0, 2.0, 1.0, 0.0, -1.0, -2.0, -1.0, 0.0)
