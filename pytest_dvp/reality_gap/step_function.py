@@ -21,6 +21,7 @@ State: TypeAlias = dict[str, float]
 StepFunction: TypeAlias = Callable[[State, Mapping[str, float], float], Mapping[str, float]]
 
 GLANCE = 1e-3  # of a sample: a step so short that nothing moves, which shows what follows a command at once
+_NUMBERS = {*CHANNELS, *MOTION}
 _STATED = ("x", "y", "yaw", "v")
 """Channels that no command moves at once: taken from the state, not from a glance."""
 
@@ -90,7 +91,7 @@ class StepSubject:
 
     def _step(self, state: State, inputs: Mapping[str, float], dt: float, now: float) -> Mapping[str, float]:
         try:
-            return self.step(dict(state), inputs, dt)
+            after: object = self.step(dict(state), inputs, dt)
         except KeyError as error:
             known = ", ".join([*inputs, *MOTION])
             text = f"{self.name}: asks for {error}, which is neither input nor state ({known})"
@@ -98,6 +99,13 @@ class StepSubject:
         except Exception as error:  # a user's function may raise anything
             text = f"{self.name}: failed at t={now:.2f} s: {type(error).__name__}: {error}"
             raise CompareError(text) from error
+        if not isinstance(after, Mapping):
+            raise CompareError(f"{self.name}: returned a {type(after).__name__}, not a dict of the new state")
+        for name in after.keys() & _NUMBERS:
+            if not isinstance(after[name], float | int | np.number):
+                kind = type(after[name]).__name__
+                raise CompareError(f"{self.name}: returned {name} as a {kind} at t={now:.2f} s, not as a number")
+        return after
 
 
 def load_step(path: Path, name: str = "step") -> StepFunction:

@@ -35,7 +35,8 @@ SHOWN = MEASURED_COLUMNS[:7]
 
 _PATH: tuple[Slot, ...] = ("command", "actuator")
 _CLOCK = {"t", "t_start", "count", "dt", "settle"}
-_STEER, _DRIVE = {"steer", "steer_lead", "steer_cmd"}, {"accel", "accel_lead", "accel_cmd"}
+_STEER = {name for name in BUS_FIELDS if name.startswith("steer")}
+_DRIVE = {name for name in BUS_FIELDS if name.startswith("accel")}
 _PAST = {"moved", "old_x", "old_y", "old_yaw"}
 _SEEN = {name: "v" if name == "vx" else name for name in ("x", "y", "yaw", "vx", "yaw_rate", "ax", "ay")} | {
     f"meas_{name}": name for name in SHOWN
@@ -89,7 +90,7 @@ class Wrapped:
         self._shortest = min(float(np.median(np.diff(self.t))), LONGEST_STEP)
 
     def active(self, values: Values, slots: Collection[str]) -> dict[Effect, dict[str, float]]:
-        """The effects of these slots that `values` switch on. Raises ModelError: no such name or key, or wrong value."""
+        """The effects of these slots that `values` switch on. Raises ModelError: no such name or key, wrong value."""
         given: dict[str, dict[str, float]] = {}
         for (name, key), value in values.items():
             given.setdefault(name, {})[key] = value
@@ -182,7 +183,7 @@ def _act(
         for j in range(pieces):
             x.t = begin + j * x.dt
             x.steer, x.accel = x.steer_cmd, x.accel_cmd
-            x.steer_lead = x.accel_lead = 0.0
+            x.steer_lead = x.accel_lead = x.steer_glides = 0.0
             _slots(0, 2, bus, table, bounds, parameters, memory)
             if j == 0:
                 found[i, 1], found[i, 3] = x.steer + x.steer_lead, x.accel + x.accel_lead

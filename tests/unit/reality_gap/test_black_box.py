@@ -144,6 +144,21 @@ def test_function_that_fails_says_when() -> None:
         compare(drive(20.0), StepSubject(step))
 
 
+@pytest.mark.parametrize(
+    ("returned", "message"),
+    [
+        (None, "step: returned a NoneType, not a dict of the new state"),
+        ({"v": "fast"}, "step: returned v as a str at t=0.00 s, not as a number"),
+        ({"yaw_rate": 1j}, "step: returned yaw_rate as a complex at t=0.00 s, not as a number"),
+        ({"v": math.nan}, "step: v is not finite from t=0.020 s on"),
+    ],
+)
+def test_function_that_returns_no_motion_is_refused_in_one_line(returned: object, message: str) -> None:
+    with pytest.raises(CompareError) as caught:
+        compare(drive(20.0), StepSubject(lambda state, inputs, dt: returned))  # type: ignore[arg-type,return-value]
+    assert str(caught.value) == message
+
+
 def test_file_that_is_no_python_says_so(tmp_path: Path) -> None:
     (tmp_path / "car.py").write_text("def step(:")
     with pytest.raises(CompareError, match=r"cannot be loaded: SyntaxError"):
