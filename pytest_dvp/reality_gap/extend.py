@@ -69,12 +69,12 @@ def extend(
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
     ladder = tuple(_ladder(search, final, len(kept), lost, judges, {a.name for a in model.effects}))
-    done = [judge_addition(search, final, c, judges, model) for c in chosen]
+    sure = estimates(final, search)
+    done = [judge_addition(search, final, c, judges, model, sure) for c in chosen]
     done += [judge_removal(search, final, name, model, judges) for name in lost]
     steps = [rung.step for rung in ladder]
     shares = _shares(steps)
     named = tuple(dataclasses.replace(d.effect, gain=shares.get(d.effect.name, 0.0)) for d in done)
-    sure = estimates(final, search)
     channels = target.by_channel(final.values)
     explained = steps[-1].chi2_per_n <= MISFIT and all(left <= CHANNEL_MISFIT for left in channels.values())
     wrong = [d.wrong for d in done if d.wrong]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from pytest_dvp.reality_gap.diagnosis import Estimate, NamedEffect
+from pytest_dvp.reality_gap.diagnosis_words import interval, value
 from pytest_dvp.reality_gap.extension import Extension, Rung
 from pytest_dvp.reality_gap.gate_changes import GateChange
 from pytest_dvp.reality_gap.segments import UNITS
@@ -14,7 +15,7 @@ from pytest_dvp.reality_gap.words import columns
 def page(found: Extension, gates: Sequence[GateChange] = ()) -> str:
     """What was done, the ladder, the gates, what is to be known, and whether to go on."""
     lines = [_effect(effect) for effect in found.effects]
-    lines += [f"  ~ {'.'.join(name)}: {_estimate(value)}" for name, value in found.refitted.items()]
+    lines += [f"  ~ {'.'.join(name)}: {_estimate(estimate)}" for name, estimate in found.refitted.items()]
     lines += ["", *ladder(found.ladder, found.noise_floor)]
     if gates:
         lines += ["", *_gates(gates)]
@@ -69,15 +70,15 @@ def _row(values: Mapping[str, float], signals: Sequence[str]) -> list[str]:
 def _effect(effect: NamedEffect) -> str:
     if effect.action == "remove":
         return f"  - {effect.name}"
-    values = "; ".join(f"{key} = {_estimate(value)}" for key, value in effect.parameters.items())
+    values = ", ".join(f"{key} = {_estimate(estimate)}" for key, estimate in effect.parameters.items())
     sign = "+" if effect.action == "add" else "~"
     rivals = f"; {', '.join(effect.rivals)} would do as well" if effect.rivals else ""
     return f"  {sign} {effect.name}: {values}, explains {100.0 * effect.gain:.0f} % of the error{rivals}"
 
 
-def _estimate(value: Estimate) -> str:
-    unit = "" if value.unit == "-" else f" {value.unit}"
-    return f"{value.value:.4g}{unit} (95 %: {value.low:.4g} to {value.high:.4g})"
+def _estimate(estimate: Estimate) -> str:
+    unit = "" if estimate.unit == "-" else f" {estimate.unit}"
+    return f"{value(estimate)}{unit} ({interval(estimate)})"
 
 
 def _gates(changes: Sequence[GateChange]) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import Candidate
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 ROUNDING = 1e-3  # of max(1, chi^2/N): held-out data that change by less say nothing
 DIGITS = 6  # significant, of a value in a model file
 
+Estimates: TypeAlias = dict[tuple[str, str], Estimate]
+"""(effect, key) -> value with interval."""
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Judged:
@@ -29,13 +32,13 @@ class Judged:
     note: str = ""
 
 
-def judge_addition(search: Search, final: Trial, candidate: Candidate, judges: Sequence[Fold],
-                   model: VehicleModel) -> Judged:  # fmt: skip
+def judge_addition(
+    search: Search, final: Trial, candidate: Candidate, judges: Sequence[Fold], model: VehicleModel, sure: Estimates
+) -> Judged:
     """An effect beside all the others: it must pay where it is fitted and must not lose where it is not."""
     name = candidate.name
     rest = [n for n in final.names if n != name]
     less = search.trial(rest, final.values)
-    sure = estimates(final, search)
     mine = {key: value for (effect, key), value in sure.items() if effect == name}
     changed = any(a.name == name for a in model.effects)
     effect = NamedEffect(name=name, parameters=mine, action="change" if changed else "add")
@@ -117,10 +120,10 @@ def _percent(before: float, after: float) -> str:
     return f"{change:+.0f} %" if abs(change) >= 10.0 else f"{change:+.2g} %"
 
 
-def estimates(final: Trial, search: Search) -> dict[tuple[str, str], Estimate]:
+def estimates(final: Trial, search: Search) -> Estimates:
     """Fitted values as they are written, with their 95 % intervals."""
     sure = intervals(final.found, search.starts)
-    found = {}
+    found: Estimates = {}
     for c in final.found.coordinates:
         low, high = sure[c.name]
         value = rounded(final.values[c.name])
