@@ -125,6 +125,9 @@ def test_slip_of_both_axles_reproduces_a_truth_whose_tyres_slip(drive: str) -> N
         ("steer_stiction", "steer_lag"),
         ("steer_stiction", "steer_delay"),
         ("steer_lag", "steer_rate_limit"),
+        ("steer_angle_limit", "steer_offset"),
+        ("steer_backlash", "steer_offset"),
+        ("cornering_drag", "tyre_saturation"),
         ("drive_lag", "jerk_limit"),
     ],
 )

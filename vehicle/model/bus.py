@@ -69,7 +69,7 @@ class Bus(Protocol):
     rotating_mass: Annotated[float, "kg", "that turning parts add to the mass"]
 
     # Slot body
-    curvature: Annotated[float, "1/m", "of the kinematic path of the rear axle"]
+    curvature: Annotated[float, "1/m", "of the kinematic path; in the slot force that of the path driven now"]
     slip_front: Annotated[float, "rad", "slip angle of the front axle"]
     slip_rear: Annotated[float, "rad", "slip angle of the rear axle"]
     fy_front: Annotated[float, "N", "lateral force of the front axle"]

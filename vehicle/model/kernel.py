@@ -113,13 +113,16 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     _wish(x, mode)
     _slot(0, bus, table, bounds, parameters, memory)
     _slot(1, bus, table, bounds, parameters, memory)
+    steer = x.steer
+    kinematic = math.tan(steer) / x.wheelbase
+    x.curvature = x.yaw_rate / x.vx if kind == DYNAMIC and x.vx > 2.0 * x.slow else kinematic
     x.traction = x.mass_ref * max(x.accel, 0.0)
     x.brake = x.mass_ref * max(-x.accel, 0.0)
     _slot(2, bus, table, bounds, parameters, memory)
     if kind == DYNAMIC:
         _tyres(x)
     _slot(3, bus, table, bounds, parameters, memory)
-    x.curvature = math.tan(x.steer) / x.wheelbase
+    x.curvature = kinematic if x.steer == steer else math.tan(x.steer) / x.wheelbase
     x.grade, x.bank = x.road_grade, x.road_bank
     _slot(4, bus, table, bounds, parameters, memory)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import tan
 from typing import Any
 
 from vehicle.model.bus import Bus
@@ -24,4 +23,4 @@ from vehicle.model.effect import Key, effect
     reveals="steady circles at constant command and growing speed",
 )
 def cornering_drag(x: Bus, p: Any, m: Any) -> None:
-    x.resistance += p.c * x.mass * abs(x.vx * x.vx * tan(x.steer) / x.wheelbase)
+    x.resistance += p.c * x.mass * abs(x.vx * x.vx * x.curvature)

@@ -10,8 +10,8 @@ from vehicle.model.effect import Key, effect
 
 @effect(
     name="steer_offset",
-    slot="actuator",
-    order=90,
+    slot="command",
+    order=90,  # what the steering is turned to: stops, play and rate limit come after it
     physics="the wheels do not stand straight at command zero",
     equation="d = d_c + d_0",
     source="wheel alignment",
