@@ -4,7 +4,10 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-.PHONY: demo test lint types contract unit bench licences clean
+GAP    := runs/reality-gap
+TWIN   := scenarios/models/surrogate.toml
+
+.PHONY: demo demo-gap test lint types contract unit bench licences clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -13,6 +16,21 @@ $(STAMP): pyproject.toml constraints.txt
 
 demo: $(STAMP)
 	$(BIN)/dvp run scenarios/overtaking.xosc scenarios/pedestrian_crossing.xosc scenarios/urban.xosc
+	@$(MAKE) --no-print-directory demo-gap
+
+# The surrogate drives with an effect hidden in it (edit $(GAP)/hidden.toml and run again); from its logs alone the twin
+# learns which, and the error on the drive that nothing was fitted on falls.
+demo-gap: $(STAMP) $(GAP)/hidden.toml
+	$(BIN)/python -m vehicle.surrogate --drive urban --seed 2 --hidden $(GAP)/hidden.toml --out $(GAP)/urban.csv
+	$(BIN)/python -m vehicle.surrogate --drive rich --seed 1 --hidden $(GAP)/hidden.toml --out $(GAP)/rich.csv
+	$(BIN)/dvp compare $(GAP)/urban.csv --model $(TWIN)
+	$(BIN)/dvp diagnose $(GAP)/rich.csv --held-out $(GAP)/urban.csv --model $(TWIN) --report $(GAP)/diagnosis.html
+	$(BIN)/dvp extend --model $(TWIN) --fit $(GAP)/rich.csv --held-out $(GAP)/urban.csv --out $(GAP)/extended.toml
+	$(BIN)/dvp compare $(GAP)/urban.csv --model $(GAP)/extended.toml
+
+$(GAP)/hidden.toml:
+	mkdir -p $(GAP)
+	printf '[hidden.steer_delay]\nT = 0.25\n' > $@
 
 test: lint types contract unit
 

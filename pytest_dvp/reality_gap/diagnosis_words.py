@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
@@ -180,12 +181,11 @@ def _table(rows: Sequence[Sequence[str]], sides: str) -> list[str]:
 
 
 def _digits(estimate: Estimate) -> int:
-    """Decimals that show the interval's half width."""
+    """Decimals that show the interval's half width, of four figures at most."""
     width = 0.5 * (estimate.high - estimate.low)
-    for digits in range(6):
-        if width * 10.0**digits >= 0.95:
-            return digits
-    return 4 if width <= 0.0 else 6
+    first = math.floor(math.log10(abs(estimate.value))) if estimate.value else 0
+    most = min(max(3 - first, 0), 6)
+    return next((digits for digits in range(most) if width * 10.0**digits >= 0.95), most)
 
 
 def _share(share: Share | None) -> str:
