@@ -15,9 +15,9 @@ from pytest_dvp.reality_gap.compare import Comparison, SignalScore
 def pooled(comparisons: Mapping[str, Comparison]) -> dict[str, Any]:
     """One document for one or more comparisons by log name.
 
-    One log: its own. Several: RMSE and chi^2/N over all samples, the other figures as means weighted by samples,
-    `where` by share of the error of all logs (segments and places named with their log), and `logs` with each one's
-    own document.
+    One log: its own. Several: RMSE and chi^2/N over all samples, the other figures as means weighted by samples
+    (coverage by time), `where` by share of the error of all logs (segments and places named with their log), and `logs`
+    with each one's own document.
     """
     if len(comparisons) == 1:
         return next(iter(comparisons.values())).as_dict()
@@ -27,7 +27,9 @@ def pooled(comparisons: Mapping[str, Comparison]) -> dict[str, Any]:
         "alignment": {
             "lag": float(np.average([one.alignment.lag for one in everything], weights=[len(c.t) for c in everything])),
             "coverage": float(
-                np.average([one.alignment.coverage for one in everything], weights=[len(c.t) for c in everything])
+                np.average(
+                    [one.alignment.coverage for one in everything], weights=[c.t[-1] - c.t[0] for c in everything]
+                )
             ),
         },
         "signals": {name: _signal(name, everything) for name in names},
