@@ -13,7 +13,7 @@ import numpy as np
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import Candidate, candidates
-from pytest_dvp.reality_gap.diagnose import _MAP_TIES, CHANNEL_MISFIT, MISFIT, _input_map
+from pytest_dvp.reality_gap.diagnose import _MAP_TIES, CHANNEL_MISFIT, _input_map
 from pytest_dvp.reality_gap.diagnosis import Estimate, Step
 from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
 from pytest_dvp.reality_gap.extension import Extension, Rung
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from vehicle.model.model import VehicleModel
 
 _BEGINNINGS = 3  # points of an effect's range from which a fit of it starts
+_ROUNDS = 5  # of fitting and of beginning the segments anew
+_ENOUGH = 2e-4  # of chi^2/N: a round that gains less is the last
 
 Tick = Callable[[str], None]
 
@@ -164,6 +166,12 @@ def _fitted(search: Search, begin: Values, kept: Sequence[str], chosen: Sequence
         trials = [search.trial((*now.names, candidate.name), now.values | point) for point in best]
         now = min(trials, key=lambda t: t.chi2)
         search.target.settle(now.values)
+    for _ in range(_ROUNDS):  # where the segments begin depends on the values, and the values on where they begin
+        before = now.chi2
+        now = search.trial(now.names, now.values, zoom=True)
+        search.target.settle(now.values)
+        if before - now.chi2 < _ENOUGH * search.count:
+            break
     return search.trial(now.names, now.values, zoom=True)
 
 

@@ -161,3 +161,12 @@ def test_effect_that_cannot_be_fitted_is_one_line(effect: str, said: str) -> Non
 def test_same_logs_give_the_same_model() -> None:
     one, two = (extend(logs(a=town(DELAY)), model(), add=["steer_delay"]) for _ in range(2))
     assert one.as_dict() == two.as_dict()
+
+
+def test_values_do_not_depend_on_the_order_in_which_effects_are_added() -> None:
+    """Standstill makes the error jump as a brake's gain changes: a fit that stops at such a jump is off."""
+    drive = Log(make_log({"steer_delay": {"T": 0.2}, "brake_gain": {"g": 0.8}}, "rich", 1))
+    for order in (["steer_delay", "brake_gain"], ["brake_gain", "steer_delay"]):
+        found = extend(logs(a=drive), model(), add=order)
+        assert found.model.value("brake_gain", "g") == pytest.approx(0.8, abs=0.002)
+        assert found.model.value("steer_delay", "T") == pytest.approx(0.2, abs=0.002)
