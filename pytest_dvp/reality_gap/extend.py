@@ -21,6 +21,7 @@ from pytest_dvp.reality_gap.fit import Coordinate
 from pytest_dvp.reality_gap.held_out import Fold, folds
 from pytest_dvp.reality_gap.judgement import estimates, judge_addition, judge_removal, rounded, worse_together
 from pytest_dvp.reality_gap.search import Search, Trial
+from pytest_dvp.reality_gap.words import NOTHING_LEFT
 from vehicle.model.errors import ModelError, nearest_name
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ def extend(
     shares = _shares(steps)
     named = tuple(dataclasses.replace(d.effect, gain=shares.get(d.effect.name, 0.0)) for d in done)
     channels = target.by_channel(final.values)
-    explained = steps[-1].chi2_per_n <= MISFIT and all(left <= CHANNEL_MISFIT for left in channels.values())
+    explained = steps[-1].chi2_per_n <= NOTHING_LEFT and all(left <= CHANNEL_MISFIT for left in channels.values())
     wrong = [d.wrong for d in done if d.wrong]
     if not wrong and (kept or held_out):  # logs that are predicted from the others may show nothing of an effect
         wrong = worse_together(steps)
