@@ -1,0 +1,316 @@
+"""Which perception effect a model lacks, judged on detected boxes against the objects that were there.
+
+Every effect here has a likelihood of its own, so nothing is simulated: positions give latency, offset and noise, frames
+without a box give misses and range, boxes without an object give false ones.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from math import inf, isinf, log
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import chi2 as chi2_distribution
+
+from pytest_dvp.log import FloatArray, Log
+from pytest_dvp.reality_gap.detection_pairs import Frames, Pairs, frames, paired
+from pytest_dvp.reality_gap.diagnosis import Action, Estimate, NamedEffect
+from pytest_dvp.reality_gap.projection import IntArray
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.model import VehicleModel
+
+LEAST_PAIRS = 50
+FIRST_GATE = (4.0, 0.05)  # m and its growth with distance, wide enough for half a second of latency at town speed
+_GATE = 5.0  # standard deviations of the noise, later on
+_LEAST_GATE = 0.5  # m
+_ROUNDS = 5
+_BLOCK = 5.0  # s; of one object: what counts as independent
+_FINEST = 0.02  # m, noise that no detector is better than
+_STRAY = 0.005  # chance that a box beyond the range is taken for the object
+_HUBER = 2.5  # standard deviations, beyond which a box pulls less
+_FAR = 4.0  # beyond which it no longer counts as noise
+_RIVAL = 2.0  # difference of log-likelihood per block below which two effects are not told apart
+_BORDER = 3.0  # log-likelihood: 95 % for a border, whose likelihood falls off exponentially
+_ORDER = ("latency", "offset", "range", "misses", "false", "noise")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Perceived:
+    """Values of all perception effects in a log: (effect, key) -> (value, low, high), 95 % intervals; an effect that
+    these data could not show is left out. worth: log-likelihood that each effect brings. rivals: by effect."""
+
+    values: Mapping[tuple[str, str], tuple[float, float, float]]
+    worth: Mapping[str, float]
+    rivals: Mapping[str, tuple[str, ...]]
+
+
+def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None = None) -> tuple[NamedEffect, ...]:
+    """The perception effects in which a model differs from the detections of a log, what explains most first.
+
+    Compared with the values of the model's own perception effects or, given a `twin`, the log of its run, with what its
+    detections show. An effect is named if its value differs by at least Key.least and outside the 95 % interval
+    (intervals of both logs with a `twin`): clustered by object and block of 5 s; range by profile likelihood; false
+    boxes by the exact Poisson interval. gain: share of the log-likelihood of all effects named.
+
+    () for a log without detections or objects, or with fewer than 50 pairs of them. Objects in directions in which the
+    detector hardly ever sees one do not count as missed; hidden ones do, for a log does not say what hides what.
+    """
+    found = perceived_in(measured)
+    if found is None:
+        return ()
+    from vehicle.model.catalogue import catalogue
+
+    other = perceived_in(twin) if twin is not None else None
+    named = []
+    for part in _ORDER:
+        name = f"detection_{part}"
+        effect = catalogue()[name]
+        keys = [k for k in effect.parameters if (name, k.name) in found.values]
+        if keys and any(_differs(found, other, model, effect, k.name) for k in keys):
+            named.append(name)
+    total = max(sum(found.worth[name] for name in named), 1e-9)
+    named.sort(key=lambda name: (-found.worth[name], name))
+    return tuple(_named(name, found, model, catalogue()[name], found.worth[name] / total) for name in named)
+
+
+def _differs(found: Perceived, twin: Perceived | None, model: VehicleModel, effect: Effect, key: str) -> bool:
+    value, low, high = found.values[effect.name, key]
+    declared = effect.key(key)
+    if twin is not None and (effect.name, key) in twin.values:
+        base, base_low, base_high = twin.values[effect.name, key]
+    else:
+        given = model.value(effect.name, key)
+        base = base_low = base_high = declared.neutral if given is None else given
+    if isinf(value) or isinf(base):
+        return isinf(value) != isinf(base)
+    return abs(value - base) >= declared.least and (low > base_high or high < base_low)
+
+
+def _named(name: str, found: Perceived, model: VehicleModel, effect: Effect, gain: float) -> NamedEffect:
+    estimates = {k.name: Estimate(*found.values[name, k.name], k.unit) for k in effect.parameters
+                 if (name, k.name) in found.values}  # fmt: skip
+    present = any(a.name == name for a in model.effects)
+    off = all(_near_neutral(effect, key, e) for key, e in estimates.items())
+    action: Action = "remove" if present and off else "change" if present else "add"
+    return NamedEffect(name=name, parameters=estimates, rivals=found.rivals.get(name, ()), gain=gain, action=action)
+
+
+def _near_neutral(effect: Effect, key: str, e: Estimate) -> bool:
+    declared = effect.key(key)
+    return e.value == declared.neutral or abs(e.value - declared.neutral) < declared.least
+
+
+def perceived_in(measured: Log) -> Perceived | None:
+    """What the detections of a log show; None without enough of them."""
+    if not len(measured.detections.t) or not measured.objects or not {"x", "y", "yaw"} <= set(measured.columns):
+        return None
+    f = frames(measured)
+    if f is None:
+        return None
+    place = np.zeros(3)  # latency, offset x, y
+    noise = np.array([0.3, 0.0])
+    gate = FIRST_GATE
+    for _ in range(_ROUNDS):
+        pairs = paired(f, float(place[0]), (float(place[1]), float(place[2])), gate)
+        if int(pairs.seen.sum()) < LEAST_PAIRS:
+            return None
+        fitted = _Positions(f, pairs, noise)
+        place = place + fitted.step
+        place[0] = min(max(float(place[0]), 0.0), 2.0)
+        noise = fitted.noise
+        gate = (_LEAST_GATE + _GATE * float(noise[0]), _GATE * float(noise[1]))
+    return _Seen(f, pairs, fitted, place).perceived()
+
+
+class _Positions:
+    """Latency and offset by weighted least squares, noise by likelihood, from pairs around a first guess.
+
+    step (3,): change of latency, offset x, y; spread (3,) its standard deviation, inf where these data do not tell;
+    noise (2,): sigma0, slope, with noise_spread (2,); worth: log-likelihood of latency, offset, noise.
+    """
+
+    def __init__(self, f: Frames, p: Pairs, noise: FloatArray) -> None:
+        frame, thing = np.nonzero(p.seen)
+        e = np.concatenate([p.dx[frame, thing], p.dy[frame, thing]])
+        c, s = np.cos(p.yaw[frame]), np.sin(p.yaw[frame])
+        x = np.column_stack([
+            -np.concatenate([p.vx[frame, thing], p.vy[frame, thing]]), np.concatenate([c, s]), np.concatenate([-s, c])
+        ])  # fmt: skip
+        block = (f.t[frame] // _BLOCK).astype(np.int64) * 1000 + thing
+        self.blocks: IntArray = np.unique(np.concatenate([block, block]), return_inverse=True)[1].astype(np.int64)
+        self.far = p.distance[frame, thing]
+        distance = np.concatenate([self.far, self.far])
+        self.e, self.x = e, x
+        level = np.maximum(noise[0] + noise[1] * distance, _FINEST)
+        told = np.sqrt((x * x).sum(axis=0) / len(e)) > np.array([0.05, 1e-6, 1e-6])
+        self.step = np.zeros(3)
+        for _ in range(5):
+            rest = (e - x @ self.step) / level
+            weight = np.minimum(1.0, _HUBER / np.maximum(np.abs(rest), 1e-9)) / level**2
+            a = (x * weight[:, None]).T @ x + np.diag(np.where(told, 1e-9, 1e12))
+            self.step = np.linalg.solve(a, (x * weight[:, None]).T @ e)
+        rest = e - x @ self.step
+        self.spread = np.where(told, _clustered(np.linalg.inv(a), x * (weight * rest)[:, None], self.blocks), inf)
+        self.rest = rest
+        self.noise, self.noise_spread = _noise(rest, distance, self.blocks)
+        self.level = np.maximum(self.noise[0] + self.noise[1] * distance, _FINEST)
+
+    def loss(self, place: FloatArray, without: tuple[int, ...]) -> float:
+        """Log-likelihood lost when these of the three parameters are 0 and the others adapt."""
+        kept = [k for k in range(3) if k not in without]
+        e = self.rest + self.x @ place  # as if latency and offset were 0
+        w = self.x[:, kept] / self.level[:, None]
+        y = e / self.level
+        theta = np.linalg.lstsq(w, y, rcond=None)[0] if kept else np.zeros(0)
+        left = np.clip(y - w @ theta, -20.0, 20.0) if kept else np.clip(y, -20.0, 20.0)
+        full = np.clip(self.rest / self.level, -20.0, 20.0)
+        return max(0.5 * float(left @ left - full @ full), 0.0)
+
+    def noise_worth(self) -> float:
+        """Log-likelihood that the noise brings over a detector at its finest."""
+        fine = 0.5 * np.clip(self.rest / _FINEST, -20.0, 20.0) ** 2 + log(_FINEST)
+        return max(float(np.sum(fine - 0.5 * (self.rest / self.level) ** 2 - np.log(self.level))), 0.0)
+
+
+class _Seen:
+    """Range, misses and false boxes, and everything put together."""
+
+    def __init__(self, f: Frames, p: Pairs, fitted: _Positions, place: FloatArray) -> None:
+        self.f, self.p, self.fitted, self.place = f, p, fitted, place
+        rows = p.looked_at()
+        frame, thing = np.nonzero(rows)
+        order = np.argsort(p.distance[rows], kind="stable")
+        self.far = p.distance[rows][order]
+        self.seen = p.seen[rows][order]
+        self.block = ((f.t[frame] // _BLOCK).astype(np.int64) * 1000 + thing)[order]
+
+    def perceived(self) -> Perceived:
+        """All of it."""
+        z, q = self.fitted, self.place
+        values: dict[tuple[str, str], tuple[float, float, float]] = {}
+        worth: dict[str, float] = {}
+
+        def put(name: str, key: str, value: float, spread: float, least: float = -inf) -> None:
+            values[name, key] = (value, max(value - 1.96 * spread, least), value + 1.96 * spread)
+
+        if np.isfinite(z.spread[0]):
+            put("detection_latency", "T", float(q[0]), float(z.spread[0]), 0.0)
+        put("detection_offset", "x", float(q[1]), float(z.spread[1]))
+        put("detection_offset", "y", float(q[2]), float(z.spread[2]))
+        put("detection_noise", "sigma0", float(z.noise[0]), float(z.noise_spread[0]), 0.0)
+        put("detection_noise", "slope", float(z.noise[1]), float(z.noise_spread[1]), 0.0)
+        worth["detection_latency"], worth["detection_offset"] = z.loss(q, (0,)), z.loss(q, (1, 2))
+        worth["detection_noise"] = z.noise_worth()
+        rivals = self._position_rivals()
+        reach, low, high, gained, alone = self._range()
+        values["detection_range", "R"] = (reach, low, high)
+        worth["detection_range"] = gained
+        rate, spread, missed = self._misses(reach)
+        put("detection_misses", "rate", rate, spread, 0.0)
+        worth["detection_misses"] = missed
+        if 0.0 < gained < _RIVAL + alone and rate > 0.0:
+            rivals["detection_range"] = ("detection_misses",)
+        values["detection_false", "rate"] = _poisson(self.p.false, self.f.duration)
+        expected = max(values["detection_false", "rate"][0], 1e-9)
+        worth["detection_false"] = self.p.false * log(max(expected / 1e-3, 1.0))
+        return Perceived(values, worth, rivals)
+
+    def _position_rivals(self) -> dict[str, tuple[str, ...]]:
+        """Latency and offset are told apart only by objects that move in different ways."""
+        z = self.fitted
+        found: dict[str, tuple[str, ...]] = {}
+        if not np.isfinite(z.spread[0]):
+            return {"detection_offset": ("detection_latency",)}
+        both = z.loss(self.place, (0, 1, 2))
+        blocks = len(np.unique(z.blocks))
+        for name, other, without in (("latency", "offset", (0,)), ("offset", "latency", (1, 2))):
+            lost = z.loss(self.place, without)
+            if both > 20.0 and lost < 0.02 * both and lost / blocks < _RIVAL:
+                found[f"detection_{name}"] = (f"detection_{other}",)
+        return found
+
+    def _range(self) -> tuple[float, float, float, float, float]:
+        """Range [m] with its interval, the log-likelihood that it brings, and that of misses without a range."""
+        n = len(self.far)
+        hit = np.concatenate([[0], np.cumsum(self.seen)]).astype(np.float64)
+        rows = np.arange(n + 1, dtype=np.float64)
+        miss = rows - hit
+        share = np.clip(miss / np.maximum(rows, 1.0), 1e-4, 1.0 - 1e-4)
+        beyond_hit, beyond_miss = hit[-1] - hit, miss[-1] - miss
+        likelihood = (hit * np.log(1.0 - share) + miss * np.log(share)
+                      + beyond_hit * log(_STRAY) + beyond_miss * log(1.0 - _STRAY))  # fmt: skip
+        best = int(np.argmax(likelihood))
+        never = 0.5 * float(likelihood[-1] - n * log(0.5)) if n else 0.0
+        gained = float(likelihood[best] - likelihood[-1]) if n else 0.0
+        # A range is a border with hardly anything seen beyond it, and enough not seen in several blocks
+        unseen = len(np.unique(self.block[best:][~self.seen[best:]])) if best < n else 0
+        if best == 0 or best == n or gained < 10.0 or unseen < 2:
+            return inf, inf, inf, 0.0, never
+        likely = np.flatnonzero(likelihood > likelihood[best] - _BORDER)
+        low, high = self.far[max(int(likely[0]) - 1, 0)], self.far[min(int(likely[-1]), n - 1)]
+        reach = 0.5 * (self.far[best - 1] + self.far[best])
+        return float(reach), float(min(low, reach)), float(max(high, reach)), gained, 0.0
+
+    def _misses(self, reach: float) -> tuple[float, float, float]:
+        """Share of frames missed within the range, its standard deviation by blocks, and its log-likelihood."""
+        inside = self.far <= reach
+        missed = ~self.seen[inside]
+        if not len(missed):
+            return 0.0, inf, 0.0
+        rate = float(missed.mean())
+        index = np.unique(self.block[inside], return_inverse=True)[1]
+        scores = np.bincount(index, weights=missed - rate)
+        blocks = len(scores)
+        spread = float(np.sqrt((scores @ scores) * blocks / max(blocks - 1, 1))) / len(missed)
+        spread = max(spread, float(np.sqrt(max(rate * (1.0 - rate), 1.0 / len(missed)) / len(missed))))
+        count = float(missed.sum())
+        gained = count * log(max(rate, 1e-9) / _STRAY) + (len(missed) - count) * log(max(1.0 - rate, 1e-9))
+        return rate, spread, max(gained, 0.0) if count else 0.0
+
+
+def _clustered(bread: FloatArray, scores: FloatArray, blocks: IntArray) -> FloatArray:
+    """Standard deviations with errors that depend on each other within blocks (Liang and Zeger 1986)."""
+    sums = np.zeros((int(blocks.max()) + 1, scores.shape[1]))
+    np.add.at(sums, blocks, scores)
+    m = len(sums)
+    spread = bread @ (sums.T @ sums) @ bread * (m / max(m - 1, 1))
+    plain = bread @ (scores.T @ scores) @ bread
+    return np.asarray(np.sqrt(np.maximum(np.diag(spread), np.diag(plain))))
+
+
+def _noise(rest: FloatArray, distance: FloatArray, blocks: IntArray) -> tuple[FloatArray, FloatArray]:
+    """sigma0 and slope of sigma = sigma0 + slope distance by Fisher scoring, and their standard deviations."""
+    z = np.column_stack([np.ones(len(rest)), distance])
+    scale = np.array([1.0, 1.0 / max(float(distance.mean()), 1.0)])
+    z = z * scale
+    theta = np.array([0.5, 0.5]) * max(1.4826 * float(np.median(np.abs(rest))), 1e-3)
+    information = np.eye(2)
+    free = np.array([True, True])
+    for _ in range(60):
+        level = np.maximum(z @ theta, 1e-3)
+        each = (-1.0 / level + np.minimum(rest**2, (_FAR * level) ** 2) / level**3)[:, None] * z
+        information = (z * (2.0 / level**2)[:, None]).T @ z
+        free = (theta > 1e-9) | (each.sum(axis=0) > 0.0)
+        step = np.zeros(2)
+        own = np.flatnonzero(free)
+        if len(own):
+            step[own] = np.linalg.solve(information[np.ix_(own, own)], each.sum(axis=0)[own])
+        moved = np.maximum(theta + step, 0.0)
+        done = float(np.abs(moved - theta).max()) < 1e-7
+        theta = moved
+        if done:
+            break
+    bread: FloatArray = np.linalg.inv(information).astype(np.float64)
+    spread = _clustered(bread, each, blocks)
+    return theta * scale, spread * scale
+
+
+def _poisson(count: int, duration: float) -> tuple[float, float, float]:
+    """Rate [1/s] with its exact interval (Garwood 1936)."""
+    low = float(chi2_distribution.ppf(0.025, 2 * count)) / 2.0 if count else 0.0
+    high = float(chi2_distribution.ppf(0.975, 2 * count + 2)) / 2.0
+    return count / duration, low / duration, high / duration

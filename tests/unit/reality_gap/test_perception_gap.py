@@ -1,0 +1,132 @@
+"""Perception effects hidden in object tracks are named with their values."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pytest_dvp.log import DetectionTable, Log, ObjectTrack, no_detections
+from pytest_dvp.reality_gap.diagnosis import NamedEffect
+from pytest_dvp.reality_gap.perception_gap import diagnose_perception
+from tests.truth.effects import Effects
+from tests.truth.tracks import TYPICAL, make_tracks
+from vehicle.model.model import VehicleModel
+from vehicle.model.model_file import read_model
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> VehicleModel:
+    path: Path = tmp_path_factory.mktemp("perception") / "model.toml"
+    path.write_text('[model]\nbase = "kinematic_bicycle"\n[parameters]\nwheelbase = 2.45\nmass = 1150.0\n')
+    return read_model(path)
+
+
+def with_detections(effects: Effects, seed: int = 1) -> Log:
+    names = tuple(sorted(effects))
+    return _log(names, tuple(tuple(sorted(effects[n].items())) for n in names), seed)
+
+
+@cache
+def _log(names: tuple[str, ...], values: tuple[tuple[tuple[str, float], ...], ...], seed: int) -> Log:
+    tracks = make_tracks({name: dict(pairs) for name, pairs in zip(names, values, strict=True)}, seed)
+    columns = {name: np.ascontiguousarray(tracks.ego[:, k]) for k, name in enumerate(("t", "x", "y", "yaw"))}
+    objects = {}
+    for name, kind in zip(tracks.names, tracks.kinds, strict=True):
+        t, x, y = (np.ascontiguousarray(column) for column in tracks.truth[name].T)
+        none = np.zeros(len(t))
+        objects[name] = ObjectTrack(kind, 4.0, 1.8, 1.5, t, x, y, none, none, none, none)
+    t, _, x, y = (np.ascontiguousarray(column) for column in tracks.detections.T)
+    one = np.ones(len(t))
+    boxes = DetectionTable(t, ("misc",) * len(t), x, y, 0.0 * one, one, one, 0.0 * one, 0.0 * one)
+    return Log(columns, objects=objects, detections=boxes)
+
+
+def named(effects: tuple[NamedEffect, ...]) -> set[str]:
+    return {e.name for e in effects}
+
+
+@pytest.mark.parametrize("hidden", list(TYPICAL))
+@pytest.mark.parametrize("seed", [1, 2])
+def test_single_effect_is_named_alone(model: VehicleModel, hidden: str, seed: int) -> None:
+    (found,) = diagnose_perception(with_detections({hidden: TYPICAL[hidden]}, seed), model)
+    assert (found.name, found.action, found.gain) == (hidden, "add", 1.0)
+    assert set(found.parameters) == set(TYPICAL[hidden])
+
+
+@pytest.mark.parametrize("seed", range(1, 9))
+def test_nothing_is_named_for_a_perfect_detector(model: VehicleModel, seed: int) -> None:
+    assert diagnose_perception(with_detections({}, seed), model) == ()
+
+
+def test_all_effects_at_once_are_told_apart(model: VehicleModel) -> None:
+    found = diagnose_perception(with_detections(TYPICAL), model)
+    assert named(found) == set(TYPICAL)
+    assert sum(e.gain for e in found) == pytest.approx(1.0)
+
+
+def test_intervals_hold_the_truth(model: VehicleModel) -> None:
+    """95 % intervals of 8 values on 8 drives: fewer than 54 of 64 have a probability below 0.001."""
+    held = []
+    for seed in range(1, 9):
+        for e in diagnose_perception(with_detections(TYPICAL, seed), model):
+            for key, estimate in e.parameters.items():
+                held.append(estimate.low <= TYPICAL[e.name][key] <= estimate.high)
+    assert len(held) == 64
+    assert sum(held) >= 54
+
+
+def test_latency_is_exact_without_noise(model: VehicleModel) -> None:
+    (found,) = diagnose_perception(with_detections({"detection_latency": {"T": 0.27}}), model)
+    assert found.parameters["T"].value == pytest.approx(0.27, abs=0.003)
+
+
+def test_latency_of_objects_that_stand_is_not_told(model: VehicleModel) -> None:
+    log = with_detections({"detection_offset": {"x": 0.4, "y": 0.0}})
+    parked = {"parked": log.objects["parked"]}
+    own = np.hypot(log.detections.x - 52.0, log.detections.y) < 1.0
+    table = log.detections
+    boxes = DetectionTable(
+        *(
+            tuple(k for k, o in zip(table.kind, own, strict=True) if o)
+            if f.name == "kind"
+            else getattr(table, f.name)[own]
+            for f in dataclasses.fields(table)
+        )
+    )
+    (found,) = diagnose_perception(dataclasses.replace(log, objects=parked, detections=boxes), model)
+    assert found.name == "detection_offset"
+    assert found.rivals == ("detection_latency",)
+
+
+def test_frames_in_which_nothing_was_seen_count_as_missed(model: VehicleModel) -> None:
+    (found,) = diagnose_perception(with_detections({"detection_misses": {"rate": 0.45}}), model)
+    assert found.parameters["rate"].value == pytest.approx(0.45, abs=0.05)
+
+
+def test_value_that_the_model_has_is_not_named(model: VehicleModel) -> None:
+    log = with_detections({"detection_latency": {"T": 0.2}})
+    assert diagnose_perception(log, model.with_effect("detection_latency", {"T": 0.2})) == ()
+    (other,) = diagnose_perception(log, model.with_effect("detection_latency", {"T": 0.3}))
+    assert (other.name, other.action) == ("detection_latency", "change")
+
+
+def test_effect_that_only_the_model_has_is_to_be_removed(model: VehicleModel) -> None:
+    (found,) = diagnose_perception(with_detections({}), model.with_effect("detection_range", {"R": 30.0}))
+    assert (found.name, found.action) == ("detection_range", "remove")
+
+
+def test_twin_is_compared_by_its_own_detections(model: VehicleModel) -> None:
+    measured = with_detections({"detection_range": {"R": 35.0}, "detection_offset": {"x": 0.4, "y": -0.3}})
+    twin = with_detections({"detection_range": {"R": 35.0}}, seed=2)
+    assert named(diagnose_perception(measured, model, twin=twin)) == {"detection_offset"}
+
+
+@pytest.mark.parametrize("lacking", ["detections", "objects"])
+def test_log_without_tracks_has_no_answer(model: VehicleModel, lacking: str) -> None:
+    log = with_detections({"detection_latency": {"T": 0.2}})
+    bare = dataclasses.replace(log, **({"objects": {}} if lacking == "objects" else {"detections": no_detections()}))
+    assert diagnose_perception(bare, model) == ()
