@@ -150,8 +150,7 @@ def close_figure(close: Mapping[str, Any], *, new: str = "", given: str = VERMIL
     ]
     if new:
         traces.append(_line(t, close["after"], new, "y", BLUE, 2.4, unit))
-    label = LABELS.get(close["channel"], plain(close["channel"])).replace("<br>", " ")
-    error = " (model - measured)" if close["error"] else ""
+    label = plain(_spoken(close["channel"])) + (" error (model - measured)" if close["error"] else "")
     return {
         "data": traces,
         "layout": {
@@ -159,7 +158,7 @@ def close_figure(close: Mapping[str, Any], *, new: str = "", given: str = VERMIL
             "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom"},
             "font": {"size": 12.5, "family": FONT},
             "xaxis": {"title": {"text": "time [s]"}, "range": [float(t[0]), float(t[-1])], "zeroline": False},
-            "yaxis": {"title": {"text": f"{label}{error} [{unit}]", "standoff": 8}, "zeroline": False, "nticks": 7},
+            "yaxis": {"title": {"text": f"{label} [{unit}]", "standoff": 8}, "zeroline": False, "nticks": 7},
         },
     }  # fmt: skip
 
@@ -238,7 +237,8 @@ def _percent(value: float | None) -> str:
 
 def _spoken(name: str) -> str:
     """A signal's name in words."""
-    return LABELS.get(name, name).replace("<br>", " ").removesuffix(" error")
+    words = LABELS | {"ax": "acceleration", "ay": "lateral acceleration"}
+    return words.get(name, name).replace("<br>", " ").removesuffix(" error")
 
 
 def _level(chi2: float | None) -> str:
