@@ -36,10 +36,11 @@ from tests.truth.generate import Noise, add_noise, sensed
 from vehicle.model.car import make_car
 
 CONFUSED = (
-    "steer_lag", "steer_delay", "tyre_relaxation", "drive_lag", "drive_delay", "jerk_limit", "brake_limit", "brake_gain",
-    "aero_drag", "viscous_resistance", "steer_offset", "gyro_bias", "steer_ratio", "understeer", "pedal_deadband",
-    "steer_backlash", "steer_stiction", "power_limit", "brake_lag", "mass", "rolling_resistance", "lift_off_braking",
-    "steer_rate_limit", "cornering_drag", "yaw_rate_latency", "gnss_latency", "headwind", "road_grade", "drive_gain",
+    "steer_lag", "steer_delay", "tyre_relaxation", "drive_lag", "drive_delay", "jerk_limit", "brake_limit",
+    "brake_gain", "aero_drag", "viscous_resistance", "steer_offset", "gyro_bias", "steer_ratio", "understeer",
+    "pedal_deadband", "steer_backlash", "steer_stiction", "power_limit", "brake_lag", "mass", "rolling_resistance",
+    "lift_off_braking", "steer_rate_limit", "cornering_drag", "yaw_rate_latency", "gnss_latency", "headwind",
+    "road_grade", "drive_gain",
 )  # fmt: skip
 """Effects that urban data often leave with rivals."""
 NOISES = ("mid", "low", "high")

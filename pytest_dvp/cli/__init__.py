@@ -12,11 +12,25 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from pytest_dvp.cli import check, compare, diagnose, doctor, effects, extend, map, metrics, play, recover, report, run
+from pytest_dvp.cli import (
+    check,
+    compare,
+    diagnose,
+    doctor,
+    effects,
+    extend,
+    map,
+    metrics,
+    plan,
+    play,
+    recover,
+    report,
+    run,
+)
 from pytest_dvp.cli.arguments import WrongArgument
 from pytest_dvp.settings import SettingError, is_users_mistake, nearest, unknown
 
-COMMANDS = (check, play, run, report, compare, diagnose, extend, doctor, map, recover, effects, metrics)
+COMMANDS = (check, play, run, report, compare, diagnose, plan, extend, doctor, map, recover, effects, metrics)
 
 
 class Parser(argparse.ArgumentParser):

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.algebra import square
-from pytest_dvp.reality_gap.candidates import Candidate, candidates
+from pytest_dvp.reality_gap.candidates import Candidate
 from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
 from pytest_dvp.reality_gap.fit import fit
-from pytest_dvp.reality_gap.manoeuvres.choose import Choice, PlanError, decide, excite
+from pytest_dvp.reality_gap.manoeuvres.choose import Choice, PlanError, decide, excite, tried_on
 from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
 
 if TYPE_CHECKING:
@@ -76,10 +76,7 @@ def advise(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envel
 def hypotheses(target: Campaign, model: VehicleModel, names: Sequence[str], values: Values, *,
                effects: Sequence[Effect] = ()) -> dict[str, Values]:  # fmt: skip
     """The first name with its fitted values, each other one fitted to the same logs in its place."""
-    from vehicle.model.catalogue import catalogue
-
-    every = {**catalogue(), **{e.name: e for e in effects}}
-    known = {c.name: c for c in candidates(model, every.values())}
+    known = tried_on(model, names, effects)
     first = {key: value for key, value in values.items() if key[0] == names[0]}
     rest = {key: value for key, value in values.items() if key[0] != names[0]}
     found: dict[str, Values] = {names[0]: first}
@@ -91,3 +88,22 @@ def hypotheses(target: Campaign, model: VehicleModel, names: Sequence[str], valu
 def _fitted(target: Campaign, candidate: Candidate, rest: Values) -> dict[tuple[str, str], float]:
     begin = min(candidate.points, key=lambda point: square(target.whitened({**rest, **point})))
     return fit(target, candidate.coordinates, begin, fixed=rest).values
+
+
+def between(names: Sequence[str], logs: Mapping[str, Log], model: VehicleModel, envelope: Envelope, *,
+            effects: Sequence[Effect] = ()) -> Choice:  # fmt: skip
+    """The manoeuvre that tells these effects apart; fitted to `logs` each, or, without any, of typical size.
+
+    One that the model has is taken out of it, and counts with the model's values. Raises PlanError, CompareError,
+    ModelError.
+    """
+    own = {a.name: {(a.name, key): value for key, value in a.values.items()} for a in model.effects if a.name in names}
+    for name in own:
+        model = model.without_effect(name)
+    known: dict[str, Values] = {name: own.get(name, {}) for name in names}
+    if not logs or len(set(names)) < 2:
+        return decide(model, known, None, envelope, effects=effects)
+    target = campaign(logs, model, extra=effects)
+    tried = tried_on(model, names, effects)
+    known = {name: _fitted(target, tried[name], {}) for name in names}
+    return decide(model, known, target.noise(), envelope, effects=effects, beside=target.count)

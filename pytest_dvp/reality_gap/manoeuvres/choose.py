@@ -80,9 +80,9 @@ def decide(model: VehicleModel, hypotheses: Mapping[str, Values], noise: Mapping
     Raises PlanError: no such effect, fewer than two, nothing fits the envelope.
     """
     noise, envelope = dict(noise or NOISE), envelope or Envelope()
-    known = _tried(model, effects, tuple(hypotheses))
+    known = tried_on(model, tuple(hypotheses), effects)
     if len(hypotheses) < 2:
-        raise PlanError(f"nothing to decide: {', '.join(hypotheses) or 'no effect'} alone")
+        raise PlanError(f"nothing to decide: {', '.join(hypotheses) or 'no effect'} alone, name two or more")
     asked = _Asked(model, noise, envelope, dict(shared or {}), tuple(effects))
     mine = _complete(asked, [known[name] for name in hypotheses], hypotheses)
     first: list[tuple[float, Drive]] = []
@@ -118,7 +118,7 @@ def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float]
     Arguments and PlanError as with `decide`; effects that nothing shows are in `not_shown` of the last choice.
     """
     noise, envelope = dict(noise or NOISE), envelope or Envelope()
-    known = _tried(model, effects, tuple(names))
+    known = tried_on(model, tuple(names), effects)
     asked = _Asked(model, noise, envelope, dict(shared or {}), tuple(effects))
     mine = [Hypothesis(known[name], typical(known[name].coordinates, known[name].points)) for name in names]
     drives = [d for d in (perform(m, model, asked.shared, envelope) for m in MANOEUVRES) if d is not None]
@@ -163,7 +163,11 @@ class _Asked:
         return Rehearsal(drive, self.model, truth, self.noise, shared=self.shared, extra=self.effects)
 
 
-def _tried(model: VehicleModel, effects: Sequence[Effect], names: Sequence[str]) -> dict[str, Candidate]:
+def tried_on(model: VehicleModel, names: Sequence[str], effects: Sequence[Effect] = ()) -> dict[str, Candidate]:
+    """The effects of these names as a fit begins with them.
+
+    Raises PlanError: no effect of that name, or none that acts on this model's motion.
+    """
     from vehicle.model.catalogue import catalogue
     from vehicle.model.errors import nearest_name
 

@@ -13,7 +13,8 @@ from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.experiment import Values
 from pytest_dvp.reality_gap.manoeuvres.catalogue import Manoeuvre
 from pytest_dvp.reality_gap.manoeuvres.driver import PERIOD, Driver, Motion, Wish
-from pytest_dvp.reality_gap.manoeuvres.envelope import Area, Envelope, violations
+from pytest_dvp.reality_gap.manoeuvres.envelope import Area, Envelope
+from pytest_dvp.reality_gap.manoeuvres.violations import violations
 
 if TYPE_CHECKING:
     from vehicle.model.car import Car

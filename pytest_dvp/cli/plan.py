@@ -1,0 +1,191 @@
+"""Which manoeuvre to drive next: to tell rivals apart, or to show what the data could not.
+
+With logs they are diagnosed first. Every manoeuvre keeps within the limits given; it is written as a scenario, as
+commands for a car driven by wire, and as a card for a driver.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite
+from pytest_dvp.cli.diagnose import read_all
+from pytest_dvp.cli.doctor import add_log_options, existing_log
+from pytest_dvp.cli.effects import add_effects, effects_from
+
+if TYPE_CHECKING:
+    from pytest_dvp.reality_gap.diagnosis import Diagnosis
+    from pytest_dvp.reality_gap.manoeuvres.choose import Choice
+    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+    from vehicle.model.effect import Effect
+    from vehicle.model.model import VehicleModel
+
+LIMITS: Mapping[str, str] = {
+    "max_speed": "m/s",
+    "max_acceleration": "m/s^2",
+    "max_deceleration": "m/s^2",
+    "max_lateral": "m/s^2, lateral acceleration",
+    "length": "m, of the free ground",
+    "width": "m, of the free ground",
+    "max_steer": "rad at the road wheels",
+    "steer_rate": "rad/s at the road wheels",
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("logs", nargs="*", metavar="LOG", help="measured log that leaves something open")
+    parser.add_argument("--model", required=True, metavar="M.toml", help="the vehicle model")
+    parser.add_argument("--between", metavar="A,B", help="tell these effects apart")
+    parser.add_argument("--excite", metavar="A,B", help="show these effects, if the car has them")
+    parser.add_argument(
+        "--held-out", action="append", default=[], metavar="LOG", help="log that judges the diagnosis, as in diagnose"
+    )
+    parser.add_argument("--out", default="plan", metavar="FOLDER", help="where the files go, default ./plan")
+    add_limits(parser)
+    add_log_options(parser)
+    add_effects(parser)
+    add_json(parser)
+
+
+def add_limits(parser: argparse.ArgumentParser) -> None:
+    """The options of the envelope."""
+    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+
+    defaults = dataclasses.asdict(Envelope())
+    group = parser.add_argument_group("limits that no manoeuvre exceeds")
+    for name, unit in LIMITS.items():
+        group.add_argument(f"--{name.replace('_', '-')}", metavar="X", help=f"{unit}; default {defaults[name]:g}")
+
+
+def limits_from(arguments: argparse.Namespace) -> Envelope:
+    """The envelope of the options. Raises WrongArgument."""
+    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+
+    given = {}
+    for name, unit in LIMITS.items():
+        text = getattr(arguments, name)
+        if text is None:
+            continue
+        try:
+            given[name] = float(text)
+            Envelope(**{name: given[name]})
+        except ValueError:
+            option = f"--{name.replace('_', '-')}"
+            raise WrongArgument(f"{option} is {text}, expected more than 0 [{unit}]") from None
+    return Envelope(**given)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    for text in [*arguments.logs, *arguments.held_out]:
+        existing_log(text)
+    existing(arguments.model, "model")
+    if not arguments.logs and not arguments.between and not arguments.excite:
+        raise WrongArgument("dvp plan: nothing to plan for: name logs, --between A,B or --excite A (dvp plan --help)")
+    envelope, out = limits_from(arguments), Path(arguments.out)
+    check_folder("--out", out)
+    from rich.console import Console
+
+    from vehicle.model.model_file import read_model
+
+    extra = effects_from(arguments)
+    model = read_model(arguments.model, extra=extra)
+    effects = tuple(extra.values())
+    refused: tuple[str, ...] = ()
+    with Console(stderr=True).status("planning") as status:
+        if arguments.between or arguments.excite:
+            found, choices = None, _asked(arguments, model, envelope, effects)
+        else:
+            from pytest_dvp.reality_gap.diagnose import diagnose
+            from pytest_dvp.reality_gap.manoeuvres.advise import advise
+
+            logs = read_all(arguments.logs, arguments)
+            held_out = read_all(arguments.held_out, arguments)
+            found = diagnose(logs, model, held_out=held_out, effects=effects, tick=status.update)
+            status.update("planning")
+            advice = advise(found, logs, model, envelope, effects=effects)
+            choices, refused = advice.choices, advice.refused
+    noise = found.noise_floor if found is not None else None
+    written = write_all(choices, model, envelope, noise, out)
+    if arguments.json:
+        print(json.dumps(finite(_document(found, choices, written, refused)), ensure_ascii=False, allow_nan=False))
+    else:
+        print(_page(found, choices, written, refused, model, envelope, noise))
+    return 0
+
+
+def check_folder(option: str, folder: Path) -> None:
+    """Raises WrongArgument if the folder is a file."""
+    if folder.exists() and not folder.is_dir():
+        raise WrongArgument(f"{option} {folder}: not a folder")
+
+
+def write_all(choices: tuple[Choice, ...], model: VehicleModel, envelope: Envelope, noise: Mapping[str, float] | None,
+              folder: Path) -> list[dict[str, str]]:  # fmt: skip
+    """The files of each choice, in their order. Raises WrongArgument: the folder cannot be written."""
+    from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE
+    from pytest_dvp.reality_gap.manoeuvres.write import write_plan
+
+    written: list[dict[str, str]] = []
+    taken: dict[str, int] = {}
+    for choice in choices:
+        name = choice.manoeuvre.name
+        taken[name] = taken.get(name, 0) + 1
+        stem = name if taken[name] == 1 else f"{name}_{taken[name]}"
+        try:
+            written.append(write_plan(choice, model, envelope, noise or NOISE, folder, stem))
+        except OSError as error:
+            raise WrongArgument(f"{folder}: cannot be written: {error.strerror}") from None
+    return written
+
+
+def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelope, effects: tuple[Effect, ...]
+           ) -> tuple[Choice, ...]:  # fmt: skip
+    from pytest_dvp.reality_gap.manoeuvres.advise import between
+    from pytest_dvp.reality_gap.manoeuvres.choose import excite
+
+    choices: tuple[Choice, ...] = ()
+    logs = read_all(arguments.logs, arguments)
+    if arguments.between:
+        choices += (between(_names(arguments.between), logs, model, envelope, effects=effects),)
+    if arguments.excite:
+        choices += excite(model, _names(arguments.excite), None, envelope, effects=effects)
+    return choices
+
+
+def _names(text: str) -> list[str]:
+    return list(dict.fromkeys(name.strip() for name in text.split(",") if name.strip()))
+
+
+def _document(found: Diagnosis | None, choices: tuple[Choice, ...], written: list[dict[str, str]],
+              refused: tuple[str, ...]) -> dict[str, object]:  # fmt: skip
+    from pytest_dvp.reality_gap.manoeuvres.card import as_dict
+
+    return {
+        "verdict": found.verdict if found is not None else None,
+        "manoeuvres": [as_dict(choice, files) for choice, files in zip(choices, written, strict=True)],
+        "refused": list(refused),
+    }
+
+
+def _page(found: Diagnosis | None, choices: tuple[Choice, ...], written: list[dict[str, str]],
+          refused: tuple[str, ...], model: VehicleModel, envelope: Envelope, noise: Mapping[str, float] | None,
+          ) -> str:  # fmt: skip
+    from pytest_dvp.reality_gap.manoeuvres.card import card
+    from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE
+
+    parts = []
+    if found is not None:
+        sets = [" or ".join((e.name, *e.rivals)) for e in found.effects]
+        parts.append(f"{found.verdict}: {'; '.join(sets) or 'no effect named'}")
+    parts += [
+        card(choice, model, envelope, noise or NOISE, files) for choice, files in zip(choices, written, strict=True)
+    ]
+    parts += [f"no manoeuvre: {line}" for line in refused]
+    if not choices and not refused:
+        parts.append("nothing to drive: no rivals are left, and the data could have shown every effect")
+    return "\n\n".join(parts)
