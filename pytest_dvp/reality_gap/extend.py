@@ -79,7 +79,8 @@ def extend(
     shares = _shares(steps)
     named = tuple(dataclasses.replace(d.effect, gain=shares.get(d.effect.name, 0.0)) for d in done)
     channels = target.by_channel(final.values)
-    explained = steps[-1].chi2_per_n <= NOTHING_LEFT and all(left <= CHANNEL_MISFIT for left in channels.values())
+    left = (steps[-1].chi2_per_n, steps[-1].held_out_chi2_per_n or 0.0)
+    explained = max(left) <= NOTHING_LEFT and max(channels.values(), default=0.0) <= CHANNEL_MISFIT
     wrong = [d.wrong for d in done if d.wrong]
     if not wrong and (kept or held_out):  # logs that are predicted from the others may show nothing of an effect
         wrong = worse_together(steps)

@@ -30,7 +30,8 @@ class Extension:
     ladder     from the model as given to the new one
     refusal    why the model must not be taken, in one line; empty if it may
     notes      what is to be known beside it, a line each
-    explained  True if what is left is no more than the noise of the sensors: there is nothing to add any more
+    explained  True if what is left, on the data held out too, is no more than the noise of the sensors: nothing is to
+               be added any more
     """
 
     model: VehicleModel

@@ -9,7 +9,7 @@ from pytest_dvp.reality_gap.diagnosis_words import interval, value
 from pytest_dvp.reality_gap.extension import Extension, Rung
 from pytest_dvp.reality_gap.gate_changes import GateChange
 from pytest_dvp.reality_gap.segments import UNITS
-from pytest_dvp.reality_gap.words import columns
+from pytest_dvp.reality_gap.words import NOTHING_LEFT, columns
 
 
 def page(found: Extension, gates: Sequence[GateChange] = ()) -> str:
@@ -51,6 +51,12 @@ def rest(found: Extension) -> str:
         return (
             f"what is left is white and no more than the sensors' noise (chi²/N {last.chi2_per_n:.3g}): stop here, "
             "more effects would fit noise"
+        )
+    held = last.held_out_chi2_per_n or 0.0
+    if held > NOTHING_LEFT and held > 1.1 * last.chi2_per_n:
+        return (
+            f"more is missing: chi²/N {last.chi2_per_n:.3g} where the model was fitted, {held:.3g} on held-out data; it "
+            "may be another effect that only looks like this one here: dvp diagnose with all logs tells"
         )
     worst = max(last.channels, key=lambda name: last.channels[name])
     return (

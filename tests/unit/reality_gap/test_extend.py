@@ -10,6 +10,7 @@ import pytest
 
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.extend import extend
+from pytest_dvp.reality_gap.extension_words import rest
 from tests.truth.effects import Effects
 from tests.truth.generate import make_log
 from vehicle.model.errors import ModelError
@@ -71,6 +72,17 @@ def test_error_that_is_left_is_not_called_noise() -> None:
     found = extend(logs(a=town(DELAY, BRAKES)), model(), add=["brake_gain"])
     assert found.refusal == ""
     assert not found.explained
+
+
+def test_rival_that_explains_the_logs_fitted_on_but_not_the_others_is_no_end() -> None:
+    """A steering that lags by 0.1 s looks like one that is 0.1 s late, until it is moved faster than in town."""
+    hidden: Effects = {"steer_lag": {"tau": 0.1}}
+    slow, fast = Log(make_log(hidden, "urban", 3, "high")), Log(make_log(hidden, "rich", 3, "high"))
+    found = extend(logs(a=slow), model(), add=["steer_delay"], held_out=logs(b=fast))
+    assert found.refusal == ""
+    assert found.ladder[-1].step.chi2_per_n == pytest.approx(1.0, abs=0.1)
+    assert not found.explained
+    assert "only looks like this one" in rest(found)
 
 
 @pytest.mark.parametrize(("refit", "delay"), [(False, 0.1), (True, 0.2)])
