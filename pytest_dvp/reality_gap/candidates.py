@@ -16,6 +16,8 @@ from vehicle.model.model import VehicleModel
 
 _NEED_DATA = ("accel_controller", "motor_damping", "motor_inertia", "motor_torque")
 """Parts of a drive train whose data sheet must be known: tried only on a model that has one of them."""
+_DETAILS = ("body_pitch", "body_roll", "cornering_compliance")
+"""What few logs can tell from plainer effects: tried only where none of those pays any more."""
 _HOW = ("heading", "tau", "frequency", "damping")  # keys that say how, not how much
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _COARSE = (3, 3, 2)
@@ -28,7 +30,8 @@ Point: TypeAlias = dict[tuple[str, str], float]
 class Candidate:
     """An effect to be tried: its coordinates, and points (each a value for every key) from the strongest on.
 
-    coarse: fewer of them, for when the model is nearly right and the fit finds the rest.
+    coarse: fewer of them, for when the model is nearly right and the fit finds the rest. detail: tried only where
+    nothing plainer pays.
     """
 
     effect: Effect
@@ -40,6 +43,11 @@ class Candidate:
     def name(self) -> str:
         """Name of the effect."""
         return self.effect.name
+
+    @property
+    def detail(self) -> bool:
+        """See the class."""
+        return self.effect.name in _DETAILS
 
     def weaker(self, point: Point, share: float) -> list[Point]:
         """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit)."""

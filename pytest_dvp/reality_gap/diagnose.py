@@ -16,15 +16,15 @@ from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
 from pytest_dvp.reality_gap.fit import Coordinate, intervals
-from pytest_dvp.reality_gap.search import PRACTICAL, Found, Search, Tick, Trial
+from pytest_dvp.reality_gap.search import MISFIT, PRACTICAL, Found, Search, Tick, Trial
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
 
-MISFIT = 1.3  # chi^2/N over all channels, above which something is left
 CHANNEL_MISFIT = 1.5  # of one channel
 HELD_OUT_SHARE = 0.4  # of a single log, its end
+SAYS_NOTHING = 1e-3  # of max(1, chi^2/N): held-out data that change by less do not show the effect
 _MAP_TIES: Mapping[str, tuple[str, ...]] = {
     "steer_scale": ("steer_ratio",),
     "full_throttle": ("drive_gain", "mass"),
@@ -69,7 +69,7 @@ def diagnose(
     found, vetoed, gains = _veto(search, found, folds)
     tick("ladder")
     final = found.final
-    sure = intervals(final.found, search.starts)
+    sure = intervals(final.found, search.starts, target.exact(final.values))
     trials = _ladder(search, final)
     steps = tuple(_step(search, trial, folds) for trial in trials)
     excess = max(trials[0].chi2 - search.count, 1e-9 * search.count)
@@ -190,7 +190,7 @@ def _veto(search: Search, found: Found, folds: Sequence[_Fold]) -> tuple[Found, 
             if samples:
                 gains[name] = total / samples
         worst = min(gains, key=lambda n: gains[n], default="")
-        if not worst or gains[worst] >= 0.0:
+        if not worst or gains[worst] >= -SAYS_NOTHING * max(1.0, final.chi2 / search.count):
             return found, tuple(vetoed), gains
         vetoed.append(worst)
         names = tuple(n for n in final.names if n != worst)
@@ -248,7 +248,21 @@ def _estimates(trial: Trial, sure: Mapping[tuple[str, str], tuple[float, float]]
         if c.effect == name:
             low, high = sure[c.name]
             found[c.key.name] = Estimate(trial.found.values[c.name], low, high, c.key.unit)
+    if {"slope", "heading"} <= set(found):
+        return _folded(found)
     return found
+
+
+def _folded(found: Mapping[str, Estimate]) -> dict[str, Estimate]:
+    """A slope along a heading is the opposite slope along the opposite one: of the two, the heading within 90 deg."""
+    slope, heading = found["slope"], found["heading"]
+    half_turns = round(heading.value / np.pi)
+    turn, sign = half_turns * np.pi, -1.0 if half_turns % 2 else 1.0
+    low, high = sorted((sign * slope.low, sign * slope.high))
+    return {
+        "slope": Estimate(sign * slope.value, low, high, slope.unit),
+        "heading": Estimate(heading.value - turn, heading.low - turn, heading.high - turn, heading.unit),
+    }
 
 
 def _removal(name: str, effect: Effect) -> NamedEffect:

@@ -24,6 +24,7 @@ Residual: TypeAlias = Callable[[FloatArray], FloatArray]
 STEP = 0.006  # of a coordinate's range, for derivatives
 _BEYOND = 0.25  # of its range, how far outside a coordinate may go if the equation allows it
 _LONGEST = 0.35  # of its range, in one step
+_NORMAL = 1.96  # standard deviations of a 95 % interval
 _ZOOM = (0.02, 0.005)
 
 
@@ -110,11 +111,15 @@ def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, f
     return Fit(coordinates, _values(coordinates, u), r, best, jacobian)
 
 
-def intervals(found: Fit, starts: IntArray, quantile: float = 1.96) -> dict[tuple[str, str], tuple[float, float]]:
+def intervals(
+    found: Fit, starts: IntArray, exact: FloatArray | None = None
+) -> dict[tuple[str, str], tuple[float, float]]:
     """95 % interval of each value.
 
     Clustered by segment (starts (m,) in the residual): noise within a segment may be coloured in any way; segments
-    count as independent. Source: Liang and Zeger, Biometrika 73 (1986) 13; small-sample factor m/(m - p).
+    count as independent. exact (N,): the residual with the model integrated in small steps; how far that would move a
+    value is part of its uncertainty, too.
+    Source: Liang and Zeger, Biometrika 73 (1986) 13; small-sample factor m/(m - p).
     """
     if not found.coordinates:
         return {}
@@ -125,10 +130,11 @@ def intervals(found: Fit, starts: IntArray, quantile: float = 1.96) -> dict[tupl
     clustered: FloatArray = bread @ gram(scores) @ bread * (m / max(m - p, 1))
     plain = bread * (found.chi2 / max(int(np.count_nonzero(r)), 1))
     spread = np.sqrt(np.maximum(np.maximum(np.diag(clustered), np.diag(plain)), 0.0))
+    moved = bread @ along(j, exact - r) if exact is not None else np.zeros(p)
     result = {}
-    for c, s in zip(found.coordinates, spread, strict=True):
+    for c, s, d in zip(found.coordinates, spread, moved, strict=True):
         value = found.values[c.name]
-        half = quantile * float(s) * abs(c.slope(c.place(value)))
+        half = (_NORMAL * float(s) + abs(float(d))) * abs(c.slope(c.place(value)))
         result[c.name] = (max(value - half, c.key.minimum), min(value + half, c.key.maximum))
     return result
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.algebra import along, orthonormal, square
-from pytest_dvp.reality_gap.candidates import Candidate, least
+from pytest_dvp.reality_gap.candidates import Candidate, Point, least
 from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit, intervals
 
@@ -26,6 +26,8 @@ CLEAR = 20.0  # times PRACTICAL: a gain that needs no bootstrap, for effects tha
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
 PRICE = 0.005  # of max(1, chi^2/N), for a parameter
 _CONTAINS = {"steer_asymmetry": "steer_ratio"}  # effects that can do exactly what a simpler one does
+MISFIT = 1.3  # chi^2/N over all channels, above which something is left
+_RETURNS = 2  # times that a search begins again
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 _CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
 _VAGUE = 0.33  # of a limit's range: an interval wider than that says nothing
@@ -34,7 +36,7 @@ _DRAWS = 400
 _SEED = 7
 
 Tick: TypeAlias = Callable[[str], None]
-Ranked: TypeAlias = tuple[float, str, Values]  # chi^2 left, effect, point
+Ranked: TypeAlias = tuple[float, str, Point]  # chi^2 left, effect, point
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -75,23 +77,36 @@ class Search:
         self.nuisance, self.start, self.fixed = tuple(nuisance), dict(start or {}), dict(fixed or {})
         self.count = max(target.count, 1)
         self.starts = target.starts()
-        self._not_excited: tuple[str, ...] = ()
+        self._shown: dict[str, float] = {}
         self._near: dict[str, tuple[str, ...]] = {}
 
     def run(self) -> Found:
-        """Search until nothing pays any more."""
+        """Search until nothing pays any more; where much is left, begin again from what came second."""
         base = self.trial((), self.start)
-        best = base
-        while len(best.names) < MOST:
-            self.tick(f"effect {len(best.names) + 1}: trying {len(self.tried)}")
-            better = self._next(best)
-            if better is None:
+        turns: list[Trial] = []
+        best, rivals = self._contest(self._grown(base, turns))
+        for turn in sorted(turns, key=self.cost)[:_RETURNS]:
+            if self.cost(best) < MISFIT * self.count:
                 break
-            best = better
-            self.target.settle(best.values)
-            best = self.trial(best.names, best.values)
-        best, rivals = self._contest(self.trial(best.names, best.values, zoom=True))
-        return Found(best, rivals, self._not_excited)
+            self.target.settle(turn.values)
+            other, others_rivals = self._contest(self._grown(self.trial(turn.names, turn.values), []))
+            if self.cost(other) < self.cost(best):
+                best, rivals = other, others_rivals
+        self.target.settle(best.values)
+        hidden = sorted(name for name, change in self._shown.items() if change < PRACTICAL)
+        return Found(self.trial(best.names, best.values, zoom=True), rivals, tuple(hidden))
+
+    def _grown(self, now: Trial, turns: list[Trial]) -> Trial:
+        """The set with more effects, one by one, until none pays. turns: takes the second best of each round."""
+        while len(now.names) < MOST:
+            self.tick(f"effect {len(now.names) + 1}: trying {len(self.tried)}")
+            paying = self._next(now)
+            if not paying:
+                break
+            turns += paying[1:2]
+            self.target.settle(paying[0].values)
+            now = self.trial(paying[0].names, paying[0].values)
+        return now
 
     def pays(self, without: Trial, with_it: Trial, *, count: int = 0) -> bool:
         """True if the step to the other set is worth an effect: in size, and in nearly every draw of segments."""
@@ -127,14 +142,16 @@ class Search:
         found = fit(target, coordinates, start, fixed=fixed, enough=enough, zoom=zoom)
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
-    def _next(self, now: Trial) -> Trial | None:
-        """The set with one more effect, None if none pays."""
-        ranking = self._scan(now, self.tried)
-        for trial in self._additions(now, ranking):
-            if self.pays(now, trial) and self._sound(trial, trial.names[-1]):
+    def _next(self, now: Trial) -> list[Trial]:
+        """Sets with one more effect that pays, best first; of the finer effects only if no other one does."""
+        for detail in (False, True):
+            ranking = self._scan(now, [name for name, c in self.tried.items() if c.detail == detail])
+            paying = [t for t in self._additions(now, ranking) if self.pays(now, t) and self._sound(t, t.names[-1])]
+            for trial in paying:
                 self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
-                return trial
-        return None
+            if paying:
+                return paying
+        return []
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked]) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first."""
@@ -143,45 +160,18 @@ class Search:
 
     def _scan(self, now: Trial, names: Iterable[str]) -> list[Ranked]:
         """chi^2 that each effect would leave (the others adapt to first order), and the point where; best first."""
-        r0, values = now.found.residual, now.values
-        basis = orthonormal(now.found.jacobian)
-        shadow = along(basis, r0)
-        before = square(r0) - square(shadow)
-
-        def step(point: Values) -> tuple[float, float, float]:
-            """Squares of the change: in all, and beyond what the others can do; and its product with what is there."""
-            change = self.target.whitened(values | point) - r0
-            turned = along(basis, change)
-            raw = square(change)
-            return raw, raw - square(turned), along(change[None, :], r0)[0] - float(shadow @ turned)
-
-        shown: dict[str, float] = {}
+        look = _Look(self.target, now)
         ranking: list[Ranked] = []
         for name in names:
-            if name in now.names:
-                continue
-            candidate = self.tried[name]
-            options: list[tuple[float, Values]] = []
-            hoped: list[tuple[float, Values]] = []
-            for point in candidate.coarse if now.names else candidate.points:
-                raw, size, slope = step(point)
-                shown[name] = max(shown.get(name, 0.0), raw / self.count)
-                if raw < 1e-7 * self.count:
-                    break  # the strongest comes first
-                options.append((before + 2.0 * slope + size, point))
-                share = -slope / size if size > 0.0 else 0.0  # of the change that would be best, were it in proportion
-                if 0.0 < share < 1.0:
-                    hoped += [(before + share * slope, less) for less in candidate.weaker(point, share)]
-            if hoped:
-                less = min(hoped, key=lambda option: option[0])[1]
-                _, size, slope = step(less)
-                options.append((before + 2.0 * slope + size, less))
-            if options:
-                left, point = min(options, key=lambda option: option[0])
-                ranking.append((left, name, point))
-        if names is self.tried and not now.names:
-            self._not_excited = tuple(sorted(n for n, change in shown.items() if change < PRACTICAL))
-        return sorted(ranking, key=lambda entry: entry[:2])
+            if name not in now.names:
+                candidate = self.tried[name]
+                options = look.at(candidate, candidate.coarse if now.names else candidate.points)
+                if not now.names:
+                    self._shown[name] = look.strongest / self.count
+                if options:
+                    left, point = min(options, key=lambda option: option[0])
+                    ranking.append((left, name, point))
+        return sorted(ranking, key=lambda entry: (entry[0], entry[1]))
 
     def _sound(self, trial: Trial, name: str) -> bool:
         """True if the effect's values mean something: above the least size, certain, and not where the search ended."""
@@ -250,3 +240,64 @@ def _certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool
     if isinf(c.key.neutral):
         return c.place(high) - c.place(low) < _VAGUE
     return abs(value - c.key.neutral) > _CLEAR_OF_NEUTRAL * 0.5 * (high - low)
+
+
+class _Look:
+    """What effects would change on top of a set that is fitted. strongest: square of the largest change that `at` saw."""
+
+    def __init__(self, target: Campaign, now: Trial) -> None:
+        self._target, self._values, self._rest = target, now.values, now.found.residual
+        self._basis = orthonormal(now.found.jacobian)
+        self._shadow = along(self._basis, self._rest)
+        self._before = square(self._rest) - square(self._shadow)
+        self._nothing = 1e-7 * target.count
+        self.strongest = 0.0
+
+    def at(self, candidate: Candidate, points: Sequence[Point]) -> list[tuple[float, Point]]:
+        """chi^2 left at the points (strongest first), and at one more that promises most."""
+        self.strongest = 0.0
+        options: list[tuple[float, Point]] = []
+        hoped: list[tuple[float, Point]] = []
+        for point in points:
+            raw, size, slope = self._step(point)
+            self.strongest = max(self.strongest, raw)
+            if raw < self._nothing:
+                if options:  # between the last point that shows and this one
+                    options += self._halved(candidate, options[-1][1], point)
+                break
+            options.append((self._before + 2.0 * slope + size, point))
+            share = -slope / size if size > 0.0 else 0.0  # of the change that would be best, were it in proportion
+            if 0.0 < share < 1.0:
+                hoped += [(self._before + share * slope, less) for less in candidate.weaker(point, share)]
+        if hoped:
+            less = min(hoped, key=lambda option: option[0])[1]
+            options.append((self._left(less), less))
+        return options
+
+    def _halved(self, candidate: Candidate, strong: Point, weak: Point) -> list[tuple[float, Point]]:
+        """Points between one that shows and one that does not, halfway each time: where a limit begins to bite."""
+        found: list[tuple[float, Point]] = []
+        for _ in range(4):
+            middle = dict(weak)
+            for c in candidate.coordinates:
+                middle[c.name] = c.value(0.5 * (c.place(strong[c.name]) + c.place(weak[c.name])))
+            raw, size, slope = self._step(middle)
+            if raw < self._nothing:
+                weak = middle
+                continue
+            found.append((self._before + 2.0 * slope + size, middle))
+            if found[-1][0] < self._before:
+                break
+            strong = middle
+        return found
+
+    def _left(self, point: Point) -> float:
+        _, size, slope = self._step(point)
+        return self._before + 2.0 * slope + size
+
+    def _step(self, point: Point) -> tuple[float, float, float]:
+        """Squares of the change, in all and beyond what the others can do, and its product with what is there."""
+        change = self._target.whitened(self._values | point) - self._rest
+        turned = along(self._basis, change)
+        raw = square(change)
+        return raw, raw - square(turned), along(change[None, :], self._rest)[0] - float(self._shadow @ turned)
