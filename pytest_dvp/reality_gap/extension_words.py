@@ -55,8 +55,8 @@ def rest(found: Extension) -> str:
     held = last.held_out_chi2_per_n or 0.0
     if held > NOTHING_LEFT and held > 1.1 * last.chi2_per_n:
         return (
-            f"more is missing: chi²/N {last.chi2_per_n:.3g} where the model was fitted, {held:.3g} on held-out data; it "
-            "may be another effect that only looks like this one here: dvp diagnose with all logs tells"
+            f"more is missing: chi²/N {last.chi2_per_n:.3g} where the model was fitted, {held:.3g} on held-out data; "
+            "perhaps another effect that only looks like this one here: dvp diagnose with all logs tells"
         )
     worst = max(last.channels, key=lambda name: last.channels[name])
     return (
