@@ -33,6 +33,8 @@ from vehicle.model.effect import Key, effect
         "tyre_relaxation",
         "yaw_inertia",
         "steer_lag",
+        "steer_delay",
+        "understeer",
     ),
     reveals="steering steps of both signs at 3 and at 10 m/s, with position and heading logged",
 )
