@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
+from pytest_dvp.cli.limits import add_limits, check_folder, limits_from, with_manoeuvres
 
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
@@ -33,6 +34,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_log_options(parser)
     add_effects(parser)
     parser.add_argument("--report", metavar="FILE", help="write a page with figures")
+    parser.add_argument("--plan", metavar="FOLDER", help="write the manoeuvre that decides between rivals (dvp plan)")
+    add_limits(parser)
     add_json(parser)
 
 
@@ -42,6 +45,9 @@ def execute(arguments: argparse.Namespace) -> int:
     existing(arguments.model, "model")
     if arguments.report and not Path(arguments.report).absolute().parent.is_dir():
         raise WrongArgument(f"--report {arguments.report}: no folder {Path(arguments.report).parent}")
+    if arguments.plan:
+        check_folder("--plan", Path(arguments.plan))
+    envelope = limits_from(arguments)
     from rich.console import Console
 
     from pytest_dvp.reality_gap.diagnose import diagnose
@@ -52,6 +58,9 @@ def execute(arguments: argparse.Namespace) -> int:
     logs, held_out = read_all(arguments.logs, arguments), read_all(arguments.held_out, arguments)
     with Console(stderr=True).status("diagnosing") as status:
         found = diagnose(logs, model, held_out=held_out, effects=tuple(extra.values()), tick=status.update)
+        if arguments.plan:
+            status.update("planning")
+            found = with_manoeuvres(found, logs, model, envelope, tuple(extra.values()), Path(arguments.plan))
     if arguments.report:
         _report(arguments, found, logs, model, held_out, tuple(extra.values()))
     if arguments.json:

@@ -7,7 +7,6 @@ commands for a car driven by wire, and as a card for a driver.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,6 +16,7 @@ from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite
 from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
 from pytest_dvp.cli.effects import add_effects, effects_from
+from pytest_dvp.cli.limits import add_limits, check_folder, limits_from, write_all
 
 if TYPE_CHECKING:
     from pytest_dvp.reality_gap.diagnosis import Diagnosis
@@ -24,17 +24,6 @@ if TYPE_CHECKING:
     from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
-
-LIMITS: Mapping[str, str] = {
-    "max_speed": "m/s",
-    "max_acceleration": "m/s^2",
-    "max_deceleration": "m/s^2",
-    "max_lateral": "m/s^2, lateral acceleration",
-    "length": "m, of the free ground",
-    "width": "m, of the free ground",
-    "max_steer": "rad at the road wheels",
-    "steer_rate": "rad/s at the road wheels",
-}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,34 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_log_options(parser)
     add_effects(parser)
     add_json(parser)
-
-
-def add_limits(parser: argparse.ArgumentParser) -> None:
-    """The options of the envelope."""
-    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
-
-    defaults = dataclasses.asdict(Envelope())
-    group = parser.add_argument_group("limits that no manoeuvre exceeds")
-    for name, unit in LIMITS.items():
-        group.add_argument(f"--{name.replace('_', '-')}", metavar="X", help=f"{unit}; default {defaults[name]:g}")
-
-
-def limits_from(arguments: argparse.Namespace) -> Envelope:
-    """The envelope of the options. Raises WrongArgument."""
-    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
-
-    given = {}
-    for name, unit in LIMITS.items():
-        text = getattr(arguments, name)
-        if text is None:
-            continue
-        try:
-            given[name] = float(text)
-            Envelope(**{name: given[name]})
-        except ValueError:
-            option = f"--{name.replace('_', '-')}"
-            raise WrongArgument(f"{option} is {text}, expected more than 0 [{unit}]") from None
-    return Envelope(**given)
 
 
 def execute(arguments: argparse.Namespace) -> int:
@@ -116,31 +77,6 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         print(_page(found, choices, written, refused, model, envelope, noise))
     return 0
-
-
-def check_folder(option: str, folder: Path) -> None:
-    """Raises WrongArgument if the folder is a file."""
-    if folder.exists() and not folder.is_dir():
-        raise WrongArgument(f"{option} {folder}: not a folder")
-
-
-def write_all(choices: tuple[Choice, ...], model: VehicleModel, envelope: Envelope, noise: Mapping[str, float] | None,
-              folder: Path) -> list[dict[str, str]]:  # fmt: skip
-    """The files of each choice, in their order. Raises WrongArgument: the folder cannot be written."""
-    from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE
-    from pytest_dvp.reality_gap.manoeuvres.write import write_plan
-
-    written: list[dict[str, str]] = []
-    taken: dict[str, int] = {}
-    for choice in choices:
-        name = choice.manoeuvre.name
-        taken[name] = taken.get(name, 0) + 1
-        stem = name if taken[name] == 1 else f"{name}_{taken[name]}"
-        try:
-            written.append(write_plan(choice, model, envelope, noise or NOISE, folder, stem))
-        except OSError as error:
-            raise WrongArgument(f"{folder}: cannot be written: {error.strerror}") from None
-    return written
 
 
 def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelope, effects: tuple[Effect, ...]

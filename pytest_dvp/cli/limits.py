@@ -1,0 +1,98 @@
+"""Limits of a manoeuvre as options, and the files of those that are advised: for plan and diagnose."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pytest_dvp.cli.arguments import WrongArgument
+
+if TYPE_CHECKING:
+    from pytest_dvp.log import Log
+    from pytest_dvp.reality_gap.diagnosis import Diagnosis
+    from pytest_dvp.reality_gap.manoeuvres.choose import Choice
+    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+    from vehicle.model.effect import Effect
+    from vehicle.model.model import VehicleModel
+
+LIMITS: Mapping[str, str] = {
+    "max_speed": "m/s",
+    "max_acceleration": "m/s^2",
+    "max_deceleration": "m/s^2",
+    "max_lateral": "m/s^2, lateral acceleration",
+    "length": "m, of the free ground",
+    "width": "m, of the free ground",
+    "max_steer": "rad at the road wheels",
+    "steer_rate": "rad/s at the road wheels",
+}
+
+
+def add_limits(parser: argparse.ArgumentParser) -> None:
+    """The options of the envelope."""
+    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+
+    defaults = dataclasses.asdict(Envelope())
+    group = parser.add_argument_group("limits that no manoeuvre exceeds")
+    for name, unit in LIMITS.items():
+        group.add_argument(f"--{name.replace('_', '-')}", metavar="X", help=f"{unit}; default {defaults[name]:g}")
+
+
+def limits_from(arguments: argparse.Namespace) -> Envelope:
+    """The envelope of the options. Raises WrongArgument."""
+    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+
+    given = {}
+    for name, unit in LIMITS.items():
+        text = getattr(arguments, name)
+        if text is None:
+            continue
+        try:
+            given[name] = float(text)
+            Envelope(**{name: given[name]})
+        except ValueError:
+            option = f"--{name.replace('_', '-')}"
+            raise WrongArgument(f"{option} is {text}, expected more than 0 [{unit}]") from None
+    return Envelope(**given)
+
+
+def check_folder(option: str, folder: Path) -> None:
+    """Raises WrongArgument if the folder is a file."""
+    if folder.exists() and not folder.is_dir():
+        raise WrongArgument(f"{option} {folder}: not a folder")
+
+
+def write_all(choices: Sequence[Choice], model: VehicleModel, envelope: Envelope, noise: Mapping[str, float] | None,
+              folder: Path) -> list[dict[str, str]]:  # fmt: skip
+    """The files of each choice, in their order. Raises WrongArgument: the folder cannot be written."""
+    from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE
+    from pytest_dvp.reality_gap.manoeuvres.write import write_plan
+
+    written: list[dict[str, str]] = []
+    taken: dict[str, int] = {}
+    for choice in choices:
+        name = choice.manoeuvre.name
+        taken[name] = taken.get(name, 0) + 1
+        stem = name if taken[name] == 1 else f"{name}_{taken[name]}"
+        try:
+            written.append(write_plan(choice, model, envelope, noise or NOISE, folder, stem))
+        except OSError as error:
+            raise WrongArgument(f"{folder}: cannot be written: {error.strerror}") from None
+    return written
+
+
+def with_manoeuvres(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envelope: Envelope,
+                    effects: tuple[Effect, ...], folder: Path) -> Diagnosis:  # fmt: skip
+    """The diagnosis with the scenario that decides between each effect and its rivals, written into the folder."""
+    from pytest_dvp.reality_gap.manoeuvres.advise import advise
+
+    advice = advise(found, logs, model, envelope, effects=effects, exciting=False)
+    for line in advice.refused:
+        print(f"no manoeuvre: {line}", file=sys.stderr)
+    written = write_all(tuple(advice.deciding.values()), model, envelope, found.noise_floor, folder)
+    files = dict(zip(advice.deciding, (entry["scenario"] for entry in written), strict=True))
+    named = (dataclasses.replace(e, deciding_manoeuvre=files.get(e.name)) for e in found.effects)
+    return dataclasses.replace(found, effects=tuple(named))
