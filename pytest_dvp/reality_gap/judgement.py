@@ -122,7 +122,7 @@ def _percent(before: float, after: float) -> str:
 
 def estimates(final: Trial, search: Search) -> Estimates:
     """Fitted values as they are written, with their 95 % intervals."""
-    sure = intervals(final.found, search.starts)
+    sure = intervals(final.found, search.starts, search.target.exact(final.values))
     found: Estimates = {}
     for c in final.found.coordinates:
         low, high = sure[c.name]
