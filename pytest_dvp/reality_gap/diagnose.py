@@ -16,7 +16,9 @@ from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
 from pytest_dvp.reality_gap.fit import Coordinate, intervals
+from pytest_dvp.reality_gap.perception_gap import diagnose_perception
 from pytest_dvp.reality_gap.search import MISFIT, PRACTICAL, Found, Search, Tick, Trial
+from pytest_dvp.reality_gap.signature import signature
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -85,14 +87,16 @@ def diagnose(
         )
         for before, after in itertools.pairwise(trials)
     ) + tuple(_removal(name, known[name]) for name in dict.fromkeys(name for name, _ in search.fixed))
+    named += tuple(e for log in logs.values() for e in diagnose_perception(log, model))
     channels = target.by_channel(final.values)
+    verdict = _verdict(final.chi2 / search.count, channels, named, found, len(tried))
     return Diagnosis(
-        verdict=_verdict(final.chi2 / search.count, channels, named, found, len(tried)),
+        verdict=verdict,
         effects=named,
         not_excited=found.not_excited,
         ladder=steps,
         noise_floor=target.noise(),
-        signature={},
+        signature=signature(target, final.values) if verdict in ("PARTIAL", "UNKNOWN") else {},
         vetoed=vetoed,
         input_map=_estimates(final, sure, "inputs"),
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},

@@ -20,9 +20,10 @@ from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit, intervals
 
 MOST = 6  # effects added to one model
-PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect
+PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
+FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002
 SURE = 0.95  # share of bootstrap samples in which an effect must gain
-CLEAR = 20.0  # times PRACTICAL: a gain that needs no bootstrap, for effects that show in a single event
+CLEAR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
 PRICE = 0.005  # of max(1, chi^2/N), for a parameter
 _CONTAINS = {"steer_asymmetry": "steer_ratio"}  # effects that can do exactly what a simpler one does
@@ -112,7 +113,7 @@ class Search:
         """True if the step to the other set is worth an effect: in size, and in nearly every draw of segments."""
         count = count or self.count
         gain = (without.chi2 - with_it.chi2) / count
-        worth = PRACTICAL * max(1.0, with_it.chi2 / count)
+        worth = (PRACTICAL if without.names else FIRST) * max(1.0, with_it.chi2 / count)
         if gain < worth:
             return False
         return gain > CLEAR * worth or self.sure(without.rest, with_it.rest) >= SURE
@@ -243,7 +244,7 @@ def _certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool
 
 
 class _Look:
-    """What effects would change on top of a set that is fitted. strongest: square of the largest change that `at` saw."""
+    """What effects would change on top of a set that is fitted. strongest: square of the largest that `at` saw."""
 
     def __init__(self, target: Campaign, now: Trial) -> None:
         self._target, self._values, self._rest = target, now.values, now.found.residual
