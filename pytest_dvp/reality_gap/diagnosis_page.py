@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pytest_dvp.log import FloatArray, Log
+from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect
 from pytest_dvp.reality_gap.diagnosis_words import causes, extend_command, headline, interval, value
-from pytest_dvp.reality_gap.experiment import Experiment, Values
+from pytest_dvp.reality_gap.experiment import Campaign, Experiment, Values
+from pytest_dvp.reality_gap.null_line import null_line
 from pytest_dvp.reality_gap.segments import CHANNELS, UNITS
 from pytest_dvp.reality_gap.shares import Share, shares
 from pytest_dvp.reality_gap.signature_words import signature_lines
@@ -74,7 +76,7 @@ def diagnosis_page(
              "held_out": s.held_out_chi2_per_n}
             for s in found.ladder
         ],
-        "null_line": found.null_line,
+        "null_line": _null_level(found, drawn, known) if found.effects else None,
         "tiles": causes(first),
         "signals": [
             {"name": c, "unit": UNITS[c], "noise": found.noise_floor.get(c), "before": first.rmse[c],
@@ -90,6 +92,16 @@ def diagnosis_page(
     }  # fmt: skip
 
 
+def _null_level(found: Diagnosis, drawn: Sequence[_Drawn], known: Mapping[str, Effect]) -> float | None:
+    """chi^2/N that the first step would reach by luck; None if no log was fitted on."""
+    gain = found.null_line
+    target = Campaign(tuple(one.experiment for one in drawn if not one.held_out))
+    if gain is None and target.experiments:
+        tried = candidates(target.experiments[0].model, known.values(), ay="ay" in target.channels)
+        gain = null_line(target, found.ladder[0].values, tried)
+    return None if gain is None else found.ladder[0].chi2_per_n - gain
+
+
 def _effect(effect: NamedEffect, known: Effect, fit: Share | None, held: Share | None,
             all_known: Mapping[str, Effect]) -> dict[str, Any]:  # fmt: skip
     return {
@@ -101,13 +113,20 @@ def _effect(effect: NamedEffect, known: Effect, fit: Share | None, held: Share |
             {"key": key, "value": value(e), "interval": interval(e), "unit": e.unit, "meaning": known.key(key).meaning}
             for key, e in effect.parameters.items()
         ],
-        "fit": None if fit is None else dataclasses.asdict(fit),
+        "fit": _share(fit, effect.gain),
         "held_out": None if held is None else dataclasses.asdict(held),
         "rivals": [{"name": name, "physics": all_known[name].physics if name in all_known else ""}
                    for name in effect.rivals],
         "manoeuvre": effect.deciding_manoeuvre,
         "reveals": known.reveals,
     }  # fmt: skip
+
+
+def _share(fit: Share | None, gain: float) -> dict[str, float | None] | None:
+    """A share with its interval; without one for what stands outside the ladder, as effects on detections do."""
+    if fit is not None:
+        return dataclasses.asdict(fit)
+    return {"value": gain, "low": None, "high": None} if gain > 0.0 else None
 
 
 def _not_shown(name: str, known: Mapping[str, Effect]) -> dict[str, str]:
