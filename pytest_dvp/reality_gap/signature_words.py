@@ -41,7 +41,7 @@ def _speed(axis: Mapping[str, Any]) -> list[str]:
 
 def _rhythm(axis: Mapping[str, Any]) -> list[str]:
     found = []
-    for one in (axis.get("rhythm") or {}).values():
+    for one in axis.get("rhythm") or ():
         if one and one["share"] >= STRONG:
             found.append(f"{_percent(one['share'])} of it repeats at {one['frequency']:.3g} {one['unit']}")
     return found
