@@ -49,7 +49,7 @@ def null_line(target: Campaign, values: Values, tried: Sequence[Candidate], *, j
             change = _without(basis, change)
             size = float(change @ change)
             if size > _NEW * whole:
-                best = np.maximum(best, (surrogates @ change) ** 2 / size)
+                best = np.maximum(best, np.einsum("ij,j->i", surrogates, change) ** 2 / size)
     return float(np.quantile(best, QUANTILE)) / count
 
 
