@@ -26,7 +26,7 @@ from pytest_dvp.reality_gap.diagnose import diagnose
 from pytest_dvp.reality_gap.diagnosis import Diagnosis
 from pytest_dvp.reality_gap.manoeuvres.advise import advise
 from pytest_dvp.reality_gap.manoeuvres.catalogue import Manoeuvre
-from pytest_dvp.reality_gap.manoeuvres.choose import Choice
+from pytest_dvp.reality_gap.manoeuvres.choice import Choice
 from pytest_dvp.reality_gap.manoeuvres.driver import Wish
 from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
 from pytest_dvp.reality_gap.manoeuvres.perform import drive

@@ -14,7 +14,7 @@ from pytest_dvp.cli.arguments import WrongArgument
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
     from pytest_dvp.reality_gap.diagnosis import Diagnosis
-    from pytest_dvp.reality_gap.manoeuvres.choose import Choice
+    from pytest_dvp.reality_gap.manoeuvres.choice import Choice
     from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel

@@ -20,7 +20,7 @@ from pytest_dvp.cli.limits import add_limits, check_folder, limits_from, write_a
 
 if TYPE_CHECKING:
     from pytest_dvp.reality_gap.diagnosis import Diagnosis
-    from pytest_dvp.reality_gap.manoeuvres.choose import Choice
+    from pytest_dvp.reality_gap.manoeuvres.choice import Choice
     from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
@@ -82,7 +82,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelope, effects: tuple[Effect, ...]
            ) -> tuple[Choice, ...]:  # fmt: skip
     from pytest_dvp.reality_gap.manoeuvres.advise import between
-    from pytest_dvp.reality_gap.manoeuvres.choose import excite
+    from pytest_dvp.reality_gap.manoeuvres.excite import excite
 
     choices: tuple[Choice, ...] = ()
     logs = read_all(arguments.logs, arguments)

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.algebra import square
-from pytest_dvp.reality_gap.candidates import Candidate
+from pytest_dvp.reality_gap.candidates import Candidate, candidates
 from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
-from pytest_dvp.reality_gap.fit import fit
-from pytest_dvp.reality_gap.manoeuvres.choose import Choice, PlanError, decide, excite, tried_on
+from pytest_dvp.reality_gap.fit import Fit, fit
+from pytest_dvp.reality_gap.manoeuvres.choice import Choice, PlanError, tried_on
+from pytest_dvp.reality_gap.manoeuvres.decide import Evidence, decide
 from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+from pytest_dvp.reality_gap.manoeuvres.excite import excite
 
 if TYPE_CHECKING:
     from pytest_dvp.reality_gap.diagnosis import Diagnosis
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
     from vehicle.model.model import VehicleModel
 
 MOST_RIVALS = 4  # of one effect that a manoeuvre is to tell apart: the best
+_NEAR = 0.25  # of max(1, chi^2/N): an effect that is behind by less may come back when other data are added
+_SCANNED, _MOST_NEAR = 8, 4
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -47,21 +51,19 @@ def advise(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envel
     noise, values = dict(found.noise_floor), dict(found.values)
     deciding: dict[str, Choice] = {}
     refused: list[str] = []
-    told: set[frozenset[str]] = set()
     for effect in found.effects:
         if not effect.rivals or effect.action == "remove":
             continue
         names = (effect.name, *effect.rivals[:MOST_RIVALS])
-        known = hypotheses(target, model, names, values, effects=effects)
-        mine = {key for name in names for key in known[name]}
-        shared = {key: value for key, value in values.items() if key not in mine}
+        rest = {key: value for key, value in values.items() if key[0] != effect.name}
+        first = {key: value for key, value in values.items() if key[0] == effect.name}
+        known, near, evidence = _hypotheses(target, model, names, first, rest, effects)
         try:
             deciding[effect.name] = decide(
-                model, known, noise, envelope, shared=shared, effects=effects, beside=target.count
+                model, known, noise, envelope, near=near, evidence=evidence, shared=rest, effects=effects
             )
         except PlanError as error:
             refused.append(f"{' or '.join(names)}: {error}")
-        told.add(frozenset(names))
     chosen: tuple[Choice, ...] = ()
     if exciting and found.not_excited:
         try:
@@ -73,21 +75,31 @@ def advise(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envel
     return Advice(deciding, chosen, tuple(refused))
 
 
-def hypotheses(target: Campaign, model: VehicleModel, names: Sequence[str], values: Values, *,
-               effects: Sequence[Effect] = ()) -> dict[str, Values]:  # fmt: skip
-    """The first name with its fitted values, each other one fitted to the same logs in its place."""
-    known = tried_on(model, names, effects)
-    first = {key: value for key, value in values.items() if key[0] == names[0]}
-    rest = {key: value for key, value in values.items() if key[0] != names[0]}
-    found: dict[str, Values] = {names[0]: first}
-    for name in names[1:]:
-        found[name] = _fitted(target, known[name], rest)
-    return found
+def _hypotheses(target: Campaign, model: VehicleModel, names: Sequence[str], first: Values, rest: Values,
+                effects: Sequence[Effect]) -> tuple[dict[str, Values], dict[str, Values], Evidence]:  # fmt: skip
+    """Every name fitted to the logs (the first as given), effects that they hardly rule out, and how well all do."""
+    from vehicle.model.catalogue import catalogue
+
+    every = candidates(model, [*catalogue().values(), *effects])
+    known = tried_on(model, names, effects) | {c.name: c for c in every}
+    fits = {name: _fitted(target, known[name], rest) for name in names[1:]}
+    left = {name: found.chi2 for name, found in fits.items()} | {names[0]: square(target.whitened({**rest, **first}))}
+    worth = target.count * max(1.0, left[names[0]] / max(target.count, 1))
+    scanned = sorted(
+        (min(square(target.whitened({**rest, **point})) for point in c.points), c.name) for c in every
+        if c.name not in names and (c.name, c.coordinates[0].key.name) not in rest
+    )  # fmt: skip
+    near: dict[str, Values] = {}
+    for _, name in scanned[:_SCANNED]:
+        found = _fitted(target, known[name], rest)
+        if found.chi2 - left[names[0]] < _NEAR * worth and len(near) < _MOST_NEAR:
+            near[name], left[name] = found.values, found.chi2
+    return {names[0]: first, **{name: f.values for name, f in fits.items()}}, near, Evidence(target.count, left)
 
 
-def _fitted(target: Campaign, candidate: Candidate, rest: Values) -> dict[tuple[str, str], float]:
+def _fitted(target: Campaign, candidate: Candidate, rest: Values) -> Fit:
     begin = min(candidate.points, key=lambda point: square(target.whitened({**rest, **point})))
-    return fit(target, candidate.coordinates, begin, fixed=rest).values
+    return fit(target, candidate.coordinates, begin, fixed=rest)
 
 
 def between(names: Sequence[str], logs: Mapping[str, Log], model: VehicleModel, envelope: Envelope, *,
@@ -105,5 +117,7 @@ def between(names: Sequence[str], logs: Mapping[str, Log], model: VehicleModel, 
         return decide(model, known, None, envelope, effects=effects)
     target = campaign(logs, model, extra=effects)
     tried = tried_on(model, names, effects)
-    known = {name: _fitted(target, tried[name], {}) for name in names}
-    return decide(model, known, target.noise(), envelope, effects=effects, beside=target.count)
+    fits = {name: _fitted(target, tried[name], {}) for name in names}
+    known = {name: found.values for name, found in fits.items()}
+    evidence = Evidence(target.count, {name: found.chi2 for name, found in fits.items()})
+    return decide(model, known, target.noise(), envelope, evidence=evidence, effects=effects)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pytest_dvp.reality_gap.manoeuvres.choose import Choice, Sign
+from pytest_dvp.reality_gap.manoeuvres.choice import Choice, Sign
 from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
 from pytest_dvp.reality_gap.segments import UNITS
 

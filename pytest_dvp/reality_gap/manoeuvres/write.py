@@ -13,7 +13,7 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.manoeuvres.card import card
-from pytest_dvp.reality_gap.manoeuvres.choose import Choice
+from pytest_dvp.reality_gap.manoeuvres.choice import Choice
 from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
 from pytest_dvp.reality_gap.manoeuvres.perform import columns
 from pytest_dvp.reality_gap.manoeuvres.scenario_file import road, scenario

@@ -1,0 +1,157 @@
+"""The manoeuvre that tells effects apart: each in turn is the truth, and the others are fitted to its log."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from pytest_dvp.reality_gap.candidates import Candidate
+from pytest_dvp.reality_gap.experiment import Values
+from pytest_dvp.reality_gap.manoeuvres.catalogue import CITY, MANOEUVRES
+from pytest_dvp.reality_gap.manoeuvres.choice import (
+    ENOUGH,
+    MOST_REPEATS,
+    TIE,
+    Asked,
+    Choice,
+    PlanError,
+    Sign,
+    sign_of,
+    tried_on,
+)
+from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+from pytest_dvp.reality_gap.manoeuvres.perform import SIZES, Drive, perform
+from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE, Hypothesis, Rehearsal, alike, apart, typical
+from pytest_dvp.reality_gap.search import PRACTICAL
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.model import VehicleModel
+
+_LOOKED_AT = 2  # manoeuvres that are fitted, not only looked at to first order
+
+
+class Evidence:
+    """What the logs that there are say: `samples` of them, and the chi^2 that each effect leaves in them."""
+
+    def __init__(self, samples: int = 0, left: Mapping[str, float] | None = None) -> None:
+        self.samples, self.left = samples, dict(left or {})
+
+    def joint(self, truth: str, other: str, gap: float, count: int, repeats: int = 1) -> float:
+        """Gap in chi^2/N of these logs and a drive of `count` samples together, driven `repeats` times."""
+        before = max(self.left.get(other, 0.0) - self.left.get(truth, 0.0), 0.0)
+        return (before + repeats * count * gap) / max(self.samples + repeats * count, 1)
+
+
+def decide(model: VehicleModel, hypotheses: Mapping[str, Values], noise: Mapping[str, float] | None = None,
+           envelope: Envelope | None = None, *, near: Mapping[str, Values] | None = None,
+           evidence: Evidence | None = None, shared: Values | None = None, effects: Sequence[Effect] = (),
+           ) -> Choice:  # fmt: skip
+    """The manoeuvre with the largest worst gap over all pairs; of those as good the shortest.
+
+    hypotheses: effect -> its values as fitted; for one without values those with which it is most like the first in a
+    drive about town (the first: in the middle of its range). near: effects that the logs hardly rule out, and more of
+    other data would; noise: standard deviation by measured channel; shared: values of what is known beside; effects:
+    the user's own.
+
+    Raises PlanError: no such effect, fewer than two, nothing fits the envelope.
+    """
+    noise, envelope, evidence = dict(noise or NOISE), envelope or Envelope(), evidence or Evidence()
+    known = tried_on(model, (*hypotheses, *(near or {})), effects)
+    if len(hypotheses) < 2:
+        raise PlanError(f"nothing to decide: {', '.join(hypotheses) or 'no effect'} alone, name two or more")
+    asked = Asked(model, noise, envelope, dict(shared or {}), tuple(effects))
+    mine = _complete(asked, [known[name] for name in hypotheses], hypotheses)
+    others = [*mine, *(Hypothesis(known[name], values) for name, values in (near or {}).items())]
+    screened: list[tuple[float, Drive]] = []
+    for manoeuvre in MANOEUVRES:
+        found = perform(manoeuvre, model, {**asked.shared, **mine[0].values}, envelope)
+        if found is not None:
+            screened.append((_screened(asked, found, mine, others, evidence), found))
+    if not screened:
+        raise PlanError("no manoeuvre of the catalogue keeps within the envelope; widen it")
+    screened.sort(key=lambda entry: -entry[0])
+    best: list[_Looked] = []
+    for gap, found in screened:
+        if len(best) == _LOOKED_AT or (best and gap < TIE * max(entry.worth for entry in best)):
+            break
+        drives = _together(asked, found, mine)
+        if drives:
+            best.append(_Looked(asked, drives, mine, others, evidence))
+    if not best:
+        raise PlanError("no manoeuvre of the catalogue keeps within the envelope with every rival; widen it")
+    top = max(entry.worth for entry in best)
+    chosen = min((entry for entry in best if entry.worth >= TIE * top), key=lambda entry: entry.drive.seconds)
+    ranking = {found.manoeuvre.name: gap for gap, found in screened}
+    worths = [chosen.joint(k) for k in range(1, MOST_REPEATS + 1)]
+    repeats = next((k for k, worth in enumerate(worths, 1) if worth >= ENOUGH), 3)
+    return Choice(tuple(hypotheses), False, chosen.drive, chosen.signs[0].gap, chosen.signs, ranking, repeats,
+                  worths[repeats - 1] < PRACTICAL)  # fmt: skip
+
+
+class _Looked:
+    """A manoeuvre with every rival's refit to what each would show. signs: every pair, the least gap first."""
+
+    def __init__(self, asked: Asked, drives: Sequence[Drive], mine: Sequence[Hypothesis], others: Sequence[Hypothesis],
+                 evidence: Evidence) -> None:  # fmt: skip
+        self.drive, self._evidence, self._count = drives[0], evidence, 1
+        signs = []
+        for drive, truth in zip(drives, mine, strict=True):
+            rehearsal = asked.rehearse(drive, truth.values)
+            self._count = rehearsal.count
+            for other in others:
+                if other is not truth:
+                    signs.append(sign_of(rehearsal, truth.name, other, rehearsal.refitted(other) / rehearsal.count))
+        self.signs: tuple[Sign, ...] = tuple(sorted(signs, key=lambda s: s.gap))
+        self.worth = self.joint(1)
+
+    def joint(self, repeats: int) -> float:
+        """The least gap of all pairs in the logs there are and these drives together."""
+        return min(self._evidence.joint(s.truth, s.other, s.gap, self._count, repeats) for s in self.signs)
+
+
+def _complete(asked: Asked, wanted: Sequence[Candidate], given: Mapping[str, Values]) -> list[Hypothesis]:
+    """All hypotheses with values; those without are made like the first."""
+    first = wanted[0]
+    values = dict(given[first.name]) or typical(first.coordinates, first.points)
+    found = [Hypothesis(first, values)]
+    town: Rehearsal | None = None
+    for candidate in wanted[1:]:
+        values = dict(given[candidate.name])
+        if not values:
+            if town is None:
+                drive = perform(CITY, asked.model, {**asked.shared, **found[0].values}, asked.envelope, (*SIZES, 0.4))
+                if drive is None:
+                    raise PlanError("not even a gentle drive keeps within the envelope; widen it")
+                town = asked.rehearse(drive, found[0].values)
+            values = alike(town, candidate)
+        found.append(Hypothesis(candidate, values))
+    return found
+
+
+def _screened(asked: Asked, drive: Drive, mine: Sequence[Hypothesis], others: Sequence[Hypothesis],
+              evidence: Evidence) -> float:  # fmt: skip
+    """The least joint gap of all pairs, to first order."""
+    rehearsal = asked.rehearse(drive, mine[0].values)
+    at = [rehearsal.whitened(h.values) for h in others]
+    tangents = [rehearsal.tangent(h, r) for h, r in zip(others, at, strict=True)]
+    count = rehearsal.count
+    return min(
+        evidence.joint(truth.name, other.name, apart(at[b] - at[a], tangents[b]) / count, count)
+        for (a, truth), (b, other) in itertools.product(enumerate(mine), enumerate(others)) if a != b
+    )  # fmt: skip
+
+
+def _together(asked: Asked, drive: Drive, mine: Sequence[Hypothesis]) -> list[Drive]:
+    """The drive as each of them would have it, all of one size that keeps every one within the envelope."""
+    for size in (s for s in SIZES if s <= drive.size):
+        found = [drive] if size == drive.size else []
+        for h in mine[len(found) :]:
+            one = perform(drive.manoeuvre, asked.model, {**asked.shared, **h.values}, asked.envelope, (size,))
+            if one is None:
+                break
+            found.append(one)
+        if len(found) == len(mine):
+            return found
+    return []
