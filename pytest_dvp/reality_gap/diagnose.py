@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -10,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pytest_dvp.log import Log
-from pytest_dvp.logs.cut import cut_log
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
 from pytest_dvp.reality_gap.fit import Coordinate, intervals
+from pytest_dvp.reality_gap.held_out import Fold, folds, predicted, shows
 from pytest_dvp.reality_gap.perception_gap import diagnose_perception
 from pytest_dvp.reality_gap.search import MISFIT, PRACTICAL, Found, Search, Tick, Trial
 from pytest_dvp.reality_gap.signature import signature
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from vehicle.model.model import VehicleModel
 
 CHANNEL_MISFIT = 1.5  # of one channel
-HELD_OUT_SHARE = 0.4  # of a single log, its end
+ROUNDING = 1e-3  # of max(1, chi^2/N): held-out data that change by less say nothing
 SAYS_NOTHING = 1e-3  # of max(1, chi^2/N): held-out data that change by less do not show the effect
 _MAP_TIES: Mapping[str, tuple[str, ...]] = {
     "steer_scale": ("steer_ratio",),
@@ -67,13 +66,13 @@ def diagnose(
             break
         removed = {key: value for key, value in removed.items() if key[0] not in back}  # in the way of what was found
     tick("held-out data")
-    folds = _folds(logs, held_out, model, effects)
-    found, vetoed, gains = _veto(search, found, folds)
+    judges = folds(logs, held_out, model, effects)
+    found, vetoed, gains = _veto(search, found, judges)
     tick("ladder")
     final = found.final
     sure = intervals(final.found, search.starts, target.exact(final.values))
     trials = _ladder(search, final)
-    steps = tuple(_step(search, trial, folds) for trial in trials)
+    steps = tuple(_step(search, trial, judges) for trial in trials)
     excess = max(trials[0].chi2 - search.count, 1e-9 * search.count)
     present = {a.name for a in model.effects}
     named = tuple(
@@ -144,57 +143,23 @@ def _removed(target: Campaign, model: VehicleModel) -> dict[tuple[str, str], flo
     return off
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class _Fold:
-    """What is fitted on (None: the search's own data) and what judges the fit."""
-
-    fitted: Campaign | None
-    judge: Campaign
-
-
-def _folds(logs: Mapping[str, Log], held_out: Mapping[str, Log] | None, model: VehicleModel,
-           effects: Sequence[Effect]) -> tuple[_Fold, ...]:  # fmt: skip
-    def on(chosen: Mapping[str, Log]) -> Campaign:
-        return campaign(chosen, model, extra=effects)
-
-    if held_out:
-        return (_Fold(None, on(held_out)),)
-    if len(logs) > 1:
-        return tuple(
-            _Fold(on({n: log for n, log in logs.items() if n != name}), on({name: logs[name]})) for name in logs
-        )
-    ((name, log),) = logs.items()
-    border = log.t[0] + (1.0 - HELD_OUT_SHARE) * (log.t[-1] - log.t[0])
-    rows = int(np.searchsorted(log.t, border))
-    if rows < 200 or len(log.t) - rows < 200:
-        return ()
-    return (_Fold(on({name: cut_log(log, -np.inf, border)}), on({name: cut_log(log, border, np.inf)})),)
-
-
-def _veto(search: Search, found: Found, folds: Sequence[_Fold]) -> tuple[Found, tuple[str, ...], dict[str, float]]:
-    """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there.
-
-    A fold has a say on an effect only if its own data show it: what cannot be fitted cannot be judged.
-    """
+def _veto(search: Search, found: Found, judges: Sequence[Fold]) -> tuple[Found, tuple[str, ...], dict[str, float]]:
+    """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there."""
     vetoed: list[str] = []
     while True:
         final = found.final
         gains: dict[str, float] = {}
         for name in final.names:
-            rest = [n for n in final.names if n != name]
+            less = search.trial([n for n in final.names if n != name], final.values)
             total, samples = 0.0, 0
-            for fold in folds:
-                values = final.values
-                full = search.trial(final.names, values, target=fold.fitted) if fold.fitted else final
-                less = search.trial(rest, values, target=fold.fitted)
-                if fold.fitted and not search.pays(less, full, count=fold.fitted.count):
-                    continue
-                total += _chi2(fold.judge, search, less) - _chi2(fold.judge, search, full)
-                samples += fold.judge.count
+            for fold in judges:
+                if shows(search, fold, final, name):
+                    total += _chi2(fold, predicted(search, fold, less)) - _chi2(fold, predicted(search, fold, final))
+                    samples += fold.judge.count
             if samples:
                 gains[name] = total / samples
         worst = min(gains, key=lambda n: gains[n], default="")
-        if not worst or gains[worst] >= -SAYS_NOTHING * max(1.0, final.chi2 / search.count):
+        if not worst or gains[worst] > -ROUNDING * max(1.0, final.chi2 / search.count):
             return found, tuple(vetoed), gains
         vetoed.append(worst)
         names = tuple(n for n in final.names if n != worst)
@@ -202,9 +167,8 @@ def _veto(search: Search, found: Found, folds: Sequence[_Fold]) -> tuple[Found, 
         found = Found(final, {n: found.rivals.get(n, ()) for n in names}, found.not_excited)
 
 
-def _chi2(judge: Campaign, search: Search, trial: Trial) -> float:
-    r = judge.whitened(trial.values)
-    return square(r)
+def _chi2(fold: Fold, trial: Trial) -> float:
+    return square(fold.judge.whitened(trial.values))
 
 
 def _ladder(search: Search, final: Trial) -> list[Trial]:
@@ -222,12 +186,12 @@ def _ladder(search: Search, final: Trial) -> list[Trial]:
     return steps
 
 
-def _step(search: Search, trial: Trial, folds: Sequence[_Fold]) -> Step:
+def _step(search: Search, trial: Trial, judges: Sequence[Fold]) -> Step:
     values = trial.values
     samples = 0
     segments: list[float] = []
     squares: dict[str, list[float]] = {}
-    for fold in folds:
+    for fold in judges:
         fitted = search.trial(trial.names, trial.values, target=fold.fitted) if fold.fitted else trial
         segments += fold.judge.by_segment(fold.judge.whitened(fitted.values)).tolist()
         samples += fold.judge.count

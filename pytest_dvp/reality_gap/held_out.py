@@ -10,7 +10,9 @@ import numpy as np
 
 from pytest_dvp.log import Log
 from pytest_dvp.logs.cut import cut_log
+from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
+from pytest_dvp.reality_gap.search import PRACTICAL, Search, Trial
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -47,3 +49,25 @@ def folds(logs: Mapping[str, Log], held_out: Mapping[str, Log] | None, model: Ve
     if rows < _FEWEST or len(log.t) - rows < _FEWEST:
         return ()
     return (Fold(on({name: cut_log(log, -np.inf, border)}), on({name: cut_log(log, border, np.inf)})),)
+
+
+def predicted(search: Search, fold: Fold, trial: Trial) -> Trial:
+    """The trial as its own data have it, had only the fold's been there to fit.
+
+    An effect that those do not show cannot be fitted to them; it keeps its value, or it would take any.
+    """
+    if fold.fitted is None:
+        return trial
+    shown = [name for name in trial.names if shows(search, fold, trial, name)]
+    kept = {key: value for key, value in trial.values.items() if key[0] in set(trial.names) - set(shown)}
+    return search.trial(shown, trial.values, target=fold.fitted, kept=kept)
+
+
+def shows(search: Search, fold: Fold, trial: Trial, name: str) -> bool:
+    """True if the data that the fold fits on would look different without the effect."""
+    if fold.fitted is None:
+        return True
+    off = {c.name: c.key.neutral for c in search.tried[name].coordinates}
+    r = fold.fitted.whitened(trial.values)
+    change = square(fold.fitted.whitened(trial.values | off) - r)
+    return change > PRACTICAL * max(fold.fitted.count, square(r))

@@ -129,17 +129,19 @@ class Search:
         draws = rng.multinomial(m, np.full(m, 1.0 / m), size=_DRAWS)
         return float(np.mean(draws @ (worse - better) > 0.0))
 
-    def trial(
-        self, names: Sequence[str], start: Values, *, zoom: bool = False, target: Campaign | None = None
-    ) -> Trial:
+    def trial(self, names: Sequence[str], start: Values, *, zoom: bool = False, target: Campaign | None = None,
+              kept: Values | None = None) -> Trial:  # fmt: skip
         """A set of effects fitted jointly from `start` on, to the search's own data or to others.
 
-        What `start` says of the car itself ("parameters") is kept as it is.
+        kept: values of effects beside them that are not fitted. What `start` says of the car itself ("parameters") is
+        kept as it is, too.
         """
         target = target or self.target
         coordinates = [*self.nuisance, *(c for name in names for c in self.tried[name].coordinates)]
         enough = 2e-4 * target.count
-        fixed = self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"}
+        fixed = (
+            self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"} | dict(kept or {})
+        )
         found = fit(target, coordinates, start, fixed=fixed, enough=enough, zoom=zoom)
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
