@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -96,8 +96,8 @@ def responder(model: VehicleModel) -> Respond:
         if plain:
             row[0, 1] = wish.accel
         else:
-            for name, value in inputs_of(inputs, wish.accel, wish.speed).items():
-                _set(row, inputs, name, value)
+            for column, value in inputs_of(inputs, np.array([wish.accel]), np.array([wish.speed])).items():
+                _set(row, inputs, column, float(value[0]))
         last: list[float] = plant.drive(row, hold)[-1].tolist()
         return last[1], last[2], last[4], last[5], last[8]
 
@@ -120,14 +120,13 @@ def columns(found: Drive, inputs: Inputs) -> dict[str, FloatArray]:
         "t": found.t,
         inputs.steer: (found.wishes[:, 1] - inputs.steer_zero) / inputs.steer_scale,
     }
-    rows = [inputs_of(inputs, accel, speed) for accel, _, speed in found.wishes.tolist()]
-    return named | {name: np.array([row[name] for row in rows]) for name in inputs.longitudinal}
+    return named | inputs_of(inputs, found.wishes[:, 0], found.wishes[:, 2])
 
 
-def inputs_of(inputs: Inputs, accel: float, speed: float) -> Mapping[str, float]:
-    """An acceleration [m/s^2] or a speed [m/s] as the columns that the model takes."""
-    throttle, brake = max(accel, 0.0) / inputs.full_throttle, max(-accel, 0.0) / inputs.full_brake
-    throttle, brake = min(throttle, 1.0), min(brake, 1.0)
+def inputs_of(inputs: Inputs, accel: FloatArray, speed: FloatArray) -> dict[str, FloatArray]:
+    """Accelerations [m/s^2] or speeds [m/s] as the columns that the model takes."""
+    throttle = np.clip(accel / inputs.full_throttle, 0.0, 1.0)
+    brake = np.clip(-accel / inputs.full_brake, 0.0, 1.0)
     every = {
         "accel_cmd": accel,
         "throttle_cmd": throttle,
