@@ -16,6 +16,7 @@ from pytest_dvp.reality_gap.candidates import Candidate, candidates
 from pytest_dvp.reality_gap.diagnose import _MAP_TIES, CHANNEL_MISFIT, _input_map
 from pytest_dvp.reality_gap.diagnosis import Estimate, Step
 from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
+from pytest_dvp.reality_gap.extend_perception import judge_perception
 from pytest_dvp.reality_gap.extension import Extension, Rung
 from pytest_dvp.reality_gap.fit import Coordinate
 from pytest_dvp.reality_gap.held_out import Fold, folds
@@ -26,7 +27,7 @@ from vehicle.model.errors import ModelError, nearest_name
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
-    from vehicle.model.model import VehicleModel
+    from vehicle.model.model import AppliedEffect, VehicleModel
 
 _BEGINNINGS = 3  # points of an effect's range from which a fit of it starts
 _ROUNDS = 5  # of fitting and of beginning the segments anew
@@ -62,8 +63,11 @@ def extend(
     """
     tick("preparing")
     target = campaign(logs, model, extra=effects)
-    chosen = _chosen(model, add, effects, target)
-    lost = [_present(model, name) for name in remove]
+    wanted = _wanted(model, add, effects)
+    chosen = _chosen(model, [e for e in wanted if e.slot != "perception"], target)
+    seen = [e for e in wanted if e.slot == "perception"]
+    gone = [_present(model, name) for name in remove]
+    lost = [a.name for a in gone if a.effect.slot != "perception"]
     kept = _kept(model, {*add, *remove}) if refit else []
     search = _search(target, model, [*kept, *chosen], lost)
     begin = {**search.start, **_values(model), **dict(start or {})}
@@ -75,9 +79,13 @@ def extend(
     sure = estimates(final, search)
     done = [judge_addition(search, final, c, judges, model, sure) for c in chosen]
     done += [judge_removal(search, final, name, model, judges) for name in lost]
+    blind = [a.name for a in gone if a.effect.slot == "perception"]
+    done += judge_perception(model, logs, held_out or {}, seen, blind)
+    sure |= {(d.effect.name, key): value for d in done for key, value in d.effect.parameters.items()
+             if d.effect.action != "remove"}  # fmt: skip
     steps = [rung.step for rung in ladder]
     shares = _shares(steps)
-    named = tuple(dataclasses.replace(d.effect, gain=shares.get(d.effect.name, 0.0)) for d in done)
+    named = tuple(dataclasses.replace(d.effect, gain=shares.get(d.effect.name, d.effect.gain)) for d in done)
     channels = target.by_channel(final.values)
     left = (steps[-1].chi2_per_n, steps[-1].held_out_chi2_per_n or 0.0)
     explained = max(left) <= NOTHING_LEFT and max(channels.values(), default=0.0) <= CHANNEL_MISFIT
@@ -85,7 +93,7 @@ def extend(
     if not wrong and (kept or held_out):  # logs that are predicted from the others may show nothing of an effect
         wrong = worse_together(steps)
     return Extension(
-        model=_extended(model, final, sure, remove, [c.effect for c in chosen], tuple(fitted_on)),
+        model=_extended(model, final, sure, remove, wanted, tuple(fitted_on)),
         effects=named,
         refitted={name: value for name, value in sure.items() if name[0] not in add},
         ladder=ladder,
@@ -96,29 +104,33 @@ def extend(
     )
 
 
-def _chosen(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect], target: Campaign) -> list[Candidate]:
-    """What is to be added, each with its points of departure. Raises ModelError."""
+def _wanted(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect]) -> list[Effect]:
+    """The effects that are meant. Raises ModelError."""
     from vehicle.model.catalogue import find_effect
     from vehicle.model.model import check_base
 
-    found: list[Candidate] = []
-    for name in dict.fromkeys(add):
-        effect = find_effect(name, {e.name: e for e in effects})
+    found = [find_effect(name, {e.name: e for e in effects}) for name in dict.fromkeys(add)]
+    for effect in found:
         check_base(effect, model.base)
+    return found
+
+
+def _chosen(model: VehicleModel, effects: Sequence[Effect], target: Campaign) -> list[Candidate]:
+    """What is to be fitted, each with its points of departure. Raises ModelError."""
+    found: list[Candidate] = []
+    for effect in effects:
         suited = candidates(model, [effect], ay="ay" in target.channels)
         if not suited:
-            why = "it acts on detected objects" if effect.slot == "perception" else (
-                f"its inputs are {' + '.join(model.inputs.longitudinal)} and {model.inputs.steer}"
-            )  # fmt: skip
-            raise ModelError(f"cannot be fitted to this model: {why}", key=name)
+            inputs = f"its inputs are {' + '.join(model.inputs.longitudinal)} and {model.inputs.steer}"
+            raise ModelError(f"cannot be fitted to this model: {inputs}", key=effect.name)
         found += suited
     return found
 
 
-def _present(model: VehicleModel, name: str) -> str:
+def _present(model: VehicleModel, name: str) -> AppliedEffect:
     names = [a.name for a in model.effects]
     if name in names:
-        return name
+        return model.effects[names.index(name)]
     has = ", ".join(names) or "none"
     raise ModelError("effect is not in the model", found=name, allowed=has, nearest=nearest_name(name, names))
 
@@ -141,7 +153,7 @@ def _search(target: Campaign, model: VehicleModel, tried: Sequence[Candidate], l
     those that an effect repeats."""
     names = {c.name for c in tried}
     nuisance, start = _input_map(model)
-    free = [c for c in nuisance if not names & set(_MAP_TIES.get(c.key.name, ()))]
+    free = [] if not tried else [c for c in nuisance if not names & set(_MAP_TIES.get(c.key.name, ()))]
     off = {(a.name, key.name): key.neutral for a in model.effects if a.name in lost for key in a.effect.parameters}
     return Search(target, tried, nuisance=free, start=start, fixed=off)
 

@@ -6,13 +6,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 
+import numpy as np
 import pytest
 
-from pytest_dvp.log import Log
+from pytest_dvp.log import DetectionTable, Log, ObjectTrack
 from pytest_dvp.reality_gap.extend import extend
 from pytest_dvp.reality_gap.extension_words import rest
 from tests.truth.effects import Effects
 from tests.truth.generate import make_log
+from tests.truth.tracks import make_tracks
 from vehicle.model.errors import ModelError
 from vehicle.model.model import VehicleModel
 from vehicle.model.model_file import parse_model
@@ -162,7 +164,7 @@ def test_provenance_is_that_of_what_was_fitted() -> None:
 
 @pytest.mark.parametrize(
     ("effect", "said"),
-    [("steer_dely", "steer_delay"), ("detection_latency", "detected objects"), ("speed_controller", "accel_cmd")],
+    [("steer_dely", "steer_delay"), ("speed_controller", "accel_cmd")],
 )
 def test_effect_that_cannot_be_fitted_is_one_line(effect: str, said: str) -> None:
     with pytest.raises(ModelError, match=said) as caught:
@@ -182,3 +184,42 @@ def test_values_do_not_depend_on_the_order_in_which_effects_are_added() -> None:
         found = extend(logs(a=drive), model(), add=order)
         assert found.model.value("brake_gain", "g") == pytest.approx(0.8, abs=0.002)
         assert found.model.value("steer_delay", "T") == pytest.approx(0.2, abs=0.002)
+
+
+def with_boxes(latency: float, seed: int) -> Log:
+    """Town, with the boxes of a detector that is late and noisy."""
+    hidden: Effects = {"detection_latency": {"T": latency}, "detection_noise": {"sigma0": 0.1}}
+    tracks = make_tracks(hidden, seed)
+    objects = {}
+    for name, kind in zip(tracks.names, tracks.kinds, strict=True):
+        t, x, y = (np.ascontiguousarray(column) for column in tracks.truth[name].T)
+        none = np.zeros(len(t))
+        objects[name] = ObjectTrack(kind, 4.0, 1.8, 1.5, t, x, y, none, none, none, none)
+    t, _, x, y = (np.ascontiguousarray(column) for column in tracks.detections.T)
+    one = np.ones(len(t))
+    boxes = DetectionTable(t, ("misc",) * len(t), x, y, 0.0 * one, one, one, 0.0 * one, 0.0 * one)
+    return Log(make_log({}, "urban", seed), objects=objects, detections=boxes)
+
+
+def test_perception_effect_is_added_with_the_value_of_the_detections() -> None:
+    found = extend(logs(a=with_boxes(0.2, 1)), model(), add=["detection_latency"], held_out=logs(b=with_boxes(0.2, 2)))
+    assert (found.refusal, found.notes) == ("", ())
+    (applied,) = found.model.effects
+    assert applied.values["T"] == pytest.approx(0.2, abs=0.01)
+    assert applied.intervals["T"].low < 0.2 < applied.intervals["T"].high
+
+
+def test_perception_effect_that_other_detections_do_not_show_is_refused() -> None:
+    found = extend(logs(a=with_boxes(0.2, 1)), model(), add=["detection_latency"], held_out=logs(b=with_boxes(0.0, 2)))
+    assert found.refusal.startswith("detection_latency loses on held-out data: T is ")
+
+
+def test_perception_effect_that_is_not_there_is_refused() -> None:
+    found = extend(logs(a=with_boxes(0.0, 1)), model(), add=["detection_latency"])
+    assert "the detections of these logs do not show it" in found.refusal
+
+
+def test_perception_effect_is_removed_where_the_detections_say_so() -> None:
+    given = model(("detection_latency", "T", 0.2))
+    assert extend(logs(a=with_boxes(0.0, 1)), given, remove=["detection_latency"]).model.effects == ()
+    assert extend(logs(a=with_boxes(0.2, 1)), given, remove=["detection_latency"]).refusal.endswith("keep it")
