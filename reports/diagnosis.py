@@ -41,7 +41,7 @@ def write_diagnosis_report(path: str | Path, page: Mapping[str, Any]) -> None:
     None (share of the error), rivals [{name, physics}], manoeuvre, reveals}], vetoed, fitted_along, ladder [{label,
     fit, held_out} chi^2/N], null_line (chi^2/N that luck would reach), tiles (signals that tell most), signals
     [{name, unit, noise, before, after, held_before, held_after, chi2_before, chi2_after} RMSE], not_excited [{name,
-    physics, reveals}], left [(aspect, words)], command, close {log, held_out, channel, unit, error, t, noise,
+    physics, reveals}], left [(aspect, words)], command, plan, close {log, held_out, channel, unit, error, t, noise,
     measured, before, after} or None, over_time [{log, held_out, t, rows {name: {before, after, noise}}, units,
     quiet}].
 
@@ -105,9 +105,8 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
     if null_line:
         shapes.append({"type": "line", "xref": "x", "yref": "paper", "x0": null_line, "x1": null_line, "y0": 0,
                        "y1": 1, "line": {"color": GREY, "width": 1.5, "dash": "dash"}})  # fmt: skip
-        notes.append({"xref": "x", "yref": "paper", "x": math.log10(null_line), "y": 1.0, "xanchor": "right",
-                      "yanchor": "bottom", "text": "luck: the same search on shuffled error", "showarrow": False,
-                      "font": {"size": 11.5, "color": GREY}})  # fmt: skip
+        traces.append({"type": "scatter", "mode": "lines", "name": "what luck would reach", "x": [None], "y": [None],
+                       "line": {"color": GREY, "width": 1.5, "dash": "dash"}, "hoverinfo": "skip"})  # fmt: skip
     for key, name, colour, symbol, dash, side in (
         ("fit", "data it was fitted on", BLUE, "circle", "solid", "top center"),
         ("held_out", "data it was not fitted on", ORANGE, "diamond-open", "dot", "bottom center"),

@@ -66,10 +66,10 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(finite(found.as_dict()), ensure_ascii=False, allow_nan=False))
         return 0
-    from pytest_dvp.reality_gap.diagnosis_words import extend_command, page
+    from pytest_dvp.reality_gap.diagnosis_words import extend_command, page, plan_command
 
-    command = extend_command(found, arguments.model, arguments.logs, arguments.held_out)
-    print(page(found, model=Path(arguments.model).name, command=command))
+    given = (found, arguments.model, arguments.logs, arguments.held_out)
+    print(page(found, model=Path(arguments.model).name, command=extend_command(*given), plan=plan_command(*given)))
     return 0
 
 

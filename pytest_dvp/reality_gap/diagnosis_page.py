@@ -11,7 +11,7 @@ import numpy as np
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect
-from pytest_dvp.reality_gap.diagnosis_words import causes, extend_command, headline, interval, value
+from pytest_dvp.reality_gap.diagnosis_words import causes, extend_command, headline, interval, plan_command, value
 from pytest_dvp.reality_gap.experiment import Campaign, Experiment, Values
 from pytest_dvp.reality_gap.null_line import null_line
 from pytest_dvp.reality_gap.segments import CHANNELS, UNITS
@@ -87,6 +87,7 @@ def diagnosis_page(
         "not_excited": [_not_shown(name, known) for name in found.not_excited],
         "left": signature_lines(found.signature),
         "command": extend_command(found, model_file, fitted or list(logs), judged),
+        "plan": plan_command(found, model_file, fitted or list(logs), judged),
         "close": _close(drawn, order),
         "over_time": [_over_time(one, order) for one in drawn],
     }  # fmt: skip

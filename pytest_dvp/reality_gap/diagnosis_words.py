@@ -17,22 +17,22 @@ SHOWN = 3  # signals whose own error the ladder shows
 WIDTH = 112  # of a line, about
 
 
-def page(found: Diagnosis, *, model: str = "the model", command: str = "") -> str:
+def page(found: Diagnosis, *, model: str = "the model", command: str = "", plan: str = "") -> str:
     """The whole answer: verdict, effects, ladder, what the data could not show, and what to do next.
 
-    `model` as the user named it; `command` adds what was found, see `extend_command`.
+    `model` as the user named it; `command` adds what was found, see `extend_command`; `plan` finds the drive that
+    decides, see `plan_command`.
     """
     lines = [f"{found.verdict}: {headline(found, model)}"]
     if found.effects:
         lines += ["", *_effects(found)]
     lines += ["", *_ladder(found)]
     lines += _notes(found)
-    if command:
-        lines += ["", f"next: {command}"]
-    for effect in found.effects:
-        if effect.rivals and effect.deciding_manoeuvre:
-            lines.append(f"to tell {effect.name} from its rivals, drive {effect.deciding_manoeuvre}")
-    return "\n".join(lines)
+    drives = [f"to tell {e.name} from its rivals, drive {e.deciding_manoeuvre}" for e in found.effects
+              if e.rivals and e.deciding_manoeuvre]  # fmt: skip
+    after = [f"next: {command}"] if command else []
+    before = drives or ([f"what to drive to know more: {plan}"] if plan else [])
+    return "\n".join([*lines, "", *before, *after]).rstrip()
 
 
 def headline(found: Diagnosis, model: str = "the model") -> str:
@@ -63,6 +63,18 @@ def extend_command(found: Diagnosis, model: str, logs: Sequence[str], held_out: 
     for option, values in (("--add", add), ("--remove", remove), ("--fit", logs), ("--held-out", held_out)):
         words += [option, *values] if values else []
     return shlex.join([*words, "--out", f"{Path(model).stem}.extended.toml"])
+
+
+def plan_command(found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = ()) -> str:
+    """The command that finds the drive which decides between rivals, or shows what these data could not.
+
+    Empty if nothing is open, or the drive is known already.
+    """
+    undecided = any(e.rivals and not e.deciding_manoeuvre for e in found.effects)
+    if not undecided and found.verdict != "NOT_EXCITED":
+        return ""
+    judges = [word for log in held_out for word in ("--held-out", log)]
+    return shlex.join(["dvp", "plan", *logs, *judges, "--model", model])
 
 
 def value(estimate: Estimate) -> str:
@@ -156,9 +168,20 @@ def _notes(found: Diagnosis) -> list[str]:
     if found.vetoed:
         lines.append(f"not {', '.join(found.vetoed)}: fits, but loses on data it was not fitted on")
     lines += [f"what is left, {aspect}: {text}" for aspect, text in signature_lines(found.signature)]
+    lines += _second_opinion(found)
     if found.not_excited:
         lines += _wrapped("these data cannot show: ", found.not_excited)
     return ["", *lines] if lines else []
+
+
+def _second_opinion(found: Diagnosis) -> list[str]:
+    """What regression of measured derivatives says, if it says something else."""
+    first = found.votes.get("first")
+    if first is None or any(first == e.name or first in e.rivals for e in found.effects):
+        return []
+    score = dict(found.votes["ranking"])[first]
+    instead = f" before {found.effects[0].name}" if found.effects else ""
+    return [f"second opinion: regression without simulation votes for {first}{instead} ({100.0 * score:.0f} %)"]
 
 
 def _wrapped(start: str, words: Sequence[str]) -> list[str]:

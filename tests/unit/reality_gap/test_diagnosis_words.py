@@ -8,7 +8,7 @@ import shlex
 import pytest
 
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, Estimate, NamedEffect, Step
-from pytest_dvp.reality_gap.diagnosis_words import causes, extend_command, headline, interval, page, value
+from pytest_dvp.reality_gap.diagnosis_words import causes, extend_command, headline, interval, page, plan_command, value
 
 DELAY = NamedEffect("steer_delay", {"T": Estimate(0.24912, 0.24701, 0.25123, "s")}, gain=1.0)
 GIVEN = Step("", 65.6, {"x": 400.0, "v": 1.1, "yaw_rate": 299.0}, {"x": 0.4, "v": 0.031, "yaw_rate": 0.0872}, 7.06,
@@ -85,6 +85,18 @@ def test_changes_and_removals_are_told_apart() -> None:
         "dvp", "extend", "--model", "my car.toml", "--add", "steer_delay", "mass", "--remove", "roll",
         "--fit", "a.csv", "b.csv", "--held-out", "c.csv", "--out", "my car.extended.toml",
     ]  # fmt: skip
+
+
+def test_rivals_send_the_reader_to_the_drive_that_decides() -> None:
+    rival = dataclasses.replace(DELAY, rivals=("steer_lag",))
+    found = dataclasses.replace(NAMED, verdict="AMBIGUOUS", effects=(rival,))
+    plan = plan_command(found, "car.toml", ["a.csv"], ["b.csv"])
+    assert plan == "dvp plan a.csv --held-out b.csv --model car.toml"
+    assert f"what to drive to know more: {plan}" in page(found, plan=plan)
+    planned = dataclasses.replace(found, effects=(dataclasses.replace(rival, deciding_manoeuvre="plan/step.xosc"),))
+    assert plan_command(planned, "car.toml", ["a.csv"]) == ""
+    assert "to tell steer_delay from its rivals, drive plan/step.xosc" in page(planned)
+    assert plan_command(NAMED, "car.toml", ["a.csv"]) == ""
 
 
 def test_nothing_found_gives_no_command() -> None:

@@ -35,7 +35,7 @@ def page(**more: Any) -> dict[str, Any]:
                    {"label": "+ steer_delay", "fit": 1.17, "held_out": 1.14}],
         "signals": [{"name": "yaw_rate", "unit": "rad/s", "noise": 0.00505, "before": 0.0872, "after": 0.00536,
                      "held_before": 0.0231, "held_after": 0.00497, "chi2_before": 299.0, "chi2_after": 1.13}],
-        "command": "dvp extend --model car.toml --add steer_delay",
+        "command": "dvp extend --model car.toml --add steer_delay", "plan": "",
         "close": {"log": "rich.csv", "held_out": False, "channel": "yaw_rate", "unit": "rad/s", "error": False, "t": t,
                   "noise": 0.005, "measured": np.sin(t), "before": np.sin(t + 0.25), "after": np.sin(t)},
         "over_time": [{"log": "rich.csv", "held_out": False, "t": t, "rows": {"yaw_rate": rest},
@@ -99,7 +99,7 @@ def test_an_error_without_a_name_shows_its_signature_and_no_command() -> None:
     assert [trace["name"] for trace in figures(text)["close"]["data"]] == ["noise ±2σ", "measured", "model as given"]
 
 
-@pytest.mark.parametrize("key", ["headline", "model", "command"])
+@pytest.mark.parametrize("key", ["headline", "model", "command", "plan"])
 def test_a_hostile_name_is_text(key: str) -> None:
     text = render_diagnosis_report(page(**{key: HOSTILE}))
     assert "<img" not in text
@@ -131,7 +131,7 @@ def test_same_data_same_bytes(tmp_path: Path) -> None:
 def test_the_ladder_is_logarithmic_with_the_null_line_where_it_belongs() -> None:
     figure = ladder_figure(page()["ladder"], 41.0)
     assert figure["layout"]["xaxis"]["type"] == "log"
-    assert [trace["x"] for trace in figure["data"]] == [[65.6, 1.17], [7.06, 1.14]]
+    assert [trace["x"] for trace in figure["data"] if trace["x"] != [None]] == [[65.6, 1.17], [7.06, 1.14]]
     lines = [shape for shape in figure["layout"]["shapes"] if shape["type"] == "line"]
     assert [(line["x0"], line["x1"]) for line in lines] == [(41.0, 41.0)]
     assert not [s for s in ladder_figure(page()["ladder"], None)["layout"]["shapes"] if s["type"] == "line"]
