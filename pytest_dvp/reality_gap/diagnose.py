@@ -12,10 +12,11 @@ from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
+from pytest_dvp.reality_gap.equation_error import votes
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
 from pytest_dvp.reality_gap.fit import Coordinate, intervals
 from pytest_dvp.reality_gap.held_out import Fold, folds, predicted, shows
-from pytest_dvp.reality_gap.perception_gap import diagnose_perception
+from pytest_dvp.reality_gap.perception_gap import diagnose_perceptions
 from pytest_dvp.reality_gap.search import MISFIT, PRACTICAL, Found, Search, Tick, Trial
 from pytest_dvp.reality_gap.signature import signature
 
@@ -86,7 +87,7 @@ def diagnose(
         )
         for before, after in itertools.pairwise(trials)
     ) + tuple(_removal(name, known[name]) for name in dict.fromkeys(name for name, _ in search.fixed))
-    named += tuple(e for log in logs.values() for e in diagnose_perception(log, model))
+    named += diagnose_perceptions(logs.values(), model)
     channels = target.by_channel(final.values)
     verdict = _verdict(final.chi2 / search.count, channels, named, found, len(tried))
     return Diagnosis(
@@ -98,6 +99,7 @@ def diagnose(
         signature=signature(target, final.values) if verdict in ("PARTIAL", "UNKNOWN") else {},
         vetoed=vetoed,
         input_map=_estimates(final, sure, "inputs"),
+        votes=votes(logs, model),
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
         values=final.values,
     )

@@ -7,8 +7,8 @@ without a box give misses and range, boxes without an object give false ones.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from math import inf, isinf, log
+from collections.abc import Iterable, Mapping
+from math import inf, isfinite, isinf, log
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -75,6 +75,20 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
     total = max(sum(found.worth[name] for name in named), 1e-9)
     named.sort(key=lambda name: (-found.worth[name], name))
     return tuple(_named(name, found, model, catalogue()[name], found.worth[name] / total) for name in named)
+
+
+def diagnose_perceptions(logs: Iterable[Log], model: VehicleModel) -> tuple[NamedEffect, ...]:
+    """The same of several logs; an effect that several show is told as the log with the narrowest interval has it."""
+    best: dict[str, NamedEffect] = {}
+    for measured in logs:
+        for effect in diagnose_perception(measured, model):
+            if effect.name not in best or _width(effect) < _width(best[effect.name]):
+                best[effect.name] = effect
+    return tuple(sorted(best.values(), key=lambda e: (-e.gain, e.name)))
+
+
+def _width(effect: NamedEffect) -> float:
+    return max(e.high - e.low if isfinite(e.value) else inf for e in effect.parameters.values())
 
 
 def _differs(found: Perceived, twin: Perceived | None, model: VehicleModel, effect: Effect, key: str) -> bool:

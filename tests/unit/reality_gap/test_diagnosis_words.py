@@ -118,3 +118,15 @@ def test_causes_come_before_what_follows_from_them() -> None:
 )
 def test_figures_have_the_digits_that_their_interval_carries(estimate: Estimate, words: tuple[str, str]) -> None:
     assert (value(estimate), interval(estimate)) == words
+
+
+@pytest.mark.parametrize(
+    ("first", "told"), [("steer_delay", False), ("yaw_rate_latency", True), (None, False), ("steer_lag", False)]
+)
+def test_only_a_second_opinion_that_differs_is_told(first: str | None, told: bool) -> None:
+    """What the first engine names, or cannot tell from it, is no disagreement."""
+    ranking = [[name, 0.9] for name in ("steer_delay", "yaw_rate_latency", "steer_lag")]
+    either = dataclasses.replace(DELAY, rivals=("steer_lag",))
+    lines = page(dataclasses.replace(NAMED, effects=(either,), votes={"first": first, "ranking": ranking}))
+    assert ("votes for yaw_rate_latency before steer_delay (90 %)" in lines) == told
+    assert ("second opinion" in lines) == told

@@ -11,7 +11,7 @@ import pytest
 
 from pytest_dvp.log import DetectionTable, Log, ObjectTrack, no_detections
 from pytest_dvp.reality_gap.diagnosis import NamedEffect
-from pytest_dvp.reality_gap.perception_gap import diagnose_perception
+from pytest_dvp.reality_gap.perception_gap import diagnose_perception, diagnose_perceptions
 from tests.truth.effects import Effects
 from tests.truth.tracks import TYPICAL, make_tracks
 from vehicle.model.model import VehicleModel
@@ -130,3 +130,13 @@ def test_log_without_tracks_has_no_answer(model: VehicleModel, lacking: str) -> 
     log = with_detections({"detection_latency": {"T": 0.2}})
     bare = dataclasses.replace(log, **({"objects": {}} if lacking == "objects" else {"detections": no_detections()}))
     assert diagnose_perception(bare, model) == ()
+
+
+def test_effect_that_two_logs_show_is_named_once(model: VehicleModel) -> None:
+    logs = [with_detections(TYPICAL, seed) for seed in (1, 2)]
+    found = diagnose_perceptions(logs, model)
+    assert sorted(e.name for e in found) == sorted(TYPICAL)
+    widths = [e.parameters["T"].high - e.parameters["T"].low for log in logs for e in diagnose_perception(log, model)
+              if e.name == "detection_latency"]  # fmt: skip
+    (latency,) = (e for e in found if e.name == "detection_latency")
+    assert latency.parameters["T"].high - latency.parameters["T"].low == min(widths)
