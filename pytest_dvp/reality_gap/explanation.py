@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 from pytest_dvp.log import Log
 from pytest_dvp.logs.cut import cut_log
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect
-from pytest_dvp.reality_gap.diagnosis_words import extend_command, headline, interval, value
+from pytest_dvp.reality_gap.diagnosis_words import extend_command, headline, interval, plan_command, value
+from pytest_dvp.reality_gap.extension_words import percent
 from vehicle.model.model_file import model_text
 
 if TYPE_CHECKING:
@@ -50,7 +51,9 @@ def explanation(
     log_name, model_name = log_name or "LOG", model_name or "M.toml"
     command = extend_command(found, model_name, [log_name])
     if command:
-        return [*lines, f"  add it: {shlex.join([*shlex.split(command), *options])}{note}"]
+        lines.append(f"  add it: {shlex.join([*shlex.split(command), *options])}{note}")
+        tell = plan_command(found, model_name, [log_name])
+        return [*lines, f"  tell the rivals apart: {tell}"] if tell else lines
     if found.verdict == "NOTHING_MISSING":
         return [*lines, "  a bound that fails now is tighter than the noise of the sensors"]
     look = shlex.join(["dvp", "diagnose", log_name, "--model", model_name, *options])
@@ -65,7 +68,7 @@ def _effect(effect: NamedEffect) -> str:
         for key, e in effect.parameters.items()
     )
     rivals = f", rivals: {', '.join(effect.rivals)}" if effect.rivals else ", no rivals"
-    return f"{effect.name}: {values}, explains {100.0 * effect.gain:.0f} % of the error{rivals}"
+    return f"{effect.name}: {values}, explains {percent(effect.gain)} of the error{rivals}"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

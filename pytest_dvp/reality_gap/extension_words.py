@@ -60,8 +60,8 @@ def rest(found: Extension) -> str:
         )
     worst = max(last.channels, key=lambda name: last.channels[name])
     return (
-        f"more is missing: chi²/N {last.chi2_per_n:.3g}, most in {worst} ({last.channels[worst]:.3g}); "
-        "dvp diagnose with the new model names it"
+        f"more is missing: chi²/N {last.chi2_per_n:.3g}, most in {worst} ({last.channels[worst]:.3g}): "
+        "dvp diagnose with the new model looks for it"
     )
 
 
@@ -79,7 +79,12 @@ def _effect(effect: NamedEffect) -> str:
     values = ", ".join(f"{key} = {_estimate(estimate)}" for key, estimate in effect.parameters.items())
     sign = "+" if effect.action == "add" else "~"
     rivals = f"; {', '.join(effect.rivals)} would do as well" if effect.rivals else ""
-    return f"  {sign} {effect.name}: {values}, explains {100.0 * effect.gain:.0f} % of the error{rivals}"
+    return f"  {sign} {effect.name}: {values}, explains {percent(effect.gain)} of the error{rivals}"
+
+
+def percent(share: float) -> str:
+    """A share of the error: "87 %", "0.3 %"."""
+    return f"{100.0 * share:.{0 if share >= 0.01 else 1}f} %"
 
 
 def _estimate(estimate: Estimate) -> str:
