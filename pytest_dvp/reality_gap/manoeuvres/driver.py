@@ -194,7 +194,7 @@ class Driver:
             self._speed = max(self._speed + accel * PERIOD, 0.0)
         else:
             self._speed += min(max(speed - self._speed, -self.brake * PERIOD), self.push * PERIOD)
-        self._speed = max(min(max(self._speed, self.car.v - 2.0), self.car.v + 2.0, 0.0), 0.0)
+        self._speed = max(min(max(self._speed, self.car.v - 2.0), self.car.v + 2.0), 0.0)
         self.car = yield Wish(round(accel, 4), round(self._steer, 5), round(self._speed, 3))
 
     def _foot(self, speed: float) -> float:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
 
+_PLENTY = 0.5  # of the largest change: shows it as well, so that the shorter drive is taken
+
 
 def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float] | None = None,
            envelope: Envelope | None = None, *, shared: Values | None = None, effects: Sequence[Effect] = (),
@@ -56,8 +58,10 @@ def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float]
         most = max(sum(worth(t, n) >= ENOUGH for n in left) for t in tables)
         if not most:
             break
-        best = max((t for t in tables if sum(worth(t, n) >= ENOUGH for n in left) == most),
-                   key=lambda t: min(worth(t, n) for n in left if worth(t, n) >= ENOUGH))  # fmt: skip
+        able = [t for t in tables if sum(worth(t, n) >= ENOUGH for n in left) == most]
+        least = {id(t): min(worth(t, n) for n in left if worth(t, n) >= ENOUGH) for t in able}
+        top = max(least.values())
+        best = min((t for t in able if least[id(t)] >= _PLENTY * top), key=lambda t: t.drive.seconds)
         shown = [n for n in left if worth(best, n) >= ENOUGH]
         signs = sorted((sign_of(best.rehearsal, "", h, worth(best, h.name)) for h in mine if h.name in shown),
                        key=lambda s: s.gap)  # fmt: skip
