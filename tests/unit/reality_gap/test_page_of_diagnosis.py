@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ GAIN = 0.85
 @pytest.fixture(scope="module")
 def page() -> dict[str, Any]:
     logs, held_out = {"a.csv": drive(brake_gain=GAIN)}, {"b.csv": drive(brake_gain=GAIN, seed=2)}
-    found = diagnose(logs, baseline(), held_out=held_out)
+    found = dataclasses.replace(diagnose(logs, baseline(), held_out=held_out), null_line=0.5)
     return diagnosis_page(found, logs, baseline(), held_out=held_out, model_file="models/car.toml",
                           fitted=["logs/a.csv"], judged=["logs/b.csv"])  # fmt: skip
 
@@ -39,6 +40,10 @@ def test_shares_are_told_for_fitted_and_held_out_data(page: dict[str, Any]) -> N
     for data in ("fit", "held_out"):
         share = effect[data]
         assert 0.9 < share["low"] <= share["value"] <= share["high"] <= 1.0
+
+
+def test_the_null_line_stands_where_luck_would_lead(page: dict[str, Any]) -> None:
+    assert page["null_line"] == pytest.approx(page["ladder"][0]["fit"] - 0.5)
 
 
 def test_the_clearest_seconds_are_a_braking(page: dict[str, Any]) -> None:
