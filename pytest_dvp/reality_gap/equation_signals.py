@@ -15,14 +15,15 @@ from numba import njit
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.motion import bridged, mean_around, motion
 from pytest_dvp.reality_gap.noise import sigma
-from pytest_dvp.reality_gap.projection import BoolArray, IntArray
+from pytest_dvp.reality_gap.projection import IntArray
 from pytest_dvp.reality_gap.segments import CHANNELS, measured_array
 
 if TYPE_CHECKING:
     from vehicle.model.model import VehicleModel
 
 HALF_WINDOW = 0.1  # s
-SLOWEST = 0.8  # m/s, below which no equation is judged
+SLOWEST = 0.8  # m/s, below which no equation is judged; of a small car
+SLOW_SHARE = 0.1  # of its usual top speed, if that is less
 SERIES = ("dv", "ax", "r", "dyaw", "ay", "forward", "sideways")
 """Rows of equations: dv/dt; accelerometer; yaw rate; d yaw/dt; lateral acceleration less v r; speed over ground ahead,
 less v; speed over ground to the left."""
@@ -45,7 +46,6 @@ class Signals:
     yaw: FloatArray
     accel: FloatArray | None
     steer: FloatArray | None
-    moving: BoolArray
     wheelbase: float
     measured: dict[str, FloatArray]
     noise: dict[str, float]
@@ -75,12 +75,13 @@ def signals(log: Log, model: VehicleModel) -> Signals:
     of = {c: np.interp(t, log.t, bridged(log.t, raw[:, k])) for k, c in enumerate(CHANNELS) if known[c]}
     noise = {c: max(sigma(log.t, raw[:, CHANNELS.index(c)]), 1e-9) for c in of}
     v, rate, yaw = (np.interp(t, log.t, y) for y in (m.v, m.yaw_rate, m.yaw))
-    moves = mean_around((np.abs(v) > SLOWEST).astype(np.float64), 2 * w) > 0.999
+    slowest = min(SLOWEST, SLOW_SHARE * float(np.quantile(np.abs(v), 0.95)))
+    moves = mean_around((np.abs(v) > slowest).astype(np.float64), 2 * w) > 0.999
     rows = np.arange(w, len(t) - w, w)
     rows = rows[moves[rows]]
     found = Signals(t=t, step=m.step, w=w, rows=rows, v=v, rate=rate, yaw=mean_around(yaw, w),
                     accel=None if m.accel is None else m.accel[last], steer=None if m.steer is None else m.steer[last],
-                    moving=np.abs(v) > SLOWEST, wheelbase=m.wheelbase, measured={}, noise={})  # fmt: skip
+                    wheelbase=m.wheelbase, measured={}, noise={})  # fmt: skip
     _judged(found, of, noise)
     return found
 

@@ -24,7 +24,8 @@ SLIDES = 0.12  # rad between where the rear axle points and where it goes
 WITH_FOUND, AS_GIVEN = "with the effects found", "model as given"
 _NEAR = 0.05  # of max(1, chi^2/N) worse than the best term: then the one with fewer columns is taken
 _ELSEWHERE = 4  # alternatives that are told
-_CRAWL = 2.0  # m/s, below which a yaw rate says little of an angle
+_CRAWL = 2.0  # m/s, below which a yaw rate says little of an angle; of a small car
+_CRAWL_SHARE = 0.25  # of its usual top speed, if that is less
 _AXES: Mapping[Axis, tuple[str, ...]] = {"longitudinal": ("v", "ax"), "lateral": ("yaw_rate", "yaw", "ay")}
 _NUMBERED = ("speed_passed", "steer_rings", "drive_rings", "wave_time", "wave_distance")
 
@@ -138,14 +139,14 @@ def _error(axis: Axis, e: Experiment, rest: FloatArray, m: Motion) -> FloatArray
     direct, summed = ("ax", "v") if axis == "longitudinal" else ("yaw_rate", "yaw")
     found = rest[:, CHANNELS.index(direct)] if direct in e.channels else _slope(e, rest[:, CHANNELS.index(summed)], m)
     if axis == "lateral":
-        found = found * m.wheelbase / np.where(np.abs(m.v) > _CRAWL, m.v, np.inf)
+        found = found * m.wheelbase / np.where(np.abs(m.v) > _crawl(m), m.v, np.inf)
     return np.where(np.isfinite(found) & m.moving, found, 0.0)
 
 
 def _at_measured_speed(rest: FloatArray, m: Motion) -> FloatArray:
     """Residuals (n, 8) without what a wrong speed does to yaw rate and yaw: a car that is too fast turns too fast."""
     found = rest.copy()
-    slow = np.abs(m.v) < _CRAWL
+    slow = np.abs(m.v) < _crawl(m)
     turned = np.where(np.isfinite(rest[:, 3]) & ~slow, rest[:, 3] * m.yaw_rate / np.where(slow, 1.0, m.v), 0.0)
     found[:, 4] -= turned
     found[:, 2] -= np.cumsum(turned * np.append(np.diff(m.t), 0.0))
@@ -163,11 +164,15 @@ def _slope(e: Experiment, values: FloatArray, m: Motion) -> FloatArray:
     return found
 
 
+def _crawl(m: Motion) -> float:
+    return min(_CRAWL, _CRAWL_SHARE * float(np.quantile(np.abs(m.v), 0.95)))
+
+
 def _slip(m: Motion) -> float:
-    """99th percentile of the angle [rad] between heading and motion at more than 2 m/s; 0 without positions."""
+    """99th percentile of the angle [rad] between heading and motion, not at a crawl; 0 without positions."""
     window = max(1, round(0.2 / m.step))
     vx, vy = (np.gradient(mean_around(p, window), m.t) for p in (m.x, m.y))
-    fast = np.hypot(vx, vy) > _CRAWL
+    fast = np.hypot(vx, vy) > _crawl(m)
     angle = np.angle(np.exp(1j * (np.arctan2(vy, vx) - m.yaw)))[fast]
     return float(np.percentile(np.abs(angle), 99.0)) if len(angle) > 50 else 0.0
 
