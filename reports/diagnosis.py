@@ -100,7 +100,7 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
     ]  # fmt: skip
     notes: list[Figure] = [
         {"xref": "x", "yref": "paper", "x": math.log10(low), "y": 1.0, "xanchor": "left", "yanchor": "bottom",
-         "text": "only sensor noise", "showarrow": False, "font": {"size": 11.5, "color": "#009E73"}},
+         "text": "about sensor noise", "showarrow": False, "font": {"size": 11.5, "color": "#009E73"}},
     ]  # fmt: skip
     if null_line:
         shapes.append({"type": "line", "xref": "x", "yref": "paper", "x0": null_line, "x1": null_line, "y0": 0,
@@ -108,8 +108,8 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
         traces.append({"type": "scatter", "mode": "lines", "name": "what luck would reach", "x": [None], "y": [None],
                        "line": {"color": GREY, "width": 1.5, "dash": "dash"}, "hoverinfo": "skip"})  # fmt: skip
     for key, name, colour, symbol, dash, side in (
-        ("fit", "data it was fitted on", BLUE, "circle", "solid", "top center"),
-        ("held_out", "data it was not fitted on", ORANGE, "diamond-open", "dot", "bottom center"),
+        ("fit", "fitted on", BLUE, "circle", "solid", "top center"),
+        ("held_out", "held out, not fitted on", ORANGE, "diamond-open", "dot", "bottom center"),
     ):
         known = [(row, s[key], s["fit"]) for row, s in zip(rows, rungs, strict=True) if s[key] is not None]
         told = [key == "fit" or abs(math.log(v / fit)) > 0.05 for _, v, fit in known]
@@ -258,7 +258,7 @@ def _template() -> Any:
         lstrip_blocks=True,
     )  # fmt: skip
     environment.filters["unit"] = pretty_unit
-    environment.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
+    environment.filters["short"] = lambda value: "–" if value is None else f"{value:#.3g}".rstrip(".")
     environment.filters["chi2"] = lambda value: "–" if value is None else _short(value)
     environment.filters["percent"] = _percent
     environment.filters["spoken"] = _spoken

@@ -155,8 +155,8 @@ def _ladder(found: Diagnosis) -> list[str]:
     for step in steps:
         rest = (_figure(step.held_out_chi2_per_n),) if held else ()
         label = f"+ {step.added}" if step.added else "model as given"
-        rows.append((label, _figure(step.chi2_per_n), *rest, *(f"{step.rmse[n]:.3g}" for n in names)))
-    rows.append(("sensor noise", "1", *(("1",) if held else ()), *(f"{found.noise_floor[n]:.3g}" for n in names)))
+        rows.append((label, _figure(step.chi2_per_n), *rest, *(_three(step.rmse[n]) for n in names)))
+    rows.append(("sensor noise", "1", *(("1",) if held else ()), *(_three(found.noise_floor[n]) for n in names)))
     return _table(rows, "l" + "r" * (len(head) - 1))
 
 
@@ -209,6 +209,11 @@ def _digits(estimate: Estimate) -> int:
     first = math.floor(math.log10(abs(estimate.value))) if estimate.value else 0
     most = min(max(3 - first, 0), 6)
     return next((digits for digits in range(most) if width * 10.0**digits >= 0.95), most)
+
+
+def _three(number: float) -> str:
+    """Three figures, zeros too."""
+    return f"{number:#.3g}".rstrip(".")
 
 
 def _share(share: Share | None) -> str:
