@@ -11,11 +11,12 @@ import numpy as np
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import candidates
-from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
+from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Verdict
 from pytest_dvp.reality_gap.equation_error import votes
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
-from pytest_dvp.reality_gap.fit import Coordinate, intervals
-from pytest_dvp.reality_gap.held_out import Fold, folds, predicted, shows
+from pytest_dvp.reality_gap.fit import intervals
+from pytest_dvp.reality_gap.held_out import ROUNDING, Fold, folds, predicted, shows, step
+from pytest_dvp.reality_gap.input_map import MAP_TIES, input_map
 from pytest_dvp.reality_gap.perception_gap import diagnose_perceptions
 from pytest_dvp.reality_gap.search import MISFIT, PRACTICAL, Found, Search, Tick, Trial
 from pytest_dvp.reality_gap.signature import signature
@@ -25,14 +26,6 @@ if TYPE_CHECKING:
     from vehicle.model.model import VehicleModel
 
 CHANNEL_MISFIT = 1.5  # of one channel
-ROUNDING = 1e-3  # of max(1, chi^2/N): held-out data that change by less say nothing
-SAYS_NOTHING = 1e-3  # of max(1, chi^2/N): held-out data that change by less do not show the effect
-_MAP_TIES: Mapping[str, tuple[str, ...]] = {
-    "steer_scale": ("steer_ratio",),
-    "full_throttle": ("drive_gain", "mass"),
-    "full_brake": ("brake_gain", "mass"),
-}
-"""What cannot be told from a scale of the input map that is fitted anyway."""
 
 
 def diagnose(
@@ -55,8 +48,8 @@ def diagnose(
     known = {**catalogue(), **{e.name: e for e in effects}}
     tick("preparing")
     target = campaign(logs, model, extra=effects)
-    nuisance, start = _input_map(model)
-    tied = {name for c in nuisance for name in _MAP_TIES.get(c.key.name, ())}
+    nuisance, start = input_map(model)
+    tied = {name for c in nuisance for name in MAP_TIES.get(c.key.name, ())}
     tried = [c for c in candidates(model, known.values(), ay="ay" in target.channels) if c.name not in tied]
     removed = _removed(target, model)
     while True:
@@ -73,7 +66,7 @@ def diagnose(
     final = found.final
     sure = intervals(final.found, search.starts, target.exact(final.values))
     trials = _ladder(search, final)
-    steps = tuple(_step(search, trial, judges) for trial in trials)
+    steps = tuple(step(search, trial, judges) for trial in trials)
     excess = max(trials[0].chi2 - search.count, 1e-9 * search.count)
     present = {a.name for a in model.effects}
     named = tuple(
@@ -113,21 +106,6 @@ def _verdict(left: float, channels: Mapping[str, float], named: Sequence[NamedEf
     if named:
         return "AMBIGUOUS" if any(e.rivals for e in named) else "NAMED"
     return "NOT_EXCITED" if 2 * len(found.not_excited) > tried else "NOTHING_MISSING"
-
-
-def _input_map(model: VehicleModel) -> tuple[tuple[Coordinate, ...], dict[tuple[str, str], float]]:
-    """Scales of inputs that are no physical quantity: nobody knows them before they are fitted."""
-    from vehicle.model.inputs import INPUT_KEYS
-
-    inputs, wanted = model.inputs, []
-    if inputs.steer not in ("steer_cmd", "steer"):
-        wanted.append("steer_scale")
-    if inputs.longitudinal[0] in ("throttle_cmd", "motor_current"):
-        wanted.append("full_throttle")
-        if len(inputs.longitudinal) == 2 or inputs.longitudinal[0] == "motor_current":
-            wanted.append("full_brake")
-    keys = [k for k in INPUT_KEYS if k.name in wanted]
-    return tuple(Coordinate("inputs", k) for k in keys), {("inputs", k.name): getattr(inputs, k.name) for k in keys}
 
 
 def _removed(target: Campaign, model: VehicleModel) -> dict[tuple[str, str], float]:
@@ -186,30 +164,6 @@ def _ladder(search: Search, final: Trial) -> list[Trial]:
         last = search.trial(steps[-1].names, final.values)
         steps[-1] = last if last.chi2 < steps[-1].chi2 else steps[-1]
     return steps
-
-
-def _step(search: Search, trial: Trial, judges: Sequence[Fold]) -> Step:
-    values = trial.values
-    samples = 0
-    segments: list[float] = []
-    squares: dict[str, list[float]] = {}
-    for fold in judges:
-        fitted = search.trial(trial.names, trial.values, target=fold.fitted) if fold.fitted else trial
-        segments += fold.judge.by_segment(fold.judge.whitened(fitted.values)).tolist()
-        samples += fold.judge.count
-        for name, rmse in fold.judge.rmse(fitted.values).items():
-            squares.setdefault(name, []).append(rmse)
-    return Step(
-        added=trial.names[-1] if trial.names else "",
-        chi2_per_n=trial.chi2 / search.count,
-        channels=search.target.by_channel(values),
-        rmse=search.target.rmse(values),
-        held_out_chi2_per_n=sum(segments) / samples if samples else None,
-        held_out_rmse={name: float(np.sqrt(np.mean(np.square(each)))) for name, each in squares.items()},
-        segments=tuple(trial.rest.tolist()),
-        held_out_segments=tuple(segments),
-        values=values,
-    )
 
 
 def _estimates(trial: Trial, sure: Mapping[tuple[str, str], tuple[float, float]], name: str) -> dict[str, Estimate]:

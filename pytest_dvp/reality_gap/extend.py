@@ -13,13 +13,14 @@ import numpy as np
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import Candidate, candidates
-from pytest_dvp.reality_gap.diagnose import _MAP_TIES, CHANNEL_MISFIT, _input_map
+from pytest_dvp.reality_gap.diagnose import CHANNEL_MISFIT
 from pytest_dvp.reality_gap.diagnosis import Estimate, Step
 from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
 from pytest_dvp.reality_gap.extend_perception import judge_perception
 from pytest_dvp.reality_gap.extension import Extension, Rung
 from pytest_dvp.reality_gap.fit import Coordinate
-from pytest_dvp.reality_gap.held_out import Fold, folds
+from pytest_dvp.reality_gap.held_out import Fold, folds, step
+from pytest_dvp.reality_gap.input_map import MAP_TIES, input_map
 from pytest_dvp.reality_gap.judgement import estimates, judge_addition, judge_removal, rounded, worse_together
 from pytest_dvp.reality_gap.search import Search, Trial
 from pytest_dvp.reality_gap.words import NOTHING_LEFT
@@ -152,8 +153,8 @@ def _search(target: Campaign, model: VehicleModel, tried: Sequence[Candidate], l
     """What fits the new model. Scales of the input map that nobody knows are fitted along, as `diagnose` does, but for
     those that an effect repeats."""
     names = {c.name for c in tried}
-    nuisance, start = _input_map(model)
-    free = [] if not tried else [c for c in nuisance if not names & set(_MAP_TIES.get(c.key.name, ()))]
+    nuisance, start = input_map(model)
+    free = [] if not tried else [c for c in nuisance if not names & set(MAP_TIES.get(c.key.name, ()))]
     off = {(a.name, key.name): key.neutral for a in model.effects if a.name in lost for key in a.effect.parameters}
     return Search(target, tried, nuisance=free, start=start, fixed=off)
 
@@ -205,28 +206,6 @@ def _ladder(search: Search, final: Trial, kept: int, lost: Sequence[str], judges
         names = final.names[:count]
         trial = final if count == len(final.names) else search.trial(names, final.values)
         yield Rung(f"{'~' if names[-1] in present else '+'} {names[-1]}", step(search, trial, judges, names[-1]))
-
-
-def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str = "") -> Step:
-    """The error of a set of effects on the data fitted on, and on the data held out, fitted on what belongs to each."""
-    samples = 0
-    segments: list[float] = []
-    squares: dict[str, list[float]] = {}
-    for fold in judges:
-        fitted = search.trial(trial.names, trial.values, target=fold.fitted) if fold.fitted else trial
-        segments += fold.judge.by_segment(fold.judge.whitened(fitted.values)).tolist()
-        samples += fold.judge.count
-        for name, rmse in fold.judge.rmse(fitted.values).items():
-            squares.setdefault(name, []).append(rmse)
-    return Step(
-        added=added,
-        chi2_per_n=trial.chi2 / search.count,
-        channels=search.target.by_channel(trial.values),
-        rmse=search.target.rmse(trial.values),
-        held_out_chi2_per_n=sum(segments) / samples if samples else None,
-        held_out_rmse={name: float(np.sqrt(np.mean(np.square(each)))) for name, each in squares.items()},
-        values=trial.values,
-    )
 
 
 def _shares(steps: Sequence[Step]) -> dict[str, float]:

@@ -11,6 +11,7 @@ import numpy as np
 from pytest_dvp.log import Log
 from pytest_dvp.logs.cut import cut_log
 from pytest_dvp.reality_gap.algebra import square
+from pytest_dvp.reality_gap.diagnosis import Step
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
 from pytest_dvp.reality_gap.search import PRACTICAL, Search, Trial
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from vehicle.model.model import VehicleModel
 
 HELD_OUT_SHARE = 0.4  # of a single log, its end
+ROUNDING = 1e-3  # of max(1, chi^2/N): held-out data that change by less say nothing
 _FEWEST = 200  # rows on either side
 
 
@@ -71,3 +73,29 @@ def shows(search: Search, fold: Fold, trial: Trial, name: str) -> bool:
     r = fold.fitted.whitened(trial.values)
     change = square(fold.fitted.whitened(trial.values | off) - r)
     return change > PRACTICAL * max(fold.fitted.count, square(r))
+
+
+def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str | None = None) -> Step:
+    """The error of a set of effects on the data fitted on, and on the data held out. added: the effect that came in,
+    the last one where nothing is said."""
+    values = trial.values
+    samples = 0
+    segments: list[float] = []
+    squares: dict[str, list[float]] = {}
+    for fold in judges:
+        fitted = predicted(search, fold, trial)
+        segments += fold.judge.by_segment(fold.judge.whitened(fitted.values)).tolist()
+        samples += fold.judge.count
+        for name, rmse in fold.judge.rmse(fitted.values).items():
+            squares.setdefault(name, []).append(rmse)
+    return Step(
+        added=added if added is not None else "".join(trial.names[-1:]),
+        chi2_per_n=trial.chi2 / search.count,
+        channels=search.target.by_channel(values),
+        rmse=search.target.rmse(values),
+        held_out_chi2_per_n=sum(segments) / samples if samples else None,
+        held_out_rmse={name: float(np.sqrt(np.mean(np.square(each)))) for name, each in squares.items()},
+        segments=tuple(trial.rest.tolist()),
+        held_out_segments=tuple(segments),
+        values=values,
+    )

@@ -10,13 +10,12 @@ from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import Candidate
 from pytest_dvp.reality_gap.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.reality_gap.fit import intervals
-from pytest_dvp.reality_gap.held_out import Fold
-from pytest_dvp.reality_gap.search import PRACTICAL, Search, Trial
+from pytest_dvp.reality_gap.held_out import ROUNDING, Fold, predicted, shows
+from pytest_dvp.reality_gap.search import FIRST, PRACTICAL, Search, Trial
 
 if TYPE_CHECKING:
     from vehicle.model.model import VehicleModel
 
-ROUNDING = 1e-3  # of max(1, chi^2/N): held-out data that change by less say nothing
 DIGITS = 6  # significant, of a value in a model file
 
 Estimates: TypeAlias = dict[tuple[str, str], Estimate]
@@ -43,7 +42,7 @@ def judge_addition(
     changed = any(a.name == name for a in model.effects)
     effect = NamedEffect(name=name, parameters=mine, action="change" if changed else "add")
     gain = (less.chi2 - final.chi2) / search.count
-    if gain < PRACTICAL * max(1.0, final.chi2 / search.count):
+    if gain < (PRACTICAL if rest else FIRST) * max(1.0, final.chi2 / search.count):
         beside = f" beside {', '.join(rest)}" if rest else ""
         return Judged(effect, wrong=(
             f"{name} explains too little{beside} to be worth an effect: chi^2/N {less.chi2 / search.count:.3g} "
@@ -53,12 +52,10 @@ def judge_addition(
     before = after = 0.0
     samples = 0
     for fold in judges:
-        full = search.trial(final.names, final.values, target=fold.fitted) if fold.fitted else final
-        part = search.trial(rest, final.values, target=fold.fitted)
-        if fold.fitted and not search.pays(part, full, count=fold.fitted.count):
+        if not shows(search, fold, final, name):
             continue  # what its own data do not show cannot be fitted, and so not judged
-        before += _left(fold, part)
-        after += _left(fold, full)
+        before += _left(fold, predicted(search, fold, less))
+        after += _left(fold, predicted(search, fold, final))
         samples += fold.judge.count
     if not samples:
         return Judged(effect, note=(
