@@ -84,7 +84,10 @@ def execute(arguments: argparse.Namespace) -> int:
         extension = dataclasses.replace(extension, effects=tuple(effects))
         changes = _changes(gates, {**logs, **held_out}, model, extension, tuple(extra.values()))
     if not extension.refusal:
-        write_model(extension.model, arguments.out)
+        try:
+            write_model(extension.model, arguments.out)
+        except OSError as error:
+            raise WrongArgument(f"--out {arguments.out}: cannot be written: {error.strerror}") from None
     _tell(arguments, extension, changes)
     return 1 if extension.refusal else 0
 

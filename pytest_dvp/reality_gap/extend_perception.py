@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.diagnosis import Estimate, NamedEffect
 from pytest_dvp.reality_gap.judgement import Judged, rounded
-from pytest_dvp.reality_gap.perception_gap import diagnose_perception, perceived_in
+from pytest_dvp.reality_gap.perception_gap import diagnose_perceptions, perceived_in
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -20,11 +20,10 @@ def judge_perception(
     model: VehicleModel, logs: Mapping[str, Log], held_out: Mapping[str, Log], add: Sequence[Effect],
     remove: Sequence[str],
 ) -> list[Judged]:  # fmt: skip
-    """Values of perception effects, from the log with the most detections, and what detections held out say of them."""
+    """Values of perception effects as the detections of the logs show them, and what detections held out say."""
     if not add and not remove:
         return []
-    best = max(logs.values(), key=lambda log: len(log.detections.t))
-    shown = {effect.name: effect for effect in diagnose_perception(best, model)}
+    shown = {effect.name: effect for effect in diagnose_perceptions(logs.values(), model)}
     return [_added(effect, shown.get(effect.name), model, held_out) for effect in add] + [
         _removed(name, shown.get(name), model) for name in remove
     ]
