@@ -30,9 +30,8 @@ def votes(logs: Mapping[str, Log], model: VehicleModel) -> dict[str, Any]:
 
     score: share of the misfit (chi^2 - N over all equations) that the effect alone takes away on blocks of 5 s which it
     was not fitted on, less 0.004 for each further unknown; below 0 it makes things worse. One effect at a time: a car
-    with two effects may get a third one's vote, and tyres that slip look like a slow steering. Not judged are effects
-    without such a form, those whose signals were not measured, and all of a model that has effects: the equations are
-    those of an ideal car.
+    with two effects may get a third one's vote. Not judged are effects without such a form, those whose signals were
+    not measured, and all of a model that has effects: the equations are those of an ideal car.
 
     Raises CompareError if a command that drives the model is not in a log.
     """

@@ -10,6 +10,7 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.equation_signals import Signals, lagged, rate_limited, with_play, with_stiction
+from pytest_dvp.reality_gap.equation_tyres import RIGID, on_tyres
 
 Columns: TypeAlias = Mapping[str, FloatArray]
 """Name of a series -> what is added to it: (m,) fixed, or (m, q) in proportion to q unknowns."""
@@ -107,13 +108,14 @@ def _late_steer(s: Signals, p: float) -> Columns:
     return _wheel(s, np.asarray(np.interp(s.t + 0.5 * s.step, s.t, late)))
 
 
+def _tyres(s: Signals, front: float, rear: float, *, limit: float = np.inf, length: float = 0.0) -> Columns:
+    rate, side = on_tyres(s, front, rear, limit=limit, length=length)
+    moved = np.gradient(side, s.step)
+    return {**_across(s, rate), "sideways": s.mean(side), "ay": s.mean(moved)}
+
+
 def _understeer(s: Signals, p: float) -> Columns:
-    return _across(s, s.v * np.tan(_steer(s)) / (s.wheelbase + p * s.v**2))
-
-
-def _grip(s: Signals, p: float) -> Columns:
-    turn = _turn(s, _steer(s))
-    return _across(s, turn / np.sqrt(1.0 + (turn * s.v / p) ** 2))
+    return _tyres(s, RIGID + max(p, 0.0), RIGID + max(-p, 0.0))
 
 
 def _roll_steer(s: Signals, p: float) -> Columns:
@@ -191,8 +193,9 @@ FORMS: tuple[Form, ...] = (
     Form("steer_asymmetry", _D, lambda s, p: _angle(s, np.maximum(_steer(s), 0.0), np.minimum(_steer(s), 0.0))),
     Form("steer_offset", _D, lambda s, p: _angle(s, _one(s))),
     Form("understeer", _D, _understeer, _both(0.0005, 0.02, 7)),
-    Form("tyre_saturation", _D, _grip, _ratio(1.5, 12.0, 9)),
-    Form("tyre_relaxation", _D, lambda s, p: _wheel(s, lagged(_steer(s), s.step * np.abs(s.v) / p)), _ratio(0.1, 4.0)),
+    Form("cornering_compliance", _D, lambda s, p: _tyres(s, p, p), _ratio(0.002, 0.03)),
+    Form("tyre_saturation", _D, lambda s, p: _tyres(s, RIGID, RIGID, limit=p), _ratio(1.5, 12.0, 9)),
+    Form("tyre_relaxation", _D, lambda s, p: _tyres(s, RIGID, RIGID, length=p), _ratio(0.1, 4.0)),
     Form("roll_dynamics", _D, lambda s, p: _roll_steer(s, 0.2)),
     Form("wheel_radius", (), _radius),
     Form("gyro_bias", (), lambda s, p: {"r": _ones(s), "ay": _column(-s.mean(s.v))}),

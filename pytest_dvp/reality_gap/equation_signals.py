@@ -33,6 +33,7 @@ less v; speed over ground to the left."""
 class Signals:
     """A log on a uniform time base of `step` [s].
 
+    cg_front [m] from the front axle to the centre of gravity, gyration [m^2] yaw inertia over mass.
     (n,): v, rate, yaw smoothed; accel, steer commanded (None: not known). rows (m,): where equations are judged, w half
     the window in rows. measured, noise: by name of SERIES what was measured at those rows and its standard deviation.
     """
@@ -47,6 +48,8 @@ class Signals:
     accel: FloatArray | None
     steer: FloatArray | None
     wheelbase: float
+    cg_front: float
+    gyration: float
     measured: dict[str, FloatArray]
     noise: dict[str, float]
 
@@ -81,7 +84,9 @@ def signals(log: Log, model: VehicleModel) -> Signals:
     rows = rows[moves[rows]]
     found = Signals(t=t, step=m.step, w=w, rows=rows, v=v, rate=rate, yaw=mean_around(yaw, w),
                     accel=None if m.accel is None else m.accel[last], steer=None if m.steer is None else m.steer[last],
-                    wheelbase=m.wheelbase, measured={}, noise={})  # fmt: skip
+                    wheelbase=m.wheelbase,
+                    cg_front=model.car.cg_to_front_axle, gyration=model.car.yaw_inertia / model.car.mass,
+                    measured={}, noise={})  # fmt: skip
     _judged(found, of, noise)
     return found
 
@@ -105,12 +110,13 @@ def _judged(s: Signals, of: dict[str, FloatArray], noise: dict[str, float]) -> N
         put("dyaw", slope(of["yaw"]), noise["yaw"] * difference)
     if "ay" in of:
         usual = float(np.sqrt(np.mean(s.v**2)))
-        put("ay", s.mean(of["ay"] - s.v * s.rate), average * float(np.hypot(noise["ay"],
+        rate = of.get("yaw_rate", s.rate)  # as measured: smoothed twice it would fall short of ay
+        put("ay", s.mean(of["ay"] - s.v * rate), average * float(np.hypot(noise["ay"],
             usual * noise.get("yaw_rate", 0.0))))  # fmt: skip
     if "x" in of and "y" in of and "yaw" in of and "v" in of:
         x, y, c, d = slope(of["x"]), slope(of["y"]), s.mean(np.cos(s.yaw)), s.mean(np.sin(s.yaw))
         level = max(noise["x"], noise["y"]) * difference
-        put("forward", c * x + d * y - s.mean(s.v), level)
+        put("forward", c * x + d * y - s.mean(of["v"]), level)
         put("sideways", c * y - d * x, float(np.hypot(level, noise["yaw"] * average * float(np.mean(np.abs(s.v))))))
 
 

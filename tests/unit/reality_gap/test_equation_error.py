@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 from functools import cache
 from pathlib import Path
 
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 
 from pytest_dvp.log import Log
-from pytest_dvp.reality_gap import equation_error, equation_forms, equation_signals
+from pytest_dvp.reality_gap import equation_error, equation_forms, equation_signals, equation_tyres
 from pytest_dvp.reality_gap.equation_error import votes
 from pytest_dvp.reality_gap.equation_forms import FORMS
+from pytest_dvp.reality_gap.equation_signals import signals
+from pytest_dvp.reality_gap.equation_tyres import on_tyres
 from tests.truth.effects import Effects, TruthCar, typical
 from tests.truth.generate import make_log
 from vehicle.model.catalogue import catalogue
@@ -20,7 +23,7 @@ from vehicle.model.model import VehicleModel
 from vehicle.model.model_file import read_model
 
 CAR = TruthCar()
-TYRES = ("understeer", "tyre_saturation", "tyre_relaxation", "roll_dynamics")  # their cars slip, which no form has
+NOT_ALONE = ("cornering_compliance", "tyre_relaxation")  # the first is no effect of the truth, the second comes with it
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +42,7 @@ def log(*hidden: str) -> Log:
     return Log(make_log(effects, "rich", 5, "mid"))
 
 
-@pytest.mark.parametrize("hidden", [form.name for form in FORMS if form.name not in TYRES][::3])
+@pytest.mark.parametrize("hidden", [form.name for form in FORMS if form.name not in NOT_ALONE][::3])
 def test_hidden_effect_gets_the_first_vote(model: VehicleModel, hidden: str) -> None:
     found = votes({"rich": log(hidden)}, model)
     assert found["first"] == hidden, found["ranking"][:3]
@@ -54,6 +57,27 @@ def test_score_is_the_share_of_the_misfit(model: VehicleModel) -> None:
     score = dict(votes({"rich": log("steer_delay")}, model)["ranking"])
     assert score["steer_delay"] > 0.98
     assert score["steer_offset"] < 0.02
+
+
+@pytest.mark.parametrize("hidden", ["understeer", "tyre_saturation"])
+def test_tyres_are_not_mistaken_for_a_slow_steering(model: VehicleModel, hidden: str) -> None:
+    assert votes({"rich": log(hidden)}, model)["first"] == hidden
+
+
+def test_soft_tyres_are_told_as_slip_of_both_axles(model: VehicleModel) -> None:
+    """The truth's car with another yaw inertia has soft tyres, too: 17.4 1/rad of their load instead of 48."""
+    assert votes({"rich": log("yaw_inertia")}, model)["first"] == "cornering_compliance"
+
+
+def test_car_on_tyres_turns_as_the_steady_state_says(model: VehicleModel) -> None:
+    """r = v d/(L + K v^2), and the rear axle drifts by -D v^2 r, K and D the slip over lateral acceleration."""
+    s = signals(log(), model)
+    n = len(s.t)
+    steady = dataclasses.replace(s, v=np.full(n, 10.0), steer=np.full(n, 0.03))
+    rate, side = on_tyres(steady, 0.006, 0.004)
+    expected = 10.0 * 0.03 / (CAR.wheelbase + 0.002 * 100.0)
+    assert rate[-1] == pytest.approx(expected, rel=1e-6)
+    assert side[-1] == pytest.approx(-0.004 * 100.0 * expected, rel=1e-6)
 
 
 def test_sensor_is_not_mistaken_for_the_car(model: VehicleModel) -> None:
@@ -85,7 +109,7 @@ def test_model_with_effects_gets_no_vote(model: VehicleModel) -> None:
 
 def test_it_is_independent_of_the_main_engine() -> None:
     """Neither search nor fit nor replay: a common error cannot make the two agree."""
-    for module in (equation_error, equation_forms, equation_signals):
+    for module in (equation_error, equation_forms, equation_signals, equation_tyres):
         assert module.__file__ is not None
         tree = ast.parse(Path(module.__file__).read_text(encoding="utf-8"))
         imported = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
