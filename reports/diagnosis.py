@@ -109,7 +109,7 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
                        "line": {"color": GREY, "width": 1.5, "dash": "dash"}, "hoverinfo": "skip"})  # fmt: skip
     for key, name, colour, symbol, dash, side in (
         ("fit", "fitted on", BLUE, "circle", "solid", "top center"),
-        ("held_out", "held out, not fitted on", ORANGE, "diamond-open", "dot", "bottom center"),
+        ("held_out", "held out", ORANGE, "diamond-open", "dot", "bottom center"),
     ):
         known = [(row, s[key], s["fit"]) for row, s in zip(rows, rungs, strict=True) if s[key] is not None]
         told = [key == "fit" or abs(math.log(v / fit)) > 0.05 for _, v, fit in known]

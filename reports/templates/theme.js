@@ -7,7 +7,9 @@ const themed = (() => {
     const value = (name) => style.getPropertyValue(name).trim();
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     const copy = structuredClone(figure);
-    for (const trace of copy.data) if (trace.line && trace.line.color === BLUE && dark) trace.line.color = SKY;
+    for (const trace of copy.data)
+      for (const part of [trace.line, trace.marker, trace.textfont])
+        if (part && part.color === BLUE && dark) part.color = SKY;
     Object.assign(copy.layout, { paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)" });
     copy.layout.font.color = value("--ink");
     for (const name of Object.keys(copy.layout)) {
