@@ -108,13 +108,14 @@ def _effect(effect: NamedEffect, known: Effect, fit: Share | None, held: Share |
     return {
         "name": effect.name,
         "action": effect.action,
+        "apart": known.slot == "perception",
         "physics": known.physics,
         "equation": known.equation,
         "parameters": [
             {"key": key, "value": value(e), "interval": interval(e), "unit": e.unit, "meaning": known.key(key).meaning}
             for key, e in effect.parameters.items()
         ],
-        "fit": _share(fit, effect.gain),
+        "fit": None if fit is None else dataclasses.asdict(fit),
         "held_out": None if held is None else dataclasses.asdict(held),
         "rivals": [{"name": name, "physics": all_known[name].physics if name in all_known else ""}
                    for name in effect.rivals],
@@ -123,20 +124,15 @@ def _effect(effect: NamedEffect, known: Effect, fit: Share | None, held: Share |
     }  # fmt: skip
 
 
-def _share(fit: Share | None, gain: float) -> dict[str, float | None] | None:
-    """A share with its interval; without one for what stands outside the ladder, as effects on detections do."""
-    if fit is not None:
-        return dataclasses.asdict(fit)
-    return {"value": gain, "low": None, "high": None} if gain > 0.0 else None
-
-
 def _not_shown(name: str, known: Mapping[str, Effect]) -> dict[str, str]:
     return {"name": name, "physics": known[name].physics, "reveals": known[name].reveals}
 
 
 def _drawn(found: Diagnosis, logs: Mapping[str, Log], held_out: Mapping[str, Log], model: VehicleModel,
            effects: Sequence[Effect]) -> list[_Drawn]:  # fmt: skip
-    before, after = found.ladder[0].values, found.values or found.ladder[-1].values
+    removed = {e.name for e in found.effects if e.action == "remove"}
+    before = {key: value for key, value in found.ladder[0].values.items() if key[0] not in removed}
+    after = found.values or found.ladder[-1].values
     drawn: list[_Drawn] = []
     for name, log, held in [*((n, g, False) for n, g in logs.items()), *((n, g, True) for n, g in held_out.items())]:
         if len(drawn) == MOST_LOGS:

@@ -47,9 +47,13 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
     if found.verdict == "UNKNOWN":
         return f"{model} misses something that no effect of the catalogue explains ({left})"
     lacks = _lacks(found, model)
+    if found.verdict == "PARTIAL" and len(found.ladder) == 1:
+        return f"{lacks}; what is left no effect of the catalogue explains ({left})"
     if found.verdict == "PARTIAL":
         share = _percent(1.0 - (last - 1.0) / max(first - 1.0, 1e-9))
         return f"{lacks}, which explains {share} of the error; the rest no effect of the catalogue explains ({left})"
+    if len(found.ladder) == 1:  # nothing but removals and effects on detections
+        return f"{lacks}; apart from that only sensor noise is left (chi²/N {_figure(last)})"
     return f"{lacks}; after that only sensor noise is left (chi²/N {_figure(first)} -> {_figure(last)})"
 
 

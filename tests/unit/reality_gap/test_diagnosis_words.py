@@ -58,6 +58,22 @@ def test_the_verdict_is_a_sentence(found: Diagnosis, says: str) -> None:
     assert says in headline(found, "car.toml")
 
 
+def test_what_is_no_step_of_the_ladder_is_not_said_to_lower_the_error() -> None:
+    seen = NamedEffect("detection_latency", {"T": Estimate(0.2, 0.19, 0.21, "s")}, gain=1.0)
+    found = dataclasses.replace(NAMED, effects=(seen,), ladder=(BETTER,))
+    assert headline(found, "car.toml") == (
+        "car.toml lacks detection_latency; apart from that only sensor noise is left (chi²/N 1.17)"
+    )
+
+
+def test_without_held_out_data_there_is_no_column_of_them() -> None:
+    alone = [dataclasses.replace(s, held_out_chi2_per_n=None, held_out_rmse={}, held_out_segments=())
+             for s in (GIVEN, BETTER)]  # fmt: skip
+    lines = page(dataclasses.replace(NAMED, ladder=tuple(alone))).splitlines()
+    head = next(line for line in lines if "error after each step" in line)
+    assert "held out" not in head
+
+
 def test_rivals_stand_in_the_sentence() -> None:
     rival = dataclasses.replace(DELAY, rivals=("steer_lag",))
     found = dataclasses.replace(NAMED, verdict="AMBIGUOUS", effects=(rival,))

@@ -17,7 +17,7 @@ HOSTILE = "</script><img src=x onerror=alert(1)>"
 
 def effect(name: str = "steer_delay", **more: Any) -> dict[str, Any]:
     return {
-        "name": name, "action": "add", "physics": "the command comes late", "equation": "d(t) = d_c(t - T)",
+        "name": name, "action": "add", "apart": False, "physics": "it comes late", "equation": "d(t) = d_c(t - T)",
         "parameters": [{"key": "T", "value": "0.249", "interval": "0.247 to 0.251", "unit": "s", "meaning": "late"}],
         "fit": {"value": 0.71, "low": 0.53, "high": 0.83}, "held_out": {"value": 0.64, "low": 0.42, "high": 0.77},
         "rivals": [], "manoeuvre": None, "reveals": "steps of the steering", **more,
@@ -81,6 +81,12 @@ def test_a_share_that_the_held_out_data_cannot_show_is_said_and_not_drawn_as_zer
     text = render_diagnosis_report(page(effects=[effect(held_out=None)]))
     assert "cannot show it" in visible(text)
     assert 'class="held"' not in text
+
+
+def test_an_effect_on_detections_has_no_share_of_the_motion() -> None:
+    text = render_diagnosis_report(page(effects=[effect("detection_latency", apart=True, fit=None, held_out=None)]))
+    assert "judged on detected objects" in visible(text)
+    assert 'class="fit"' not in text
 
 
 def test_what_the_data_could_not_show_comes_with_what_would() -> None:
