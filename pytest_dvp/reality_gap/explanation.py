@@ -40,6 +40,7 @@ def explanation(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             found, rows = _question(log, model, tuple(effects))
+        found = _of_motion(found)
     except Exception as error:  # whatever it is: the failure that is explained counts, not this
         return [f"no diagnosis: {type(error).__name__}: {' '.join(str(error).split())[:200]}"]
     part = "" if rows == len(log.t) else f" (of its first {log.t[rows - 1] - log.t[0]:.0f} s)"
@@ -69,6 +70,16 @@ def _effect(effect: NamedEffect) -> str:
     )
     rivals = f", rivals: {', '.join(effect.rivals)}" if effect.rivals else ", no rivals"
     return f"{effect.name}: {values}, explains {percent(effect.gain)} of the error{rivals}"
+
+
+def _of_motion(found: Diagnosis) -> Diagnosis:
+    """Without what it says of detections: what has failed is a bound on motion."""
+    from vehicle.model.catalogue import catalogue
+
+    known = catalogue()
+    kept = tuple(e for e in found.effects if e.name not in known or known[e.name].slot != "perception")
+    nothing = not kept and found.verdict in ("NAMED", "AMBIGUOUS")
+    return dataclasses.replace(found, effects=kept, verdict="NOTHING_MISSING" if nothing else found.verdict)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

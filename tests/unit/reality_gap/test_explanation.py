@@ -54,6 +54,14 @@ def test_what_the_car_lacks_is_removed(model: VehicleModel, monkeypatch: pytest.
     assert "--remove brake_lag" in lines[2]
 
 
+def test_detections_do_not_explain_motion(model: VehicleModel, monkeypatch: pytest.MonkeyPatch) -> None:
+    late = NamedEffect("detection_latency", {"T": Estimate(0.2, 0.1, 0.3, "s")})
+    answered(monkeypatch, "NAMED", LAG, late)
+    assert "detection_latency" not in "".join(said(model))
+    answered(monkeypatch, "NAMED", late)
+    assert said(model)[0].startswith("diagnosis: NOTHING_MISSING: ")
+
+
 def test_unknown_names_the_command_that_looks_closer(model: VehicleModel, monkeypatch: pytest.MonkeyPatch) -> None:
     answered(monkeypatch, "UNKNOWN")
     assert said(model)[-1] == "  look closer: dvp diagnose drive.csv --model models/car.toml"
