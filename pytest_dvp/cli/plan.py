@@ -20,6 +20,7 @@ from pytest_dvp.cli.limits import add_limits, check_folder, limits_from, write_a
 
 if TYPE_CHECKING:
     from pytest_dvp.reality_gap.diagnosis import Diagnosis
+    from pytest_dvp.reality_gap.manoeuvres.catalogue import Manoeuvre
     from pytest_dvp.reality_gap.manoeuvres.choice import Choice
     from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
     from vehicle.model.effect import Effect
@@ -35,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--held-out", action="append", default=[], metavar="LOG", help="log that judges the diagnosis, as in diagnose"
     )
     parser.add_argument("--out", default="plan", metavar="FOLDER", help="where the files go, default ./plan")
+    parser.add_argument("--only", metavar="A,B", help="choose among these manoeuvres, such as step_steer,coast_down")
     add_limits(parser)
     add_log_options(parser)
     add_effects(parser)
@@ -49,6 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
         raise WrongArgument("dvp plan: nothing to plan for: name logs, --between A,B or --excite A (dvp plan --help)")
     envelope, out = limits_from(arguments), Path(arguments.out)
     check_folder("--out", out)
+    manoeuvres = _only(arguments.only)
     from rich.console import Console
 
     from vehicle.model.model_file import read_model
@@ -59,7 +62,7 @@ def execute(arguments: argparse.Namespace) -> int:
     refused: tuple[str, ...] = ()
     with Console(stderr=True).status("planning") as status:
         if arguments.between or arguments.excite:
-            found, choices = None, _asked(arguments, model, envelope, effects)
+            found, choices = None, _asked(arguments, model, envelope, effects, manoeuvres)
         else:
             from pytest_dvp.reality_gap.diagnose import diagnose
             from pytest_dvp.reality_gap.manoeuvres.advise import advise
@@ -68,7 +71,7 @@ def execute(arguments: argparse.Namespace) -> int:
             held_out = read_all(arguments.held_out, arguments)
             found = diagnose(logs, model, held_out=held_out, effects=effects, tick=status.update)
             status.update("planning")
-            advice = advise(found, logs, model, envelope, effects=effects)
+            advice = advise(found, logs, model, envelope, effects=effects, manoeuvres=manoeuvres)
             choices, refused = advice.choices, advice.refused
     noise = found.noise_floor if found is not None else None
     written = write_all(choices, model, envelope, noise, out)
@@ -79,18 +82,29 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelope, effects: tuple[Effect, ...]
-           ) -> tuple[Choice, ...]:  # fmt: skip
+def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelope, effects: tuple[Effect, ...],
+           manoeuvres: tuple[Manoeuvre, ...]) -> tuple[Choice, ...]:  # fmt: skip
     from pytest_dvp.reality_gap.manoeuvres.advise import between
     from pytest_dvp.reality_gap.manoeuvres.excite import excite
 
     choices: tuple[Choice, ...] = ()
     logs = read_all(arguments.logs, arguments)
     if arguments.between:
-        choices += (between(_names(arguments.between), logs, model, envelope, effects=effects),)
+        choices += (between(_names(arguments.between), logs, model, envelope, effects=effects, manoeuvres=manoeuvres),)
     if arguments.excite:
-        choices += excite(model, _names(arguments.excite), None, envelope, effects=effects)
+        choices += excite(model, _names(arguments.excite), None, envelope, effects=effects, manoeuvres=manoeuvres)
     return choices
+
+
+def _only(text: str | None) -> tuple[Manoeuvre, ...]:
+    from pytest_dvp.reality_gap.manoeuvres.catalogue import MANOEUVRES, chosen
+
+    if text is None:
+        return MANOEUVRES
+    try:
+        return chosen(_names(text))
+    except ValueError as error:
+        raise WrongArgument(f"--only: {error}") from None
 
 
 def _names(text: str) -> list[str]:

@@ -11,6 +11,7 @@ from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import Candidate, candidates
 from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
 from pytest_dvp.reality_gap.fit import Fit, fit
+from pytest_dvp.reality_gap.manoeuvres.catalogue import MANOEUVRES, Manoeuvre
 from pytest_dvp.reality_gap.manoeuvres.choice import Choice, PlanError, tried_on
 from pytest_dvp.reality_gap.manoeuvres.decide import Evidence, decide
 from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
@@ -42,7 +43,8 @@ class Advice:
 
 
 def advise(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envelope: Envelope, *,
-           effects: Sequence[Effect] = (), exciting: bool = True) -> Advice:  # fmt: skip
+           effects: Sequence[Effect] = (), exciting: bool = True,
+           manoeuvres: Sequence[Manoeuvre] = MANOEUVRES) -> Advice:  # fmt: skip
     """Manoeuvres for the rivals and, with `exciting`, for the effects that `logs` could not show.
 
     Raises CompareError or ModelError as `diagnose` does.
@@ -60,7 +62,15 @@ def advise(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envel
         known, near, evidence = _hypotheses(target, model, names, first, rest, effects)
         try:
             deciding[effect.name] = decide(
-                model, known, noise, envelope, near=near, evidence=evidence, shared=rest, effects=effects
+                model,
+                known,
+                noise,
+                envelope,
+                near=near,
+                evidence=evidence,
+                shared=rest,
+                effects=effects,
+                manoeuvres=manoeuvres,
             )
         except PlanError as error:
             refused.append(f"{' or '.join(names)}: {error}")
@@ -68,7 +78,14 @@ def advise(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envel
     if exciting and found.not_excited:
         try:
             chosen = excite(
-                model, found.not_excited, noise, envelope, shared=values, effects=effects, beside=target.count
+                model,
+                found.not_excited,
+                noise,
+                envelope,
+                shared=values,
+                effects=effects,
+                beside=target.count,
+                manoeuvres=manoeuvres,
             )
         except PlanError as error:
             refused.append(str(error))
@@ -103,7 +120,7 @@ def _fitted(target: Campaign, candidate: Candidate, rest: Values) -> Fit:
 
 
 def between(names: Sequence[str], logs: Mapping[str, Log], model: VehicleModel, envelope: Envelope, *,
-            effects: Sequence[Effect] = ()) -> Choice:  # fmt: skip
+            effects: Sequence[Effect] = (), manoeuvres: Sequence[Manoeuvre] = MANOEUVRES) -> Choice:  # fmt: skip
     """The manoeuvre that tells these effects apart; fitted to `logs` each, or, without any, of typical size.
 
     One that the model has is taken out of it, and counts with the model's values. Raises PlanError, CompareError,
@@ -114,10 +131,10 @@ def between(names: Sequence[str], logs: Mapping[str, Log], model: VehicleModel, 
         model = model.without_effect(name)
     known: dict[str, Values] = {name: own.get(name, {}) for name in names}
     if not logs or len(set(names)) < 2:
-        return decide(model, known, None, envelope, effects=effects)
+        return decide(model, known, None, envelope, effects=effects, manoeuvres=manoeuvres)
     target = campaign(logs, model, extra=effects)
     tried = tried_on(model, names, effects)
     fits = {name: _fitted(target, tried[name], {}) for name in names}
     known = {name: found.values for name, found in fits.items()}
     evidence = Evidence(target.count, {name: found.chi2 for name, found in fits.items()})
-    return decide(model, known, target.noise(), envelope, evidence=evidence, effects=effects)
+    return decide(model, known, target.noise(), envelope, evidence=evidence, effects=effects, manoeuvres=manoeuvres)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+import difflib
+from collections.abc import Callable, Iterable
 
 from pytest_dvp.reality_gap.manoeuvres import pedals, rounds, steering
 from pytest_dvp.reality_gap.manoeuvres.driver import Driver, Driving
@@ -56,3 +57,14 @@ MANOEUVRES: tuple[Manoeuvre, ...] = (
 
 CITY = Manoeuvre("city", "About town", "", pedals.city)
 """What a usual log holds; never advised, but the drive on which rivals without a value are made alike."""
+
+
+def chosen(names: Iterable[str]) -> tuple[Manoeuvre, ...]:
+    """The manoeuvres of these names, in the order of the catalogue. Raises ValueError with the nearest name."""
+    known = {m.name: m for m in MANOEUVRES}
+    wanted = set(names)
+    for name in sorted(wanted - set(known)):
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f", did you mean {near[0]!r}?" if near else f"; there are {', '.join(known)}"
+        raise ValueError(f"no manoeuvre called {name!r}{hint}")
+    return tuple(m for m in MANOEUVRES if m.name in wanted)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from pytest_dvp.reality_gap.candidates import Candidate
 from pytest_dvp.reality_gap.experiment import Values
-from pytest_dvp.reality_gap.manoeuvres.catalogue import CITY, MANOEUVRES
+from pytest_dvp.reality_gap.manoeuvres.catalogue import CITY, MANOEUVRES, Manoeuvre
 from pytest_dvp.reality_gap.manoeuvres.choice import (
     ENOUGH,
     MOST_REPEATS,
@@ -47,13 +47,13 @@ class Evidence:
 def decide(model: VehicleModel, hypotheses: Mapping[str, Values], noise: Mapping[str, float] | None = None,
            envelope: Envelope | None = None, *, near: Mapping[str, Values] | None = None,
            evidence: Evidence | None = None, shared: Values | None = None, effects: Sequence[Effect] = (),
-           ) -> Choice:  # fmt: skip
+           manoeuvres: Sequence[Manoeuvre] = MANOEUVRES) -> Choice:  # fmt: skip
     """The manoeuvre with the largest worst gap over all pairs; of those as good the shortest.
 
     hypotheses: effect -> its values as fitted; for one without values those with which it is most like the first in a
     drive about town (the first: in the middle of its range). near: effects that the logs hardly rule out, and more of
     other data would; noise: standard deviation by measured channel; shared: values of what is known beside; effects:
-    the user's own.
+    the user's own; manoeuvres: those that can be driven.
 
     Raises PlanError: no such effect, fewer than two, nothing fits the envelope.
     """
@@ -65,12 +65,12 @@ def decide(model: VehicleModel, hypotheses: Mapping[str, Values], noise: Mapping
     mine = _complete(asked, [known[name] for name in hypotheses], hypotheses)
     others = [*mine, *(Hypothesis(known[name], values) for name, values in (near or {}).items())]
     screened: list[tuple[float, Drive]] = []
-    for manoeuvre in MANOEUVRES:
+    for manoeuvre in manoeuvres:
         found = perform(manoeuvre, model, {**asked.shared, **mine[0].values}, envelope)
         if found is not None:
             screened.append((_screened(asked, found, mine, others, evidence), found))
     if not screened:
-        raise PlanError("no manoeuvre of the catalogue keeps within the envelope; widen it")
+        raise PlanError("no manoeuvre keeps within the envelope; widen it")
     screened.sort(key=lambda entry: -entry[0])
     best: list[_Looked] = []
     for gap, found in screened:
@@ -80,7 +80,7 @@ def decide(model: VehicleModel, hypotheses: Mapping[str, Values], noise: Mapping
         if drives:
             best.append(_Looked(asked, drives, mine, others, evidence))
     if not best:
-        raise PlanError("no manoeuvre of the catalogue keeps within the envelope with every rival; widen it")
+        raise PlanError("no manoeuvre keeps within the envelope with every rival; widen it")
     top = max(entry.worth for entry in best)
     chosen = min((entry for entry in best if entry.worth >= TIE * top), key=lambda entry: entry.drive.seconds)
     ranking = {found.manoeuvre.name: gap for gap, found in screened}

@@ -10,7 +10,7 @@ import numpy as np
 
 from pytest_dvp.reality_gap.candidates import Candidate, candidates
 from pytest_dvp.reality_gap.experiment import Values
-from pytest_dvp.reality_gap.manoeuvres.catalogue import MANOEUVRES
+from pytest_dvp.reality_gap.manoeuvres.catalogue import MANOEUVRES, Manoeuvre
 from pytest_dvp.reality_gap.manoeuvres.choice import ENOUGH, MOST_REPEATS, Asked, Choice, PlanError, sign_of, tried_on
 from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
 from pytest_dvp.reality_gap.manoeuvres.perform import Drive, perform
@@ -26,7 +26,7 @@ _PLENTY = 0.5  # of the largest change: shows it as well, so that the shorter dr
 
 def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float] | None = None,
            envelope: Envelope | None = None, *, shared: Values | None = None, effects: Sequence[Effect] = (),
-           beside: int = 0) -> tuple[Choice, ...]:  # fmt: skip
+           beside: int = 0, manoeuvres: Sequence[Manoeuvre] = MANOEUVRES) -> tuple[Choice, ...]:  # fmt: skip
     """The fewest manoeuvres that show every one of these effects, that which shows most of them first.
 
     An effect of typical size counts as shown if it changes chi^2/N three times as much as a diagnosis needs, and that
@@ -43,11 +43,11 @@ def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float]
     every = candidates(model, [*catalogue().values(), *effects])
     others = [_typical(c) for c in every if c.name not in known]
     tables = [
-        _Table(asked, drive, mine, others) for drive in (perform(m, model, asked.shared, envelope) for m in MANOEUVRES)
+        _Table(asked, drive, mine, others) for drive in (perform(m, model, asked.shared, envelope) for m in manoeuvres)
         if drive is not None
     ]  # fmt: skip
     if not tables:
-        raise PlanError("no manoeuvre of the catalogue keeps within the envelope; widen it")
+        raise PlanError("no manoeuvre keeps within the envelope; widen it")
     told = {n: max(t.distinct[n] for t in tables) >= ENOUGH for n in names}
 
     def worth(table: _Table, name: str) -> float:
@@ -73,7 +73,7 @@ def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float]
         chosen.append(Choice(tuple(shown), True, best.drive, gap, tuple(signs), ranking, repeats, weak))
         left = [n for n in left if n not in shown]
     if not chosen:
-        raise PlanError(f"no manoeuvre of the catalogue shows {', '.join(left)} within these limits")
+        raise PlanError(f"no manoeuvre shows {', '.join(left)} within these limits")
     if left:
         chosen[-1] = dataclasses.replace(chosen[-1], not_shown=tuple(left))
     return tuple(chosen)

@@ -88,11 +88,10 @@ def responder(model: VehicleModel) -> Respond:
     plant = Plant(model, dt=STEP, every=round(PERIOD / STEP))
     inputs, hold = model.inputs, round(PERIOD / STEP)
     row = np.zeros((1, 6))
-    scale, zero = inputs.steer_scale, inputs.steer_zero
     plain = inputs.longitudinal == ("accel_cmd",)
 
     def respond(wish: Wish) -> tuple[float, float, float, float, float]:
-        row[0, 0] = (wish.steer - zero) / scale
+        row[0, 0] = wish.steer  # a plant takes the angle, whatever scale its log column has
         if plain:
             row[0, 1] = wish.accel
         else:
