@@ -78,8 +78,9 @@ def _effect(effect: NamedEffect) -> str:
         return f"  - {effect.name}"
     values = ", ".join(f"{key} = {_estimate(estimate)}" for key, estimate in effect.parameters.items())
     sign = "+" if effect.action == "add" else "~"
+    of = "what the detections show" if effect.name.startswith("detection_") else "the error"
     rivals = f"; {', '.join(effect.rivals)} would do as well" if effect.rivals else ""
-    return f"  {sign} {effect.name}: {values}, explains {percent(effect.gain)} of the error{rivals}"
+    return f"  {sign} {effect.name}: {values}, explains {percent(effect.gain)} of {of}{rivals}"
 
 
 def percent(share: float) -> str:
