@@ -14,6 +14,7 @@ from pytest_dvp.reality_gap.signature_words import signature_lines
 from pytest_dvp.reality_gap.words import CAUSES, NOTHING_LEFT
 
 SHOWN = 3  # signals whose own error the ladder shows
+_SIGNS = {"add": "+", "change": "~", "remove": "-"}
 WIDTH = 112  # of a line, about
 
 
@@ -39,11 +40,11 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
     """One sentence that a reader understands who knows nothing of the method."""
     first, last = found.ladder[0].chi2_per_n, found.ladder[-1].chi2_per_n
     if found.verdict == "NOTHING_MISSING":
-        return f"{model} lacks nothing that these data show: what is left is sensor noise (chi²/N {_figure(last)})"
+        return f"{model} lacks nothing that these data show: what is left is sensor noise (chi²/N {figure(last)})"
     if found.verdict == "NOT_EXCITED":
         many = len(found.not_excited)
         return f"nothing was found missing in {model}, but this drive could not have shown {many} of the effects"
-    left = f"chi²/N {_figure(last)}{_worst(found)}"
+    left = f"chi²/N {figure(last)}{_worst(found)}"
     if found.verdict == "UNKNOWN":
         return f"{model} misses something that no effect of the catalogue explains ({left})"
     lacks = _lacks(found, model)
@@ -52,9 +53,9 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
     if found.verdict == "PARTIAL":
         share = _percent(1.0 - (last - 1.0) / max(first - 1.0, 1e-9))
         return f"{lacks}, which explains {share} of the error; the rest no effect of the catalogue explains ({left})"
-    if len(found.ladder) == 1:  # nothing but removals and effects on detections
-        return f"{lacks}; apart from that only sensor noise is left (chi²/N {_figure(last)})"
-    return f"{lacks}; after that only sensor noise is left (chi²/N {_figure(first)} -> {_figure(last)})"
+    if len(found.ladder) == 1:  # nothing but effects on detections
+        return f"{lacks}; apart from that only sensor noise is left (chi²/N {figure(last)})"
+    return f"{lacks}; after that only sensor noise is left (chi²/N {figure(first)} -> {figure(last)})"
 
 
 def extend_command(found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = ()) -> str:
@@ -79,6 +80,12 @@ def plan_command(found: Diagnosis, model: str, logs: Sequence[str], held_out: Se
         return ""
     judges = [word for log in held_out for word in ("--held-out", log)]
     return shlex.join(["dvp", "plan", *logs, *judges, "--model", model])
+
+
+def step_label(found: Diagnosis, step: Step) -> str:
+    """ "+ steer_delay", "~ mass", "- aero_drag", or the model as given."""
+    action = next((e.action for e in found.effects if e.name == step.added), "add")
+    return f"{_SIGNS[action]} {step.added}" if step.added else "model as given"
 
 
 def value(estimate: Estimate) -> str:
@@ -133,16 +140,19 @@ def _worst(found: Diagnosis) -> str:
     if not channels:
         return ""
     name = max(channels, key=lambda c: channels[c])
-    return f", worst {name} {_figure(channels[name])}"
+    return f", worst {name} {figure(channels[name])}"
 
 
 def _effects(found: Diagnosis) -> list[str]:
     fit, held = shares(found.ladder), shares(found.ladder, held_out=True)
     rows = [("effect", "", "value", "95 % interval", "unit", "explains", "held out", "cannot be told from")]
     for effect in found.effects:
-        name = {"add": "+ ", "change": "~ ", "remove": "- "}[effect.action] + effect.name
+        name = f"{_SIGNS[effect.action]} {effect.name}"
         rivals = ", ".join(effect.rivals) or ("the car does not have it" if effect.action == "remove" else "-")
         last = (_share(fit.get(effect.name)), _share(held.get(effect.name)), rivals)
+        if effect.action == "remove":
+            rows.append((name, "", "-", "-", "", *last))
+            continue
         for key, one in effect.parameters.items():
             row = (name, key, value(one), interval(one), one.unit)
             rows.append((*row, *last))
@@ -157,10 +167,10 @@ def _ladder(found: Diagnosis) -> list[str]:
     head = ("error after each step", "chi²/N", *(("held out",) if held else ()), *(f"{n} [{UNITS[n]}]" for n in names))
     rows = [head]
     for step in steps:
-        rest = (_figure(step.held_out_chi2_per_n),) if held else ()
-        label = f"+ {step.added}" if step.added else "model as given"
-        rows.append((label, _figure(step.chi2_per_n), *rest, *(_three(step.rmse[n]) for n in names)))
-    rows.append(("sensor noise", "1", *(("1",) if held else ()), *(_three(found.noise_floor[n]) for n in names)))
+        rest = (figure(step.held_out_chi2_per_n),) if held else ()
+        label = step_label(found, step)
+        rows.append((label, figure(step.chi2_per_n), *rest, *(three(step.rmse[n]) for n in names)))
+    rows.append(("sensor noise", "1", *(("1",) if held else ()), *(three(found.noise_floor[n]) for n in names)))
     return _table(rows, "l" + "r" * (len(head) - 1))
 
 
@@ -215,7 +225,7 @@ def _digits(estimate: Estimate) -> int:
     return next((digits for digits in range(most) if width * 10.0**digits >= 0.95), most)
 
 
-def _three(number: float) -> str:
+def three(number: float) -> str:
     """Three figures, zeros too."""
     return f"{number:#.3g}".rstrip(".")
 
@@ -228,7 +238,7 @@ def _percent(share: float) -> str:
     return f"{100.0 * share:.0f} %" if abs(share) >= 0.0095 or share == 0.0 else f"{100.0 * share:.1f} %"
 
 
-def _figure(number: float | None) -> str:
+def figure(number: float | None) -> str:
     if number is None:
         return "-"
     return f"{number:.2f}" if number < 9.995 else f"{number:.1f}" if number < 99.95 else f"{number:.0f}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from pytest_dvp.reality_gap.diagnosis import Estimate, NamedEffect
-from pytest_dvp.reality_gap.diagnosis_words import interval, value
+from pytest_dvp.reality_gap.diagnosis_words import figure, interval, three, value
 from pytest_dvp.reality_gap.extension import Extension, Rung
 from pytest_dvp.reality_gap.gate_changes import GateChange
 from pytest_dvp.reality_gap.segments import UNITS
@@ -32,11 +32,11 @@ def ladder(rungs: Sequence[Rung], noise: Mapping[str, float]) -> list[str]:
     rows = [["", "", "chi²/N", *(f"{name} [{UNITS[name]}]" for name in signals)]]
     for rung in rungs:
         step = rung.step
-        rows.append(["fit", rung.change or "model as given", f"{step.chi2_per_n:.3g}", *_row(step.rmse, signals)])
+        rows.append(["fit", rung.change or "model as given", figure(step.chi2_per_n), *_row(step.rmse, signals)])
     for rung in rungs:
         step = rung.step
         if step.held_out_chi2_per_n is not None:
-            chi2 = f"{step.held_out_chi2_per_n:.3g}"
+            chi2 = figure(step.held_out_chi2_per_n)
             rows.append(["held out", rung.change or "model as given", chi2, *_row(step.held_out_rmse, signals)])
     rows.append(["noise", "", "1", *_row(noise, signals)])
     merged = [[f"{row[0]:8}  {row[1]}", *row[2:]] for row in rows]
@@ -49,18 +49,18 @@ def rest(found: Extension) -> str:
     last = found.ladder[-1].step
     if found.explained:
         return (
-            f"what is left is white and no more than the sensors' noise (chi²/N {last.chi2_per_n:.3g}): stop here, "
+            f"what is left is white and no more than the sensors' noise (chi²/N {figure(last.chi2_per_n)}): stop here, "
             "more effects would fit noise"
         )
     held = last.held_out_chi2_per_n or 0.0
     if held > NOTHING_LEFT and held > 1.1 * last.chi2_per_n:
         return (
-            f"more is missing: chi²/N {last.chi2_per_n:.3g} where the model was fitted, {held:.3g} on held-out data; "
+            f"more is missing: chi²/N {figure(last.chi2_per_n)} where it was fitted, {figure(held)} on held-out data; "
             "perhaps another effect that only looks like this one here: dvp diagnose with all logs tells"
         )
     worst = max(last.channels, key=lambda name: last.channels[name])
     return (
-        f"more is missing: chi²/N {last.chi2_per_n:.3g}, most in {worst} ({last.channels[worst]:.3g}): "
+        f"more is missing: chi²/N {figure(last.chi2_per_n)}, most in {worst} ({figure(last.channels[worst])}): "
         "dvp diagnose with the new model looks for it"
     )
 
@@ -70,7 +70,7 @@ def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _row(values: Mapping[str, float], signals: Sequence[str]) -> list[str]:
-    return [f"{values[name]:.3g}" if name in values else "-" for name in signals]
+    return [three(values[name]) if name in values else "-" for name in signals]
 
 
 def _effect(effect: NamedEffect) -> str:

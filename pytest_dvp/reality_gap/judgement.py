@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import Candidate
 from pytest_dvp.reality_gap.diagnosis import Estimate, NamedEffect, Step
+from pytest_dvp.reality_gap.diagnosis_words import figure
 from pytest_dvp.reality_gap.fit import intervals
 from pytest_dvp.reality_gap.held_out import ROUNDING, Fold, predicted, shows
 from pytest_dvp.reality_gap.search import FIRST, PRACTICAL, Search, Trial
@@ -45,8 +46,8 @@ def judge_addition(
     if gain < (PRACTICAL if rest else FIRST) * max(1.0, final.chi2 / search.count):
         beside = f" beside {', '.join(rest)}" if rest else ""
         return Judged(effect, wrong=(
-            f"{name} explains too little{beside} to be worth an effect: chi^2/N {less.chi2 / search.count:.3g} "
-            f"without it, {final.chi2 / search.count:.3g} with it; leave it out, or drive what would show it: "
+            f"{name} explains too little{beside} to be worth an effect: chi²/N {figure(less.chi2 / search.count)} "
+            f"without it, {figure(final.chi2 / search.count)} with it; leave it out, or drive what would show it: "
             f"{candidate.effect.reveals}"
         ))  # fmt: skip
     before = after = 0.0
@@ -66,8 +67,8 @@ def judge_addition(
     effect = dataclasses.replace(effect, held_out_gain=before - after)
     if after - before > ROUNDING * max(1.0, before):
         return Judged(effect, wrong=(
-            f"{name} loses on held-out data, chi^2/N {before:.3g} -> {after:.3g} ({_percent(before, after)}), though "
-            f"it gains where it is fitted ({_percent(less.chi2, final.chi2)}): leave it out, or fit it on more logs"
+            f"{name} loses on held-out data, chi²/N {figure(before)} -> {figure(after)} ({_percent(before, after)}), "
+            f"though it gains where it is fitted ({_percent(less.chi2, final.chi2)}): leave it out, or fit it on more logs"
         ))  # fmt: skip
     if before - after < ROUNDING * max(1.0, before):
         return Judged(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")
@@ -89,7 +90,7 @@ def judge_removal(search: Search, final: Trial, name: str, model: VehicleModel, 
         effect = dataclasses.replace(effect, held_out_gain=with_it - without if each is not search.target else None)
         if without - with_it > PRACTICAL * max(1.0, with_it):
             return Judged(effect, wrong=(
-                f"without {name} the error on {called} grows, chi^2/N {with_it:.3g} -> {without:.3g} "
+                f"without {name} the error on {called} grows, chi²/N {figure(with_it)} -> {figure(without)} "
                 f"({_percent(with_it, without)}): keep it"
             ))  # fmt: skip
     return Judged(effect)
@@ -101,8 +102,8 @@ def worse_together(steps: Sequence[Step]) -> list[str]:
     if before is None or after is None or after - before <= ROUNDING * max(1.0, before):
         return []
     return [
-        f"the new model loses on held-out data, chi^2/N {before:.3g} -> {after:.3g} ({_percent(before, after)}): "
-        "fit on more logs, or fewer values"
+        f"the new model loses on held-out data, chi²/N {figure(before)} -> {figure(after)} "
+        f"({_percent(before, after)}): fit on more logs, or fewer values"
     ]
 
 

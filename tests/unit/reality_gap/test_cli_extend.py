@@ -115,7 +115,7 @@ def test_held_out_loss_writes_nothing_and_keeps_what_was_there(here: Path, capsy
     assert extend("--fit", "one.csv", "--held-out", "prompt.csv") == 1
     told = capsys.readouterr()
     assert told.err.count("\n") == 1
-    assert "new.toml is not written: steer_delay loses on held-out data, chi^2/N 1" in told.err
+    assert "new.toml is not written: steer_delay loses on held-out data, chi²/N 1" in told.err
     assert (here / "new.toml").read_text() == "# mine\n"
 
 

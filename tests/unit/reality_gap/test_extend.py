@@ -107,7 +107,7 @@ def test_loss_on_held_out_data_is_refused() -> None:
     found = extend(logs(a=one), model(), add=["gyro_bias"], held_out=logs(b=other))
     before, after = (rung.step for rung in (found.ladder[0], found.ladder[-1]))
     assert after.chi2_per_n < before.chi2_per_n
-    assert found.refusal.startswith("gyro_bias loses on held-out data, chi^2/N ")
+    assert found.refusal.startswith("gyro_bias loses on held-out data, chi²/N ")
     assert "leave it out" in found.refusal
     assert "\n" not in found.refusal
 
@@ -134,7 +134,7 @@ def test_effect_that_the_car_lacks_can_be_removed() -> None:
 
 def test_effect_that_the_car_has_is_not_removed() -> None:
     found = extend(logs(a=town(DELAY)), model(DELAY), remove=["steer_delay"])
-    assert found.refusal.startswith("without steer_delay the error on the data fitted on grows, chi^2/N 1")
+    assert found.refusal.startswith("without steer_delay the error on the data fitted on grows, chi²/N 1")
 
 
 def test_scale_of_a_normalised_input_is_fitted_along() -> None:
