@@ -11,7 +11,7 @@ import numpy as np
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import candidates
-from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Verdict
+from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.reality_gap.equation_error import votes
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
 from pytest_dvp.reality_gap.fit import intervals
@@ -66,8 +66,12 @@ def diagnose(
     final = found.final
     sure = intervals(final.found, search.starts, target.exact(final.values))
     trials = _ladder(search, final)
-    steps = tuple(step(search, trial, judges) for trial in trials)
-    excess = max(trials[0].chi2 - search.count, 1e-9 * search.count)
+    gone = tuple(dict.fromkeys(name for name, _ in removed))
+    steps = [
+        *_given(search, gone, judges),
+        *(step(search, trial, judges, added=(trial.names or gone or ("",))[-1]) for trial in trials),
+    ]
+    excess = max(steps[0].chi2_per_n - 1.0, 1e-9) * search.count
     present = {a.name for a in model.effects}
     named = tuple(
         NamedEffect(
@@ -79,7 +83,10 @@ def diagnose(
             held_out_gain=gains.get(after.names[-1]),
         )
         for before, after in itertools.pairwise(trials)
-    ) + tuple(_removal(name, known[name]) for name in dict.fromkeys(name for name, _ in search.fixed))
+    ) + tuple(
+        _removal(known[name], (steps[k].chi2_per_n - steps[k + 1].chi2_per_n) * search.count / excess)
+        for k, name in enumerate(gone)
+    )
     named += diagnose_perceptions(logs.values(), model)
     channels = target.by_channel(final.values)
     verdict = _verdict(final.chi2 / search.count, channels, named, found, len(tried))
@@ -87,7 +94,7 @@ def diagnose(
         verdict=verdict,
         effects=named,
         not_excited=found.not_excited,
-        ladder=steps,
+        ladder=tuple(steps),
         noise_floor=target.noise(),
         signature=signature(target, final.values) if verdict in ("PARTIAL", "UNKNOWN") else {},
         vetoed=vetoed,
@@ -166,6 +173,16 @@ def _ladder(search: Search, final: Trial) -> list[Trial]:
     return steps
 
 
+def _given(search: Search, gone: Sequence[str], judges: Sequence[Fold]) -> list[Step]:
+    """The model as given and without one more of its effects that the car lacks, up to the last of them."""
+    steps = []
+    for k in range(len(gone)):
+        off = {key: value for key, value in search.fixed.items() if key[0] in gone[:k]}
+        part = Search(search.target, (), nuisance=search.nuisance, start=search.start, fixed=off)
+        steps.append(step(part, part.trial((), part.start), judges, added=gone[k - 1] if k else ""))
+    return steps
+
+
 def _estimates(trial: Trial, sure: Mapping[tuple[str, str], tuple[float, float]], name: str) -> dict[str, Estimate]:
     found = {}
     for c in trial.found.coordinates:
@@ -189,7 +206,7 @@ def _folded(found: Mapping[str, Estimate]) -> dict[str, Estimate]:
     }
 
 
-def _removal(name: str, effect: Effect) -> NamedEffect:
+def _removal(effect: Effect, gain: float) -> NamedEffect:
     off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in effect.parameters}
     action: Action = "remove"
-    return NamedEffect(name=name, parameters=off, action=action)
+    return NamedEffect(name=effect.name, parameters=off, gain=min(max(gain, 0.0), 1.0), action=action)

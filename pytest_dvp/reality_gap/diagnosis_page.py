@@ -11,7 +11,15 @@ import numpy as np
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect
-from pytest_dvp.reality_gap.diagnosis_words import causes, extend_command, headline, interval, plan_command, value
+from pytest_dvp.reality_gap.diagnosis_words import (
+    causes,
+    extend_command,
+    headline,
+    interval,
+    plan_command,
+    step_label,
+    value,
+)
 from pytest_dvp.reality_gap.experiment import Campaign, Experiment, Values
 from pytest_dvp.reality_gap.null_line import null_line
 from pytest_dvp.reality_gap.segments import CHANNELS, UNITS
@@ -72,8 +80,7 @@ def diagnosis_page(
         "vetoed": list(found.vetoed),
         "fitted_along": [f"{key} = {value(e)} ({interval(e)})" for key, e in found.input_map.items()],
         "ladder": [
-            {"label": f"+ {s.added}" if s.added else "model as given", "fit": s.chi2_per_n,
-             "held_out": s.held_out_chi2_per_n}
+            {"label": step_label(found, s), "fit": s.chi2_per_n, "held_out": s.held_out_chi2_per_n}
             for s in found.ladder
         ],
         "null_line": _null_level(found, drawn, known) if found.effects else None,
@@ -130,9 +137,7 @@ def _not_shown(name: str, known: Mapping[str, Effect]) -> dict[str, str]:
 
 def _drawn(found: Diagnosis, logs: Mapping[str, Log], held_out: Mapping[str, Log], model: VehicleModel,
            effects: Sequence[Effect]) -> list[_Drawn]:  # fmt: skip
-    removed = {e.name for e in found.effects if e.action == "remove"}
-    before = {key: value for key, value in found.ladder[0].values.items() if key[0] not in removed}
-    after = found.values or found.ladder[-1].values
+    before, after = found.ladder[0].values, found.values or found.ladder[-1].values
     drawn: list[_Drawn] = []
     for name, log, held in [*((n, g, False) for n, g in logs.items()), *((n, g, True) for n, g in held_out.items())]:
         if len(drawn) == MOST_LOGS:

@@ -15,6 +15,7 @@ from pytest_dvp.cli import main
 from pytest_dvp.reality_gap.diagnose import diagnose
 from pytest_dvp.reality_gap.diagnosis_page import diagnosis_page
 from tests.truth.generate import make_log, write_csv
+from vehicle.model.model_file import parse_model
 
 GAIN = 0.85
 
@@ -68,6 +69,24 @@ def test_the_command_adds_what_was_found(page: dict[str, Any]) -> None:
         "dvp extend --model models/car.toml --add brake_gain --fit logs/a.csv --held-out logs/b.csv "
         "--out car.extended.toml"
     )
+
+
+def test_the_ladder_begins_with_the_model_as_given_where_an_effect_is_to_go() -> None:
+    """A bias that the car does not have: 0.03 rad of heading at a noise of 0.005 rad is chi^2/N 37 of that channel."""
+    model = parse_model(
+        "[model]\n[parameters]\nwheelbase = 2.5\ncg_to_front_axle = 1.2\nmass = 1200.0\n"
+        "[[effect]]\nname = 'heading_bias'\n[effect.parameters.b]\nvalue = 0.03\nunit = 'rad'\n"
+    )
+    logs = {"a.csv": drive()}
+    found = diagnose(logs, model, held_out={"b.csv": drive(seed=2)})
+    assert [(e.name, e.action) for e in found.effects] == [("heading_bias", "remove")]
+    assert [step.added for step in found.ladder] == ["", "heading_bias"]
+    assert found.ladder[0].channels["yaw"] > 5.0
+    assert found.ladder[1].channels["yaw"] == pytest.approx(1.0, abs=0.15)
+    page = diagnosis_page(dataclasses.replace(found, null_line=0.1), logs, model)
+    assert [step["label"] for step in page["ladder"]] == ["model as given", "- heading_bias"]
+    assert page["effects"][0]["fit"]["value"] == pytest.approx(1.0, abs=0.1)
+    assert "--remove heading_bias" in page["command"]
 
 
 def test_a_model_that_lacks_nothing_shows_its_worst_seconds_and_no_command() -> None:
