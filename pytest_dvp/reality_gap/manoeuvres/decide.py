@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from pytest_dvp.reality_gap.candidates import Candidate
 from pytest_dvp.reality_gap.experiment import Values
@@ -28,6 +28,8 @@ from pytest_dvp.reality_gap.search import PRACTICAL
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
+
+_Gaps: TypeAlias = dict[tuple[str, str], float]  # (truth, other) -> gap in chi^2/N
 
 _LOOKED_AT = 2  # manoeuvres that are fitted, not only looked at to first order
 
@@ -64,38 +66,50 @@ def decide(model: VehicleModel, hypotheses: Mapping[str, Values], noise: Mapping
     asked = Asked(model, noise, envelope, dict(shared or {}), tuple(effects))
     mine = _complete(asked, [known[name] for name in hypotheses], hypotheses)
     others = [*mine, *(Hypothesis(known[name], values) for name, values in (near or {}).items())]
-    screened: list[tuple[float, Drive]] = []
-    for manoeuvre in manoeuvres:
-        found = perform(manoeuvre, model, {**asked.shared, **mine[0].values}, envelope)
-        if found is not None:
-            screened.append((_screened(asked, found, mine, others, evidence), found))
+    drives = [perform(m, model, {**asked.shared, **mine[0].values}, envelope) for m in manoeuvres]
+    screened = [(_screened(asked, drive, mine, others, evidence), drive) for drive in drives if drive is not None]
     if not screened:
         raise PlanError("no manoeuvre keeps within the envelope; widen it")
-    screened.sort(key=lambda entry: -entry[0])
+    tied = _tied(set(hypotheses), [gaps for gaps, _ in screened])
+    ranked = sorted(((_least(gaps, tied), drive) for gaps, drive in screened), key=lambda entry: -entry[0])
     best: list[_Looked] = []
-    for gap, found in screened:
+    for gap, drive in ranked:
         if len(best) == _LOOKED_AT or (best and gap < TIE * max(entry.worth for entry in best)):
             break
-        drives = _together(asked, found, mine)
-        if drives:
-            best.append(_Looked(asked, drives, mine, others, evidence))
+        every = _together(asked, drive, mine)
+        if every:
+            best.append(_Looked(asked, every, mine, others, evidence, tied))
     if not best:
         raise PlanError("no manoeuvre keeps within the envelope with every rival; widen it")
     top = max(entry.worth for entry in best)
     chosen = min((entry for entry in best if entry.worth >= TIE * top), key=lambda entry: entry.drive.seconds)
-    ranking = {found.manoeuvre.name: gap for gap, found in screened}
-    worths = [chosen.joint(k) for k in range(1, MOST_REPEATS + 1)]
-    repeats = next((k for k, worth in enumerate(worths, 1) if worth >= ENOUGH), 3)
-    return Choice(tuple(hypotheses), False, chosen.drive, chosen.signs[0].gap, chosen.signs, ranking, repeats,
-                  worths[repeats - 1] < PRACTICAL)  # fmt: skip
+    ranking = {drive.manoeuvre.name: gap for gap, drive in ranked}
+    repeats = next((k for k in range(1, MOST_REPEATS + 1) if chosen.joint(k) >= ENOUGH), MOST_REPEATS)
+    # what nothing tells from the best explanation does not bear on the choice, but it does on what comes of it
+    open_still = min((gap for pair, gap in chosen.gaps(repeats).items() if pair[0] == mine[0].name), default=ENOUGH)
+    signs = tuple(s for s in chosen.signs if s.other in hypotheses)
+    weak = min(chosen.joint(repeats), open_still) < PRACTICAL
+    return Choice(tuple(hypotheses), False, chosen.drive, signs[0].gap, signs, ranking, repeats, weak)
+
+
+def _tied(asked_for: set[str], screened: Sequence[_Gaps]) -> set[tuple[str, str]]:
+    """Pairs with an effect that was not asked about, which no manoeuvre tells apart."""
+    return {
+        pair for pair in screened[0]
+        if pair[1] not in asked_for and max(gaps[pair] for gaps in screened) < PRACTICAL
+    }  # fmt: skip
+
+
+def _least(gaps: _Gaps, tied: set[tuple[str, str]]) -> float:
+    return min(gap for pair, gap in gaps.items() if pair not in tied)
 
 
 class _Looked:
     """A manoeuvre with every rival's refit to what each would show. signs: every pair, the least gap first."""
 
     def __init__(self, asked: Asked, drives: Sequence[Drive], mine: Sequence[Hypothesis], others: Sequence[Hypothesis],
-                 evidence: Evidence) -> None:  # fmt: skip
-        self.drive, self._evidence, self._count = drives[0], evidence, 1
+                 evidence: Evidence, tied: set[tuple[str, str]]) -> None:  # fmt: skip
+        self.drive, self._evidence, self._count, self._tied = drives[0], evidence, 1, tied
         signs = []
         for drive, truth in zip(drives, mine, strict=True):
             rehearsal = asked.rehearse(drive, truth.values)
@@ -106,9 +120,15 @@ class _Looked:
         self.signs: tuple[Sign, ...] = tuple(sorted(signs, key=lambda s: s.gap))
         self.worth = self.joint(1)
 
+    def gaps(self, repeats: int) -> _Gaps:
+        """The gap of every pair in the logs there are and these drives together."""
+        return {
+            (s.truth, s.other): self._evidence.joint(s.truth, s.other, s.gap, self._count, repeats) for s in self.signs
+        }
+
     def joint(self, repeats: int) -> float:
-        """The least gap of all pairs in the logs there are and these drives together."""
-        return min(self._evidence.joint(s.truth, s.other, s.gap, self._count, repeats) for s in self.signs)
+        """The least of them, but for what nothing tells apart."""
+        return _least(self.gaps(repeats), self._tied)
 
 
 def _complete(asked: Asked, wanted: Sequence[Candidate], given: Mapping[str, Values]) -> list[Hypothesis]:
@@ -131,16 +151,18 @@ def _complete(asked: Asked, wanted: Sequence[Candidate], given: Mapping[str, Val
 
 
 def _screened(asked: Asked, drive: Drive, mine: Sequence[Hypothesis], others: Sequence[Hypothesis],
-              evidence: Evidence) -> float:  # fmt: skip
-    """The least joint gap of all pairs, to first order."""
+              evidence: Evidence) -> _Gaps:  # fmt: skip
+    """The joint gaps of all pairs, to first order."""
     rehearsal = asked.rehearse(drive, mine[0].values)
     at = [rehearsal.whitened(h.values) for h in others]
     tangents = [rehearsal.tangent(h, r) for h, r in zip(others, at, strict=True)]
     count = rehearsal.count
-    return min(
-        evidence.joint(truth.name, other.name, apart(at[b] - at[a], tangents[b]) / count, count)
+    return {
+        (truth.name, other.name): evidence.joint(
+            truth.name, other.name, apart(at[b] - at[a], tangents[b]) / count, count
+        )
         for (a, truth), (b, other) in itertools.product(enumerate(mine), enumerate(others)) if a != b
-    )  # fmt: skip
+    }  # fmt: skip
 
 
 def _together(asked: Asked, drive: Drive, mine: Sequence[Hypothesis]) -> list[Drive]:

@@ -68,7 +68,7 @@ def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float]
         ranking = {t.drive.manoeuvre.name: min(worth(t, n) for n in shown) for t in tables}
         gap, count = signs[0].gap, best.rehearsal.count
         joint = [k * gap * count / (beside + k * count) for k in range(1, MOST_REPEATS + 1)]
-        repeats = next((k for k, value in enumerate(joint, 1) if value >= ENOUGH), 3)
+        repeats = next((k for k, value in enumerate(joint, 1) if value >= ENOUGH), MOST_REPEATS)
         weak = joint[repeats - 1] < PRACTICAL
         chosen.append(Choice(tuple(shown), True, best.drive, gap, tuple(signs), ranking, repeats, weak))
         left = [n for n in left if n not in shown]
