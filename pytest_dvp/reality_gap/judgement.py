@@ -68,7 +68,7 @@ def judge_addition(
     if after - before > ROUNDING * max(1.0, before):
         return Judged(effect, wrong=(
             f"{name} loses on held-out data, chi²/N {figure(before)} -> {figure(after)} ({_percent(before, after)}), "
-            f"though it gains where it is fitted ({_percent(less.chi2, final.chi2)}): leave it out, or fit it on more logs"
+            f"though it gains where it is fitted ({_percent(less.chi2, final.chi2)}): leave it out, or fit on more logs"
         ))  # fmt: skip
     if before - after < ROUNDING * max(1.0, before):
         return Judged(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")
