@@ -83,6 +83,13 @@ def test_a_share_that_the_held_out_data_cannot_show_is_said_and_not_drawn_as_zer
     assert 'class="held"' not in text
 
 
+def test_an_effect_to_remove_is_not_called_lacking() -> None:
+    seen = visible(render_diagnosis_report(page(effects=[effect(action="remove")])))
+    assert "the car does not have it" in seen
+    assert "What the model lacks" not in seen
+    assert "T = 0.249" not in seen
+
+
 def test_an_effect_on_detections_has_no_share_of_the_motion() -> None:
     text = render_diagnosis_report(page(effects=[effect("detection_latency", apart=True, fit=None, held_out=None)]))
     assert "judged on detected objects" in visible(text)
