@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytest_dvp.log import FloatArray
+from pytest_dvp.reality_gap.algebra import along, orthonormal, square
 from pytest_dvp.reality_gap.candidates import Candidate
 from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.projection import IntArray
 from pytest_dvp.reality_gap.segments import CHANNELS
 
-DRAWS = 20
+DRAWS = 40
 QUANTILE = 0.95
 _SEED = 11
 _CHANGE = 1e-7  # of chi^2/N, below which an effect does nothing here
@@ -25,7 +26,7 @@ def null_line(target: Campaign, values: Values, tried: Sequence[Candidate], *, j
 
     A surrogate has the spectrum of the error in each channel and segment, and random phases: what an effect explains of
     it, it explains by chance. Of each surrogate the best first-order gain over all effects and all points at which a
-    search would try them; of `draws` surrogates the 95 % quantile. `jacobian` (N, p): what fitted parameters do, which
+    search would try them; of `draws` surrogates the 95 % quantile. `jacobian` (p, N): what fitted parameters do, which
     is taken out first. An effect that gains no more than this has not been found. 0 if the error is zero.
 
     Source: J. Theiler et al., Testing for nonlinearity in time series: the method of surrogate data, Physica D 58
@@ -34,8 +35,10 @@ def null_line(target: Campaign, values: Values, tried: Sequence[Candidate], *, j
     r = target.whitened(values)
     count = max(target.count, 1)
     kept = np.flatnonzero(r)
-    basis = None if jacobian is None or not jacobian.shape[1] else _basis(jacobian[kept])
-    surrogates = np.ascontiguousarray(_without(basis, _surrogates(r, _pieces(target), draws)[kept]).T)
+    basis = orthonormal(jacobian[:, kept] if jacobian is not None else np.zeros((0, len(kept))))
+    surrogates = _surrogates(r, _pieces(target), draws)[:, kept]
+    for one in surrogates:
+        one -= _within(basis, one)
     best = np.zeros(draws)
     present = {name for name, _ in values}
     for candidate in tried:
@@ -43,24 +46,22 @@ def null_line(target: Campaign, values: Values, tried: Sequence[Candidate], *, j
             continue
         for point in candidate.coarse:
             change = (target.whitened({**values, **point}) - r)[kept]
-            whole = float(change @ change)
+            whole = square(change)
             if not np.isfinite(whole) or whole / count < _CHANGE:
                 break  # the strongest comes first
-            change = _without(basis, change)
-            size = float(change @ change)
+            change = change - _within(basis, change)
+            size = square(change)
             if size > _NEW * whole:
-                best = np.maximum(best, np.einsum("ij,j->i", surrogates, change) ** 2 / size)
+                best = np.maximum(best, along(surrogates, change) ** 2 / size)
     return float(np.quantile(best, QUANTILE)) / count
 
 
-def _without(basis: FloatArray | None, columns: FloatArray) -> FloatArray:
-    return columns if basis is None else columns - basis @ (basis.T @ columns)
-
-
-def _basis(jacobian: FloatArray) -> FloatArray:
-    q, r = np.linalg.qr(jacobian)
-    size = np.abs(np.diag(r))
-    return np.ascontiguousarray(q[:, size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)])
+def _within(basis: FloatArray, row: FloatArray) -> FloatArray:
+    """The part of a row (N,) that lies in the span of the basis (q, N)."""
+    found = np.zeros_like(row)
+    for direction, share in zip(basis, along(basis, row), strict=True):
+        found += share * direction
+    return found
 
 
 def _pieces(target: Campaign) -> list[IntArray]:
@@ -75,17 +76,17 @@ def _pieces(target: Campaign) -> list[IntArray]:
 
 
 def _surrogates(r: FloatArray, pieces: Sequence[IntArray], draws: int) -> FloatArray:
-    """(N, draws): each piece of r with its spectrum and its sum of squares, and random phases; zeros stay."""
+    """(draws, N): each piece of r with its spectrum and its sum of squares, and random phases; zeros stay."""
     rng = np.random.default_rng(_SEED)
-    found = np.zeros((len(r), draws))
+    found = np.zeros((draws, len(r)))
     for piece in pieces:
         own = piece[r[piece] != 0.0]
         n = len(own)
         if n < 4:
             continue
-        spectrum = np.abs(np.fft.rfft(r[own]))[:, None] * np.exp(2j * np.pi * rng.random((n // 2 + 1, draws)))
-        spectrum[0] = np.abs(spectrum[0]) * rng.choice([-1.0, 1.0], draws)
+        spectrum = np.abs(np.fft.rfft(r[own])) * np.exp(2j * np.pi * rng.random((draws, n // 2 + 1)))
+        spectrum[:, 0] = np.abs(spectrum[:, 0]) * rng.choice([-1.0, 1.0], draws)
         if n % 2 == 0:
-            spectrum[-1] = np.abs(spectrum[-1]) * rng.choice([-1.0, 1.0], draws)
-        found[own] = np.fft.irfft(spectrum, n, axis=0)
+            spectrum[:, -1] = np.abs(spectrum[:, -1]) * rng.choice([-1.0, 1.0], draws)
+        found[:, own] = np.fft.irfft(spectrum, n, axis=1)
     return found

@@ -10,8 +10,10 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numba import njit
 
 from pytest_dvp.log import FloatArray
+from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.error_terms import Axis, Term
 from pytest_dvp.reality_gap.experiment import Campaign, Experiment
 from pytest_dvp.reality_gap.motion import Motion
@@ -78,9 +80,8 @@ def term_sums(axis: Axis, target: Campaign, rest: Sequence[FloatArray], motions:
                 yy, xx = y[first:end][known], x[first:end][known]
                 if free_start and len(yy):
                     yy, xx = yy - yy.mean(), xx - xx.mean(axis=0)
-                a[fold] += xx.T @ xx
-                b[fold] += xx.T @ yy
-                chi2_here += float(yy @ yy)
+                _add(a[fold], b[fold], np.ascontiguousarray(xx), yy)
+                chi2_here += square(yy)
                 count_here += len(yy)
             chi2.append(chi2_here)
             count.append(count_here)
@@ -101,6 +102,19 @@ def _rows(axis: Axis, e: Experiment, rest: FloatArray, m: Motion,
         k = CHANNELS.index(name)
         integral = np.cumsum(phi * np.append(np.diff(m.t), 0.0)[:, None], axis=0)
         yield rest[:, k] / e.sigma[k], integral / e.sigma[k], True
+
+
+@njit(cache=True, error_model="numpy")
+def _add(a: FloatArray, b: FloatArray, x: FloatArray, y: FloatArray) -> None:
+    """a (p, p) += x'x, b (p,) += x'y, for x (n, p); in one thread, see `algebra`."""
+    n, p = x.shape
+    for i in range(n):
+        for j in range(p):
+            b[j] += x[i, j] * y[i]
+            factor = x[i, j]
+            if factor != 0.0:
+                for k in range(p):
+                    a[j, k] += factor * x[i, k]
 
 
 def _solved(a: FloatArray, b: FloatArray) -> FloatArray:

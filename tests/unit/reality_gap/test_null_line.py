@@ -36,7 +36,10 @@ def target(model: VehicleModel, effects: Effects) -> Campaign:
 
 
 def tried(model: VehicleModel) -> tuple[Candidate, ...]:
-    return candidates(model, catalogue().values())
+    """A tenth of the catalogue would do for the principle; these act on every channel."""
+    some = ("drive_lag", "brake_gain", "aero_drag", "road_grade", "steer_delay", "steer_offset", "understeer",
+            "gyro_bias", "accelerometer_bias", "roll", "gnss_lever_arm", "wheel_radius")  # fmt: skip
+    return candidates(model, [catalogue()[name] for name in some])
 
 
 @pytest.fixture(scope="module")
@@ -45,9 +48,8 @@ def noise(model: VehicleModel) -> Campaign:
 
 
 def test_of_white_noise_next_to_nothing_can_be_bought(model: VehicleModel, noise: Campaign) -> None:
-    """The best of m independent directions takes the largest of m squares of standard normals away: with m from 10 to
-    1000 its 95 % quantile is 7.8 to 16.5, of N samples. Directions that are alike count as one, drift of the positions
-    is a little more than noise: between 4 and 40."""
+    """The best of m independent directions takes the largest of m squares of standard normals away: with m from 5 to
+    100 its 95 % quantile is 6.6 to 12.1, of N samples. Drift of the positions is a little more than noise: 4 to 40."""
     line = null_line(noise, {}, tried(model))
     assert 4.0 / noise.count < line < 40.0 / noise.count
 
@@ -63,7 +65,7 @@ def test_a_slow_error_of_the_same_size_buys_more_than_a_white_one(model: Vehicle
     """What is left of a fading brake is slow, like what effects do."""
     slow = target(model, {"brake_fade": {"drop": 0.6, "heat": 60.0}})
     chi2 = float(slow.whitened({}) @ slow.whitened({})) / slow.count
-    assert null_line(slow, {}, tried(model)) > 3.0 * chi2 * 16.5 / slow.count
+    assert null_line(slow, {}, tried(model)) > 3.0 * chi2 * 12.1 / slow.count
 
 
 def test_surrogate_keeps_the_spectrum_of_every_channel_and_segment(noise: Campaign) -> None:
@@ -72,8 +74,8 @@ def test_surrogate_keeps_the_spectrum_of_every_channel_and_segment(noise: Campai
     twins = _surrogates(r, pieces, 3)
     for piece in pieces[:20]:
         own = piece[r[piece] != 0.0]
-        assert np.abs(np.fft.rfft(twins[own, 1])) == pytest.approx(np.abs(np.fft.rfft(r[own])), rel=1e-6, abs=1e-9)
-    assert not twins[r == 0.0].any()
+        assert np.abs(np.fft.rfft(twins[1, own])) == pytest.approx(np.abs(np.fft.rfft(r[own])), rel=1e-6, abs=1e-9)
+    assert not twins[:, r == 0.0].any()
 
 
 def test_surrogates_differ_from_the_error_and_from_each_other(noise: Campaign) -> None:
@@ -83,7 +85,7 @@ def test_surrogates_differ_from_the_error_and_from_each_other(noise: Campaign) -
     def alike(a: FloatArray, b: FloatArray) -> float:
         return abs(float(a @ b)) / float(r @ r)
 
-    assert max(alike(twins[:, 0], r), alike(twins[:, 1], r), alike(twins[:, 0], twins[:, 1])) < 0.05
+    assert max(alike(twins[0], r), alike(twins[1], r), alike(twins[0], twins[1])) < 0.05
 
 
 def test_fitted_parameters_are_taken_out(model: VehicleModel, noise: Campaign) -> None:
@@ -92,9 +94,9 @@ def test_fitted_parameters_are_taken_out(model: VehicleModel, noise: Campaign) -
     (whole,) = (c for c in tried(model) if c.name == "steer_offset")
     only = [dataclasses.replace(whole, points=(point,), coarse=(point,))]
     along = noise.whitened(point) - noise.whitened({})
-    assert null_line(noise, {}, only, jacobian=along[:, None]) < 1e-6 * null_line(noise, {}, only)
+    assert null_line(noise, {}, only, jacobian=along[None, :]) < 1e-6 * null_line(noise, {}, only)
 
 
 def test_same_question_same_answer(model: VehicleModel, noise: Campaign) -> None:
-    some = tried(model)[:8]
+    some = tried(model)
     assert null_line(noise, {}, some) == null_line(noise, {}, some) > 0.0

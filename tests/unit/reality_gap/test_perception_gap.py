@@ -57,7 +57,7 @@ def test_single_effect_is_named_alone(model: VehicleModel, hidden: str, seed: in
     assert set(found.parameters) == set(TYPICAL[hidden])
 
 
-@pytest.mark.parametrize("seed", range(1, 9))
+@pytest.mark.parametrize("seed", [1, 2, 3])
 def test_nothing_is_named_for_a_perfect_detector(model: VehicleModel, seed: int) -> None:
     assert diagnose_perception(with_detections({}, seed), model) == ()
 
