@@ -143,7 +143,6 @@ def _drawn(found: Diagnosis, logs: Mapping[str, Log], held_out: Mapping[str, Log
         if len(drawn) == MOST_LOGS:
             break
         one = Experiment(name, log, model, extra=effects)
-        one.estimate_noise(after)
         one.settle(after)
         drawn.append(_Drawn(name, held, one, _rest(one, before), _rest(one, after)))
     return drawn
