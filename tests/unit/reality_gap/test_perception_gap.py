@@ -125,6 +125,14 @@ def test_twin_is_compared_by_its_own_detections(model: VehicleModel) -> None:
     assert named(diagnose_perception(measured, model, twin=twin)) == {"detection_offset"}
 
 
+def test_detections_of_the_twin_itself_are_no_gap(model: VehicleModel) -> None:
+    """Simulated cameras and LiDARs have a range, too: only against another twin's run do they tell something."""
+    log = with_detections({"detection_range": {"R": 35.0}})
+    own = dataclasses.replace(log, meta={"stage": "dt"})
+    assert diagnose_perception(own, model) == ()
+    assert named(diagnose_perception(own, model, twin=with_detections({}))) == {"detection_range"}
+
+
 @pytest.mark.parametrize("lacking", ["detections", "objects"])
 def test_log_without_tracks_has_no_answer(model: VehicleModel, lacking: str) -> None:
     log = with_detections({"detection_latency": {"T": 0.2}})
