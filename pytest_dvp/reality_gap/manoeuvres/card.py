@@ -33,7 +33,7 @@ def card(choice: Choice, model: VehicleModel, envelope: Envelope, noise: Mapping
         f"  drive    {m.what}",
         f"           {d.seconds:.0f} s, {_times(choice.repeats)}; from standstill to standstill, a log for each",
         f"  where    flat, dry, free ground of {envelope.length:g} x {envelope.width:g} m; start {-d.area.x_min:.0f} m "
-        f"from its left end and {-d.area.y_min:.0f} m from its lower side, looking along it",
+        f"from the end behind and {-d.area.y_min:.0f} m from the right side",
         f"           the path takes {np.ptp(x):.0f} x {np.ptp(y):.0f} m",
         f"  speed    up to {v.max():.1f} m/s ({3.6 * v.max():.0f} km/h)",
         f"  pedals   {accel.max():+.1f} to {accel.min():+.1f} m/s^2 asked for",
@@ -47,6 +47,10 @@ def card(choice: Choice, model: VehicleModel, envelope: Envelope, noise: Mapping
     if choice.not_shown:
         lines.append(f"  not      {', '.join(choice.not_shown)}: nothing within these limits shows them")
     lines += [f"  {kind:8s} {path}" for kind, path in files.items()]
+    if files:
+        seconds = math.ceil(d.seconds / 10.0) * 10 + 10
+        lines.append(f"  rehearse dvp run {files['scenario']} --ads {files['robot']}:Robot --model MODEL.toml "
+                     f"--duration {seconds}")  # fmt: skip
     lines.append(f"  then     dvp diagnose LOG... {m.name}.csv --model MODEL.toml")
     return "\n".join(lines)
 
@@ -79,8 +83,10 @@ def as_dict(choice: Choice, files: Mapping[str, str]) -> dict[str, Any]:
 
 def _why(choice: Choice) -> str:
     if choice.exciting:
-        return f"shows {', '.join(choice.effects)}, if the car has it"
-    return f"tells {' from '.join(choice.effects)}; the least distinct pair then differs by {choice.gap:.2g} in chi^2/N"
+        return f"shows {', '.join(choice.effects)}, if the car has {'it' if len(choice.effects) == 1 else 'them'}"
+    return (
+        f"tells {' from '.join(choice.effects)}: in its log chi^2/N grows by {choice.gap:.2g} or more with a wrong one"
+    )
 
 
 def _times(count: int) -> str:
