@@ -52,9 +52,10 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
     (intervals of both logs with a `twin`): clustered by object and block of 5 s; range by profile likelihood; false
     boxes by the exact Poisson interval. gain: share of the log-likelihood of all effects named.
 
-    () for a log of the simulated stage "dt" without a `twin`: its detections are the twin's own, with all that simulated
-    sensors do to them; also for a log without detections or objects, or with fewer than 50 pairs of them. Objects in directions in which the
-    detector hardly ever sees one do not count as missed; hidden ones do, for a log does not say what hides what.
+    () for a log of the simulated stage "dt" without a `twin`, for its detections are the twin's own, with all that
+    simulated sensors do to them; also for a log without detections or objects, or with fewer than 50 pairs of them.
+    Objects in directions in which the detector hardly ever sees one do not count as missed; hidden ones do, for a log
+    does not say what hides what.
     """
     if twin is None and measured.meta.get("stage") == "dt":
         return ()
