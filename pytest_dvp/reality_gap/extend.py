@@ -100,7 +100,7 @@ def extend(
         ladder=ladder,
         noise_floor=target.noise(),
         refusal="; ".join(wrong),
-        notes=(*[d.note for d in done if d.note], *_edges(final)),
+        notes=(*[d.note for d in done if d.note], *_edges(final), *_assumed(final, model)),
         explained=explained,
     )
 
@@ -222,6 +222,13 @@ def _edges(final: Trial) -> Iterator[str]:
         if c.edge(final.values[c.name]):
             value = f"{c.effect}.{c.key.name} = {final.values[c.name]:.4g} {c.key.unit}"
             yield f"{value} stands where the search ends: no estimate; something else may be missing"
+
+
+def _assumed(final: Trial, model: VehicleModel) -> Iterator[str]:
+    given = model.car.values()
+    for (effect, key), value in final.values.items():
+        if effect == "parameters" and abs(value - given[key]) > 1e-9:
+            yield f"[parameters] {key} is {rounded(value):g} in the new model instead of {given[key]:g}: fits better"
 
 
 def _extended(

@@ -13,7 +13,7 @@ from pytest_dvp.log import DetectionTable, Log, ObjectTrack
 from pytest_dvp.reality_gap.extend import extend
 from pytest_dvp.reality_gap.extension_words import rest
 from tests.truth.effects import Effects
-from tests.truth.generate import make_log
+from tests.truth.generate import add_noise, make_log
 from tests.truth.tracks import make_tracks
 from vehicle.model.errors import ModelError
 from vehicle.model.model import VehicleModel
@@ -223,3 +223,16 @@ def test_perception_effect_is_removed_where_the_detections_say_so() -> None:
     given = model(("detection_latency", "T", 0.2))
     assert extend(logs(a=with_boxes(0.0, 1)), given, remove=["detection_latency"]).model.effects == ()
     assert extend(logs(a=with_boxes(0.2, 1)), given, remove=["detection_latency"]).refusal.endswith("keep it")
+
+
+def test_place_of_the_accelerometer_that_fits_better_is_written_and_told() -> None:
+    """Where tyres slip it matters: this one sits in the centre of gravity, 1.3 m ahead of the rear axle.
+
+    Differences at 50 Hz blur the yaw acceleration where the car turns in, so the value is not exact.
+    """
+    columns = make_log({"understeer": {"K": 0.006}}, "rich", 1, "none")
+    columns["ay"] = columns["ay"] + 1.3 * np.gradient(columns["yaw_rate"], columns["t"])
+    found = extend(logs(a=Log(add_noise(columns, "mid", 1))), model(), add=["understeer"])
+    assert found.model.car.ay_x == pytest.approx(1.3)
+    assert found.model.value("understeer", "K") == pytest.approx(0.006, rel=0.1)
+    assert [note for note in found.notes if note.startswith("[parameters] ay_x is 1.3 in the new model")]
