@@ -177,6 +177,13 @@ class Driver:
                 return
             yield from self._tick(self._foot(speed), angle, speed)
 
+    def close_circle(self, angle: float) -> Driving:
+        """Slowly round to where the car looks as at the start."""
+        for _ in range(round(60.0 / PERIOD)):
+            if self.car.v < self.slow + 0.3 and abs(math.remainder(self.car.yaw, 2.0 * math.pi)) < 0.1:
+                return
+            yield from self._tick(self._foot(self.slow), angle, self.slow)
+
     def halt(self) -> Driving:
         """Brake to a standstill and stand for a second and a half."""
         for _ in range(round(20.0 / PERIOD)):

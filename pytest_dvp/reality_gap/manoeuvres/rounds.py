@@ -24,7 +24,7 @@ def circles_both(d: Driver) -> Driving:
     radius = max(min(room, 0.5 * (d.area.x_max - d.area.x_min) + 2.0 * d.area.y_min), d.radius)
     yield from d.stand(1.0)
     yield from _circles(d, radius, 1.0)
-    yield from d.reach(d.slow)
+    yield from d.close_circle(math.atan(d.wheelbase / radius))
     yield from d.other_side()
     yield from _circles(d, radius, -1.0)
     yield from d.halt()
