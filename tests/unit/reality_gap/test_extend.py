@@ -126,7 +126,8 @@ def test_effect_that_explains_nothing_is_refused_with_what_would_show_it(effect:
 
 
 def test_effect_that_the_car_lacks_can_be_removed() -> None:
-    found = extend(logs(a=town(DELAY)), model(DELAY, ("brake_lag", "tau", 0.3)), remove=["brake_lag"])
+    given = model(DELAY, ("brake_lag", "tau", 0.3))
+    found = extend(logs(a=town(DELAY)), given, remove=["brake_lag"], held_out=logs(b=town(DELAY, seed=2)))
     assert found.refusal == ""
     assert [a.name for a in found.model.effects] == ["steer_delay"]
     assert found.ladder[-1].step.chi2_per_n == pytest.approx(1.0, abs=0.1)
