@@ -91,7 +91,8 @@ def extend(
     left = (steps[-1].chi2_per_n, steps[-1].held_out_chi2_per_n or 0.0)
     explained = max(left) <= NOTHING_LEFT and max(channels.values(), default=0.0) <= CHANNEL_MISFIT
     wrong = [d.wrong for d in done if d.wrong]
-    if not wrong and (kept or (held_out and chosen)):  # logs that are predicted from the others may show nothing of an effect
+    # Logs that are predicted from the others may show nothing of an effect: those judge only what was fitted again
+    if not wrong and (kept or (held_out and chosen)):
         wrong = worse_together(steps)
     return Extension(
         model=_extended(model, final, sure, remove, wanted, tuple(fitted_on)),
