@@ -22,6 +22,7 @@ from pytest_dvp.reality_gap.diagnosis_words import (
 )
 from pytest_dvp.reality_gap.experiment import Campaign, Experiment, Values
 from pytest_dvp.reality_gap.null_line import null_line
+from pytest_dvp.reality_gap.second_opinion import second_opinion
 from pytest_dvp.reality_gap.segments import CHANNELS, UNITS
 from pytest_dvp.reality_gap.shares import Share, shares
 from pytest_dvp.reality_gap.signature_words import signature_lines
@@ -78,6 +79,7 @@ def diagnosis_page(
         "changed": bool(found.effects),
         "effects": [_effect(e, known[e.name], fit.get(e.name), held.get(e.name), known) for e in found.effects],
         "vetoed": list(found.vetoed),
+        "second_opinion": second_opinion(found),
         "fitted_along": [f"{key} = {value(e)} ({interval(e)})" for key, e in found.input_map.items()],
         "ladder": [
             {"label": step_label(found, s), "fit": s.chi2_per_n, "held_out": s.held_out_chi2_per_n}

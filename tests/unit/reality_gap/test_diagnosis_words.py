@@ -9,6 +9,7 @@ import pytest
 
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, Estimate, NamedEffect, Step
 from pytest_dvp.reality_gap.diagnosis_words import causes, extend_command, headline, interval, page, plan_command, value
+from pytest_dvp.reality_gap.second_opinion import second_opinion
 
 DELAY = NamedEffect("steer_delay", {"T": Estimate(0.24912, 0.24701, 0.25123, "s")}, gain=1.0)
 GIVEN = Step("", 65.6, {"x": 400.0, "v": 1.1, "yaw_rate": 299.0}, {"x": 0.4, "v": 0.031, "yaw_rate": 0.0872}, 7.06,
@@ -146,3 +147,24 @@ def test_only_a_second_opinion_that_differs_is_told(first: str | None, told: boo
     lines = page(dataclasses.replace(NAMED, effects=(either,), votes={"first": first, "ranking": ranking}))
     assert ("votes for yaw_rate_latency before steer_delay (90 %)" in lines) == told
     assert ("second opinion" in lines) == told
+
+
+@pytest.mark.parametrize(
+    ("first", "says"),
+    [
+        ("steer_delay", "agrees on steer_delay, which alone explains 71 % of the misfit"),
+        ("steer_lag", "would take the rival of steer_delay: steer_lag"),
+        ("mass", "disagrees, it would name mass"),
+        (None, "would name nothing, not steer_delay either"),
+    ],
+)
+def test_the_page_says_what_the_second_engine_says(first: str | None, says: str) -> None:
+    scores = [["steer_delay", 0.71], ["steer_lag", 0.7], ["mass", 0.1]]
+    either = dataclasses.replace(DELAY, rivals=("steer_lag",))
+    found = dataclasses.replace(NAMED, effects=(either,), votes={"first": first, "ranking": scores, "not_judged": []})
+    assert second_opinion(found).startswith(says)
+
+
+def test_a_second_engine_that_could_not_judge_says_nothing() -> None:
+    votes = {"first": None, "ranking": [], "not_judged": ["steer_delay"]}
+    assert second_opinion(dataclasses.replace(NAMED, votes=votes)) == ""

@@ -30,6 +30,7 @@ def page(**more: Any) -> dict[str, Any]:
     return {
         "verdict": "NAMED", "headline": "car.toml lacks steer_delay (chi²/N 65.6 -> 1.17)", "model": "car.toml",
         "logs": ["rich.csv"], "held_out": ["urban.csv"], "changed": True, "effects": [effect()], "vetoed": [],
+        "second_opinion": "agrees on steer_delay",
         "fitted_along": [], "null_line": None, "tiles": ["yaw_rate"], "left": [], "not_excited": [],
         "ladder": [{"label": "model as given", "fit": 65.6, "held_out": 7.06},
                    {"label": "+ steer_delay", "fit": 1.17, "held_out": 1.14}],
@@ -60,7 +61,7 @@ def test_what_was_found_stands_there_in_numbers() -> None:
     seen = visible(render_diagnosis_report(page()))
     for text in ("car.toml lacks steer_delay (chi²/N 65.6 → 1.17)", "T = 0.249 s", "0.247 to 0.251", "71 %",
                  "53 % to 83 %", "64 %", "42 % to 77 %", "0.0872 → 0.00536", "0.0231 → 0.00497",
-                 "dvp extend --model car.toml --add steer_delay"):  # fmt: skip
+                 "dvp extend --model car.toml --add steer_delay", "agrees on steer_delay"):  # fmt: skip
         assert text in seen
 
 
