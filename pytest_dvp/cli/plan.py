@@ -85,8 +85,14 @@ def execute(arguments: argparse.Namespace) -> int:
 def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelope, effects: tuple[Effect, ...],
            manoeuvres: tuple[Manoeuvre, ...]) -> tuple[Choice, ...]:  # fmt: skip
     from pytest_dvp.reality_gap.manoeuvres.advise import between
+    from pytest_dvp.reality_gap.manoeuvres.choice import PlanError, tried_on
     from pytest_dvp.reality_gap.manoeuvres.excite import excite
 
+    for option, text in (("--between", arguments.between), ("--excite", arguments.excite)):
+        try:
+            tried_on(model, _names(text or ""), effects)
+        except PlanError as error:
+            raise WrongArgument(f"{option}: {error}") from None
     choices: tuple[Choice, ...] = ()
     logs = read_all(arguments.logs, arguments)
     if arguments.between:

@@ -221,6 +221,8 @@ def test_limits_are_obeyed_and_wrong_ones_refused(planned: Path, capsys: pytest.
     assert "--max-speed is -3" in capsys.readouterr().err
     assert main(["plan", "--model", str(planned / "car.toml")]) == 2
     assert "nothing to plan for" in capsys.readouterr().err
+    assert main(["plan", "--model", str(planned / "car.toml"), "--excite", "steer_ratoi"]) == 2
+    assert "--excite: no effect called 'steer_ratoi', did you mean 'steer_ratio'" in capsys.readouterr().err
     assert main([*model[:-1], "ful_lock"]) == 2
     assert "did you mean 'full_lock'" in capsys.readouterr().err
     assert main([*model, "--max-speed", "7", "--out", str(planned / "slow"), "--json"]) == 0
