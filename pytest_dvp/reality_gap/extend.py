@@ -123,8 +123,9 @@ def _chosen(model: VehicleModel, effects: Sequence[Effect], target: Campaign) ->
     for effect in effects:
         suited = candidates(model, [effect], ay="ay" in target.channels)
         if not suited:
-            inputs = f"its inputs are {' + '.join(model.inputs.longitudinal)} and {model.inputs.steer}"
-            raise ModelError(f"cannot be fitted to this model: {inputs}", key=effect.name)
+            inputs = f"{' + '.join(model.inputs.longitudinal)} and {model.inputs.steer}"
+            why = f"it needs other inputs than {inputs}, or a motor_torque whose data are known"
+            raise ModelError(f"cannot be fitted to this model: {why}", key=effect.name)
         found += suited
     return found
 
