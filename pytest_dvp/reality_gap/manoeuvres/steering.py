@@ -10,7 +10,7 @@ USUAL = 0.6  # of the lateral acceleration allowed
 
 
 def step_steer(d: Driver) -> Driving:
-    """Steps to both sides and back, at walking speed, at half and at the highest speed there is room for."""
+    """Steps to both sides and back, at 3 m/s, at half and at the highest speed there is room for."""
     tests = [Test(v, 4.0, _doublet(d.angle(v, USUAL * d.lateral), 1.3)) for v in (3.0, 0.55 * d.top)]
     v = d.fitting(4.0)
     return d.tests(
@@ -19,14 +19,14 @@ def step_steer(d: Driver) -> Driving:
 
 
 def growing_steps(d: Driver) -> Driving:
-    """Steps of growing size at walking speed."""
+    """Steps of growing size at 3 m/s."""
     sizes = (0.05, 0.1, 0.2, 0.35)
     return d.tests([Test(3.0, 3.2, _doublet(min(size, d.angle(3.0, USUAL * d.lateral)) * side, 1.0)) for size in sizes
                     for side in (1.0, -1.0)])  # fmt: skip
 
 
 def full_lock(d: Driver) -> Driving:
-    """Slowly to full lock and back, to both sides, at walking speed."""
+    """Slowly to full lock and back, to both sides, at 2 m/s or less."""
     v = min(2.0, math.sqrt(0.8 * d.lateral * d.wheelbase / d.lock))
 
     def ramp(side: float) -> Shape:
