@@ -61,7 +61,7 @@ def sine_with_dwell(d: Driver) -> Driving:
 
 
 def slalom(d: Driver) -> Driving:
-    """Sines of 0.4 and 1 Hz, near the lateral acceleration allowed."""
+    """Waves of 0.5 and 1 Hz, near the lateral acceleration allowed."""
     tests = []
     for hertz, seconds in ((0.5, 5.0), (1.0, 4.0)):
         v = d.fitting(seconds)
