@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
 
+EXTRAPOLATES = 0.3  # of what an effect does to the data that judge it, that it must do to those fitted on
 HELD_OUT_SHARE = 0.4  # of a single log, its end
 ROUNDING = 1e-3  # of max(1, chi^2/N): held-out data that change by less say nothing
 _FEWEST = 200  # rows on either side
@@ -56,23 +57,32 @@ def folds(logs: Mapping[str, Log], held_out: Mapping[str, Log] | None, model: Ve
 def predicted(search: Search, fold: Fold, trial: Trial) -> Trial:
     """The trial as its own data have it, had only the fold's been there to fit.
 
-    An effect that those do not show cannot be fitted to them; it keeps its value, or it would take any.
+    An effect that those do not show or determine keeps its value, for it would take any.
     """
     if fold.fitted is None:
         return trial
     shown = [name for name in trial.names if shows(search, fold, trial, name)]
-    kept = {key: value for key, value in trial.values.items() if key[0] in set(trial.names) - set(shown)}
-    return search.trial(shown, trial.values, target=fold.fitted, kept=kept)
+    while True:
+        kept = {key: value for key, value in trial.values.items() if key[0] in set(trial.names) - set(shown)}
+        found = search.trial(shown, trial.values, target=fold.fitted, kept=kept)
+        vague = [name for name in shown if not search.sound(found, name, fold.fitted)]
+        if not vague:
+            return found
+        shown = [name for name in shown if name not in vague]
 
 
 def shows(search: Search, fold: Fold, trial: Trial, name: str) -> bool:
-    """True if the data that the fold fits on would look different without the effect."""
+    """True if the data that the fold fits on would look different without the effect, and not far less so than those
+    that judge it: a limit that town driving hardly touches says nothing about a skid pad."""
     if fold.fitted is None:
         return True
-    off = {c.name: c.key.neutral for c in search.tried[name].coordinates}
+    off = trial.values | {c.name: c.key.neutral for c in search.tried[name].coordinates}
     r = fold.fitted.whitened(trial.values)
-    change = square(fold.fitted.whitened(trial.values | off) - r)
-    return change > PRACTICAL * max(fold.fitted.count, square(r))
+    change = square(fold.fitted.whitened(off) - r)
+    if change <= PRACTICAL * max(fold.fitted.count, square(r)):
+        return False
+    judged = square(fold.judge.whitened(off) - fold.judge.whitened(trial.values))
+    return change * fold.judge.count > EXTRAPOLATES * judged * fold.fitted.count
 
 
 def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str | None = None) -> Step:

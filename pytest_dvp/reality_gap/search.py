@@ -7,6 +7,7 @@ in its place. What does nearly as well in its place is its rival.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Iterable, Sequence
 from math import isinf
 from typing import TypeAlias
@@ -86,6 +87,8 @@ class Search:
         base = self.trial((), self.start)
         turns: list[Trial] = []
         best, rivals = self._contest(self._grown(base, turns))
+        if self.cost(best) > MISFIT * self.count:
+            turns = self._pairs(base) + turns
         for turn in sorted(turns, key=self.cost)[:_RETURNS]:
             if self.cost(best) < MISFIT * self.count:
                 break
@@ -96,6 +99,18 @@ class Search:
         self.target.settle(best.values)
         hidden = sorted(name for name, change in self._shown.items() if change < PRACTICAL)
         return Found(self.trial(best.names, best.values, zoom=True), rivals, tuple(hidden))
+
+    def _pairs(self, base: Trial) -> list[Trial]:
+        """The best set of two effects of tyres, if it pays: neither may show without the other (a tyre that slips late
+        and saturates)."""
+        tyres = [c for c in self.tried.values() if c.effect.tyres and not c.detail]
+        middle = [c.points[len(c.points) // 2] for c in tyres]
+        pairs = [
+            self.trial((a.name, b.name), base.values | p | q)
+            for (a, p), (b, q) in itertools.combinations(zip(tyres, middle, strict=True), 2)
+        ]
+        pairs = [t for t in sorted(pairs, key=self.cost)[:3] if self.pays(base, t)]
+        return [t for t in pairs if all(self.sound(t, name) for name in t.names)][:1]
 
     def _grown(self, now: Trial, turns: list[Trial]) -> Trial:
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round."""
@@ -149,7 +164,7 @@ class Search:
         """Sets with one more effect that pays, best first; of the finer effects only if no other one does."""
         for detail in (False, True):
             ranking = self._scan(now, [name for name, c in self.tried.items() if c.detail == detail])
-            paying = [t for t in self._additions(now, ranking) if self.pays(now, t) and self._sound(t, t.names[-1])]
+            paying = [t for t in self._additions(now, ranking) if self.pays(now, t) and self.sound(t, t.names[-1])]
             for trial in paying:
                 self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
             if paying:
@@ -176,12 +191,12 @@ class Search:
                     ranking.append((left, name, point))
         return sorted(ranking, key=lambda entry: (entry[0], entry[1]))
 
-    def _sound(self, trial: Trial, name: str) -> bool:
+    def sound(self, trial: Trial, name: str, target: Campaign | None = None) -> bool:
         """True if the effect's values mean something: above the least size, certain, and not where the search ended."""
         mine = [c for c in trial.found.coordinates if c.effect == name]
         if any(c.edge(trial.values[c.name]) for c in mine):
             return False
-        sure = intervals(trial.found, self.starts)
+        sure = intervals(trial.found, target.starts() if target else self.starts)
         return any(least(c.key, trial.values[c.name]) and _certain(c, trial.values[c.name], sure[c.name]) for c in mine)
 
     def _contest(self, best: Trial) -> tuple[Trial, dict[str, tuple[str, ...]]]:
@@ -196,7 +211,7 @@ class Search:
                 kept = {k: v for k, v in best.values.items() if k[0] != name}
                 without = self.trial(rest, kept)
                 ranking = self._scan(without, [other for other in self._contestants(name) if other not in best.names])
-                trials = [t for t in self._additions(without, ranking) if self._sound(t, t.names[-1])]
+                trials = [t for t in self._additions(without, ranking) if self.sound(t, t.names[-1])]
                 if trials and self.cost(trials[0]) < self.cost(best) - 1e-3 * self.count:
                     exchanged = trials[0]
                     break

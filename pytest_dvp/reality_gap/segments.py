@@ -28,6 +28,9 @@ _GAP = 0.1  # s, and
 _GAP_STEPS = 5.0  # usual steps without a value are a gap, after which a segment starts anew
 _AWAKE = 0.5  # s after a gap that do not count, of a short segment a quarter: actuators still do what was before it
 _SETTLE = 1.0  # s of a standstill that still counts, at both ends: a late or early start shows there
+_COURSE = 0.2  # s to either side, over which the direction of motion is taken
+_SLIP = 0.3  # rad between where a car points and where it goes, that no wheel on the road allows
+_FAST = 3.0  # m/s, below which an antenna off the axle can do the same
 _FIT = 0.15  # s around a start from which its state is taken
 
 
@@ -72,14 +75,17 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
     """Cut a log of stamps t (n,) [s] and measured channels (n, 8) into segments of about `length` [s].
 
     A cut is put where the car turns least within half a second, so that the sideways motion has nothing to settle.
-    `wheelbase` [m] says which yaw rate is a spin. Rows of a standstill but its first and last second do not count.
+    `wheelbase` [m] says which yaw rate is a spin. Rows of a standstill but its first and last second do not count, nor
+    those from a spin or slide to the end of its segment.
     After a gap, in which there are no stamps, nothing is measured or a command is missing (`known`: rows (n,) in which
     each command was logged), a segment starts anew. Rows whose command is unknown do not count, nor the first after it.
     """
     n = len(t)
     whole = _filled(t, measured)
     v, rate = whole[:, 3], whole[:, 4]
-    counted = ~(_interior(t, np.abs(v) < still_speed(v)) | _spin(t, v, rate, wheelbase))
+    posed = bool(np.isfinite(measured[:, :3]).any(axis=0).all())
+    slides = _slides(t, whole, wheelbase, posed=posed)
+    counted = ~_interior(t, np.abs(v) < still_speed(v))
     count = max(1, round((t[-1] - t[0]) / length)) if n > 1 else 1
     wanted = t[0] + (t[-1] - t[0]) * np.arange(1, count) / count
     cuts = [0]
@@ -100,6 +106,8 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
     starts = np.union1d(np.array(cuts, dtype=np.int64), np.array(sorted(resumed), dtype=np.int64))
     ends = np.append(starts[1:], n).astype(np.int64)
     for first, end in zip(starts, ends, strict=True):
+        if slides[first:end].any():  # where a car goes from there nobody can tell
+            counted[first + int(np.argmax(slides[first:end])) : end] = False
         if int(first) in awake:
             until = t[first] + min(_AWAKE, 0.25 * (t[end - 1] - t[first]))
             lost[first : np.searchsorted(t, until)] = True
@@ -203,9 +211,18 @@ def _interior(t: FloatArray, stands: BoolArray) -> BoolArray:
     return inside
 
 
-def _spin(t: FloatArray, v: FloatArray, rate: FloatArray, wheelbase: float) -> BoolArray:
-    """True where the car turns faster than any steering could make it, and half a second around."""
-    spins = np.flatnonzero(np.abs(rate) > np.abs(v) / wheelbase * 1.2 + 0.5)
+def _slides(t: FloatArray, whole: FloatArray, wheelbase: float, *, posed: bool) -> BoolArray:
+    """True where the car spins or slides, and half a second around: it turns faster than any steering could make it, or
+    goes where it does not point (`posed`: position and heading are measured)."""
+    v, rate = whole[:, 3], whole[:, 4]
+    ahead = np.minimum(np.searchsorted(t, t + _COURSE), len(t) - 1)
+    behind = np.maximum(np.searchsorted(t, t - _COURSE) - 1, 0)
+    dx, dy = whole[ahead, 0] - whole[behind, 0], whole[ahead, 1] - whole[behind, 1]
+    slip = np.arctan2(dy, dx) - whole[:, 2]
+    slip = np.abs(slip - 2.0 * np.pi * np.rint(slip / (2.0 * np.pi)))
+    goes = np.hypot(dx, dy) / np.maximum(t[ahead] - t[behind], 1e-9)
+    sideways = (np.minimum(slip, np.pi - slip) > _SLIP) & (goes > _FAST) & (np.abs(v) > _FAST) & posed
+    spins = np.flatnonzero((np.abs(rate) > np.abs(v) / wheelbase * 1.2 + 0.5) | sideways)
     mask = np.zeros(len(t), dtype=np.bool_)
     if len(spins):
         low, high = np.searchsorted(t, t[spins] - 0.5), np.searchsorted(t, t[spins] + 0.5)
