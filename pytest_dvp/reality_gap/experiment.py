@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from pytest_dvp.log import FloatArray, Log
-from pytest_dvp.reality_gap.black_box import ModelSubject, held
+from pytest_dvp.reality_gap.black_box import ModelSubject, commanded, held
 from pytest_dvp.reality_gap.compare import judged_channels, noise_floor
 from pytest_dvp.reality_gap.projection import IntArray
 from pytest_dvp.reality_gap.segments import CHANNELS, Residuals, cut, measured_array, residuals, restarted
@@ -50,7 +50,7 @@ class Experiment:
         self.machine: Machine = Replay(model, log.t, commands, extra=extra)
         self._exact: Machine = Replay(model, log.t, commands, step=FINE_STEP, extra=extra)
         self.measured = measured_array(log.columns)
-        self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase)
+        self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase, known=commanded(log, subject))
         self._free_speed = "v" not in subject.held
         if model.inputs.longitudinal == ("speed_cmd",):  # a controlled speed forgets where it started, a restarted one
             states = self.segments.states.copy()  # upsets the controller's memory: it runs on

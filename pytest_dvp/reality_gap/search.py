@@ -85,6 +85,9 @@ class Search:
     def run(self) -> Found:
         """Search until nothing pays any more; where much is left, begin again from what came second."""
         base = self.trial((), self.start)
+        if max(self.target.by_channel(base.values).values(), default=0.0) < 1.0:  # all within the sensors' noise
+            self._scan(base, self.tried)
+            return Found(base, {}, self._hidden())
         turns: list[Trial] = []
         best, rivals = self._contest(self._grown(base, turns))
         if self.cost(best) > MISFIT * self.count:
@@ -97,8 +100,10 @@ class Search:
             if self.cost(other) < self.cost(best):
                 best, rivals = other, others_rivals
         self.target.settle(best.values)
-        hidden = sorted(name for name, change in self._shown.items() if change < PRACTICAL)
-        return Found(self.trial(best.names, best.values, zoom=True), rivals, tuple(hidden))
+        return Found(self.trial(best.names, best.values, zoom=True), rivals, self._hidden())
+
+    def _hidden(self) -> tuple[str, ...]:
+        return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
 
     def _pairs(self, base: Trial) -> list[Trial]:
         """The best set of two effects of tyres, if it pays: neither may show without the other (a tyre that slips late
