@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: demo demo-gap test lint types contract unit bench licences clean
+.PHONY: demo demo-gap test lint types contract unit conformance bench licences clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -46,6 +46,11 @@ contract: $(STAMP)
 
 unit: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 tests scenarios
+
+# All reference trajectories, storyboard events and roads; writes docs/conformance.md.
+conformance: $(STAMP)
+	$(BIN)/python -m scripts.conformance --least 0.95
+	$(BIN)/python -m pytest -q tests/conformance/test_roads.py
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
