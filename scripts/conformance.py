@@ -1,4 +1,4 @@
-"""Plays every scenario of a set of reference trajectories and tells how far apart we are:  python -m scripts.conformance
+"""Plays all reference trajectories and tells how far apart we are:  python -m scripts.conformance
 
 Writes docs/conformance.md. The references (INDEX.csv, NAME.csv, events/NAME.csv) and the corpus that they were made of
 are found through DVP_SHARED or --reference. A row agrees if each of its positions lies within the reference's own
@@ -71,13 +71,13 @@ class Outcome:
     first: str
 
 
-def cases(reference: Path, tier: str = "A") -> list[Case]:
-    """The references of a tier, in the order of INDEX.csv."""
+def cases(reference: Path, tier: str | None = "A") -> list[Case]:
+    """The references of a tier (None: of all), in the order of INDEX.csv."""
     corpus = reference.parent / "corpus"
     found = []
     with (reference / "INDEX.csv").open(newline="") as file:
         for row in csv.DictReader(file):
-            if row["tier"] != tier:
+            if tier is not None and row["tier"] != tier:
                 continue
             name = row["name"]
             folder = reference if (reference / f"{name}.csv").exists() else reference / "more"

@@ -46,7 +46,7 @@ def references(shared_dir: Path) -> dict[str, Case]:
     folder = shared_dir / "openscenario" / "reference"
     if not folder.is_dir():
         pytest.skip(f"no reference trajectories at {folder}")
-    return {case.name: case for case in cases(folder)}
+    return {case.name: case for case in cases(folder, tier=None)}
 
 
 @pytest.mark.parametrize("name", [*FIRST, *MORE])
