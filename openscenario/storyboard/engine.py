@@ -35,6 +35,7 @@ from openscenario.storyboard.nodes import (
 from openscenario.storyboard.registry import Instant, Runner, action_factories
 from openscenario.storyboard.report import report
 from openscenario.storyboard.requests import Asked, Request
+from openscenario.storyboard.trailers import couple, couple_named, draw, line_up, trains
 from openscenario.storyboard.values import Values
 from openscenario.storyboard.world import World
 
@@ -67,9 +68,15 @@ class Storyboard:
         self.steps = 0
         self.done = False
         self.running = False  # Init is over
-        self.entities: dict[str, Entity] = {
-            each.name: Entity(each, external=each.name in external) for each in scenario.entities
-        }
+        self.entities: dict[str, Entity] = {}
+        for entity, ahead in trains(scenario, external):
+            self.entities[entity.name] = entity
+            if ahead is not None:
+                couple(ahead, entity)
+        couple_named(scenario, self.entities)
+        for entity in self.entities.values():
+            if entity.drawn_by is None:
+                line_up(entity)
         self.selections = _selections(scenario)
         self.parameters = Values(
             (each.name, each.parameter_type, each.value) for each in scenario.parameter_declarations
@@ -99,6 +106,7 @@ class Storyboard:
         for node, entity in self._init:
             self._begin(node, [entity])
         self.running = True
+        self._draw(0.0)
         self._enter(self.root)
         self._end_finished()
         for entity in self.entities.values():
@@ -128,13 +136,20 @@ class Storyboard:
         ground = self.ground
         for entity in self._movers:
             if entity.active:
-                if not entity.moved:
+                if not entity.moved and entity.drawn_by is None:
                     move(entity, dt, ground)
                 self._note_rest(entity)
+        self._draw(dt)
         for entity in self._externals:
             entity.travelled += abs(entity.speed) * dt
         if self._active:
             self._end_finished()
+
+    def _draw(self, dt: float) -> None:
+        """Let the trailers follow."""
+        for entity in self._movers:
+            if entity.trailer is not None and entity.drawn_by is None:
+                draw(entity, dt)
 
     def _stops(self) -> bool:
         """Evaluate the triggers and end what is over at once; whether the stop trigger fired."""

@@ -30,12 +30,15 @@ class Entity:
         "center_x",
         "center_y",
         "center_z",
+        "coupler",
+        "drawn_by",
         "drift",
         "end_of_road",
         "end_since",
         "external",
         "h",
         "height",
+        "hitch",
         "kind",
         "lane",
         "lateral",
@@ -61,6 +64,7 @@ class Entity:
         "speed_before",
         "still_since",
         "tracked",
+        "trailer",
         "travelled",
         "twist",
         "vx",
@@ -89,6 +93,12 @@ class Entity:
         self.max_deceleration: float = performance.max_deceleration if performance else math.inf
         front = axles.front_axle if (axles := getattr(scenario_object.entity, "axles", None)) else None
         self.wheelbase: float = front.position_x if front else 0.0
+        hitch = getattr(scenario_object.entity, "trailer_hitch", None)
+        coupler = getattr(scenario_object.entity, "trailer_coupler", None)
+        self.hitch: float = hitch.dx if hitch else 0.0  # where a trailer hangs [m]
+        self.coupler: float = coupler.dx if coupler else 0.0  # where a trailer is hung up [m]
+        self.trailer: Entity | None = None
+        self.drawn_by: Entity | None = None
         self.external = external
         self.active = True
         self.x = self.y = self.z = self.h = self.pitch = self.roll = 0.0

@@ -8,6 +8,7 @@ from openscenario import model
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.positions import resolver
 from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
+from openscenario.storyboard.trailers import line_up, train
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -26,6 +27,7 @@ class Teleport(Instant):
 
     def start(self) -> bool:
         self._board.ground.set_place(self._entity, self._where())
+        line_up(self._entity)
         self._entity.moved = True
         return True
 
@@ -49,11 +51,14 @@ def entity_action(element: model.EntityAction, entity: None, board: Storyboard) 
 
         def add() -> None:
             board.ground.set_place(target, where())
-            target.active = True
+            line_up(target)
+            for each in train(target):
+                each.active = True
 
         return Instant(add)
 
     def delete() -> None:
-        target.active = False
+        for each in train(target):
+            each.active = False
 
     return Instant(delete)

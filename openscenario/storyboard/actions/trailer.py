@@ -1,0 +1,37 @@
+"""ConnectTrailerAction and DisconnectTrailerAction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from openscenario import model
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
+from openscenario.storyboard.trailers import couple, train, uncouple
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+
+
+@action(model.ConnectTrailerAction)
+def connect(element: model.ConnectTrailerAction, entity: Entity, board: Storyboard) -> Runner:
+    """The named entity hangs on the actor from now on, wherever it was; its own actions no longer move it."""
+    trailer = board.entities.get(element.trailer_ref)
+    if trailer is None:
+        raise Unsupported("no entity of this name", element.trailer_ref, ", ".join(board.entities))
+    if trailer is entity:
+        raise Unsupported("a vehicle cannot be its own trailer", element.trailer_ref)
+
+    def hang() -> None:
+        if entity in train(trailer):
+            board.warn(element, "trailer-circle", f"{entity.name} hangs on {trailer.name} itself: not connected")
+        else:
+            couple(entity, trailer)
+
+    return Instant(hang)
+
+
+@action(model.DisconnectTrailerAction)
+def disconnect(element: model.DisconnectTrailerAction, entity: Entity, board: Storyboard) -> Runner:
+    """The trailer of the actor stands where it is from now on."""
+    return Instant(lambda: uncouple(entity))
