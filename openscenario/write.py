@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from openscenario.model.declarations import FileHeader
+from openscenario.model.distributions import DistributionFile, ScenarioFile
 from openscenario.model.kinds import Element
 from openscenario.model.scenario import LogicFile, Scenario
 from openscenario.plan import FieldPlan, plan_of, tag_path
@@ -31,6 +32,20 @@ def write_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> None:
     """
     target = Path(path)
     write_xml(scenario_node(scenario, target.absolute().parent), target)
+
+
+def write_distribution(file: DistributionFile, path: str | os.PathLike[str]) -> None:
+    """The same for a parameter value distribution; its scenario is referred to by its path from the new file's folder.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    target = Path(path)
+    writer = _Writer(target.absolute().parent)
+    root = Node("OpenSCENARIO", 0, {}, "", None)
+    writer.element(file.file_header, "FileHeader", root)
+    writer.element(file.distribution, "ParameterValueDistribution", root)
+    write_xml(root, target)
 
 
 def scenario_node(scenario: Scenario, folder: Path) -> Node:
@@ -86,7 +101,7 @@ class _Writer:
         if value is None or (value == field.default and not field.required):
             return
         text = spelled(value)
-        if isinstance(element, LogicFile) and element.path is not None:
+        if isinstance(element, LogicFile | ScenarioFile) and element.path is not None:
             text = Path(os.path.relpath(element.path, os.path.realpath(self.folder))).as_posix()
         elif isinstance(element, FileHeader) and field.name == "rev_minor":
             text = str(WRITTEN_MINOR)

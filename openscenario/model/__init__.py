@@ -129,6 +129,35 @@ from openscenario.model.declarations import Property as Property
 from openscenario.model.declarations import ValueConstraint as ValueConstraint
 from openscenario.model.declarations import ValueConstraintGroup as ValueConstraintGroup
 from openscenario.model.declarations import VariableDeclaration as VariableDeclaration
+from openscenario.model.distributions import Deterministic as Deterministic
+from openscenario.model.distributions import (
+    DeterministicMultiParameterDistribution as DeterministicMultiParameterDistribution,
+)
+from openscenario.model.distributions import DeterministicParameterDistribution as DeterministicParameterDistribution
+from openscenario.model.distributions import (
+    DeterministicSingleParameterDistribution as DeterministicSingleParameterDistribution,
+)
+from openscenario.model.distributions import DistributionFile as DistributionFile
+from openscenario.model.distributions import DistributionRange as DistributionRange
+from openscenario.model.distributions import DistributionSet as DistributionSet
+from openscenario.model.distributions import DistributionSetElement as DistributionSetElement
+from openscenario.model.distributions import Histogram as Histogram
+from openscenario.model.distributions import HistogramBin as HistogramBin
+from openscenario.model.distributions import LogNormalDistribution as LogNormalDistribution
+from openscenario.model.distributions import NormalDistribution as NormalDistribution
+from openscenario.model.distributions import ParameterValueDistribution as ParameterValueDistribution
+from openscenario.model.distributions import ParameterValueSet as ParameterValueSet
+from openscenario.model.distributions import PoissonDistribution as PoissonDistribution
+from openscenario.model.distributions import ProbabilityDistributionSet as ProbabilityDistributionSet
+from openscenario.model.distributions import ProbabilityDistributionSetElement as ProbabilityDistributionSetElement
+from openscenario.model.distributions import ScenarioFile as ScenarioFile
+from openscenario.model.distributions import SingleParameterDistribution as SingleParameterDistribution
+from openscenario.model.distributions import Stochastic as Stochastic
+from openscenario.model.distributions import StochasticDistribution as StochasticDistribution
+from openscenario.model.distributions import StochasticDistributionType as StochasticDistributionType
+from openscenario.model.distributions import UniformDistribution as UniformDistribution
+from openscenario.model.distributions import UserDefinedDistribution as UserDefinedDistribution
+from openscenario.model.distributions import ValueSetDistribution as ValueSetDistribution
 from openscenario.model.entities import Axle as Axle
 from openscenario.model.entities import Axles as Axles
 from openscenario.model.entities import BoundingBox as BoundingBox

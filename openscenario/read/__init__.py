@@ -7,14 +7,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
+from openscenario.distributions import Cases, cases_of
 from openscenario.findings import Finding, Findings, ScenarioError
 from openscenario.model.declarations import ParameterDeclaration
+from openscenario.model.distributions import DistributionFile
 from openscenario.model.scenario import Scenario
+from openscenario.read.distribution import is_distribution, read_distribution_file, refuse
 from openscenario.read.scenario import check_catalog, declarations_of, open_reading, read_sections, texts
 
 AnyPath: TypeAlias = str | os.PathLike[str]
 
-__all__ = ["check_scenario", "read_declarations", "read_scenario"]
+__all__ = ["check_scenario", "read_cases", "read_declarations", "read_distribution", "read_scenario"]
 
 
 def read_scenario(
@@ -41,14 +44,59 @@ def read_scenario(
     if reading is not None:
         scenario = read_sections(reading, texts(parameters or {}))
     if scenario is None:
-        raise ScenarioError(sorted(findings.in_order(), key=lambda finding: finding.severity))  # errors first
+        raise refuse(findings)
     return scenario
+
+
+def read_distribution(
+    path: AnyPath, *, library: Sequence[AnyPath] = (), rootdir: AnyPath | None = None
+) -> DistributionFile:
+    """Reads a parameter value distribution and checks it against the scenario that it varies.
+
+    Raises:
+        ScenarioError: with all findings, if one of them is an error.
+    """
+    return _distribution(path, library, rootdir)[0]
+
+
+def read_cases(
+    path: AnyPath, *, library: Sequence[AnyPath] = (), rootdir: AnyPath | None = None, seed: int = 7
+) -> Cases:
+    """The cases of a parameter value distribution: their number at once, each one when it is asked for.
+
+    Args:
+        seed: of a stochastic distribution that names none.
+
+    Raises:
+        ScenarioError: as `read_distribution`.
+    """
+    file, declared = _distribution(path, library, rootdir)
+    return cases_of(file, declared, seed=seed)
+
+
+def _distribution(
+    path: AnyPath, library: Sequence[AnyPath], rootdir: AnyPath | None
+) -> tuple[DistributionFile, tuple[ParameterDeclaration, ...]]:
+    findings = Findings()
+    reading = open_reading(Path(path), _folders(library), _folder(rootdir), findings)
+    file, declared = (None, ()) if reading is None else read_distribution_file(reading)
+    if reading is not None and not is_distribution(reading) and not findings.errors:
+        reading.context.error(
+            "file.not_a_distribution",
+            reading.at(),
+            "",
+            "the file varies no scenario",
+            allowed="<ParameterValueDistribution>",
+        )
+    if file is None:
+        raise refuse(findings)
+    return file, declared
 
 
 def check_scenario(
     path: AnyPath, *, library: Sequence[AnyPath] = (), rootdir: AnyPath | None = None
 ) -> tuple[Finding, ...]:
-    """All findings of a scenario or catalogue file at once, warnings included; empty: nothing is wrong.
+    """All findings of a scenario, catalogue or distribution file at once, warnings included; empty: nothing is wrong.
 
     A user's file never raises.
     """
@@ -57,6 +105,8 @@ def check_scenario(
     if reading is not None:
         if reading.root.find("Catalog") is not None:
             check_catalog(reading)
+        elif is_distribution(reading):
+            read_distribution_file(reading)
         else:
             read_sections(reading, {})
     return findings.in_order()
