@@ -24,7 +24,7 @@ def move(entity: Entity, dt: float, ground: Ground) -> None:
     x, y = entity.x, entity.y
     if ground.track(entity):
         if rate != 0.0 or entity.drift != 0.0:
-            entity.drift = math.atan(rate / speed) if abs(speed) > 1e-3 else 0.0
+            entity.drift = _drift(rate, speed, oblique=entity.oblique)
             ground.drive(entity, distance * math.cos(entity.drift) if entity.oblique else distance)
         else:
             ground.drive(entity, distance)
@@ -34,3 +34,15 @@ def move(entity: Entity, dt: float, ground: Ground) -> None:
     entity.travelled += abs(distance)
     entity.vx = (entity.x - x) / dt
     entity.vy = (entity.y - y) / dt
+
+
+def _drift(rate: float, speed: float, *, oblique: bool) -> float:
+    """Heading [rad] against the lane of an entity that moves sideways with `rate` [m/s]; 0 while it stands.
+
+    `oblique`: the speed is that of the whole motion, so `rate` is its part to the side; else it is that along the lane.
+    """
+    if abs(speed) <= 1e-3:
+        return 0.0
+    if oblique:
+        return math.asin(min(max(rate / speed, -1.0), 1.0))
+    return math.atan(rate / speed)

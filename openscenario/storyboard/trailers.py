@@ -1,7 +1,7 @@
 """Trailers: which hang on which vehicle, and how they are drawn along.
 
-A trailer is a body on one axle, its reference point, that does not slip sideways; its coupler stands on the hitch of the
-vehicle ahead. So its axle moves towards the hitch: P' = H - c e, with e the direction from the axle's old place P to
+A trailer is a body on one axle, its reference point, that does not slip sideways; its coupler stands on the hitch of
+the vehicle ahead. So its axle moves towards the hitch: P' = H - c e, with e the direction from the axle's old place P to
 the hitch H and c the distance from axle to coupler (the tractrix by steps). A vehicle that is placed has its trailers
 straight behind it.
 
