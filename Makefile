@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: demo demo-gap test lint types contract unit conformance bench licences clean
+.PHONY: demo demo-gap test lint types contract unit conformance bench blind licences clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -54,6 +54,9 @@ conformance: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
+
+blind: $(STAMP)
+	$(BIN)/python -m scripts.blind_answers $${DVP_SHARED:-../shared}/blind
 
 licences: $(STAMP)
 	$(BIN)/python -m scripts.third_party_licences > THIRD_PARTY_LICENCES.md
