@@ -87,6 +87,18 @@ class Course:
             return here - 0.5 * (1.0 - into / radius) * (here - self.h[i - 1])
         return here
 
+    def nearest(self, x: float, y: float) -> float:
+        """Arc length [m] of the point of the curve that lies nearest to a place."""
+        best, where = math.inf, 0.0
+        for i in range(len(self.s) - 1):
+            dx, dy = self.x[i + 1] - self.x[i], self.y[i + 1] - self.y[i]
+            square = dx * dx + dy * dy
+            u = min(max(((x - self.x[i]) * dx + (y - self.y[i]) * dy) / square, 0.0), 1.0) if square > 0.0 else 0.0
+            apart = math.hypot(self.x[i] + u * dx - x, self.y[i] + u * dy - y)
+            if apart < best - 1e-12:
+                best, where = apart, self.s[i] + u * (self.s[i + 1] - self.s[i])
+        return where
+
     def s_at(self, t: float) -> float:
         """Arc length [m] reached at trajectory time `t` [s]; stands at its ends outside the time stamps."""
         times = self.t

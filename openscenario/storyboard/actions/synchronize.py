@@ -9,6 +9,9 @@ now (v0) and the target (v1) consists of ramps of constant acceleration:
  - if vx would be negative: brake to a stand with (v0^2 + v1^2) / (2 s), wait, and start when one ramp fits.
 A steady state takes its distance off s and its time off t. Without final speed the one ramp that arrives in time is
 taken.
+
+The pace of the two is that of their last motion, along the road where they are on one. Before the first step nothing
+has moved, so that an action that begins with the scenario finds both standing.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ import math
 from typing import TYPE_CHECKING, Literal
 
 from openscenario import model
+from openscenario.storyboard.actions.trajectory import FollowTrajectory
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import Where, resolver
@@ -87,11 +91,11 @@ class Synchronize:
         return way, way / final
 
     def _way(self, entity: Entity, target: Place) -> float:
-        """Way [m] to go: along the road, or straight on a trajectory or where no road leads there."""
+        """Way [m] to go: along the trajectory that it follows, along the road, or straight where no road leads there."""
+        if isinstance(entity.lateral, FollowTrajectory):
+            return entity.lateral.way_to(target)
         straight = math.hypot(target.x - entity.x, target.y - entity.y)
         ground = self._board.ground
-        if entity.lateral is not None and hasattr(entity.lateral, "follows_trajectory"):
-            return straight
         if ground.network is None:
             return straight
         along = ground.distance(ground.position(entity), ground.position_of(target))
@@ -108,9 +112,8 @@ class Synchronize:
         self._last, self._last_master = way, master_way
         there = way < tolerance + SMALL or master_way < tolerance_master + SMALL
         way = max(way - tolerance, SMALL)
-        time = (
-            max(master_way - tolerance_master, SMALL) / self._master.speed if self._master.speed > SMALL else math.inf
-        )
+        pace = self._pace(self._master)
+        time = max(master_way - tolerance_master, SMALL) / pace if pace > SMALL else math.inf
         if there or missed or time < dt:
             if final is not None:
                 entity.speed = final
@@ -123,6 +126,11 @@ class Synchronize:
         entity.speed = max(0.0, self._next_speed(way, time, entity.speed, final, dt))
         return False
 
+    def _pace(self, entity: Entity) -> float:
+        """Speed [m/s] that the last step's motion shows; < 0 in reverse."""
+        pace = math.hypot(entity.vx, entity.vy)
+        return pace if entity.speed >= 0.0 else -pace
+
     def _next_speed(self, way: float, time: float, speed: float, final: float, dt: float) -> float:
         steady_way, steady_time = self._steady(final)
         if self._phase == "steady" or (steady_way > 0.0 and (way - steady_way < SMALL or time - steady_time < SMALL)):
@@ -132,6 +140,8 @@ class Synchronize:
         time -= steady_time
         if time == math.inf:
             # the master stands: wait for it
+            if self._phase == "new" and self._pace(self._entity) <= SMALL:
+                self._phase = "stopped"
             return 0.0 if self._phase in ("last ramp", "stopped") else speed
         if self._phase == "stopped":
             if final <= SMALL or time >= 2.0 * way / final:

@@ -25,8 +25,7 @@ class FollowTrajectory:
     so both follow it exactly.
     """
 
-    __slots__ = ("_board", "_clock", "_course", "_element", "_entity", "_reverse", "_s", "domains")
-    follows_trajectory = True
+    __slots__ = ("_aim", "_board", "_clock", "_course", "_element", "_entity", "_reverse", "_s", "domains")
 
     def __init__(self, element: model.FollowTrajectoryAction, entity: Entity, board: Storyboard) -> None:
         self._element = element
@@ -38,6 +37,7 @@ class FollowTrajectory:
         self._s = 0.0
         self._clock = 0.0
         self._reverse = False
+        self._aim = (math.nan, math.nan, 0.0)  # where `way_to` was asked for last
         shape = element.trajectory.shape
         for position in _positions(shape):
             resolver(position, board)
@@ -124,6 +124,13 @@ class FollowTrajectory:
         entity = self._entity
         x, y, z, h = along.at(self._s)
         entity.put(x, y, z, h + math.pi if self._reverse else h)
+
+    def way_to(self, target: Place) -> float:
+        """Way [m] along the trajectory between here and the point of it that lies nearest to `target`."""
+        assert self._course is not None
+        if self._aim[:2] != (target.x, target.y):
+            self._aim = target.x, target.y, self._course.nearest(target.x, target.y)
+        return abs(self._aim[2] - self._s)
 
     def stop(self) -> None:
         return None
