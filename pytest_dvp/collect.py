@@ -1,14 +1,15 @@
-"""Scenario files as pytest items: `overtaking.xosc::dt`, `::pe`, `::rw`."""
+"""Scenario files as pytest items: `overtaking.xosc::dt`, `::pe`, `::rw`; of a distribution `::dt[07-EgoSpeed=70]`."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from pytest_dvp.cases import choose
 from pytest_dvp.fixtures import Gate, GateFailed, Run, settings_of
 from pytest_dvp.settings import STAGES, SettingError, Settings, is_users_mistake, unknown
 
@@ -18,8 +19,11 @@ NOT_YET = {
 }
 
 
+DISTRIBUTION = "a parameter distribution"
+
+
 class ScenarioFile(pytest.File):
-    """A .xosc file; collects one item a stage, nothing for a catalogue met in a folder."""
+    """A .xosc file; collects one item a stage or a case, nothing for a catalogue met in a folder."""
 
     def __init__(self, *, named: bool = False, **rest: Any) -> None:
         super().__init__(**rest)
@@ -33,6 +37,9 @@ class ScenarioFile(pytest.File):
             sight = look(self.path, settings)
         except ScenarioError as error:
             raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
+        if sight.what == DISTRIBUTION:
+            yield from self._cases(settings, sight.line)
+            return
         if sight.what != "scenario":
             if self.named:
                 raise self.CollectError(f"{self.path}:{sight.line}: {sight.what}: it has no storyboard that could run")
@@ -45,12 +52,44 @@ class ScenarioFile(pytest.File):
                 item.add_marker(pytest.mark.skip(reason=NOT_YET[stage]))
             yield item
 
+    def _cases(self, settings: Settings, line: int) -> Iterator[ScenarioItem]:
+        """One item a case, on the digital twin alone: what is varied automatically never drives a real car."""
+        from openscenario.findings import ScenarioError
+        from openscenario.read import read_scenario
+
+        try:
+            chosen = choose(self.path, settings, "--dvp-cases")
+        except ScenarioError as error:
+            raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
+        except SettingError as error:
+            raise self.CollectError(str(error)) from None
+        looked_at = False
+        for each in chosen:
+            if not looked_at:  # a broken scenario shows at collection, once
+                looked_at = True
+                try:
+                    read_scenario(
+                        chosen.scenario, library=settings.library, rootdir=settings.rootdir, parameters=each.values
+                    )
+                except ScenarioError as error:
+                    raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
+            item = ScenarioItem.from_parent(
+                self, name=f"dt[{each.name}]", callobj=case(chosen.scenario, "dt", each.values)
+            )
+            item.dvp_stage, item.dvp_line = "dt", line
+            item.dvp_scenario, item.dvp_values, item.dvp_count = chosen.scenario, each.values, chosen.count
+            item.add_marker("dt")
+            yield item
+
 
 class ScenarioItem(pytest.Function):
     """One scenario on one stage: a test function with real fixtures whose place is in the .xosc."""
 
     dvp_stage: str
     dvp_line: int
+    dvp_scenario: Path | None = None  # what a case varies; None: the file itself is driven
+    dvp_values: Mapping[str, str] | None = None
+    dvp_count: int = 0  # cases in the file, chosen or not
 
     dvp_refused: str | None = None  # why it must not run
 
@@ -60,7 +99,7 @@ class ScenarioItem(pytest.Function):
         super().runtest()
 
     def reportinfo(self) -> tuple[os.PathLike[str] | str, int | None, str]:
-        return self.path, self.dvp_line - 1, f"{self.path.name}::{self.dvp_stage}"
+        return self.path, self.dvp_line - 1, f"{self.path.name}::{self.name}"
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         if not isinstance(excinfo.value, GateFailed) and not is_users_mistake(excinfo.value):
@@ -81,12 +120,12 @@ class Sight:
         self.line = line
 
 
-def case(path: Path, stage: str) -> Callable[[Run, Gate], None]:
-    """The test function of one scenario and stage."""
+def case(path: Path, stage: str, values: Mapping[str, str] | None = None) -> Callable[[Run, Gate], None]:
+    """The test function of one scenario and stage, with the values of its parameters in a case of a distribution."""
 
     def drive(run: Run, gate: Gate) -> None:
         __tracebackhide__ = True
-        gate(run(path, stage=stage))
+        gate(run(path, stage=stage, parameters=dict(values or {})))
 
     drive.__doc__ = f"{path.name} on stage {stage}"
     return drive
@@ -121,7 +160,7 @@ def look(path: Path, settings: Settings) -> Sight:
 
     root = read_xml(path).root
     child = {element.tag: element.line for element in root.children}
-    for tag, what in (("Catalog", "a catalogue"), ("ParameterValueDistribution", "a parameter distribution")):
+    for tag, what in (("Catalog", "a catalogue"), ("ParameterValueDistribution", DISTRIBUTION)):
         if tag in child:
             return Sight(what, child[tag] or 1)
     scenario = read_scenario(path, library=settings.library, rootdir=settings.rootdir)
@@ -136,7 +175,7 @@ def check_parameters(items: Sequence[pytest.Item], settings: Settings) -> None:
     from openscenario.read import read_declarations
     from pytest_dvp.override import check_declared, declared_names
 
-    paths = sorted({item.path for item in items if isinstance(item, ScenarioItem)})
+    paths = sorted({item.dvp_scenario or item.path for item in items if isinstance(item, ScenarioItem)})
     declared = {declaration.name for path in paths for declaration in read_declarations(path)}
     for name in settings.set.scenario:
         if name not in declared:
@@ -159,7 +198,7 @@ def header(items: Sequence[pytest.Item], settings: Settings) -> str:
     stages = [stage for stage in STAGES if any(item.dvp_stage == stage for item in scenarios)]
     model = settings.model.name if settings.model else "tabby_evo.toml"
     files = len({item.path for item in scenarios})
-    words = [f"dvp: {files} scenario{'s' if files != 1 else ''}", f"stage {', '.join(stages)}"]
+    words = [f"dvp: {files} scenario{'s' if files != 1 else ''}", *_case_words(scenarios), f"stage {', '.join(stages)}"]
     words += [
         "vehicle twin",
         f"ADS {shown_name(settings.ads)}",
@@ -168,6 +207,17 @@ def header(items: Sequence[pytest.Item], settings: Settings) -> str:
         *settings.set.words(),
     ]
     return ", ".join(words)
+
+
+def _case_words(scenarios: Iterable[ScenarioItem]) -> Iterator[str]:
+    chosen: dict[Path, int] = {}
+    counts: dict[Path, int] = {}
+    for item in scenarios:
+        if item.dvp_count:
+            chosen[item.path] = chosen.get(item.path, 0) + 1
+            counts[item.path] = item.dvp_count
+    for path, count in counts.items():
+        yield f"{chosen[path]} of {count} cases of {path.name}"
 
 
 def shown_name(ads: str) -> str:

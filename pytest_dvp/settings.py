@@ -71,6 +71,9 @@ SETTINGS: tuple[Setting, ...] = (
     Setting("library", "paths", (), "folder that scenarios may refer to, besides their own and the rootdir", "DIR"),
     Setting("ego", "str", None, "entity that the ADS drives; default: Ego", "NAME"),
     Setting("set", "assignments", (), "NAME=VALUE of a declared parameter, P.NAME=VALUE (ADS), S.NAME=VALUE", "A"),
+    Setting(
+        "cases", "int", None, "cases of a distribution that run, a random sample by the seed; default: all", "N", 1
+    ),
     Setting("duration", "float", None, "longest simulated time [s]; default: 60, with a goal 300", "SECONDS", 0.05),
     Setting("wall-limit", "float", 600.0, "longest wall time of one run [s]", "SECONDS", 0.1),
     Setting(
@@ -117,6 +120,7 @@ class Settings:
     library: tuple[Path, ...] = ()
     ego: str | None = None
     set: Assignments = dataclasses.field(default_factory=Assignments)
+    cases: int | None = None
     duration: float | None = None
     wall_limit: float = 600.0
     after_collision: float = 1.0

@@ -27,6 +27,7 @@ SETTINGS = (
     "gates",
     "library",
     "ego",
+    "cases",
     "duration",
     "wall-limit",
     "after-collision",
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    paths = [existing(text, "scenario") for text in arguments.scenarios]
+    named = [existing(text, "scenario") for text in arguments.scenarios]
     settings = settings_from(arguments)
     if arguments.stage not in STAGES:
         raise SettingError(f"--stage: {unknown('stage', arguments.stage, STAGES)}")
@@ -62,19 +63,21 @@ def execute(arguments: argparse.Namespace) -> int:
     except StageError as error:
         raise SettingError(f"--stage {arguments.stage}: {error}") from None
     _check_gates(arguments.gate or ())
-    shares = _shares(paths, settings)
+    jobs = _jobs(named, settings, arguments.stage)
+    several = len(named) > 1 or any(job.label for job in jobs)
     find_ads(settings.ads, [settings.rootdir])
     documents: list[Any] = []
     passed = True
-    for path, parameters in zip(paths, shares, strict=True):
+    for job in jobs:
         try:
-            result = _drive(path, arguments, settings, parameters)
+            result = _drive(job, arguments, settings)
         except Exception as error:
-            if len(paths) == 1 or not is_users_mistake(error):
+            if not several or not is_users_mistake(error):
                 raise
             print(error, file=sys.stderr)  # the other scenarios can still run
             findings = [finding.as_dict() for finding in getattr(error, "findings", ())]
-            documents.append({"scenario": str(path), "status": "ERROR", "error": str(error), "findings": findings})
+            failed = {"scenario": str(job.path), "status": "ERROR", "error": str(error), "findings": findings}
+            documents.append(failed | ({"set": dict(job.parameters)} if job.label else {}))
             passed = False
             continue
         passed = _passes(result, arguments.gate) and passed
@@ -82,25 +85,56 @@ def execute(arguments: argparse.Namespace) -> int:
         if not arguments.json:
             print(table(result, arguments.gate), flush=True)
     if arguments.json:
-        print(json.dumps(documents if len(paths) > 1 else documents[0], ensure_ascii=False))
+        print(json.dumps(documents if several else documents[0], ensure_ascii=False))
     return 0 if passed else 1
 
 
-def _drive(path: Path, arguments: argparse.Namespace, settings: Settings, parameters: Mapping[str, str]) -> RunResult:
+@dataclasses.dataclass(frozen=True)
+class Job:
+    """One run: a scenario with values for its parameters; `label`: which case of which distribution it is."""
+
+    path: Path
+    parameters: Mapping[str, str]
+    label: str = ""
+
+
+def _jobs(named: Sequence[Path], settings: Settings, stage: str) -> list[Job]:
+    """The runs that the named files ask for: a distribution is all its cases, or a sample."""
+    from pytest_dvp.cases import choose, is_distribution
+
+    cases: dict[Path, list[Job]] = {}
+    for path in dict.fromkeys(named):
+        if is_distribution(path):
+            if stage != "dt":
+                raise SettingError(f"--stage {stage}: {path} is a distribution, and its cases run on dt alone")
+            chosen = choose(path, settings)
+            print(f"dvp run: {path}: {chosen.size} of {chosen.count} cases of {chosen.scenario}", file=sys.stderr)
+            cases[path] = [Job(chosen.scenario, case.values, f"{path.name}[{case.name}]") for case in chosen]
+    scenarios = [cases[path][0].path if path in cases else path for path in named]
+    shares = _shares(scenarios, settings)
+    jobs: list[Job] = []
+    for path, share in zip(named, shares, strict=True):
+        jobs += [dataclasses.replace(job, parameters={**job.parameters, **share}) for job in cases.get(path, ())]
+        jobs += [] if path in cases else [Job(path, share)]
+    return jobs
+
+
+def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunResult:
     from openscenario.findings import ScenarioError
     from pytest_dvp.run import run
 
     ads = "" if settings.ads == REFERENCE else f", ADS {settings.ads}"
-    print(f"dvp run: {path}, stage {arguments.stage}, seed {settings.seed}{ads}", file=sys.stderr)
+    what = job.label or job.path
+    print(f"dvp run: {what}, stage {arguments.stage}, seed {settings.seed}{ads}", file=sys.stderr)
     notice = threading.Timer(PATIENCE, print, (FIRST_RUN,), {"file": sys.stderr, "flush": True})
     notice.daemon = True
     notice.start()
     try:
         result = run(
-            path,
+            job.path,
             stage=arguments.stage,
             seed=settings.seed,
-            parameters=parameters,
+            parameters=job.parameters,
             P=settings.set.P,
             S=settings.set.S,
             model=settings.model,
