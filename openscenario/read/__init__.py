@@ -79,14 +79,14 @@ def _distribution(
 ) -> tuple[DistributionFile, tuple[ParameterDeclaration, ...]]:
     findings = Findings()
     reading = open_reading(Path(path), _folders(library), _folder(rootdir), findings)
-    file, declared = (None, ()) if reading is None else read_distribution_file(reading)
-    if reading is not None and not is_distribution(reading) and not findings.errors:
+    file: DistributionFile | None = None
+    declared: tuple[ParameterDeclaration, ...] = ()
+    if reading is not None and is_distribution(reading):
+        file, declared = read_distribution_file(reading)
+    elif reading is not None:
+        wanted = "<ParameterValueDistribution>"
         reading.context.error(
-            "file.not_a_distribution",
-            reading.at(),
-            "",
-            "the file varies no scenario",
-            allowed="<ParameterValueDistribution>",
+            "file.not_a_distribution", reading.at(), "", "the file varies no scenario", allowed=allowed
         )
     if file is None:
         raise refuse(findings)
