@@ -86,7 +86,7 @@ def _distribution(
     elif reading is not None:
         wanted = "<ParameterValueDistribution>"
         reading.context.error(
-            "file.not_a_distribution", reading.at(), "", "the file varies no scenario", allowed=allowed
+            "file.not_a_distribution", reading.at(), "", "the file varies no scenario", allowed=wanted
         )
     if file is None:
         raise refuse(findings)
