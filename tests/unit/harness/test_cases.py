@@ -1,0 +1,73 @@
+"""`dvp run` of a parameter distribution: every case, or a sample that says so; checked before anything runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pytest_dvp.cases import choose
+from pytest_dvp.cli import main
+from pytest_dvp.settings import Settings
+
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def speeds(scenario: Write, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Path]:
+    """Writes a distribution of `ego_speed` from 2 to 6 m/s in steps of a width beside the small scenario."""
+    good = scenario()
+    monkeypatch.chdir(good.parent)
+    (good.parent / "pytest.ini").write_text("[pytest]\n")
+
+    def write(step: str) -> Path:
+        path = good.with_name("speeds.xosc")
+        path.write_text(
+            '<OpenSCENARIO><FileHeader revMajor="1" revMinor="1" date="2026-01-01T00:00:00" description="" author=""/>'
+            f'<ParameterValueDistribution><ScenarioFile filepath="{good.name}"/><Deterministic>'
+            '<DeterministicSingleParameterDistribution parameterName="ego_speed">'
+            f'<DistributionRange stepWidth="{step}"><Range lowerLimit="2" upperLimit="6"/></DistributionRange>'
+            "</DeterministicSingleParameterDistribution></Deterministic></ParameterValueDistribution></OpenSCENARIO>"
+        )
+        return path
+
+    return write
+
+
+def test_every_case_is_run_with_its_value(speeds: Callable[[str], Path], capsys: pytest.CaptureFixture[str]) -> None:
+    path = speeds("4")
+    main(["run", str(path), "--duration", "0.2", "--no-report", "--json"])
+    out, err = capsys.readouterr()
+    assert [document["set"]["ego_speed"] for document in json.loads(out)] == ["2", "6"]
+    assert "speeds.xosc: 2 of 2 cases of " in err
+    assert "speeds.xosc[2-ego_speed=6]" in err
+
+
+def test_thousands_of_cases_want_to_be_asked_for(
+    speeds: Callable[[str], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", str(speeds("0.001"))]) == 2
+    assert "4001 cases, more than the 1000 that run unasked; --cases 100 runs" in capsys.readouterr().err
+
+
+def test_what_is_varied_cannot_be_set_as_well(
+    speeds: Callable[[str], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", str(speeds("1")), "--set", "ego_speed=3"]) == 2
+    assert capsys.readouterr().err == "--set ego_speed: speeds.xosc varies it\n"
+
+
+def test_a_distribution_without_findings_passes_the_check(
+    speeds: Callable[[str], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["check", str(speeds("1"))]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_names_of_cases_are_unique_and_cut(speeds: Callable[[str], Path]) -> None:
+    chosen = choose(speeds("0.01"), Settings())
+    names = [case.name for case in chosen]
+    assert chosen.count == len(set(names)) == 401
+    assert names[0] == "001-ego_speed=2"
