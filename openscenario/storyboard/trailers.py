@@ -1,9 +1,9 @@
 """Trailers: which hang on which vehicle, and how they are drawn along.
 
 A trailer is a body on one axle, its reference point, that does not slip sideways; its coupler stands on the hitch of
-the vehicle ahead. So its axle moves towards the hitch: P' = H - c e, with e the direction from the axle's old place P to
-the hitch H and c the distance from axle to coupler (the tractrix by steps). A vehicle that is placed has its trailers
-straight behind it.
+the vehicle ahead. So its axle moves towards the hitch: with e the direction from the axle's old place to the hitch H
+and c the distance from axle to coupler it comes to H - c e (the tractrix by steps). A vehicle that is placed has its
+trailers straight behind it.
 
 Names: a trailer that is defined inside a vehicle has no name that is unique in the scenario; it is called like the
 vehicle ahead of it with a `+`.

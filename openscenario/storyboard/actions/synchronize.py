@@ -10,8 +10,8 @@ now (v0) and the target (v1) consists of ramps of constant acceleration:
 A steady state takes its distance off s and its time off t. Without final speed the one ramp that arrives in time is
 taken.
 
-The pace of the two is that of their last motion, along the road where they are on one. Before the first step nothing
-has moved, so that an action that begins with the scenario finds both standing.
+The pace of the two is that of their last motion. An action that begins with the scenario has seen none and finds both
+standing.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class Synchronize:
         return way, way / final
 
     def _way(self, entity: Entity, target: Place) -> float:
-        """Way [m] to go: along the trajectory that it follows, along the road, or straight where no road leads there."""
+        """Way [m] to go: along its trajectory, else along the road, else straight where no road leads there."""
         if isinstance(entity.lateral, FollowTrajectory):
             return entity.lateral.way_to(target)
         straight = math.hypot(target.x - entity.x, target.y - entity.y)
@@ -127,9 +127,8 @@ class Synchronize:
         return False
 
     def _pace(self, entity: Entity) -> float:
-        """Speed [m/s] that the last step's motion shows; < 0 in reverse."""
-        pace = math.hypot(entity.vx, entity.vy)
-        return pace if entity.speed >= 0.0 else -pace
+        """Speed [m/s] that the last step's motion shows, whichever way it went."""
+        return math.hypot(entity.vx, entity.vy)
 
     def _next_speed(self, way: float, time: float, speed: float, final: float, dt: float) -> float:
         steady_way, steady_time = self._steady(final)
@@ -140,8 +139,8 @@ class Synchronize:
         time -= steady_time
         if time == math.inf:
             # the master stands: wait for it
-            if self._phase == "new" and self._pace(self._entity) <= SMALL:
-                self._phase = "stopped"
+            if self._phase == "new":
+                self._phase, self._linger = "two ramps", True
             return 0.0 if self._phase in ("last ramp", "stopped") else speed
         if self._phase == "stopped":
             if final <= SMALL or time >= 2.0 * way / final:
@@ -168,6 +167,10 @@ class Synchronize:
                 self._phase = "stopped"
                 return 0.0
             return speed - rate * dt
+        if (between > speed) if self._linger else (between < speed):
+            # beyond the corner between the two ramps
+            self._phase = "last ramp"
+            return speed
         apart = (between - speed) + (between - final)
         first = time * (between - speed) / apart if abs(apart) > SMALL else 0.5 * time
         if first <= dt:
