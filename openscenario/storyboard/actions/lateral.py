@@ -51,6 +51,9 @@ class Shift:
             self._board.ground.track(entity)
         entity.oblique = self._oblique
         pace = abs(0.5 * (entity.speed + entity.speed_before)) if self._by_distance else 1.0
+        if self._by_distance and self._oblique:
+            # the distance is that along the lane
+            pace /= math.hypot(1.0, change.rate())
         change.advance(pace * dt)
         if change.done:
             self._settle()
