@@ -1,0 +1,278 @@
+"""Writes docs/openscenario.md from the model and the storyboard:  python -m scripts.make_openscenario_page
+
+The rows are the dataclasses of the model; what runs is what the storyboard registers. A test says so when the page is
+behind, or when an element has no row.
+"""
+
+from __future__ import annotations
+
+import inspect
+import typing
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from openscenario import model
+from openscenario.model.kinds import Element
+from openscenario.model.storyboard import AnyAction
+from openscenario.model.trajectories import Shape
+from openscenario.plan import ElementPlan, Leaf, Table, plan_of, tag_path
+from openscenario.read.header import VERSIONS
+from openscenario.storyboard import positions, trajectories
+from openscenario.storyboard.registry import action_factories, condition_factories
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "openscenario.md"
+
+RUN, ACCEPTED, REFUSED = "run", "accepted", "refused"
+FILES = (model.DistributionFile, model.Scenario)  # what a file becomes; not elements of it
+ACCEPTING = "openscenario.storyboard.actions.accepted"
+
+_VERSIONS = " to ".join(f"{major}.{minor}" for major, minor in (VERSIONS[0], VERSIONS[-1]))
+
+HEAD = f"""\
+# OpenSCENARIO: what is run, accepted, refused
+
+OpenSCENARIO XML {_VERSIONS}; what older versions spell otherwise (`overwrite`,
+`velocity`, ...) reads the same. This page is made by `python -m scripts.make_openscenario_page`.
+
+- **run**: acts as the standard says.
+- **accepted**: read, checked, written back; it changes nothing here, or what the row says.
+- **refused**: an error finding with file and line, from `dvp play` and `dvp run` before anything moves; a file with it
+  is never run without it. `dvp check` reports what is wrong in itself, not what is merely refused by the storyboard.
+
+The column "with" names what belongs to an element and shares its fate. What stands nowhere on this page is no element
+of the standard, and an error finding. OpenSCENARIO DSL (`.osc`), lanelet2, CommonRoad and SUMO are refused by name.
+"""
+
+DISTRIBUTIONS = """
+## Parameter distributions
+
+A file with a `ParameterValueDistribution` is a set of runs of its `ScenarioFile`:
+
+```
+pytest speeds.xosc                    # an item a case: speeds.xosc::dt[07-EgoSpeed=70]
+pytest speeds.xosc --dvp-cases 50     # a random sample of 50, the same for the same --dvp-seed
+dvp run speeds.xosc --cases 50
+dvp check speeds.xosc                 # unknown parameters, values outside constraints, step 0, weights below 0, ...
+```
+
+More than 1000 cases run only when `--cases` says how many. A deterministic distribution is every combination of its
+values, the last distribution of the file changing fastest; its number is computed, no case is built for it. A range
+holds its upper limit if a step ends there, counted in decimals (1.1 to 1.5 by 0.2 is three values).
+
+A stochastic distribution draws `numberOfTestRuns` cases from its `randomSeed` (without one: from `--seed`); the draw of
+a case depends on the seed, the parameter's name and the number of the case alone. `LogNormalDistribution` has the
+expected value and variance of the log-normal distribution itself, not of its logarithm. Drawn values for whole
+parameters are rounded to the nearest.
+
+Cases run on the digital twin only: what is varied automatically never drives a real car.
+
+In Python: `openscenario.read.read_cases(path)` gives `count`, `cases[n]` and an iterator.
+"""
+
+MEANING: Mapping[type[Element], tuple[str, str]] = {
+    model.FileHeader: (RUN, "decides the version; license and properties are kept"),
+    model.ParameterDeclaration: (RUN, "with constraint groups, expressions and scopes; set from outside by `--set`"),
+    model.VariableDeclaration: (RUN, ""),
+    model.MonitorDeclaration: (ACCEPTED, "monitors are for whoever watches the simulation"),
+    model.CatalogLocations: (RUN, "entries take the place of the references to them"),
+    model.CatalogReference: (RUN, "with parameter assignments"),
+    model.RoadNetwork: (RUN, "the road is an OpenDRIVE file"),
+    model.SceneGraphFile: (ACCEPTED, "kept; nothing is drawn from it"),
+    model.UsedArea: (ACCEPTED, "kept; nothing is limited to it"),
+    model.TrafficSignalController: (ACCEPTED, "no program of lights is played; their states come from actions"),
+    model.Entities: (RUN, ""),
+    model.ScenarioObject: (RUN, ""),
+    model.EntitySelection: (RUN, "stands for its members"),
+    model.Vehicle: (RUN, "bounding box, axles and performance; the dynamics of the ego are the vehicle model's"),
+    model.Pedestrian: (RUN, "bounding box"),
+    model.MiscObject: (RUN, "bounding box"),
+    model.ExternalObjectReference: (ACCEPTED, "an entity without a size of its own"),
+    model.ObjectController: (ACCEPTED, "the ego is driven by the stack under test, others by the default controller"),
+    model.Properties: (ACCEPTED, "kept; their meaning is between the file and its tool"),
+    model.Storyboard: (RUN, ""),
+    model.Init: (RUN, ""),
+    model.Story: (RUN, "with parameters of its own"),
+    model.Act: (RUN, "start and stop trigger"),
+    model.ManeuverGroup: (RUN, "actors, triggering entities, execution count"),
+    model.Maneuver: (RUN, ""),
+    model.Event: (RUN, "priority override (overwrite), parallel, skip; execution count"),
+    model.Action: (RUN, "an empty one ends at once, with a warning"),
+    model.Trigger: (RUN, "groups are alternatives, the conditions of a group all needed"),
+    model.Condition: (RUN, "delay; edges none, rising, falling, risingOrFalling"),
+    model.ByEntityCondition: (RUN, "any or all of the triggering entities"),
+    model.TransitionDynamics: (
+        RUN,
+        "step, linear, cubic, sinusoidal over time, distance or rate; rate is the peak rate",
+    ),
+    model.DynamicConstraints: (RUN, ""),
+    model.Route: (RUN, ""),
+    model.Trajectory: (RUN, "with and without time stamps"),
+    model.Environment: (ACCEPTED, "kept for whoever wants to know; motion does not depend on it"),
+    model.ParameterValueDistribution: (RUN, "see below"),
+    model.UserDefinedDistribution: (REFUSED, "its meaning is known to its own tool only"),
+}
+
+SECTIONS: Mapping[str, tuple[type[Element], ...]] = {
+    "Files": (
+        model.FileHeader,
+        model.ParameterDeclaration,
+        model.VariableDeclaration,
+        model.MonitorDeclaration,
+        model.CatalogLocations,
+        model.CatalogReference,
+        model.RoadNetwork,
+        model.SceneGraphFile,
+        model.UsedArea,
+        model.TrafficSignalController,
+        model.Properties,
+    ),
+    "Entities": (
+        model.Entities,
+        model.ScenarioObject,
+        model.EntitySelection,
+        model.Vehicle,
+        model.Pedestrian,
+        model.MiscObject,
+        model.ExternalObjectReference,
+        model.ObjectController,
+    ),
+    "Storyboard": (
+        model.Storyboard,
+        model.Init,
+        model.Story,
+        model.Act,
+        model.ManeuverGroup,
+        model.Maneuver,
+        model.Event,
+        model.Action,
+        model.Trigger,
+        model.Condition,
+        model.ByEntityCondition,
+    ),
+    "Shared by actions": (
+        model.TransitionDynamics,
+        model.DynamicConstraints,
+        model.Route,
+        model.Trajectory,
+        model.Environment,
+    ),
+}
+
+
+def _leaves(union: object) -> tuple[type[Element], ...]:
+    """The classes of a union, flat."""
+    members = typing.get_args(union)
+    return tuple(cls for member in members for cls in _leaves(member)) if members else (typing.cast("type", union),)
+
+
+def actions() -> tuple[type[Element], ...]:
+    """Every action of the model, by path."""
+    return tuple(sorted(set(_leaves(AnyAction)), key=lambda cls: (cls.XML, cls.__name__)))
+
+
+def conditions() -> tuple[type[Element], ...]:
+    """Every condition of the model."""
+    found = {*_leaves(model.EntityCondition), *_leaves(model.ByValueCondition)}
+    return tuple(sorted(found, key=lambda cls: cls.__name__))
+
+
+def shapes() -> tuple[type[Element], ...]:
+    """Every shape of a trajectory."""
+    return _leaves(Shape)
+
+
+def places() -> tuple[type[Element], ...]:
+    """Every position."""
+    return tuple(sorted(_leaves(model.Position), key=lambda cls: cls.__name__))
+
+
+def status(cls: type[Element]) -> tuple[str, str]:
+    """What happens to an element, and what is to be said about it."""
+    if cls in MEANING:
+        return MEANING[cls]
+    if cls in actions() or cls in conditions():
+        factory = {**action_factories(), **condition_factories()}.get(cls)
+        if factory is None:
+            return REFUSED, ""
+        return (ACCEPTED if factory.__module__ == ACCEPTING else RUN), _first_line(factory)
+    if cls in places():
+        return (RUN if f"model.{cls.__name__}(" in inspect.getsource(positions.resolver) else REFUSED), ""
+    if cls in shapes():
+        return (RUN if cls.__name__ in inspect.getsource(trajectories) else REFUSED), ""
+    return RUN, ""
+
+
+def _first_line(factory: object) -> str:
+    return (inspect.getdoc(factory) or "").split("\n\n")[0].replace("\n", " ").strip()
+
+
+def rows() -> dict[str, tuple[type[Element], ...]]:
+    """The elements that have a row, by heading."""
+    spread = tuple(
+        dict.fromkeys(
+            leaf.plan.cls
+            for cls in (model.DeterministicSingleParameterDistribution, model.StochasticDistribution)
+            for leaf in _below(plan_of(cls).children)
+        )
+    )
+    return {
+        **SECTIONS,
+        "Actions": actions(),
+        "Conditions": conditions(),
+        "Positions": places(),
+        "Trajectories": shapes(),
+        "Distributions": (
+            model.ParameterValueDistribution,
+            model.DeterministicSingleParameterDistribution,
+            model.DeterministicMultiParameterDistribution,
+            model.StochasticDistribution,
+            *spread,
+        ),
+    }
+
+
+def _below(table: Table) -> Iterator[Leaf]:
+    for entry in table.values():
+        if isinstance(entry, Leaf):
+            yield entry
+        else:
+            yield from _below(entry)
+
+
+def parts(cls: type[Element], own: frozenset[type[Element]]) -> tuple[type[Element], ...]:
+    """The elements below one that have no row of their own, in the order of the model."""
+    found: dict[type[Element], None] = {}
+    stack: list[ElementPlan] = [plan_of(cls)]
+    while stack:
+        for leaf in _below(stack.pop().children):
+            inner = leaf.plan.cls
+            if inner not in own and inner not in found:
+                found[inner] = None
+                stack.append(leaf.plan)
+    return tuple(found)
+
+
+def name(cls: type[Element]) -> str:
+    """The element as the file spells it; one that only its parent tells apart carries the parent's tag."""
+    path = tag_path(cls)
+    return path[-1] if path[-1] == cls.__name__ else cls.__name__
+
+
+def page() -> str:
+    """The whole page."""
+    table = rows()
+    own = frozenset(cls for listed in table.values() for cls in listed)
+    counts = {each: sum(status(cls)[0] == each for cls in own) for each in (RUN, ACCEPTED, REFUSED)}
+    out = [HEAD, "Rows: " + ", ".join(f"{number} {each}" for each, number in counts.items()) + ".", ""]
+    for title, listed in table.items():
+        out += [f"## {title}", "", "| element | | meaning here | with |", "|---|---|---|---|"]
+        for cls in listed:
+            verdict, meaning = status(cls)
+            below = ", ".join(name(part) for part in parts(cls, own))
+            out.append(f"| `{name(cls)}` | {verdict} | {meaning} | {below} |".replace("  |", " |"))
+        out.append("")
+    return "\n".join(out) + DISTRIBUTIONS
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
