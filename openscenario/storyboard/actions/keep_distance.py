@@ -78,12 +78,13 @@ class KeepDistance:
             self._place()
             return False
         to_go = self._to_go()
-        up = limits.max_acceleration if limits.max_acceleration is not None else math.inf
-        down = limits.max_deceleration if limits.max_deceleration is not None else math.inf
+        # what the vehicle can do limits it too
+        up = min(entity.max_acceleration, _or_infinite(limits.max_acceleration))
+        down = min(entity.max_deceleration, _or_infinite(limits.max_deceleration))
         limit = min(up if to_go < 0.0 else down, 100.0)
         stiffness = STIFFNESS * limit
         wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * (entity.speed - self._other.speed)
-        top = limits.max_speed if limits.max_speed is not None else math.inf
+        top = min(entity.max_speed, _or_infinite(limits.max_speed))
         entity.speed = min(max(entity.speed + min(max(wanted, -down), up) * dt, -top), top)
         return not self._element.continuous and abs(to_go) < REACHED
 
@@ -93,6 +94,10 @@ class KeepDistance:
     def ask(self) -> tuple[str, dict[str, Any], float]:
         element = self._element
         return "distance", {"to": self._other.name, "distance": element.distance, "time_gap": element.time_gap}, 0.0
+
+
+def _or_infinite(limit: float | None) -> float:
+    return math.inf if limit is None else limit
 
 
 @action(model.LongitudinalDistanceAction)
