@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from openscenario.model.catalog_file import CatalogFile
 from openscenario.model.declarations import FileHeader
 from openscenario.model.distributions import DistributionFile, ScenarioFile
 from openscenario.model.kinds import Element
@@ -40,11 +41,30 @@ def write_distribution(file: DistributionFile, path: str | os.PathLike[str]) -> 
     Raises:
         OSError: the file cannot be written.
     """
-    target = Path(path)
+    _write_one(file.file_header, file.distribution, Path(path))
+
+
+def write_catalog(file: CatalogFile, path: str | os.PathLike[str]) -> None:
+    """The same for a catalogue file.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    _write_one(file.file_header, file.catalog, Path(path))
+
+
+def element_node(element: Element, folder: Path = Path()) -> Node:
+    """One element below a root of its own, as it stands in a file in `folder`."""
+    root = Node("OpenSCENARIO", 0, {}, "", None)
+    _Writer(folder).element(element, tag_path(type(element))[-1], root)
+    return root
+
+
+def _write_one(header: FileHeader, element: Element, target: Path) -> None:
     writer = _Writer(target.absolute().parent)
     root = Node("OpenSCENARIO", 0, {}, "", None)
-    writer.element(file.file_header, "FileHeader", root)
-    writer.element(file.distribution, "ParameterValueDistribution", root)
+    writer.element(header, "FileHeader", root)
+    writer.element(element, type(element).__name__, root)
     write_xml(root, target)
 
 

@@ -23,7 +23,7 @@ from openscenario.storyboard.registry import action_factories, condition_factori
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "openscenario.md"
 
 RUN, ACCEPTED, REFUSED = "run", "accepted", "refused"
-FILES = (model.DistributionFile, model.Scenario)  # what a file becomes; not elements of it
+FILES = (model.CatalogFile, model.DistributionFile, model.Scenario)  # what a file becomes; not elements of it
 ACCEPTING = "openscenario.storyboard.actions.accepted"
 
 _VERSIONS = " to ".join(f"{major}.{minor}" for major, minor in (VERSIONS[0], VERSIONS[-1]))
@@ -76,6 +76,7 @@ MEANING: Mapping[type[Element], tuple[str, str]] = {
     model.MonitorDeclaration: (ACCEPTED, "monitors are for whoever watches the simulation"),
     model.CatalogLocations: (RUN, "entries take the place of the references to them"),
     model.CatalogReference: (RUN, "with parameter assignments"),
+    model.Catalog: (RUN, "a file of its own; `dvp check` reads each entry with its default values"),
     model.RoadNetwork: (RUN, "the road is an OpenDRIVE file"),
     model.SceneGraphFile: (ACCEPTED, "kept; nothing is drawn from it"),
     model.UsedArea: (ACCEPTED, "kept; nothing is limited to it"),
@@ -120,6 +121,7 @@ SECTIONS: Mapping[str, tuple[type[Element], ...]] = {
         model.MonitorDeclaration,
         model.CatalogLocations,
         model.CatalogReference,
+        model.Catalog,
         model.RoadNetwork,
         model.SceneGraphFile,
         model.UsedArea,

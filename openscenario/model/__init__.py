@@ -58,6 +58,9 @@ from openscenario.model.appearance import UserDefinedComponent as UserDefinedCom
 from openscenario.model.appearance import UserDefinedLight as UserDefinedLight
 from openscenario.model.appearance import VehicleComponent as VehicleComponent
 from openscenario.model.appearance import VehicleLight as VehicleLight
+from openscenario.model.catalog_file import Catalog as Catalog
+from openscenario.model.catalog_file import CatalogEntry as CatalogEntry
+from openscenario.model.catalog_file import CatalogFile as CatalogFile
 from openscenario.model.catalogs import CatalogLocation as CatalogLocation
 from openscenario.model.catalogs import CatalogLocations as CatalogLocations
 from openscenario.model.catalogs import CatalogReference as CatalogReference

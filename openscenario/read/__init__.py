@@ -9,15 +9,16 @@ from typing import TypeAlias
 
 from openscenario.distributions import Cases, cases_of
 from openscenario.findings import Finding, Findings, ScenarioError
+from openscenario.model.catalog_file import CatalogFile
 from openscenario.model.declarations import ParameterDeclaration
 from openscenario.model.distributions import DistributionFile
 from openscenario.model.scenario import Scenario
 from openscenario.read.distribution import is_distribution, read_distribution_file, refuse
-from openscenario.read.scenario import check_catalog, declarations_of, open_reading, read_sections, texts
+from openscenario.read.scenario import declarations_of, open_reading, read_catalog_file, read_sections, texts
 
 AnyPath: TypeAlias = str | os.PathLike[str]
 
-__all__ = ["check_scenario", "read_cases", "read_declarations", "read_distribution", "read_scenario"]
+__all__ = ["check_scenario", "read_cases", "read_catalog", "read_declarations", "read_distribution", "read_scenario"]
 
 
 def read_scenario(
@@ -46,6 +47,22 @@ def read_scenario(
     if scenario is None:
         raise refuse(findings)
     return scenario
+
+
+def read_catalog(path: AnyPath, *, library: Sequence[AnyPath] = (), rootdir: AnyPath | None = None) -> CatalogFile:
+    """Reads a catalogue file, each entry with the default values of its parameters.
+
+    Raises:
+        ScenarioError: with all findings, if one of them is an error.
+    """
+    findings = Findings()
+    reading = open_reading(Path(path), _folders(library), _folder(rootdir), findings)
+    if reading is not None and reading.root.find("Catalog") is None:
+        reading.context.error("file.not_a_catalog", reading.at(), "", "it is no catalogue", allowed="<Catalog>")
+    file = None if reading is None else read_catalog_file(reading)
+    if file is None:
+        raise refuse(findings)
+    return file
 
 
 def read_distribution(
@@ -104,7 +121,7 @@ def check_scenario(
     reading = open_reading(Path(path), _folders(library), _folder(rootdir), findings)
     if reading is not None:
         if reading.root.find("Catalog") is not None:
-            check_catalog(reading)
+            read_catalog_file(reading)
         elif is_distribution(reading):
             read_distribution_file(reading)
         else:

@@ -10,19 +10,17 @@ from typing import Final, TypeVar
 
 from openscenario.catalogs import KINDS, Catalogs
 from openscenario.findings import Findings, ScenarioError, nearest
+from openscenario.model.catalog_file import Catalog, CatalogFile
 from openscenario.model.catalogs import CatalogLocations
 from openscenario.model.declarations import (
     MonitorDeclaration,
     ParameterDeclaration,
     VariableDeclaration,
 )
-from openscenario.model.entities import Controller, Entities, MiscObject, Pedestrian, Vehicle
-from openscenario.model.environment import Environment
+from openscenario.model.entities import Entities
 from openscenario.model.kinds import At, Element
-from openscenario.model.routes import Route
 from openscenario.model.scenario import RoadNetwork, Scenario
-from openscenario.model.storyboard import Maneuver, Storyboard
-from openscenario.model.trajectories import Trajectory
+from openscenario.model.storyboard import Storyboard
 from openscenario.parameters import Given, Scope, declare
 from openscenario.paths import Roots
 from openscenario.plan import plan_of
@@ -51,16 +49,6 @@ _FOREIGN: Final[Mapping[str, str]] = {
     "commonRoad": "CommonRoad: convert it to OpenSCENARIO XML with its scenario designer",
     "OpenDRIVE": "OpenDRIVE: this is a road, name it in the LogicFile of a scenario",
     "net": "a SUMO network: convert it with netconvert",
-}
-_CLASSES: Final[Mapping[str, type[Element]]] = {
-    "Vehicle": Vehicle,
-    "Controller": Controller,
-    "Pedestrian": Pedestrian,
-    "MiscObject": MiscObject,
-    "Environment": Environment,
-    "Maneuver": Maneuver,
-    "Trajectory": Trajectory,
-    "Route": Route,
 }
 _E = TypeVar("_E", bound=Element)
 
@@ -168,26 +156,28 @@ def declarations_of(reading: Reading) -> tuple[ParameterDeclaration, ...]:
     return _parameters(reading, reading.root.find("ParameterDeclarations"), {})[0]
 
 
-def check_catalog(reading: Reading) -> None:
-    """Findings of a catalogue file: each entry is read with the default values of its parameters."""
-    read_header(reading.root.find("FileHeader"), reading.reader, reading.at())
-    for catalog in reading.root.findall("Catalog"):
-        seen: dict[str, int] = {}
-        for node in catalog.children:
-            path = f"{_ROOT}/Catalog/{node.tag}"
-            at = At(reading.document.file, node.line, path)
-            if node.tag not in KINDS:
-                reading.context.error(
-                    "xml.unknown_element", at, "", "no kind of entry", found=node.tag, allowed=", ".join(KINDS)
-                )
-                continue
-            name = node.get("name")
-            if name in seen:
-                hint = f"first used in line {seen[name]}"
-                code = "reference_control.uniquely_resolvable_entity_references"
-                reading.context.error(code, at, "", "two entries of one name", found=name, hint=hint)
-            seen.setdefault(name, node.line)
-            reading.reader.read(plan_of(_CLASSES[node.tag]), node, Scope(), path)
+def read_catalog_file(reading: Reading) -> CatalogFile | None:
+    """A catalogue, each entry with the default values of its parameters; None: the context says what is wrong."""
+    context = reading.context
+    header = read_header(reading.root.find("FileHeader"), reading.reader, reading.at())
+    node = reading.root.find("Catalog")
+    if header is None or node is None:
+        return None
+    for second in reading.root.findall("Catalog")[1:]:
+        context.error("xml.too_many", reading.at(second, "Catalog"), "", "a file holds one catalogue", found="Catalog")
+    seen: dict[str, int] = {}
+    for entry in node.children:
+        name = entry.get("name")
+        if entry.tag in KINDS and name in seen:
+            at = At(reading.document.file, entry.line, f"{_ROOT}/Catalog/{entry.tag}")
+            hint = f"first used in line {seen[name]}"
+            code = "reference_control.uniquely_resolvable_entity_references"
+            context.error(code, at, "", "two entries of one name", found=name, hint=hint)
+        seen.setdefault(name, entry.line)
+    catalog: Catalog | None = reading.reader.read(plan_of(Catalog), node, Scope(), f"{_ROOT}/Catalog")
+    if catalog is None or context.findings.errors:
+        return None
+    return CatalogFile(header, catalog, Path(reading.document.file), reading.document.sha256, at=reading.at())
 
 
 def _sections(reading: Reading) -> dict[str, Node]:

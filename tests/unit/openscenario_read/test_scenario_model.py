@@ -47,7 +47,7 @@ def test_every_element_of_the_model_can_be_read() -> None:
     """No class is out of reach from the sections of a file and the entries of a catalogue."""
     seen: set[type[Element]] = set()
     rows = (model.FileHeader, model.CatalogLocations, model.VariableDeclaration, model.MonitorDeclaration)
-    rows += (model.ParameterValueDistribution,)
+    rows += (model.ParameterValueDistribution, model.Catalog)
     stack: list[ElementPlan] = [plan_of(cls) for cls in (*rows, model.RoadNetwork, model.Entities, model.Storyboard)]
     while stack:
         plan = stack.pop()
@@ -57,4 +57,4 @@ def test_every_element_of_the_model_can_be_read() -> None:
         for leaf in leaves(plan.children):
             stack.append(leaf.plan)
             stack.extend((leaf.variants or {}).values())
-    assert {cls for cls in CLASSES if cls not in seen} == {model.Scenario, model.DistributionFile}
+    assert {cls for cls in CLASSES if cls not in seen} == {model.Scenario, model.DistributionFile, model.CatalogFile}
