@@ -373,7 +373,12 @@ class Storyboard:
                     each.runner.stop()
                 active.state = COMPLETE
             self._active = []
-        if node.kind == "maneuverGroup" and node.state == RUNNING and node.executions < node.maximum and node.finished():
+        if (
+            node.kind == "maneuverGroup"
+            and node.state == RUNNING
+            and node.executions < node.maximum
+            and node.finished()
+        ):
             self._change(node, END, STANDBY)  # what was stopped below has ended this execution; more were allowed
         if node.state == INIT:
             node.state = COMPLETE

@@ -246,6 +246,8 @@ def _trajectory(position: model.TrajectoryPosition, board: Storyboard) -> Where:
     def where() -> Place:
         along: Course = course(position.trajectory, lambda inner: place(inner, board))
         x, y, z, h = along.at(position.s)
+        if along.length > 0.0 and isinstance(position.trajectory.shape, model.Polyline):
+            h = along.tangent(position.s)
         x -= position.t * math.sin(h)
         y += position.t * math.cos(h)
         return Place(x, y, z, _orientation(position.orientation, h), has_heading=True)

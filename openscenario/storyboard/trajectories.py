@@ -87,6 +87,14 @@ class Course:
             return here - 0.5 * (1.0 - into / radius) * (here - self.h[i - 1])
         return here
 
+    def tangent(self, s: float) -> float:
+        """Direction [rad] of the curve after `s` metres, whatever headings its points ask for."""
+        last = len(self.s) - 1
+        i = min(max(bisect_right(self.s, s) - 1, 0), last - 1)
+        while i >= 0 and self.s[i + 1] - self.s[i] <= 0.0:
+            i -= 1
+        return self.h[0] if i < 0 else math.atan2(self.y[i + 1] - self.y[i], self.x[i + 1] - self.x[i])
+
     def nearest(self, x: float, y: float) -> float:
         """Arc length [m] of the point of the curve that lies nearest to a place."""
         best, where = math.inf, 0.0

@@ -88,6 +88,8 @@ class FollowTrajectory:
             # what is left of the step: straight on
             way = -over if self._reverse else over
             entity.put(entity.x + way * math.cos(entity.h), entity.y + way * math.sin(entity.h), entity.z, entity.h)
+        if done and self._board.network is None:
+            entity.speed = 0.0  # no lane to keep from here on
         entity.moved = True
         entity.travelled += abs(self._s - before) + max(over, 0.0)
         entity.vx, entity.vy = (entity.x - x) / dt, (entity.y - y) / dt
