@@ -60,6 +60,9 @@ def read_catalog(path: AnyPath, *, library: Sequence[AnyPath] = (), rootdir: Any
     if reading is not None and reading.root.find("Catalog") is None:
         reading.context.error("file.not_a_catalog", reading.at(), "", "it is no catalogue", allowed="<Catalog>")
     file = None if reading is None else read_catalog_file(reading)
+    if file is None and reading is not None and not findings.errors:
+        text = "an entry refers to another catalogue, and only a scenario says where that lies"
+        reading.context.error("catalog.not_alone", reading.at(), "", text)
     if file is None:
         raise refuse(findings)
     return file
