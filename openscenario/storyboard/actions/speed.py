@@ -49,8 +49,7 @@ class Speed:
         dynamics = self._dynamics
         duration = span(dynamics.dynamics_shape, dynamics.dynamics_dimension, dynamics.value, target - speed)
         if dynamics.dynamics_dimension == "distance":
-            both = abs(speed + target)
-            duration = 2.0 * duration / both if both > 0.0 else 0.0
+            duration = _time_over(duration, speed, target)
         if duration == 0.0:
             return 0.0
         # no faster than the vehicle can
@@ -63,10 +62,17 @@ class Speed:
         change = self._change
         if self._continuous:
             change.target = entity.set_speed = self._target()
+            elapsed = change.elapsed
             wanted = change.advance(dt)
             if self._dynamics.dynamics_shape != "step":
                 most = entity.max_acceleration if abs(wanted) > abs(entity.speed) else entity.max_deceleration
-                wanted = min(max(wanted, entity.speed - most * dt), entity.speed + most * dt)
+                required = abs(wanted - entity.speed)
+                if required > most * dt:
+                    # slower than the shape: it waits for the vehicle
+                    if change.elapsed < change.span:
+                        change.elapsed = elapsed + dt * most * dt / required
+                        change.done = False
+                    wanted = entity.speed + math.copysign(most * dt, wanted - entity.speed)
             entity.speed = wanted
             return False
         entity.speed = change.advance(dt)
@@ -83,6 +89,18 @@ class Speed:
         if not math.isfinite(duration) or dynamics.dynamics_shape == "step":
             duration = 0.0
         return "speed", {"target": target, "shape": dynamics.dynamics_shape, "duration": duration}, duration
+
+
+def _time_over(distance: float, speed: float, target: float) -> float:
+    """Time [s] in which a change of speed covers `distance` [m].
+
+    Where the speed changes its sign both parts count, each with its share v^2 / (v0^2 + v1^2) of the distance.
+    """
+    if speed * target < 0.0:
+        share = speed * speed / (speed * speed + target * target)
+        return 2.0 * distance * (share / abs(speed) + (1.0 - share) / abs(target))
+    both = abs(speed + target)
+    return 2.0 * distance / both if both > 0.0 else 0.0
 
 
 def _target(target: model.SpeedActionTarget, board: Storyboard) -> tuple[Callable[[], float], bool]:

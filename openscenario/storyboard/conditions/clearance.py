@@ -1,0 +1,91 @@
+"""RelativeClearanceCondition: nobody in the lanes around an entity.
+
+Source: ASAM OpenSCENARIO XML 1.3, class RelativeClearanceCondition. Lanes count from the entity's own (0), positive to
+its left; distances run along the road, ahead and behind.
+"""
+
+from __future__ import annotations
+
+import math
+
+from openscenario import model
+from openscenario.road.network import RoadNetwork
+from openscenario.road.positions import RoadPosition
+from openscenario.storyboard.distances import measure
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.positions import shifted_lane
+from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.triggers import Test
+
+
+@condition(model.RelativeClearanceCondition)
+def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity, scope: Scope) -> Test:
+    """True while none of the given entities (all, if none is given) is in one of the lanes within the distances.
+
+    A range of lanes of which the road has none is not free.
+    """
+    board = scope.board
+    network = board.network
+    if network is None:
+        raise Unsupported("the scenario has no road network")
+    names = [reference.entity_ref for reference in element.entity_refs] or list(board.entities)
+    for name in names:
+        if name not in board.entities:
+            raise Unsupported("no entity of this name", name, ", ".join(board.entities))
+    others = [board.entities[name] for name in names if board.entities[name] is not entity]
+    distances = [
+        measure(board, entity, other, kind="longitudinal", system="road", free=element.free_space) for other in others
+    ]
+    ranges = [
+        (each.from_ if each.from_ is not None else -math.inf, each.to if each.to is not None else math.inf)
+        for each in element.relative_lane_ranges
+    ] or [(-math.inf, math.inf)]
+    low, high = -element.distance_backward, element.distance_forward
+
+    def test() -> bool:
+        here = board.ground.position(entity)
+        if not any(_exists(network, here, entity.sense, first, last) for first, last in ranges):
+            return False
+        way = network.driving_sign(here.road, here.lane, here.s)
+        for other, distance in zip(others, distances, strict=True):
+            if not other.active:
+                continue
+            there = board.ground.position(other)
+            # lanes of another road that runs the other way count the other way round
+            same = here.road == there.road or math.cos(there.h_road - here.h_road) >= 0.0
+            lane = there.lane if same else -there.lane
+            if not element.opposite_lanes:
+                along = network.driving_sign(there.road, there.lane, there.s)
+                if (along if same else -along) != way:
+                    continue
+            apart = (_number(lane) - _number(here.lane)) * entity.sense
+            if not any(first <= apart <= last for first, last in ranges):
+                continue
+            gap = distance()
+            if gap is not None and low <= gap <= high:
+                return False
+        return True
+
+    return test
+
+
+def _exists(network: RoadNetwork, here: RoadPosition, sense: float, first: float, last: float) -> bool:
+    """Whether the road has any of the lanes of a range here; one without an end always has."""
+    if math.isinf(first) or math.isinf(last):
+        return True
+    for by in range(int(first), int(last) + 1):
+        lane = shifted_lane(here.lane, by if sense > 0.0 else -by)
+        try:
+            if (
+                network.lane_type(here.road, lane, here.s) != "none"
+                and network.lane_width(here.road, lane, here.s) > 0.0
+            ):
+                return True
+        except KeyError:
+            continue
+    return False
+
+
+def _number(lane: int) -> int:
+    """Lanes numbered from right to left without a gap at the lane 0 that nobody drives on."""
+    return lane if lane < 0 else lane - 1
