@@ -21,6 +21,7 @@ _DETAILS = ("body_pitch", "body_roll", "cornering_compliance")
 _HOW = ("heading", "tau", "frequency", "damping")  # keys that say how, not how much
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _COARSE = (3, 3, 2)
+_ROUGH = {"steer_stiction": 60}  # effects whose error has many valleys, and points to find the right one
 
 
 Point: TypeAlias = dict[tuple[str, str], float]
@@ -77,10 +78,11 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
             continue
         if effect.name == "speed_controller" and model.inputs.longitudinal != ("speed_cmd",):
             continue
-        coordinates = tuple(Coordinate(effect.name, key) for key in effect.parameters)
+        coordinates = tuple(Coordinate(effect.name, key, effect.name in _ROUGH) for key in effect.parameters)
         mounts = places if effect.tyres else ()
+        fine, coarse = ((count,) if (count := _ROUGH.get(effect.name)) else each for each in (_FINE, _COARSE))
         found.append(
-            Candidate(effect, coordinates, _points(coordinates, _FINE, mounts), _points(coordinates, _COARSE, mounts))
+            Candidate(effect, coordinates, _points(coordinates, fine, mounts), _points(coordinates, coarse, mounts))
         )
     return tuple(found)
 

@@ -159,6 +159,7 @@ class Search:
         target = target or self.target
         coordinates = [*self.nuisance, *(c for name in names for c in self.tried[name].coordinates)]
         enough = 2e-4 * target.count
+        zoom = zoom or any(c.rough for c in coordinates)
         fixed = (
             self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"} | dict(kept or {})
         )
