@@ -131,14 +131,19 @@ def parse_xml(data: bytes, file: str) -> Document:
 
 def write_xml(root: Node, path: Path) -> None:
     """Writes a tree of nodes as UTF-8, by rename: the file appears whole or not at all."""
-    lines = ['<?xml version="1.0" encoding="UTF-8"?>']
-    _render(root, 0, lines)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        part.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+        part.write_text(render(root), encoding="utf-8", newline="\n")
         os.replace(part, path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def render(root: Node) -> str:
+    """A tree of nodes as the text of a file."""
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>']
+    _render(root, 0, lines)
+    return "\n".join(lines) + "\n"
 
 
 def _render(node: Node, depth: int, lines: list[str]) -> None:

@@ -35,7 +35,12 @@ CLASSES: Final = sorted(
 NAMES: Final[Mapping[str, Any]] = {**vars(enums), **vars(kinds), **vars(model)}
 DEEPEST: Final = 5  # below it nothing optional is made, so that a storyboard ends
 EXAMPLES: Final = max(4, int(os.environ.get("DVP_FUZZ", "0")) // len(CLASSES))  # of each class
-EVERY: Final = hypothesis.settings(database=None, deadline=None, suppress_health_check=list(hypothesis.HealthCheck))
+EVERY: Final = hypothesis.settings(
+    database=None,
+    deadline=None,
+    suppress_health_check=list(hypothesis.HealthCheck),
+    derandomize="DVP_FUZZ" not in os.environ,  # the same in every `make test`, new every night
+)
 LARGEST: Final = 1e12  # no number of a scenario is larger
 
 # What XML can hold. A value that begins with `$` is a parameter's, and no model has one: it was resolved when read.
