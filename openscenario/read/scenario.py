@@ -118,7 +118,8 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
     kind = next((tag for tag in ("ParameterValueDistribution", "Catalog") if reading.root.find(tag) is not None), "")
     if kind:
         text = "a catalogue is no scenario" if kind == "Catalog" else "a parameter distribution is no concrete scenario"
-        context.error("file.not_a_scenario", reading.at(reading.root.find(kind), kind), "", text)
+        hint = "" if kind == "Catalog" else "`dvp run` and pytest take it case by case"
+        context.error("file.not_a_scenario", reading.at(reading.root.find(kind), kind), "", text, hint=hint)
         return None
     declared, scope = _parameters(reading, sections.get("ParameterDeclarations"), given)
     variables = _variables(reading, sections.get("VariableDeclarations"), scope)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import re
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 from openscenario.findings import ScenarioError
 from openscenario.road.network import RoadNetwork, load_network
 
-MUTANTS = 300
+MUTANTS = int(os.environ.get("DVP_FUZZ", "300"))
 VALUES = [b"nan", b"inf", b"-1", b"0", b"1e300", b"1e-300", b"1e9", b"word", b"", b"99999999999999999999", b"end", b"5"]
 
 
