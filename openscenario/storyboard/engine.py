@@ -68,6 +68,7 @@ class Storyboard:
         self.steps = 0
         self.done = False
         self.running = False  # Init is over
+        self._settled = False  # the triggers of this instant have been evaluated
         self.entities: dict[str, Entity] = {}
         for entity, ahead in trains(scenario, external):
             self.entities[entity.name] = entity
@@ -119,13 +120,20 @@ class Storyboard:
         self.ground.place(entity, x, y, z, h, speed)
         self._note_rest(entity)
 
+    def settle(self) -> None:
+        """Evaluate the triggers of this instant before the next step does: what starts at once shows in the poses."""
+        if not self.done and not self._settled:
+            self._stops()
+            self._settled = True
+
     def step(self, dt: float) -> None:
         """Go on by `dt` [s]."""
         if self.done:
             return
         self.dt = dt
-        if self._stops():
+        if not self._settled and self._stops():
             return
+        self._settled = False
         self.time = round(self.time + dt, 9)
         self.steps += 1
         for entity in self._movers:

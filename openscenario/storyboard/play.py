@@ -44,6 +44,7 @@ def play(
     """
     board = Storyboard(scenario, network, seed=seed)
     board.start()
+    board.settle()
     entities = tuple(board.entities.values())
     rows: list[Row] = []
 

@@ -22,7 +22,7 @@ from openscenario.storyboard.triggers import Test
 def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity, scope: Scope) -> Test:
     """True while none of the given entities (all, if none is given) is in one of the lanes within the distances.
 
-    A range of lanes of which the road has none is not free.
+    A range of lanes of which the road has none in the entity's direction (or any, if opposite lanes count) is not free.
     """
     board = scope.board
     network = board.network
@@ -44,7 +44,7 @@ def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity
 
     def test() -> bool:
         here = board.ground.position(entity)
-        if not any(_exists(network, here, entity.sense, first, last) for first, last in ranges):
+        if not any(_exists(network, here, entity.sense, first, last, element.opposite_lanes) for first, last in ranges):
             return False
         way = network.driving_sign(here.road, here.lane, here.s)
         for other, distance in zip(others, distances, strict=True):
@@ -69,20 +69,19 @@ def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity
     return test
 
 
-def _exists(network: RoadNetwork, here: RoadPosition, sense: float, first: float, last: float) -> bool:
-    """Whether the road has any of the lanes of a range here; one without an end always has."""
+def _exists(network: RoadNetwork, here: RoadPosition, sense: float, first: float, last: float, opposite: bool) -> bool:
+    """Whether the road has any of the lanes of a range here, of those that count; one without an end always has."""
     if math.isinf(first) or math.isinf(last):
         return True
+    way = network.driving_sign(here.road, here.lane, here.s)
     for by in range(int(first), int(last) + 1):
         lane = shifted_lane(here.lane, by if sense > 0.0 else -by)
         try:
-            if (
-                network.lane_type(here.road, lane, here.s) != "none"
-                and network.lane_width(here.road, lane, here.s) > 0.0
-            ):
-                return True
+            there = network.lane_type(here.road, lane, here.s) != "none"
         except KeyError:
             continue
+        if there and (opposite or network.driving_sign(here.road, lane, here.s) == way):
+            return True
     return False
 
 
