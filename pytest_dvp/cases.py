@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 MOST = 1000
 """Cases of one file that run without being asked for; more take hours, and come from a slip more often than a wish."""
 
+AT_ONCE = 1_000_000  # cases of one file that a session can hold at all
+
 _LONGEST = 100  # characters of a case's name
 
 
@@ -64,18 +66,23 @@ def choose(path: Path, settings: Settings, option: str = "--cases") -> Chosen:
     from openscenario.read import read_cases
 
     cases = read_cases(path, library=settings.library, rootdir=settings.rootdir, seed=settings.seed)
+    wanted = cases.count if settings.cases is None else min(settings.cases, cases.count)
     if settings.cases is None and cases.count > MOST:
+        everything = f", {option} {cases.count} all" if cases.count <= AT_ONCE else ""
         raise SettingError(
             f"{path}: {cases.count} cases, more than the {MOST} that run unasked; "
-            f"{option} 100 runs a random sample of 100 (the same for the same seed), {option} {cases.count} all"
+            f"{option} 100 runs a random sample of 100 (the same for the same seed){everything}"
+        )
+    if wanted > AT_ONCE:
+        raise SettingError(
+            f"{option} is {settings.cases}, expected at most {AT_ONCE} of the {cases.count} cases at once"
         )
     for name in settings.set.scenario:
         if name in cases.varied:
             raise SettingError(f"{option.removesuffix('cases')}set {name}: {path.name} varies it")
     if cases.scenario is None:
         raise SettingError(f"{path}: names no scenario")
-    size = cases.count if settings.cases is None else min(settings.cases, cases.count)
-    return Chosen(cases.scenario, cases.count, size, cases, settings.seed)
+    return Chosen(cases.scenario, cases.count, wanted, cases, settings.seed)
 
 
 def _name(number: int, digits: int, values: Mapping[str, str], varied: tuple[str, ...]) -> str:

@@ -52,7 +52,7 @@ A file with a `ParameterValueDistribution` is a set of runs of its `ScenarioFile
 pytest speeds.xosc                    # an item a case: speeds.xosc::dt[07-EgoSpeed=70]
 pytest speeds.xosc --dvp-cases 50     # a random sample of 50, the same for the same --dvp-seed
 dvp run speeds.xosc --cases 50
-dvp check speeds.xosc                 # unknown parameters, values outside constraints, step 0, weights below 0, ...
+dvp check speeds.xosc                 # how many cases; unknown parameters, values outside constraints, step 0, ...
 ```
 
 More than 1000 cases run only when `--cases` says how many. A deterministic distribution is every combination of its
@@ -64,7 +64,8 @@ a case depends on the seed, the parameter's name and the number of the case alon
 expected value and variance of the log-normal distribution itself, not of its logarithm. Drawn values for whole
 parameters are rounded to the nearest.
 
-Cases run on the digital twin only: what is varied automatically never drives a real car.
+Each case is judged by the gates of the scenario (`NAME.gates.toml` beside it). Cases run on the digital twin only: what
+is varied automatically never drives a real car.
 
 In Python: `openscenario.read.read_cases(path)` gives `count`, `cases[n]` and an iterator.
 """

@@ -43,9 +43,24 @@ def execute(arguments: argparse.Namespace) -> int:
         for finding in found:
             place = finding["file"] if finding["line"] is None else f"{finding['file']}:{finding['line']}"
             print(f"{place}: {finding['severity']} {finding['code']} {finding['element']}: {finding['message']}")
+        wrong = {finding["file"] for finding in found if finding["severity"] == "error"}
+        for path in paths:
+            if path.suffix.lower() == ".xosc" and str(path) not in wrong:
+                _say_cases(path, settings)
         errors = sum(finding["severity"] == "error" for finding in found)
         print(f"{len(paths)} files, {errors} errors, {len(found) - errors} warnings", file=sys.stderr)
     return 1 if any(finding["severity"] == "error" for finding in found) else 0
+
+
+def _say_cases(path: Path, settings: Settings) -> None:
+    """How many runs a distribution is: what its author wants to know, and no finding."""
+    from pytest_dvp.cases import is_distribution
+
+    if is_distribution(path):
+        from openscenario.read import read_cases
+
+        cases = read_cases(path, library=settings.library, rootdir=settings.rootdir)
+        print(f"{path}: {cases.count} cases of {cases.scenario}", file=sys.stderr)
 
 
 def _files(text: str) -> list[Path]:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.plugin.conftest import HEAD, write_scenario
+from tests.plugin.conftest import HEAD
 
 
 def write_distribution(folder: Path, inside: str, scenario: str = "good.xosc") -> None:
@@ -90,8 +90,3 @@ def test_cases_of_an_unknown_number_are_refused(varied: pytest.Pytester) -> None
 def test_no_case_runs_on_a_real_vehicle(varied: pytest.Pytester) -> None:
     result = varied.runpytest_inprocess("--collect-only", "-q", "speeds.xosc", "-m", "pe or rw")
     assert [line for line in result.outlines if "::" in line] == []
-
-
-def test_workers_see_the_same_cases(varied: pytest.Pytester) -> None:
-    write_scenario(varied.path)
-    varied.runpytest("-n", "2", "speeds.xosc", "--dvp-cases", "4").assert_outcomes(passed=4)

@@ -1,6 +1,6 @@
 """Any element of the model, made at random from its own table, is written and reads back equal.
 
-`DVP_FUZZ` sets how many elements in all (the nightly target takes 100,000; default: four of each class).
+`DVP_FUZZ` sets how many elements in all (the nightly target takes 100,000; default: three of each class).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ CLASSES: Final = sorted(
 )
 NAMES: Final[Mapping[str, Any]] = {**vars(enums), **vars(kinds), **vars(model)}
 DEEPEST: Final = 5  # below it nothing optional is made, so that a storyboard ends
-EXAMPLES: Final = max(4, int(os.environ.get("DVP_FUZZ", "0")) // len(CLASSES))  # of each class
+EXAMPLES: Final = max(3, int(os.environ.get("DVP_FUZZ", "0")) // len(CLASSES))  # of each class
 EVERY: Final = hypothesis.settings(
     database=None,
     deadline=None,

@@ -59,11 +59,20 @@ def test_what_is_varied_cannot_be_set_as_well(
     assert capsys.readouterr().err == "--set ego_speed: speeds.xosc varies it\n"
 
 
-def test_a_distribution_without_findings_passes_the_check(
+def test_the_check_says_how_many_cases_a_distribution_has(
     speeds: Callable[[str], Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["check", str(speeds("1"))]) == 0
-    assert capsys.readouterr().out == ""
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "speeds.xosc: 5 cases of " in err
+
+
+def test_more_cases_than_a_session_holds_are_refused(
+    speeds: Callable[[str], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", str(speeds("0.0000001")), "--cases", "2000000"]) == 2
+    assert capsys.readouterr().err == "--cases is 2000000, expected at most 1000000 of the 40000001 cases at once\n"
 
 
 def test_names_of_cases_are_unique_and_cut(speeds: Callable[[str], Path]) -> None:
