@@ -100,7 +100,7 @@ def _normal(mean: float, deviation: float, low: float, high: float) -> Callable[
         raise NothingToDraw("the range has no probability")
 
     def value(u: float) -> float:
-        quantile = start + u * (end - start)
+        quantile = start + (u if sign > 0.0 else 1.0 - u) * (end - start)
         if not 0.0 < quantile < 1.0:
             quantile = min(max(quantile, 5e-324), 1.0 - 2**-53)
         return min(max(mean + sign * deviation * _NORMAL.inv_cdf(quantile), low), high)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 import statistics
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +11,9 @@ from pathlib import Path
 import pytest
 from xosc_samples import ROAD, SCENARIO
 
+from openscenario import model
 from openscenario.distributions import MOST
+from openscenario.draws import NothingToDraw, inverse
 from openscenario.findings import Finding, ScenarioError
 from openscenario.read import check_scenario, read_cases, read_distribution
 from openscenario.write import write_distribution
@@ -330,3 +333,30 @@ def test_nothing_varied_is_a_warning_and_one_case(write: Write) -> None:
     path = write(deterministic())
     assert [(f.code, f.severity) for f in check_scenario(path)] == [("dist.empty", "warning")]
     assert list(read_cases(path)) == [{}]
+
+
+def test_extreme_figures_give_finite_values_within_the_range_or_nothing() -> None:
+    rng = random.Random(1)
+    figures = (0.0, 5e-324, 1e-300, 1e-12, 1.0, 3.7, 1e12)
+    drawn = 0
+    for _ in range(3000):
+        low, high = sorted(rng.choice((-1, 1)) * rng.choice(figures) for _ in range(2))
+        limits = rng.choice((None, model.Range(low, high)))
+        mean, variance = rng.choice(figures), rng.choice(figures)
+        distribution = rng.choice(
+            (
+                model.NormalDistribution(rng.choice((-1, 1)) * mean, variance, limits),
+                model.LogNormalDistribution(max(mean, 5e-324), variance, limits),
+                model.PoissonDistribution(min(mean, 40.0), limits),
+            )
+        )
+        try:
+            draw = inverse(distribution)
+        except NothingToDraw:
+            continue
+        values = [float(draw(u)) for u in (2**-54, 0.5, 1 - 2**-54)]
+        assert all(math.isfinite(value) for value in values), distribution
+        assert limits is None or all(low <= value <= high for value in values), distribution
+        assert values == sorted(values), distribution
+        drawn += 1
+    assert drawn > 1000
