@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite
+from pytest_dvp.cli.carried import carried
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
-from pytest_dvp.cli.limits import add_limits, check_folder, limits_from, with_manoeuvres
+from pytest_dvp.cli.limits import add_limits, check_folder, limit_words, limits_from, with_manoeuvres
 
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
@@ -69,7 +70,9 @@ def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.reality_gap.diagnosis_words import extend_command, page, plan_command
 
     given = (found, arguments.model, arguments.logs, arguments.held_out)
-    print(page(found, model=Path(arguments.model).name, command=extend_command(*given), plan=plan_command(*given)))
+    command = extend_command(*given, carried(arguments))
+    plan = plan_command(*given, [*carried(arguments), *limit_words(arguments)])
+    print(page(found, model=Path(arguments.model).name, command=command, plan=plan))
     return 0
 
 
@@ -80,7 +83,7 @@ def _report(arguments: argparse.Namespace, found: Diagnosis, logs: dict[str, Log
 
     page = diagnosis_page(
         found, logs, model, held_out=held_out, effects=extra, model_file=arguments.model, fitted=arguments.logs,
-        judged=arguments.held_out,
+        judged=arguments.held_out, options=carried(arguments),
     )  # fmt: skip
     write_diagnosis_report(arguments.report, page)
     print(f"dvp diagnose: report in {arguments.report}", file=sys.stderr)

@@ -59,6 +59,12 @@ def limits_from(arguments: argparse.Namespace) -> Envelope:
     return Envelope(**given)
 
 
+def limit_words(arguments: argparse.Namespace) -> list[str]:
+    """The limits that were given, as words of a command line."""
+    given = [(f"--{name.replace('_', '-')}", getattr(arguments, name)) for name in LIMITS]
+    return [word for option, text in given if text is not None for word in (option, text)]
+
+
 def check_folder(option: str, folder: Path) -> None:
     """Raises WrongArgument if the folder is a file."""
     if folder.exists() and not folder.is_dir():

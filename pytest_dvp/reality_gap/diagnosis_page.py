@@ -57,11 +57,12 @@ def diagnosis_page(
     model_file: str = "model.toml",
     fitted: Sequence[str] = (),
     judged: Sequence[str] = (),
+    options: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Input of `reports.diagnosis.write_diagnosis_report`.
 
-    The arguments of `diagnose`, its result, and what the user typed: the model's file, the logs that were fitted on and
-    those that judged.
+    The arguments of `diagnose`, its result, and what the user typed: the model's file, the logs that were fitted on,
+    those that judged, and the options (`--map F`) that the next commands need as well.
     """
     from vehicle.model.catalogue import catalogue
 
@@ -95,8 +96,8 @@ def diagnosis_page(
         ],
         "not_excited": [_not_shown(name, known) for name in found.not_excited],
         "left": signature_lines(found.signature),
-        "command": extend_command(found, model_file, fitted or list(logs), judged),
-        "plan": plan_command(found, model_file, fitted or list(logs), judged),
+        "command": extend_command(found, model_file, fitted or list(logs), judged, options),
+        "plan": plan_command(found, model_file, fitted or list(logs), judged, options),
         "close": _close(drawn, order),
         "over_time": [_over_time(one, order) for one in drawn],
     }  # fmt: skip

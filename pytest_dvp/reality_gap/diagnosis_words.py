@@ -58,8 +58,11 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
     return f"{lacks}; after that only sensor noise is left (chi²/N {figure(first)} -> {figure(last)})"
 
 
-def extend_command(found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = ()) -> str:
-    """The command that adds what was found; empty if there is nothing to add."""
+def extend_command(
+    found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = (), options: Sequence[str] = ()
+) -> str:
+    """The command that adds what was found; empty if there is nothing to add. options: further words of the command,
+    such as `--map F`, without which the logs cannot be read."""
     add = [e.name for e in found.effects if e.action != "remove"]
     remove = [e.name for e in found.effects if e.action == "remove"]
     if not add and not remove:
@@ -67,10 +70,12 @@ def extend_command(found: Diagnosis, model: str, logs: Sequence[str], held_out: 
     words = ["dvp", "extend", "--model", model]
     for option, values in (("--add", add), ("--remove", remove), ("--fit", logs), ("--held-out", held_out)):
         words += [option, *values] if values else []
-    return shlex.join([*words, "--out", f"{Path(model).stem}.extended.toml"])
+    return shlex.join([*words, "--out", f"{Path(model).stem}.extended.toml", *options])
 
 
-def plan_command(found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = ()) -> str:
+def plan_command(
+    found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = (), options: Sequence[str] = ()
+) -> str:
     """The command that finds the drive which decides between rivals, or shows what these data could not.
 
     Empty if nothing is open, or the drive is known already.
@@ -79,7 +84,7 @@ def plan_command(found: Diagnosis, model: str, logs: Sequence[str], held_out: Se
     if not undecided and found.verdict != "NOT_EXCITED":
         return ""
     judges = [word for log in held_out for word in ("--held-out", log)]
-    return shlex.join(["dvp", "plan", *logs, *judges, "--model", model])
+    return shlex.join(["dvp", "plan", *logs, *judges, "--model", model, *options])
 
 
 def step_label(found: Diagnosis, step: Step) -> str:

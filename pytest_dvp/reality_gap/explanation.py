@@ -50,10 +50,10 @@ def explanation(
     missing = [word for word, name in (("LOG", log_name), ("M.toml", model_name)) if not name]
     note = f" ({' and '.join(missing)}: to be written to a file first)" if missing else ""
     log_name, model_name = log_name or "LOG", model_name or "M.toml"
-    command = extend_command(found, model_name, [log_name])
+    command = extend_command(found, model_name, [log_name], options=options)
     if command:
-        lines.append(f"  add it: {shlex.join([*shlex.split(command), *options])}{note}")
-        tell = plan_command(found, model_name, [log_name])
+        lines.append(f"  add it: {command}{note}")
+        tell = plan_command(found, model_name, [log_name], options=options)
         return [*lines, f"  tell the rivals apart: {tell}"] if tell else lines
     if found.verdict == "NOTHING_MISSING":
         return [*lines, "  a bound that fails now is tighter than the noise of the sensors"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import pytest
@@ -61,3 +62,29 @@ def test_a_missing_file_or_option_is_exit_code_2_and_one_line(
     shown = capsys.readouterr()
     assert not shown.out
     assert "Traceback" not in shown.err
+
+
+OWN = (
+    "from vehicle.model.effect import Key, effect\n\n\n"
+    '@effect(name="flag_drag", slot="command", physics="a flag in the wind", equation="a = a_c - k v v",\n'
+    '        source="test", parameters=(Key("k", "1/m", low=0.001, high=0.1, neutral=0.0, least=0.001),),\n'
+    '        reveals="drive fast")\n'
+    "def flag_drag(x, p, m):\n"
+    "    x.accel = x.accel - p.k * x.vx * x.vx\n"
+)
+MAP = '[[signal]]\nname = "accel_cmd"\nfield = "wunsch"\nunit = "m/s^2"\n'
+
+
+def test_the_next_command_runs_as_it_is_printed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("one", "two"):  # without the mapping no column says what was asked for
+        text = (here / f"{name}.csv").read_text().replace("accel_cmd [m/s^2]", "wunsch [m/s^2]", 1)
+        (here / f"{name} of mine.csv").write_text(text)
+    (here / "my map.toml").write_text(MAP)
+    (here / "own.py").write_text(OWN)
+    words = ["diagnose", "one of mine.csv", "--held-out", "two of mine.csv", "--model", "car.toml"]
+    assert main([*words, "--map", "my map.toml", "--effects", "own.py"]) == 0
+    (command,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("next: ")]
+    again = shlex.split(command.removeprefix("next: "))
+    assert again[0] == "dvp"
+    assert main(again[1:]) == 0, capsys.readouterr().err
+    assert "drive_gain" in (here / "car.extended.toml").read_text()

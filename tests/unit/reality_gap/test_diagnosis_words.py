@@ -116,6 +116,15 @@ def test_rivals_send_the_reader_to_the_drive_that_decides() -> None:
     assert plan_command(NAMED, "car.toml", ["a.csv"]) == ""
 
 
+def test_commands_keep_the_options_with_which_the_logs_were_read() -> None:
+    options = ["--map", "my map.toml", "--effects", "own.py"]
+    added = extend_command(NAMED, "car.toml", ["a.csv"], options=options)
+    assert added.endswith("--fit a.csv --out car.extended.toml --map 'my map.toml' --effects own.py")
+    open_still = dataclasses.replace(NAMED, effects=(dataclasses.replace(DELAY, rivals=("steer_lag",)),))
+    plan = plan_command(open_still, "car.toml", ["a.csv"], options=options)
+    assert plan == "dvp plan a.csv --model car.toml --map 'my map.toml' --effects own.py"
+
+
 def test_nothing_found_gives_no_command() -> None:
     assert extend_command(FOUND_NOTHING, "car.toml", ["a.csv"]) == ""
 
