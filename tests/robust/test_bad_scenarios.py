@@ -23,10 +23,10 @@ from pathlib import Path
 folder = Path(sys.argv[1])
 import encodings.latin_1, encodings.utf_8_sig, encodings.utf_16, encodings.utf_32  # Python loads them when asked
 from openscenario.read import check_scenario
-from openscenario.model import ParameterValueDistribution
+from openscenario.model import Catalog, ParameterValueDistribution
 from openscenario.plan import plan_of
 check_scenario(folder / "control_unicode_names.xosc")
-plan_of(ParameterValueDistribution)  # the tables come from evaluated annotations, once
+plan_of(Catalog), plan_of(ParameterValueDistribution)  # the tables come from evaluated annotations, once
 opened = []
 watched = {"open", "os.listdir", "os.scandir", "socket.connect", "socket.getaddrinfo", "subprocess.Popen", "exec"}
 def watch(event, arguments):
