@@ -18,7 +18,8 @@ from openscenario.model.trajectories import Shape
 from openscenario.plan import ElementPlan, Leaf, Table, plan_of, tag_path
 from openscenario.read.header import VERSIONS
 from openscenario.storyboard import positions, trajectories
-from openscenario.storyboard.registry import action_factories, condition_factories
+from openscenario.storyboard.engine import Storyboard
+from openscenario.storyboard.registry import Unsupported, action_factories, condition_factories
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "openscenario.md"
 
@@ -199,10 +200,21 @@ def status(cls: type[Element]) -> tuple[str, str]:
             return REFUSED, ""
         return (ACCEPTED if factory.__module__ == ACCEPTING else RUN), _first_line(factory)
     if cls in places():
-        return (RUN if f"model.{cls.__name__}(" in inspect.getsource(positions.resolver) else REFUSED), ""
+        return (RUN if _is_resolved(cls) else REFUSED), ""
     if cls in shapes():
         return (RUN if cls.__name__ in inspect.getsource(trajectories) else REFUSED), ""
     return RUN, ""
+
+
+def _is_resolved(cls: type[Element]) -> bool:
+    """Whether the storyboard takes up a kind of position; the one it is shown has no values, and none is needed."""
+    try:
+        positions.resolver(typing.cast("model.Position", cls.__new__(cls)), typing.cast("Storyboard", None))
+    except Unsupported:
+        return False
+    except AttributeError:  # it was looked into
+        return True
+    return True
 
 
 def _first_line(factory: object) -> str:
