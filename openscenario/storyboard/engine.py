@@ -382,7 +382,7 @@ class Storyboard:
                 active.state = COMPLETE
             self._active = []
         if (
-            node.kind == "maneuverGroup"
+            node.kind in ("event", "maneuverGroup")
             and node.state == RUNNING
             and node.executions < node.maximum
             and node.finished()

@@ -10,8 +10,8 @@ now (v0) and the target (v1) consists of ramps of constant acceleration:
 A steady state takes its distance off s and its time off t. Without final speed the one ramp that arrives in time is
 taken.
 
-The pace of the two is that of their last motion. An action that begins with the scenario has seen none and finds both
-standing.
+The master's pace is that of its last motion; an action that begins with the scenario has seen none yet and waits for
+the next step.
 """
 
 from __future__ import annotations
@@ -139,8 +139,6 @@ class Synchronize:
         time -= steady_time
         if time == math.inf:
             # the master stands: wait for it
-            if self._phase == "new":
-                self._phase, self._linger = "two ramps", True
             return 0.0 if self._phase in ("last ramp", "stopped") else speed
         if self._phase == "stopped":
             if final <= SMALL or time >= 2.0 * way / final:

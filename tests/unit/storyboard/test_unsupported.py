@@ -17,18 +17,22 @@ def refused(make: Make, **scenario: object) -> ScenarioError:
     return caught.value
 
 
-TRAILER = "<PrivateAction><TrailerAction><DisconnectTrailerAction/></TrailerAction></PrivateAction>"
+LATERAL = (
+    "<PrivateAction><LateralAction>"
+    '<LateralDistanceAction entityRef="A" continuous="false" freespace="false" distance="1"/>'
+    "</LateralAction></PrivateAction>"
+)
 
 
 def test_an_unsupported_action_is_a_finding_with_its_place(make: Make) -> None:
-    (finding,) = refused(make, A=HERE, stories=story(event("e", TRAILER))).findings
+    (finding,) = refused(make, A=HERE, stories=story(event("e", LATERAL))).findings
     assert finding.file.endswith("scenario.xosc")
     assert finding.line is not None
-    assert "DisconnectTrailerAction" in finding.message
+    assert "LateralDistanceAction" in finding.message
 
 
 def test_all_findings_come_at_once(make: Make) -> None:
-    assert len(refused(make, A=HERE, stories=story(event("e", TRAILER), event("f", TRAILER))).findings) == 2
+    assert len(refused(make, A=HERE, stories=story(event("e", LATERAL), event("f", LATERAL))).findings) == 2
 
 
 def test_timing_needs_time_stamps(make: Make) -> None:

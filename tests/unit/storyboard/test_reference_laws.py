@@ -1,0 +1,97 @@
+"""Laws that the standard leaves open and that are fixed here: expected values in closed form."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from openscenario.storyboard.trajectories import Course
+
+from .conftest import (
+    Make,
+    at_time,
+    condition,
+    event,
+    group,
+    lane_change,
+    lane_position,
+    log,
+    run,
+    speed,
+    story,
+    teleport,
+)
+
+HERE = [teleport(lane_position(100.0)), speed(10.0)]
+NOW = group(condition(at_time(0.0)))
+
+
+def test_in_a_lane_change_the_speed_is_that_along_the_oblique_path(make: Make) -> None:
+    """Linear, 3.5 m in 2 s at 10 m/s: the way along the road is sqrt(20^2 - 3.5^2)."""
+    change = lane_change('<AbsoluteTargetLane value="-2"/>', "linear", "time", 2.0)
+    board = make(A=HERE, stories=story(event("e", change, start=NOW)))
+    run(board, 1.0)
+    assert -board.entities["A"].h == pytest.approx(math.asin(1.75 / 10.0), abs=1e-9)
+    run(board, 1.0)
+    assert board.entities["A"].x == pytest.approx(100.0 + math.sqrt(20.0**2 - 3.5**2), abs=2e-3)
+
+
+def test_a_lane_change_by_distance_takes_that_way_along_the_lane(make: Make) -> None:
+    """Linear, 3.5 m over 20 m at 10 m/s: sqrt(20^2 + 3.5^2) / 10 s."""
+    change = lane_change('<AbsoluteTargetLane value="-2"/>', "linear", "distance", 20.0)
+    board = make(A=HERE, stories=story(event("e", change, start=NOW)))
+    run(board, 3.0)
+    ((time, _, _),) = [each for each in log(board, "action") if each[2] == "endTransition"]
+    assert time == pytest.approx(math.hypot(20.0, 3.5) / 10.0, abs=0.0101)
+
+
+def test_a_speed_change_over_a_distance_may_pass_through_standstill(make: Make) -> None:
+    """From 10 to -10 m/s over 40 m: 20 m forth in 4 s, 20 m back in 4 s."""
+    board = make(A=HERE, stories=story(event("e", speed(-10.0, "linear", "distance", 40.0), start=NOW)))
+    run(board, 4.0)
+    assert board.entities["A"].speed == pytest.approx(0.0, abs=1e-6)
+    assert board.entities["A"].x == pytest.approx(120.0, abs=1e-3)
+    run(board, 4.0)
+    assert board.entities["A"].speed == -10.0
+
+
+def test_keeping_a_distance_is_limited_by_the_vehicle_too(make: Make) -> None:
+    action = (
+        "<PrivateAction><LongitudinalAction>"
+        '<LongitudinalDistanceAction entityRef="B" continuous="true" freespace="false" distance="20">'
+        '<DynamicConstraints maxAcceleration="50" maxDeceleration="50" maxSpeed="60"/>'
+        "</LongitudinalDistanceAction></LongitudinalAction></PrivateAction>"
+    )
+    board = make(
+        A=HERE,
+        B=[teleport(lane_position(400.0, -2)), speed(10.0)],
+        stories=story(event("e", action, start=NOW)),
+        acceleration=3.0,
+    )
+    run(board, 2.0)
+    assert board.entities["A"].speed == pytest.approx(16.0, abs=0.01)
+
+
+def test_what_starts_at_once_shows_before_the_first_step(make: Make) -> None:
+    board = make(A=HERE, stories=story(event("e", speed(3.0), start=NOW)))
+    board.start()
+    board.settle()
+    assert board.entities["A"].speed == 3.0
+    run(board, 1.0)
+    assert board.entities["A"].x == pytest.approx(103.0)
+    assert len([each for each in log(board, "event") if each[2] == "startTransition"]) == 1
+
+
+def corner() -> Course:
+    return Course([(0.0, 0.0, 0.0, 1.0), (10.0, 0.0, 0.0, 1.0), (10.0, 5.0, 0.0, 1.0)])
+
+
+@pytest.mark.parametrize(("x", "y", "s"), [(4.0, -3.0, 4.0), (12.0, 2.0, 12.0), (-5.0, 1.0, 0.0), (11.0, 9.0, 15.0)])
+def test_the_nearest_point_of_a_curve(x: float, y: float, s: float) -> None:
+    assert corner().nearest(x, y) == pytest.approx(s)
+
+
+@pytest.mark.parametrize(("s", "direction"), [(3.0, 0.0), (12.0, math.pi / 2.0), (15.0, math.pi / 2.0)])
+def test_the_tangent_does_not_depend_on_headings(s: float, direction: float) -> None:
+    assert corner().tangent(s) == pytest.approx(direction)
