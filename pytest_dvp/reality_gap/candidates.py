@@ -18,7 +18,7 @@ _NEED_DATA = ("accel_controller", "motor_damping", "motor_inertia", "motor_torqu
 """Parts of a drive train whose data sheet must be known: tried only on a model that has one of them."""
 _DETAILS = ("body_pitch", "body_roll", "cornering_compliance")
 """What few logs can tell from plainer effects: tried only where none of those pays any more."""
-_HOW = ("heading", "tau", "frequency", "damping")  # keys that say how, not how much
+HOW = ("heading", "tau", "frequency", "damping")  # keys that say how, not how much
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _COARSE = (3, 3, 2)
 _ROUGH = {"steer_stiction": 60}  # effects whose error has many valleys, and points to find the right one
@@ -54,7 +54,7 @@ class Candidate:
         """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit)."""
         found = dict(point)
         for c in self.coordinates:
-            if c.key.name in _HOW:
+            if c.key.name in HOW:
                 continue
             if isinf(c.key.neutral):
                 return []
@@ -78,7 +78,9 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
             continue
         if effect.name == "speed_controller" and model.inputs.longitudinal != ("speed_cmd",):
             continue
-        coordinates = tuple(Coordinate(effect.name, key, effect.name in _ROUGH) for key in effect.parameters)
+        coordinates = tuple(
+            Coordinate(effect.name, key, effect.name in _ROUGH, key.name == effect.delay) for key in effect.parameters
+        )
         mounts = places if effect.tyres else ()
         fine, coarse = ((count,) if (count := _ROUGH.get(effect.name)) else each for each in (_FINE, _COARSE))
         found.append(

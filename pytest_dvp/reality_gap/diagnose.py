@@ -14,7 +14,7 @@ from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.reality_gap.equation_error import votes
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
-from pytest_dvp.reality_gap.fit import intervals
+from pytest_dvp.reality_gap.fit import intervals, widened
 from pytest_dvp.reality_gap.held_out import ROUNDING, Fold, folds, predicted, shows, step
 from pytest_dvp.reality_gap.input_map import MAP_TIES, input_map
 from pytest_dvp.reality_gap.perception_gap import diagnose_perceptions
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
 
+SLIGHT = 0.01  # of what an effect gains where it is fitted: a smaller loss elsewhere is no veto
 CHANNEL_MISFIT = 1.5  # of one channel
 
 
@@ -65,6 +66,7 @@ def diagnose(
     tick("ladder")
     final = found.final
     sure = intervals(final.found, search.starts, target.exact(final.values))
+    sure = widened(target, final.found, final.values, sure)
     trials = _ladder(search, final)
     gone = tuple(dict.fromkeys(name for name, _ in removed))
     steps = [
@@ -136,8 +138,10 @@ def _veto(search: Search, found: Found, judges: Sequence[Fold]) -> tuple[Found, 
     while True:
         final = found.final
         gains: dict[str, float] = {}
+        fitted: dict[str, float] = {}
         for name in final.names:
             less = search.trial([n for n in final.names if n != name], final.values)
+            fitted[name] = (less.chi2 - final.chi2) / search.count
             total, samples = 0.0, 0
             for fold in judges:
                 if shows(search, fold, final, name):
@@ -146,7 +150,7 @@ def _veto(search: Search, found: Found, judges: Sequence[Fold]) -> tuple[Found, 
             if samples:
                 gains[name] = total / samples
         worst = min(gains, key=lambda n: gains[n], default="")
-        if not worst or gains[worst] > -ROUNDING * max(1.0, final.chi2 / search.count):
+        if not worst or gains[worst] > -max(ROUNDING * max(1.0, final.chi2 / search.count), SLIGHT * fitted[worst]):
             return found, tuple(vetoed), gains
         vetoed.append(worst)
         names = tuple(n for n in final.names if n != worst)

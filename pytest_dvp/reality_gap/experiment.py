@@ -48,7 +48,8 @@ class Experiment:
         commands = {column: held(log, column, subject.name) for column in subject.inputs}
         self.name, self.log, self.model = name, log, model
         self.machine: Machine = Replay(model, log.t, commands, extra=extra)
-        self._exact: Machine = Replay(model, log.t, commands, step=FINE_STEP, extra=extra)
+        fine = max(FINE_STEP, 2e-4 * float(np.diff(log.t).max(initial=0.0)))  # a long pause is not worth more steps
+        self._exact: Machine = Replay(model, log.t, commands, step=fine, extra=extra)
         self.measured = measured_array(log.columns)
         self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase, known=commanded(log, subject))
         self._free_speed = "v" not in subject.held
@@ -106,6 +107,11 @@ class Campaign:
     def count(self) -> int:
         """Samples judged in all."""
         return sum(e.count for e in self.experiments)
+
+    @property
+    def sample(self) -> float:
+        """Time between stamps [s], the longest of the usual ones of the logs."""
+        return max(float(np.median(np.diff(e.log.t))) for e in self.experiments)
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ a step that matters, and the end is looked at point by point.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import exp, isfinite, log
 from typing import TypeAlias
 
@@ -21,6 +21,7 @@ from vehicle.model.effect import Key
 
 Residual: TypeAlias = Callable[[FloatArray], FloatArray]
 
+_JUMPS = (0.25, 0.5, 0.75, 1.0)  # samples
 STEP = 0.006  # of a coordinate's range, for derivatives
 _BEYOND = 0.25  # of its range, how far outside a coordinate may go if the equation allows it
 _LONGEST = 0.35  # of its range, in one step
@@ -35,12 +36,13 @@ VALLEYS = np.arange(-0.05, 0.05 + _VALLEY / 2, _VALLEY)  # around a value, where
 class Coordinate:
     """A parameter as a number u, 0 to 1 over its typical range; by ratio where that is positive and wide.
 
-    rough: the error has many valleys over it.
+    rough: the error has many valleys over it; dead_time: [s], and the error jumps at whole samples of a held command.
     """
 
     effect: str
     key: Key
     rough: bool = False
+    dead_time: bool = False
 
     @property
     def name(self) -> tuple[str, str]:
@@ -120,7 +122,9 @@ def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, f
         before = best
         u, r, best, damping = _improve(coordinates, residual, jacobian, u, r, best, damping)
         if before - best < enough:
-            break
+            u, r, best = _over_jumps(coordinates, target.sample, residual, u, r, best)
+            if before - best < enough:
+                break
     if zoom:
         u, r, best = _zoom(coordinates, residual, u, r, best)
         if coordinates:
@@ -155,6 +159,48 @@ def intervals(
         half = width * abs(c.slope(c.place(value)))
         result[c.name] = (max(value - half, c.key.minimum), min(value + half, c.key.maximum))
     return result
+
+
+def widened(
+    target: Campaign, found: Fit, values: Values, sure: Mapping[tuple[str, str], tuple[float, float]]
+) -> dict[tuple[str, str], tuple[float, float]]:
+    """Intervals of dead times, of which no derivative says how far they may go: a tenth of a sample at least, and as
+    far as the error stays the same. The others as they are."""
+    wide = dict(sure)
+    for c in found.coordinates:
+        if not c.dead_time:
+            continue
+        value = found.values[c.name]
+        ends = []
+        for side in (-1.0, 1.0):
+            reach = 0.1 * target.sample
+            for share in _JUMPS:
+                other = dict(values) | {c.name: max(value + side * share * target.sample, 0.0)}
+                if square(target.whitened(other)) - found.chi2 > _NORMAL**2:
+                    break
+                reach = max(reach, share * target.sample)
+            ends.append(value + side * reach)
+        low, high = sure[c.name]
+        wide[c.name] = (max(min(low, ends[0]), c.key.minimum), max(high, ends[1]))
+    return wide
+
+
+def _over_jumps(
+    coordinates: Sequence[Coordinate], sample: float, residual: Residual, u: FloatArray, r: FloatArray, best: float
+) -> tuple[FloatArray, FloatArray, float]:
+    """Dead times moved by parts of a sample: at whole samples the error jumps, and no derivative leads across."""
+    for k, c in enumerate(coordinates):
+        if not c.dead_time:
+            continue
+        value = c.value(float(u[k]))
+        for share in (*_JUMPS, *(-one for one in _JUMPS)):
+            moved = u.copy()
+            moved[k] = c.within(c.place(value + share * sample))
+            left = residual(moved)
+            chi2 = square(left)
+            if chi2 < best:
+                u, r, best = moved, left, chi2
+    return u, r, best
 
 
 def _values(coordinates: Sequence[Coordinate], u: FloatArray) -> dict[tuple[str, str], float]:

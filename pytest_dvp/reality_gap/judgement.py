@@ -10,7 +10,7 @@ from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import Candidate
 from pytest_dvp.reality_gap.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.reality_gap.diagnosis_words import figure
-from pytest_dvp.reality_gap.fit import intervals
+from pytest_dvp.reality_gap.fit import intervals, widened
 from pytest_dvp.reality_gap.held_out import ROUNDING, Fold, predicted, shows
 from pytest_dvp.reality_gap.search import FIRST, PRACTICAL, Search, Trial
 
@@ -121,6 +121,7 @@ def _percent(before: float, after: float) -> str:
 def estimates(final: Trial, search: Search) -> Estimates:
     """Fitted values as they are written, with their 95 % intervals."""
     sure = intervals(final.found, search.starts, search.target.exact(final.values))
+    sure = widened(search.target, final.found, final.values, sure)
     found: Estimates = {}
     for c in final.found.coordinates:
         low, high = sure[c.name]

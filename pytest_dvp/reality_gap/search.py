@@ -16,7 +16,7 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.algebra import along, orthonormal, square
-from pytest_dvp.reality_gap.candidates import Candidate, Point, least
+from pytest_dvp.reality_gap.candidates import HOW, Candidate, Point, least
 from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit, intervals
 
@@ -170,7 +170,10 @@ class Search:
         """Sets with one more effect that pays, best first; of the finer effects only if no other one does."""
         for detail in (False, True):
             ranking = self._scan(now, [name for name, c in self.tried.items() if c.detail == detail])
-            paying = [t for t in self._additions(now, ranking) if self.pays(now, t) and self.sound(t, t.names[-1])]
+            paying = [t for t in self._additions(now, ranking) if self.pays(now, t)]
+            if paying and self._trifle(paying[0]):
+                return []  # what it is, is too small to be named, and no other effect should stand for it
+            paying = [t for t in paying if self.sound(t, t.names[-1])]
             for trial in paying:
                 self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
             if paying:
@@ -197,13 +200,19 @@ class Search:
                     ranking.append((left, name, point))
         return sorted(ranking, key=lambda entry: (entry[0], entry[1]))
 
+    def _trifle(self, trial: Trial) -> bool:
+        """True if the last effect is there, but smaller than is worth a name."""
+        mine = [c for c in trial.found.coordinates if c.effect == trial.names[-1] and c.key.name not in HOW]
+        return all(not least(c.key, trial.values[c.name]) for c in mine) and self.cost(trial) < MISFIT * self.count
+
     def sound(self, trial: Trial, name: str, target: Campaign | None = None) -> bool:
         """True if the effect's values mean something: above the least size, certain, and not where the search ended."""
         mine = [c for c in trial.found.coordinates if c.effect == name]
         if any(c.edge(trial.values[c.name]) for c in mine):
             return False
         sure = intervals(trial.found, target.starts() if target else self.starts)
-        return any(least(c.key, trial.values[c.name]) and _certain(c, trial.values[c.name], sure[c.name]) for c in mine)
+        much = [c for c in mine if c.key.name not in HOW]
+        return any(least(c.key, trial.values[c.name]) and _certain(c, trial.values[c.name], sure[c.name]) for c in much)
 
     def _contest(self, best: Trial) -> tuple[Trial, dict[str, tuple[str, ...]]]:
         """Drop what no longer pays, exchange what another effect does better, and list what does nearly as well."""
@@ -217,9 +226,10 @@ class Search:
                 kept = {k: v for k, v in best.values.items() if k[0] != name}
                 without = self.trial(rest, kept)
                 ranking = self._scan(without, [other for other in self._contestants(name) if other not in best.names])
-                trials = [t for t in self._additions(without, ranking) if self.sound(t, t.names[-1])]
-                if trials and self.cost(trials[0]) < self.cost(best) - 1e-3 * self.count:
-                    exchanged = trials[0]
+                trials = self._additions(without, ranking)
+                sound = [t for t in trials if self.sound(t, t.names[-1])]
+                if sound and self.cost(sound[0]) < self.cost(best) - 1e-3 * self.count:
+                    exchanged = sound[0]
                     break
                 rivals[name] = tuple(
                     t.names[-1] for t in trials if self.alike(best, t) and _CONTAINS.get(t.names[-1]) != name
