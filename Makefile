@@ -48,7 +48,7 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 tests scenarios
 
 # All reference trajectories, storyboard events and roads; writes docs/conformance.md.
-# Ten minutes a parser: what `make test` does with 2,000 mutated files and random elements, with 100,000 of each.
+# About half an hour: what `make test` does with 2,000 mutated files and 750 random elements, with 100,000 of each.
 nightly: $(STAMP)
 	DVP_FUZZ=100000 $(BIN)/python -m pytest -q -n 2 tests/robust/test_mutated_scenarios.py \
 	    tests/robust/test_mutated_roads.py tests/property/test_written_models.py
