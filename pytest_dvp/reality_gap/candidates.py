@@ -79,7 +79,7 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
         if effect.name == "speed_controller" and model.inputs.longitudinal != ("speed_cmd",):
             continue
         coordinates = tuple(
-            Coordinate(effect.name, key, effect.name in _ROUGH, key.name == effect.delay) for key in effect.parameters
+            Coordinate(effect.name, key, effect.name in _ROUGH, _is_dead_time(effect, key)) for key in effect.parameters
         )
         mounts = places if effect.tyres else ()
         fine, coarse = ((count,) if (count := _ROUGH.get(effect.name)) else each for each in (_FINE, _COARSE))
@@ -87,6 +87,10 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
             Candidate(effect, coordinates, _points(coordinates, fine, mounts), _points(coordinates, coarse, mounts))
         )
     return tuple(found)
+
+
+def _is_dead_time(effect: Effect, key: Key) -> bool:
+    return key.name == effect.delay or (key.name == "T" and key.unit == "s")
 
 
 def _points(
