@@ -271,6 +271,8 @@ def _check_parameters(
     _check_values(definition, known, reading)
     if isinstance(definition, Deterministic):
         _check_whole_steps(definition, known, reading)
+    else:
+        _check_drawn(definition, known, reading)
 
 
 def _check_values(
@@ -313,6 +315,23 @@ def _check_whole_steps(definition: Deterministic, known: Mapping[str, ParameterD
                 f"parameter '{distribution.parameter_name}' is a whole number",
                 found=spelled(steps.step_width),
                 allowed="a whole step",
+            )
+
+
+def _check_drawn(definition: Stochastic, known: Mapping[str, ParameterDeclaration], reading: Reading) -> None:
+    """Numbers are drawn for numbers, or for texts; a truth value or a moment has listed values."""
+    for drawn in definition.stochastic_distributions:
+        declaration = known.get(drawn.parameter_name)
+        if declaration is None or isinstance(drawn.distribution, ProbabilityDistributionSet):
+            continue
+        if declaration.parameter_type in ("boolean", "dateTime"):
+            reading.context.error(
+                "dist.wrong_type",
+                drawn.at,
+                "@parameterName",
+                f"numbers are drawn for a parameter of type {declaration.parameter_type}",
+                found=drawn.parameter_name,
+                allowed="ProbabilityDistributionSet",
             )
 
 

@@ -25,6 +25,7 @@ PARAMETERS = """
     </ParameterDeclaration>
     <ParameterDeclaration name="Lanes" parameterType="integer" value="1"/>
     <ParameterDeclaration name="Model" parameterType="string" value="car"/>
+    <ParameterDeclaration name="Wet" parameterType="boolean" value="true"/>
 """
 HEAD = '<FileHeader revMajor="1" revMinor="1" date="2026-01-01T00:00:00" description="d" author="a"/>'
 
@@ -244,6 +245,10 @@ def test_a_whole_parameter_gets_whole_numbers(write: Write) -> None:
 
 
 SLIPS = [
+    (
+        stochastic("Wet", '<PoissonDistribution expectedValue="2"/>'),
+        ("dist.wrong_type", 6, "StochasticDistribution@parameterName"),
+    ),
     (deterministic(single("EgoSpede", listed("1"))), ("param.undefined", 6, "@parameterName")),
     (deterministic(table({"EgoSpede": "1"})), ("param.undefined", 6, "ParameterAssignment@parameterRef")),
     (
