@@ -79,7 +79,8 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
         if effect.name == "speed_controller" and model.inputs.longitudinal != ("speed_cmd",):
             continue
         coordinates = tuple(
-            Coordinate(effect.name, key, effect.name in _ROUGH, _is_dead_time(effect, key)) for key in effect.parameters
+            Coordinate(effect.name, key, effect.name in _ROUGH, _samples_unsure(effect, key))
+            for key in effect.parameters
         )
         mounts = places if effect.tyres else ()
         fine, coarse = ((count,) if (count := _ROUGH.get(effect.name)) else each for each in (_FINE, _COARSE))
@@ -89,8 +90,14 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
     return tuple(found)
 
 
-def _is_dead_time(effect: Effect, key: Key) -> bool:
-    return key.name == effect.delay or (key.name == "T" and key.unit == "s")
+def _samples_unsure(effect: Effect, key: Key) -> float:
+    """Share of a sample by which a dead time is never known, 0 for what is none.
+
+    A yaw rate jumps with a held steering command: between two stamps nothing tells how old it is.
+    """
+    if key.name != effect.delay:
+        return 0.0
+    return 1.0 if effect.name == "yaw_rate_latency" else 0.1
 
 
 def _points(

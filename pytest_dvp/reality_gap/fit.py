@@ -36,13 +36,14 @@ VALLEYS = np.arange(-0.05, 0.05 + _VALLEY / 2, _VALLEY)  # around a value, where
 class Coordinate:
     """A parameter as a number u, 0 to 1 over its typical range; by ratio where that is positive and wide.
 
-    rough: the error has many valleys over it; dead_time: [s], and the error jumps at whole samples of a held command.
+    rough: the error has many valleys over it; dead_time: the error jumps at whole samples of a
+    held command; the share of one that is never known.
     """
 
     effect: str
     key: Key
     rough: bool = False
-    dead_time: bool = False
+    dead_time: float = 0.0
 
     @property
     def name(self) -> tuple[str, str]:
@@ -164,8 +165,8 @@ def intervals(
 def widened(
     target: Campaign, found: Fit, values: Values, sure: Mapping[tuple[str, str], tuple[float, float]]
 ) -> dict[tuple[str, str], tuple[float, float]]:
-    """Intervals of dead times, of which no derivative says how far they may go: a tenth of a sample at least, and as
-    far as the error stays the same. The others as they are."""
+    """Intervals of dead times, of which no derivative says how far they may go: their share of a sample at least, and
+    as far as the error stays the same. The others as they are."""
     wide = dict(sure)
     for c in found.coordinates:
         if not c.dead_time:
@@ -173,7 +174,7 @@ def widened(
         value = found.values[c.name]
         ends = []
         for side in (-1.0, 1.0):
-            reach = 0.1 * target.sample
+            reach = c.dead_time * target.sample
             for share in _JUMPS:
                 other = dict(values) | {c.name: max(value + side * share * target.sample, 0.0)}
                 if square(target.whitened(other)) - found.chi2 > _NORMAL**2:

@@ -33,7 +33,7 @@ _RETURNS = 2  # times that a search begins again
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 _CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
 _VAGUE = 0.33  # of a limit's range: an interval wider than that says nothing
-_CLEAR_OF_NEUTRAL = 1.5  # half-widths of the 95 % interval
+_CLEAR_OF_NEUTRAL = 1.2  # half-widths of the 95 % interval, three standard deviations
 _DRAWS = 400
 _SEED = 7
 
@@ -278,6 +278,8 @@ class Search:
 def _certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool:
     """True if the interval is clear of the neutral value, for a limit if it is no wider than a third of its range."""
     low, high = interval
+    if not low < high:  # nothing that was measured moves with it
+        return False
     if isinf(c.key.neutral):
         return c.place(high) - c.place(low) < _VAGUE
     return abs(value - c.key.neutral) > _CLEAR_OF_NEUTRAL * 0.5 * (high - low)
