@@ -3,42 +3,70 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
 from pytest_dvp.logs.units import LETTERS, SUFFIXES
 from pytest_dvp.signals import SIGNALS
 
+_ASKED = "cmd command commanded request requested req setpoint demand demanded"
+"""What says that a quantity is asked for, not measured; before its name or behind it."""
+
 _ALIASES = {
-    "t": "time timestamp timestamps stamp elapsed_time",
-    "x": "pos_x position_x x_pos east easting px",
-    "y": "pos_y position_y y_pos north northing py",
-    "z": "pos_z position_z z_pos altitude",
+    "t": "time timestamp timestamps stamp elapsed_time time_stamp",
+    "x": "pos_x position_x x_pos x_position east easting px",
+    "y": "pos_y position_y y_pos y_position north northing py",
+    "z": "pos_z position_z z_pos z_position altitude",
     "yaw": "heading psi yaw_angle theta orientation_yaw heading_angle",
-    "v": "speed velocity vehicle_speed ego_speed velo veh_speed",
-    "vx": "v_x vel_x velocity_x longitudinal_velocity v_long vlon",
-    "vy": "v_y vel_y velocity_y lateral_velocity v_lat vlat",
-    "yaw_rate": "yawrate psi_dot psidot gyro_z wz omega_z angular_velocity_z yaw_velocity",
-    "ax": "a_x acc_x accel_x acceleration_x longitudinal_acceleration a_long along imu_ax",
-    "ay": "a_y acc_y accel_y acceleration_y lateral_acceleration a_lat alat imu_ay",
+    "v": "speed velocity vehicle_speed ego_speed velo veh_speed vehicle_velocity car_speed",
+    "vx": "v_x vel_x velocity_x longitudinal_velocity v_long vlon longitudinal_speed",
+    "vy": "v_y vel_y velocity_y lateral_velocity v_lat vlat lateral_speed",
+    "yaw_rate": "psi_dot gyro_z wz omega_z angular_velocity_z yaw_velocity heading_rate turn_rate rate_of_yaw",
+    "ax": "a_x acc_x accel_x acceleration_x longitudinal_acceleration a_long imu_ax long_accel longitudinal_accel",
+    "ay": "a_y acc_y accel_y acceleration_y lateral_acceleration a_lat imu_ay lat_accel lateral_accel",
     "steer": "steering steering_angle delta road_wheel_angle wheel_angle front_wheel_angle steer_angle",
-    "steer_cmd": "steering_cmd steer_command steering_command delta_cmd steer_request steering_angle_cmd",
-    "accel_cmd": "acc_cmd acceleration_cmd accel_command acceleration_command ax_cmd a_cmd accel_request",
-    "throttle_cmd": "throttle_command gas_cmd accelerator_cmd throttle_request",
-    "brake_cmd": "brake_command brake_request",
-    "speed_cmd": "v_cmd speed_command velocity_cmd target_velocity_cmd speed_request",
-    "wheel_speed_fl": "wheel_fl wheelspeed_fl ws_fl",
-    "wheel_speed_fr": "wheel_fr wheelspeed_fr ws_fr",
-    "wheel_speed_rl": "wheel_rl wheelspeed_rl ws_rl",
-    "wheel_speed_rr": "wheel_rr wheelspeed_rr ws_rr",
+    "steer_cmd": "",
+    "accel_cmd": "",
+    "throttle_cmd": "",
+    "brake_cmd": "",
+    "speed_cmd": "target_velocity_cmd",
+    "wheel_speed_fl": "wheel_fl ws_fl front_left_wheel_speed",
+    "wheel_speed_fr": "wheel_fr ws_fr front_right_wheel_speed",
+    "wheel_speed_rl": "wheel_rl ws_rl rear_left_wheel_speed",
+    "wheel_speed_rr": "wheel_rr ws_rr rear_right_wheel_speed",
+}
+_COMMANDED = {  # quantities that are commands with a word of _ASKED
+    "steer_cmd": f"steer {_ALIASES['steer']}",
+    "accel_cmd": "accel acc acceleration ax a",
+    "throttle_cmd": "throttle gas accelerator",
+    "brake_cmd": "brake",
+    "speed_cmd": "speed v velocity vehicle_speed",
 }
 
-ALIASES: Mapping[str, str] = MappingProxyType(
-    {other: name for name, others in _ALIASES.items() for other in others.split()}
-)
+
+def _compact(name: str) -> str:
+    """The letters and digits of a name: case, blanks, hyphens, underscores, dots and slashes do not matter."""
+    return re.sub(r"[\s._/-]+", "", name).lower()
+
+
+def _known() -> dict[str, str]:
+    found = {other: name for name, others in _ALIASES.items() for other in others.split()}
+    for name, quantities in _COMMANDED.items():
+        pairs = [(what, asked) for what in quantities.split() for asked in _ASKED.split()]
+        found |= {other: name for what, asked in pairs for other in (f"{what}_{asked}", f"{asked}_{what}")}
+    return {other: name for other, name in found.items() if other not in SIGNALS}
+
+
+ALIASES: Mapping[str, str] = MappingProxyType(_known())
 """Other name -> name of the signal table. Hand-wheel angles are none: they need a ratio, so a mapping."""
 
+_SIGNAL_OF: Mapping[str, str] = MappingProxyType(
+    {_compact(other): name for other, name in ALIASES.items()}
+    | {_compact(name): name for name in SIGNALS if "." not in name}
+)
+
+_ALIKE = 0.5  # of the words of a name must be usual ones to be taken for a signal's
 _BRACKETED = re.compile(r"^\s*(?P<name>.*?)\s*[\[(<](?P<unit>[^\])>]*)[\])>]\s*$")
 
 
@@ -69,9 +97,31 @@ def parse_header(text: str) -> Header:
 
 def canonical(name: str) -> str:
     """The signal that `name` means, or `name` itself."""
-    if name in SIGNALS:
-        return name
-    word = re.sub(r"[\s.\-/]+", "_", name.strip()).lower().strip("_")
-    if word in SIGNALS and word == name.lower():
-        return word
-    return ALIASES.get(word, name)
+    return name if name in SIGNALS else _SIGNAL_OF.get(_compact(name), name)
+
+
+def resembling(signal: str, names: Iterable[str]) -> str:
+    """The name with most words in common with those of `signal`, by their beginnings; "" if there is none."""
+    usual = {word for name in (signal, *(o for o, s in ALIASES.items() if s == signal)) for word in _words(name)}
+    shared = {name: len(_words(name) & usual) / len(_words(name)) for name in names if _words(name)}
+    best = max(shared, key=lambda name: shared[name], default="")
+    return best if best and shared[best] >= _ALIKE else ""
+
+
+def names_table() -> str:
+    """The usual names of each signal as a table of Markdown."""
+    rows = ["| signal | unit | also known as |", "|---|---|---|"]
+    for name, others in _ALIASES.items():
+        words = [f"`{other}`" for other in others.split()]
+        if name in _COMMANDED:
+            quantities = ", ".join(f"`{quantity}`" for quantity in _COMMANDED[name].split())
+            words.append(f"{quantities} with a word that says it is asked for")
+        rows.append(f"| `{name}` | {SIGNALS[name].unit} | {', '.join(words)} |")
+    asked = ", ".join(f"`{word}`" for word in _ASKED.split())
+    return "\n".join([*rows, "", f"Words that say it is asked for, before the name or behind it: {asked}."]) + "\n"
+
+
+def _words(name: str) -> set[str]:
+    """First four letters of each word, camel case taken apart; single letters tell nothing."""
+    parts = re.split(r"[\W_]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower())
+    return {word[:4] for word in parts if len(word) > 1}

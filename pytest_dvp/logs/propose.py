@@ -11,7 +11,7 @@ import numpy as np
 from openscenario.findings import listed
 from pytest_dvp.log import LogError
 from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION, MappingFile, SignalMap, stream_of
-from pytest_dvp.logs.names import canonical, parse_header
+from pytest_dvp.logs.names import canonical, parse_header, resembling
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.units import find_unit, units_of
 from pytest_dvp.signals import SIGNALS
@@ -115,6 +115,56 @@ def propose(streams: Sequence[Stream]) -> tuple[MappingFile, tuple[SignalMap, ..
     return MappingFile(chosen), tuple(unsure[name][1] for name in SIGNALS if name in unsure and name not in best)
 
 
+# Largest magnitude of a road car's signal in SI; beyond it a column holds something else.
+_LARGEST = {
+    "v": 100.0, "yaw_rate": 3.0, "ax": 15.0, "ay": 15.0, "yaw": 1000.0, "steer": 1.0, "steer_cmd": 1.0,
+    "accel_cmd": 15.0, "throttle_cmd": 1.0, "brake_cmd": 1.0, "speed_cmd": 100.0,
+}  # fmt: skip
+
+
+def guessed(streams: Sequence[Stream], taken: Sequence[SignalMap]) -> tuple[tuple[SignalMap, tuple[str, ...]], ...]:
+    """What further fields may be, by unit and range, and which signals each might be as well: no name says it.
+
+    Of several fields that one whose name is most like the signal's; a field is guessed once.
+    """
+    used = {(signal.topic, signal.field) for signal in taken}
+    open_still = [name for name in SIGNALS if name in _LARGEST.keys() - {signal.name for signal in taken}]
+    found: dict[str, tuple[SignalMap, tuple[str, ...]]] = {}
+    for by_name in (True, False):  # what a name tells comes before what only a unit does
+        for name in open_still:
+            fits = {
+                (s.topic, field): (s, unit) for s in streams for field in s.fields
+                if (s.topic, field) not in used and not _HAND_WHEEL.search(field)
+                and (unit := _unit_that_fits(s, field, name))
+            }  # fmt: skip
+            alike = resembling(name, [_last(field) for _, field in fits]) if by_name else ""
+            near = [place for place in fits if alike and _last(place[1]) == alike]
+            if not by_name and len(fits) == 1 and SIGNALS[name].unit != "-":  # without a unit it may be anything
+                near = list(fits)
+            if near and name not in found:
+                (topic, field), (stream, unit) = near[0], fits[near[0]]
+                others = tuple(n for n in open_still if n != name and _unit_that_fits(stream, field, n))
+                found[name] = SignalMap(name, topic, field, unit), others
+                used.add(near[0])
+    return tuple(found[name] for name in open_still if name in found)
+
+
+def _last(field: str) -> str:
+    return parse_header(field.rpartition(".")[2]).name
+
+
+def _unit_that_fits(stream: Stream, field: str, name: str) -> str:
+    """The unit that the file states for a field, if it and the range of values suit a signal; else ""."""
+    stated = stream.units.get(field) or parse_header(field.rpartition(".")[2]).unit
+    unit = find_unit(stated) if stated else None
+    values = stream.fields[field]
+    known = values[np.isfinite(values)]
+    if unit is None or unit.si != SIGNALS[name].unit or not len(known):
+        return ""
+    inside = float(np.max(np.abs(known * unit.scale + unit.offset))) <= _LARGEST[name]
+    return str(stated) if inside and float(np.ptp(known)) > 0.0 else ""
+
+
 def _rank(stream: Stream, signal: SignalMap) -> float:
     metres = 0.0 if signal.unit in (LATITUDE, LONGITUDE) else 1e6  # a local position before a GNSS fix
     moving = (v for f, v in stream.fields.items() if f.startswith(signal.field) and np.isfinite(v).any())
@@ -170,7 +220,14 @@ def mapping_text(streams: Sequence[Stream]) -> str:
             "# the file does not say the unit: fill it in",
             *(f"# {line}" for line in _entry(signal, streams)),
         ]
-    used = {(s.topic, s.field) for s in (*mapping.signals, *unsure)}
+    guesses = guessed(streams, (*mapping.signals, *unsure))
+    for signal, others in guesses:
+        lines += [
+            "",
+            f"# a guess by unit and range{f' (or {listed(others, 4)})' if others else ''}: take the # away if it is so",
+            *(f"# {line}" for line in _entry(signal, streams)),
+        ]
+    used = {(s.topic, s.field) for s in (*mapping.signals, *unsure, *(signal for signal, _ in guesses))}
     rest = [f"{s.topic} {f}".strip() for s in streams for f in s.fields if (s.topic, f) not in used]
     if rest:
         lines += ["", "# not mapped:", *(f"#   {name}" for name in rest[:60])]

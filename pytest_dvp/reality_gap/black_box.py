@@ -14,7 +14,8 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.projection import BoolArray, IntArray
-from pytest_dvp.reality_gap.segments import CHANNELS, Segments, posed
+from pytest_dvp.reality_gap.segments import CHANNELS, Segments, longest_step, posed
+from pytest_dvp.signals import SIGNALS
 
 if TYPE_CHECKING:
     from openscenario.findings import Finding
@@ -106,14 +107,28 @@ class LogSubject:
                 f"{self.name}: has no time in common with the log "
                 f"({_span(self.log)} and {_span(log)}); cut or shift one of them"
             )
-        inside = (log.t >= t[0] - 1e-9) & (log.t <= t[-1] + 1e-9)
-        found = np.full((len(log.t), len(CHANNELS)), np.nan)
+        found = self.at(log.t)
+        return posed(wrapping(log, values, self._extra, self.name, ()).sensors(found, values or {}), segments)
+
+    def at(self, t: FloatArray) -> FloatArray:
+        """The channels (n, 8) at the stamps t (n,) [s] by straight lines; NaN before, after and in holes, which are
+        longer than longest_step of the channel."""
+        found = np.full((len(t), len(CHANNELS)), np.nan)
         for k, name in enumerate(CHANNELS):
             column = self.log.columns.get(name)
-            if column is not None and np.isfinite(column).sum() > 1:
-                known = np.isfinite(column)
-                found[inside, k] = np.interp(log.t[inside], t[known], column[known])
-        return posed(wrapping(log, values, self._extra, self.name, ()).sensors(found, values or {}), segments)
+            if column is None or np.isfinite(column).sum() < 2:
+                continue
+            known = np.isfinite(column)
+            stamps, values = self.log.t[known], column[known]
+            if name == "yaw":
+                values = np.unwrap(values)
+            after = np.clip(np.searchsorted(stamps, t), 1, len(stamps) - 1)
+            spans = stamps[after] - stamps[after - 1]
+            inside = (t >= stamps[0] - 1e-9) & (t <= stamps[-1] + 1e-9)
+            on_one = np.minimum(np.abs(t - stamps[after]), np.abs(t - stamps[after - 1])) < 1e-9
+            there = inside & ((spans <= longest_step(stamps)) | on_one)
+            found[there, k] = np.interp(t[there], stamps, values)
+        return found
 
     def why_not(self, effect: Effect, log: Log, given: Collection[str]) -> str:
         from vehicle.model.wrapped import why_not
@@ -182,11 +197,7 @@ def held(log: Log, name: str, who: str) -> FloatArray:
     """A command of the log at each stamp (n,), held where it was not logged. Raises CompareError if it is not there."""
     values = log.columns.get(name)
     if values is None or not np.isfinite(values).any():
-        import difflib
-
-        near = difflib.get_close_matches(name, [c for c in log.columns if c != "t"], n=1)
-        hint = f"; nearest is {near[0]!r}" if near else f"; it has {', '.join(c for c in log.columns if c != 't')}"
-        raise CompareError(f"{who}: is driven by {name!r}, which the log does not have{hint}")
+        raise CompareError(f"{who}: is driven by {name!r}, which the log does not have{_instead(log, name)}")
     known = np.isfinite(values)
     if known.all():
         return values
@@ -194,11 +205,36 @@ def held(log: Log, name: str, who: str) -> FloatArray:
     return np.asarray(values[np.where(last < 0, int(np.argmax(known)), last)])
 
 
+def _instead(log: Log, name: str) -> str:
+    """What the log has instead, and how to say that it is the command."""
+    import difflib
+
+    from pytest_dvp.logs.names import resembling
+
+    names = [c for c in log.columns if c != "t"]
+    near = resembling(name, [c for c in names if c not in SIGNALS]) or next(
+        iter(difflib.get_close_matches(name, names, n=1)), ""
+    )
+    if near in SIGNALS:
+        return f"; nearest is {near!r}"
+    say = "; say which column it is in a mapping (`dvp map LOG > map.toml`, then --map map.toml)"
+    return f"; it has {', '.join(names)}{f'; did you mean {near!r}?' if near else ''}{say}"
+
+
 def commanded(log: Log, subject: Subject) -> list[BoolArray]:
     """Rows (n,) in which each command that drives the model was logged."""
     names = subject.inputs or tuple(name for name in log.columns if name.endswith("_cmd"))
     found = [np.isfinite(log.columns[name]) for name in names if name in log.columns]
     return [rows for rows in found if not rows.all()]
+
+
+def given(log: Log, subject: Subject) -> list[BoolArray]:
+    """Rows (n,) in which a model that is a log has all the motion that it ever has; nothing for one that is driven."""
+    if not isinstance(subject, LogSubject):
+        return []
+    there = np.isfinite(subject.at(log.t)[:, :5])
+    rows = there[:, there.any(axis=0)].all(axis=1)
+    return [] if rows.all() else [rows]
 
 
 def wrapping(log: Log, values: Values | None, extra: Iterable[Effect], who: str, commands: Collection[str]) -> Wrapped:
