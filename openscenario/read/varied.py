@@ -53,17 +53,25 @@ class Varied(NamedTuple):
 
 def parameters_of(definition: Deterministic | Stochastic) -> Iterator[Varied]:
     """Every parameter that a distribution names, in the file's order, as often as it is named."""
+    for part in _parts(definition):
+        yield from part
+
+
+def _parts(definition: Deterministic | Stochastic) -> Iterator[list[Varied]]:
+    """The same, one list for each of its parts."""
     if isinstance(definition, Stochastic):
         for each in definition.stochastic_distributions:
-            yield Varied(each.parameter_name, each.at, "@parameterName")
+            yield [Varied(each.parameter_name, each.at, "@parameterName")]
         return
     for distribution in definition.distributions:
         if isinstance(distribution, DeterministicMultiParameterDistribution):
-            for row in distribution.value_set_distribution.parameter_value_sets:
-                for assignment in row.parameter_assignments:
-                    yield Varied(assignment.parameter_ref.removeprefix("$"), assignment.at, "@parameterRef")
+            yield [
+                Varied(assignment.parameter_ref.removeprefix("$"), assignment.at, "@parameterRef")
+                for row in distribution.value_set_distribution.parameter_value_sets
+                for assignment in row.parameter_assignments
+            ]
         else:
-            yield Varied(distribution.parameter_name, distribution.at, "@parameterName")
+            yield [Varied(distribution.parameter_name, distribution.at, "@parameterName")]
 
 
 def values_of(definition: Deterministic | Stochastic) -> Iterator[Value]:
@@ -106,13 +114,8 @@ def _check_count(definition: Deterministic | Stochastic, context: Context) -> No
 def _check_varied_once(definition: Deterministic | Stochastic, context: Context) -> None:
     """Two distributions of one parameter would overwrite each other, and cases repeat. Sets of one table may."""
     owner: dict[str, tuple[int, At]] = {}
-    parts = definition.stochastic_distributions if isinstance(definition, Stochastic) else definition.distributions
-    for number, part in enumerate(parts):
-        alone = Deterministic((part,)) if not isinstance(definition, Stochastic) else None  # type: ignore[arg-type]
-        named = (
-            parameters_of(alone) if alone is not None else [Varied(part.parameter_name, part.at, "@parameterName")]  # type: ignore[union-attr]
-        )
-        for name, at, attribute in named:
+    for number, part in enumerate(_parts(definition)):
+        for name, at, attribute in part:
             first, where = owner.setdefault(name, (number, at))
             if first != number:
                 context.error(
