@@ -95,3 +95,54 @@ def test_the_nearest_point_of_a_curve(x: float, y: float, s: float) -> None:
 @pytest.mark.parametrize(("s", "direction"), [(3.0, 0.0), (12.0, math.pi / 2.0), (15.0, math.pi / 2.0)])
 def test_the_tangent_does_not_depend_on_headings(s: float, direction: float) -> None:
     assert corner().tangent(s) == pytest.approx(direction)
+
+
+def lateral_distance(limits: str, freespace: bool = False) -> str:
+    return (
+        '<PrivateAction><LateralAction><LateralDistanceAction entityRef="B" continuous="false" distance="1" '
+        f'freespace="{str(freespace).lower()}" displacement="rightToReferencedEntity" coordinateSystem="road">'
+        f"{limits}</LateralDistanceAction></LateralAction></PrivateAction>"
+    )
+
+
+@pytest.mark.parametrize(("freespace", "y"), [(False, -1.75 - 1.0), (True, -1.75 - 1.0 - 2.0)])
+def test_a_lateral_distance_without_limits_is_taken_at_once(make: Make, freespace: bool, y: float) -> None:
+    """Both vehicles are 2 m wide."""
+    board = make(
+        B=[teleport(lane_position(200.0)), speed(10.0)],
+        A=[teleport(lane_position(100.0, -2)), speed(10.0)],
+        stories=story(event("e", lateral_distance("", freespace), start=NOW)),
+    )
+    run(board, 0.02)
+    assert board.entities["A"].y == pytest.approx(y)
+
+
+def test_a_lateral_distance_is_reached_at_the_highest_speed_allowed(make: Make) -> None:
+    """From -5.25 to -2.75 m at 1 m/s."""
+    limits = '<DynamicConstraints maxSpeed="1"/>'
+    board = make(
+        B=[teleport(lane_position(200.0)), speed(10.0)],
+        A=[teleport(lane_position(100.0, -2)), speed(10.0)],
+        stories=story(event("e", lateral_distance(limits), start=NOW)),
+    )
+    run(board, 1.0)
+    assert board.entities["A"].y == pytest.approx(-4.25, abs=1e-6)
+    run(board, 1.6)
+    assert board.entities["A"].y == pytest.approx(-2.75, abs=0.01)
+    assert board.entities["A"].h == pytest.approx(0.0, abs=1e-9)
+    assert any(what == "endTransition" for _, _, what in log(board, "action"))
+
+
+def test_a_lateral_distance_with_a_limit_of_acceleration_does_not_overshoot(make: Make) -> None:
+    """A critically damped spring of k = 0.4 x 2: after t the rest is (1 + sqrt(k) t) exp(-sqrt(k) t)."""
+    limits = '<DynamicConstraints maxAcceleration="2" maxDeceleration="2"/>'
+    board = make(
+        B=[teleport(lane_position(200.0)), speed(10.0)],
+        A=[teleport(lane_position(100.0, -2)), speed(10.0)],
+        stories=story(event("e", lateral_distance(limits), start=NOW)),
+    )
+    run(board, 3.0)
+    way = math.sqrt(0.8) * 3.0
+    assert -2.75 - board.entities["A"].y == pytest.approx(2.5 * (1.0 + way) * math.exp(-way), abs=0.02)
+    run(board, 6.0)
+    assert board.entities["A"].y == pytest.approx(-2.75, abs=0.0101)

@@ -1,4 +1,4 @@
-"""Trailers: where they stand, how they follow, and that they let go; expected values from the geometry of a tractrix."""
+"""Trailers: where they stand, how they follow, that they let go; expected values from the geometry of a tractrix."""
 
 from __future__ import annotations
 

@@ -17,22 +17,18 @@ def refused(make: Make, **scenario: object) -> ScenarioError:
     return caught.value
 
 
-LATERAL = (
-    "<PrivateAction><LateralAction>"
-    '<LateralDistanceAction entityRef="A" continuous="false" freespace="false" distance="1"/>'
-    "</LateralAction></PrivateAction>"
-)
+SWARM = "<GlobalAction><TrafficAction><TrafficStopAction/></TrafficAction></GlobalAction>"
 
 
 def test_an_unsupported_action_is_a_finding_with_its_place(make: Make) -> None:
-    (finding,) = refused(make, A=HERE, stories=story(event("e", LATERAL))).findings
+    (finding,) = refused(make, A=HERE, stories=story(event("e", SWARM))).findings
     assert finding.file.endswith("scenario.xosc")
     assert finding.line is not None
-    assert "LateralDistanceAction" in finding.message
+    assert "TrafficAction" in finding.message
 
 
 def test_all_findings_come_at_once(make: Make) -> None:
-    assert len(refused(make, A=HERE, stories=story(event("e", LATERAL), event("f", LATERAL))).findings) == 2
+    assert len(refused(make, A=HERE, stories=story(event("e", SWARM), event("f", SWARM))).findings) == 2
 
 
 def test_timing_needs_time_stamps(make: Make) -> None:

@@ -1,0 +1,117 @@
+"""LateralDistanceAction: a distance to the side of another entity, once or continuously."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from openscenario import model
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.registry import Runner, Unsupported, action
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+
+REACHED = 0.01  # m
+STIFFNESS = 0.4  # 1/m per m/s^2 of the limit, as along the road
+
+
+class LateralDistance:
+    """Without limits the entity is put beside the other one; with them it moves over as fast as they allow.
+
+    The standard names no control law. Here: with a limit of speed alone the entity moves at it; with one of
+    acceleration a critically damped spring, a = k e - 2 sqrt(k) v with e the way still to go and k = STIFFNESS x limit,
+    both within the limits. Jerk limits are refused. Distances are measured across the road in any coordinate system.
+    """
+
+    __slots__ = ("_board", "_element", "_entity", "_other", "_rate", "_side")
+    domains: tuple[str, ...] = ("lateral",)
+
+    def __init__(self, element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> None:
+        if element.entity_ref not in board.entities:
+            raise Unsupported("no entity of this name", element.entity_ref, ", ".join(board.entities))
+        if board.network is None:
+            raise Unsupported("the scenario has no road network")
+        limits = element.dynamic_constraints
+        if limits is not None and (
+            limits.max_acceleration_rate is not None or limits.max_deceleration_rate is not None
+        ):
+            raise Unsupported("limits of the change of acceleration are not supported", element=limits)
+        self._element = element
+        self._entity = entity
+        self._board = board
+        self._other = board.entities[element.entity_ref]
+        self._side = 0.0
+        self._rate = 0.0
+
+    def start(self) -> bool:
+        self._board.ground.track(self._entity)
+        element, other = self._element, self._other
+        ours, theirs = self._board.ground.position(self._entity), self._board.ground.position(other)
+        if element.displacement == "any":
+            self._side = 1.0 if ours.t >= theirs.t else -1.0
+        else:
+            self._side = other.sense if element.displacement == "leftToReferencedEntity" else -other.sense
+        return self._free() and self._step_once() and not element.continuous
+
+    def _free(self) -> bool:
+        limits = self._element.dynamic_constraints
+        return limits is None or (
+            limits.max_acceleration is None and limits.max_deceleration is None and limits.max_speed is None
+        )
+
+    def _to_go(self) -> float:
+        """Way [m] to the left of the reference line to where the distance asks for."""
+        ground, other, side = self._board.ground, self._other, self._side
+        ours, theirs = ground.position(self._entity), ground.position(other)
+        wanted = self._element.distance or 0.0
+        if self._element.freespace:
+            # sides of the boxes as they are along the road: a body that turns a little does not change the wish
+            mine, its = self._entity.center_y * self._entity.sense, other.center_y * other.sense
+            wanted += side * (its - mine) + 0.5 * (self._entity.width + other.width)
+        return theirs.t + side * wanted - ours.t
+
+    def _step_once(self) -> bool:
+        entity = self._entity
+        entity.offset += self._to_go()
+        entity.offset_rate = entity.drift = 0.0
+        self._board.ground.drive(entity, 0.0)
+        return True
+
+    def step(self, dt: float) -> bool:
+        entity, element, limits = self._entity, self._element, self._element.dynamic_constraints
+        if not entity.tracked:
+            self._board.ground.track(entity)
+        if self._free() or limits is None:
+            self._step_once()
+            return not element.continuous
+        to_go = self._to_go()
+        top = limits.max_speed if limits.max_speed is not None else math.inf
+        up, down = limits.max_acceleration, limits.max_deceleration
+        if up is None and down is None:
+            self._rate = min(max(to_go / dt, -top), top)
+        else:
+            up, down = (math.inf if limit is None else limit for limit in (up, down))
+            # speeding up is what goes the way it already moves, or starts
+            stiffness = STIFFNESS * min(up, down)
+            wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * self._rate
+            limit = up if wanted * self._rate >= 0.0 else down
+            self._rate = min(max(self._rate + min(max(wanted, -limit), limit) * dt, -top), top)
+        entity.oblique = True
+        entity.offset += self._rate * dt
+        entity.offset_rate = self._rate * entity.sense
+        done = not element.continuous and abs(to_go - self._rate * dt) < REACHED
+        if done:
+            entity.offset_rate = entity.drift = 0.0
+        return done
+
+    def stop(self) -> None:
+        self._entity.offset_rate = 0.0
+
+    def ask(self) -> tuple[str, dict[str, Any], float]:
+        return "lateral_distance", {"to": self._other.name, "distance": self._element.distance}, 0.0
+
+
+@action(model.LateralDistanceAction)
+def lateral_distance(element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> Runner:
+    return LateralDistance(element, entity, board)
