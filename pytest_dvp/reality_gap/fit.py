@@ -123,6 +123,8 @@ def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, f
         before = best
         u, r, best, damping = _improve(coordinates, residual, jacobian, u, r, best, damping)
         if before - best < enough:
+            if not any(c.dead_time for c in coordinates):
+                break
             u, r, best = _over_jumps(coordinates, target.sample, residual, u, r, best)
             if before - best < enough:
                 break
