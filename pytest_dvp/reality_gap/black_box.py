@@ -233,7 +233,7 @@ def given(log: Log, subject: Subject) -> list[BoolArray]:
     if not isinstance(subject, LogSubject):
         return []
     there = np.isfinite(subject.at(log.t)[:, :5])
-    rows = there[:, there.any(axis=0)].all(axis=1)
+    rows: BoolArray = np.asarray(there[:, there.any(axis=0)].all(axis=1))
     return [] if rows.all() else [rows]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap import iso18571, noise
 from pytest_dvp.reality_gap.alignment import Alignment, alike, common_lag, coverage, grid, on_grid
-from pytest_dvp.reality_gap.black_box import CompareError, LogSubject, ModelSubject, Subject, commanded
+from pytest_dvp.reality_gap.black_box import CompareError, LogSubject, ModelSubject, Subject, commanded, given
 from pytest_dvp.reality_gap.locate import Where, locate
 from pytest_dvp.reality_gap.projection import BoolArray
 from pytest_dvp.reality_gap.regimes import regimes
@@ -22,6 +22,8 @@ from pytest_dvp.reality_gap.segments import (
     UNITS,
     Segments,
     cut,
+    filled,
+    has_speed,
     longest_step,
     measured_array,
     residuals,
@@ -65,8 +67,8 @@ class Comparison:
     """Result of `compare`. Arrays (n,) at the stamps t [s] of the log, by channel; NaN = not compared.
 
     modelled is the model's output on re-initialised segments with the best start, so residuals = measured - modelled.
-    speed (n,) measured [m/s], bridged where it was not measured; position map x, y (n,) [m] if measured; chi2_per_n:
-    over all channels; not_compared: the reason for each channel left out.
+    speed (n,) measured [m/s], bridged where it was not measured, of the path if it never was; position map x, y (n,)
+    [m] if measured; chi2_per_n: over all channels; not_compared: the reason for each channel left out.
     """
 
     model: str
@@ -109,13 +111,18 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
         raise CompareError(f"log: time does not increase at row {row} (t={log.t[row]:.3f} s); see dvp doctor")
     measured = measured_array(log.columns)
     wheelbase = subject.model.car.wheelbase if isinstance(subject, ModelSubject) else 2.5
-    segments = cut(log.t, measured, wheelbase=wheelbase, known=commanded(log, subject))
+    if subject.restarts and not has_speed(measured):
+        raise CompareError("log: no speed for a model to start with: neither v nor x and y are measured")
+    known = commanded(log, subject)
+    segments = cut(log.t, measured, wheelbase=wheelbase, known=known, given=given(log, subject))
     output = subject.output(log, segments)
     _check_finite(subject, log.t, output)
     judged, left_out = judged_channels(subject, measured, output, channels)
     free_speed = "v" not in subject.held
     sigma = noise_floor(log.t, measured, judged)
     rough = residuals(output, measured, log.t, sigma, segments, free_speed=free_speed)
+    if not rough.count.any():
+        raise CompareError(f"{subject.name}: nothing to compare: {_why_nothing(measured, segments)}")
     sigma = noise_floor(log.t, measured, judged, rough.values)
     found = residuals(output, measured, log.t, sigma, segments, free_speed=free_speed)
     if subject.restarts:
@@ -132,7 +139,8 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
     signals = {
         name: _score(real[name], twin[name], rest[name], chi2[name], log.t, even, UNITS[name]) for name in judged
     }
-    v, rate = (on_grid(log.t, log.t, measured[:, k]) for k in (3, 4))
+    whole = filled(log.t, measured)
+    v, rate = np.ascontiguousarray(whole[:, 3]), np.ascontiguousarray(whole[:, 4])
     masks = _regimes(log, v, rate)
     position = (measured[:, 0], measured[:, 1]) if np.isfinite(measured[:, :2]).any() else None
     both = np.isfinite(output[:, list(column.values())]) & np.isfinite(measured[:, list(column.values())])
@@ -154,6 +162,12 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
         chi2_per_n=found.total,
         not_compared=left_out,
     )
+
+
+def _why_nothing(measured: FloatArray, segments: Segments) -> str:
+    if segments.lost.all():
+        return "never are the commands, what a start needs (yaw, v, yaw_rate) and the model known at the same time"
+    return "wherever both are known, the car stands or slides"
 
 
 def _check_finite(subject: Subject, t: FloatArray, output: FloatArray) -> None:

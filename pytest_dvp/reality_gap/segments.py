@@ -71,7 +71,7 @@ def measured_array(columns: Mapping[str, FloatArray]) -> FloatArray:
 
 
 def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbase: float = 2.5,
-        known: Iterable[BoolArray] = ()) -> Segments:  # fmt: skip
+        known: Iterable[BoolArray] = (), given: Iterable[BoolArray] = ()) -> Segments:  # fmt: skip
     """Cut a log of stamps t (n,) [s] and measured channels (n, 8) into segments of about `length` [s].
 
     A cut is put where the car turns least within half a second, so that the sideways motion has nothing to settle.
@@ -79,13 +79,19 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
     those from a spin or slide to the end of its segment.
     After a gap, in which there are no stamps, nothing is measured or a command is missing (`known`: rows (n,) in which
     each command was logged), a segment starts anew. Rows whose command is unknown do not count, nor the first after it.
+    The same holds for a hole in what a start needs, by the usual step of that channel: without yaw, v or yaw_rate rows
+    do not count until it is back; x and y are needed by nothing but themselves. `given` (n,): rows a second log has.
     """
     n = len(t)
-    whole = _filled(t, measured)
+    whole = filled(t, measured)
     v, rate = whole[:, 3], whole[:, 4]
-    posed = bool(np.isfinite(measured[:, :3]).any(axis=0).all())
-    slides = _slides(t, whole, wheelbase, posed=posed)
-    counted = ~_interior(t, np.abs(v) < still_speed(v))
+    holes = [_gaps(t, np.asarray(np.isfinite(measured[:, k]))) for k in range(5)]
+    posed: BoolArray = np.isfinite(measured[:, :3]).any(axis=0).all() & ~np.logical_or.reduce(
+        [missing for _, missing in holes[:3]]
+    )
+    unknown = not has_speed(measured)  # nor can it be said then where the car stands or spins
+    slides = np.zeros(n, dtype=np.bool_) if unknown else _slides(t, whole, wheelbase, posed=posed)
+    counted = np.ones(n, dtype=np.bool_) if unknown else ~_interior(t, np.abs(v) < still_speed(v))
     count = max(1, round((t[-1] - t[0]) / length)) if n > 1 else 1
     wanted = t[0] + (t[-1] - t[0]) * np.arange(1, count) / count
     cuts = [0]
@@ -103,6 +109,10 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         awake |= set(resumes)
     seen: BoolArray = np.asarray(np.isfinite(measured).any(axis=1))
     resumed = awake | set(_gaps(t, seen)[0])
+    parted = [*holes, *(_gaps(t, rows) for rows in given)]
+    resumed |= {row for resumes, _ in parted for row in resumes}
+    for _, missing in parted[2:]:
+        lost |= missing
     starts = np.union1d(np.array(cuts, dtype=np.int64), np.array(sorted(resumed), dtype=np.int64))
     ends = np.append(starts[1:], n).astype(np.int64)
     for first, end in zip(starts, ends, strict=True):
@@ -150,6 +160,10 @@ def residuals(output: FloatArray, measured: FloatArray, t: FloatArray, sigma: Fl
     sigma (8,) noise of each channel in its unit, inf or NaN for a channel that does not count. `free_speed` False if
     the speed is imposed, so that no wrong start speed is to be taken out. t (n,) [s].
     """
+    there = np.isfinite(output[:, :5])
+    if not there.all():  # what a start does is told by the whole motion; what is not there is not judged
+        measured = np.where(np.isfinite(output), measured, np.nan)
+        output = np.where(np.isfinite(output), output, filled(t, output))
     weight = np.where(np.isfinite(sigma) & (sigma > 0.0), 1.0 / np.where(sigma > 0.0, sigma, 1.0), 0.0)
     values = np.empty_like(measured)
     start = np.zeros((len(segments.starts), 4))
@@ -187,18 +201,38 @@ def posed(output: FloatArray, segments: Segments) -> FloatArray:
     return moved
 
 
-def _filled(t: FloatArray, measured: FloatArray) -> FloatArray:
-    """The measured channels with gaps bridged by straight lines; zeros where nothing was measured at all."""
-    whole = np.zeros_like(measured)
-    for k in range(measured.shape[1]):
+def has_speed(measured: FloatArray) -> bool:
+    """Whether the speed is among the measured channels (n, 8), or follows from the path."""
+    there: BoolArray = np.asarray(np.isfinite(measured).any(axis=0))
+    return bool(there[3] or there[:2].all())
+
+
+def filled(t: FloatArray, measured: FloatArray) -> FloatArray:
+    """The channels (n, 8) at the stamps t (n,) [s] with gaps bridged by straight lines; zeros where one is not there at
+    all, but speed and yaw rate, which then follow from the path and the heading over _COURSE to either side."""
+    whole: FloatArray = np.zeros(measured.shape)
+    there: BoolArray = np.asarray(np.isfinite(measured).any(axis=0))
+    for k in np.flatnonzero(there).tolist():
         known = np.isfinite(measured[:, k])
-        if known.any():
-            whole[:, k] = np.interp(t, t[known], measured[known, k])
-    if not np.isfinite(measured[:, 3]).any() and np.isfinite(measured[:, :2]).any() and len(t) > 2:
-        whole[:, 3] = np.hypot(np.gradient(whole[:, 0], t), np.gradient(whole[:, 1], t))
-    if not np.isfinite(measured[:, 4]).any() and np.isfinite(measured[:, 2]).any() and len(t) > 2:
-        whole[:, 4] = np.gradient(whole[:, 2], t)
+        whole[:, k] = np.interp(t, t[known], measured[known, k])
+    if len(t) < 2 or there[3:5].all():
+        return whole
+    ahead, behind = _around(t)
+    span = t[ahead] - t[behind]
+    way = whole[ahead, :3] - whole[behind, :3]
+    if not there[3] and there[:2].all():
+        yaw = whole[:, 2]
+        along = way[:, 0] * np.cos(yaw) + way[:, 1] * np.sin(yaw) if there[2] else np.hypot(way[:, 0], way[:, 1])
+        whole[:, 3] = along / span
+    if not there[4] and there[2]:
+        whole[:, 4] = way[:, 2] / span
     return whole
+
+
+def _around(t: FloatArray) -> tuple[IntArray, IntArray]:
+    """Rows (n,) _COURSE [s] after and before each stamp."""
+    ahead = np.minimum(np.searchsorted(t, t + _COURSE), len(t) - 1)
+    return ahead, np.maximum(np.searchsorted(t, t - _COURSE) - 1, 0)
 
 
 def _interior(t: FloatArray, stands: BoolArray) -> BoolArray:
@@ -211,12 +245,11 @@ def _interior(t: FloatArray, stands: BoolArray) -> BoolArray:
     return inside
 
 
-def _slides(t: FloatArray, whole: FloatArray, wheelbase: float, *, posed: bool) -> BoolArray:
+def _slides(t: FloatArray, whole: FloatArray, wheelbase: float, *, posed: BoolArray) -> BoolArray:
     """True where the car spins or slides, and half a second around: it turns faster than any steering could make it, or
-    goes where it does not point (`posed`: position and heading are measured)."""
+    goes where it does not point (`posed` (n,): position and heading are measured)."""
     v, rate = whole[:, 3], whole[:, 4]
-    ahead = np.minimum(np.searchsorted(t, t + _COURSE), len(t) - 1)
-    behind = np.maximum(np.searchsorted(t, t - _COURSE) - 1, 0)
+    ahead, behind = _around(t)
     dx, dy = whole[ahead, 0] - whole[behind, 0], whole[ahead, 1] - whole[behind, 1]
     slip = np.arctan2(dy, dx) - whole[:, 2]
     slip = np.abs(slip - 2.0 * np.pi * np.rint(slip / (2.0 * np.pi)))

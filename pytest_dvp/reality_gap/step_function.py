@@ -75,9 +75,12 @@ class StepSubject:
         stamps = t.tolist()
         spans = [*np.diff(t).tolist(), float(np.median(np.diff(t)))]
         over, at = _rows(mean, len(t)), _rows(start, len(t))
+        returned: set[str] = set()
         for i, span in enumerate(spans):
             if i:
-                state = {**state, **self._step(state, over[i - 1], spans[i - 1], stamps[i - 1])}
+                after = self._step(state, over[i - 1], spans[i - 1], stamps[i - 1])
+                returned.update(after)
+                state = {**state, **after}
             if i in restart:
                 j = restart[i]
                 before[j] = [state.get(name, np.nan) for name in MOTION[:3]]
@@ -87,6 +90,9 @@ class StepSubject:
                 value = (state if name in _STATED else shown).get(name)
                 if value is not None:
                     found[i, k] = value
+        for k, name in enumerate(CHANNELS):
+            if name in MOTION and name not in returned:  # the start of each segment, kept: nothing that it says
+                found[:, k] = np.nan
         return found, before
 
     def _step(self, state: State, inputs: Mapping[str, float], dt: float, now: float) -> Mapping[str, float]:
