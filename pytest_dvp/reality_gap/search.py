@@ -100,7 +100,7 @@ class Search:
             if self.cost(other) < self.cost(best):
                 best, rivals = other, others_rivals
         self.target.settle(best.values)
-        return Found(self._pruned(self.trial(best.names, best.values, zoom=True)), rivals, self._hidden())
+        return Found(self._pruned(self.trial(best.names, best.values, zoom=True), last=True), rivals, self._hidden())
 
     def _hidden(self) -> tuple[str, ...]:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
@@ -254,10 +254,10 @@ class Search:
             return True
         return gap < PRACTICAL * worth and self.sure(other.rest, best.rest) < SURE
 
-    def _pruned(self, best: Trial) -> Trial:
-        """The set without effects that no longer pay, or whose value beside the others means nothing."""
+    def _pruned(self, best: Trial, *, last: bool = False) -> Trial:
+        """The set without effects that no longer pay; at last also without those whose value means nothing."""
         while best.names:
-            vague = [name for name in best.names if not self.sound(best, name)]
+            vague = [name for name in best.names if last and not self.sound(best, name)]
             if vague:
                 best = self.trial([n for n in best.names if n != vague[-1]], best.values)
                 continue

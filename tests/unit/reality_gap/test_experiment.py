@@ -108,7 +108,7 @@ def test_a_lost_sample_is_not_judged() -> None:
     whole, part = campaign({"a": log}, baseline()), campaign({"a": Log({**log.columns, "v": v})}, baseline())
     rows = part.whitened({}).reshape(-1, len(CHANNELS))
     assert not rows[500:600, CHANNELS.index("v")].any()
-    assert whole.count - 110 <= part.count < whole.count
+    assert whole.count - 8 * 200 <= part.count < whole.count
 
 
 def test_a_missing_input_is_said() -> None:
