@@ -218,7 +218,7 @@ class Search:
         """Drop what no longer pays, exchange what another effect does better, and list what does nearly as well."""
         rivals: dict[str, tuple[str, ...]] = {}
         for _ in range(3):
-            best = self._pruned(best)
+            best = self._simplified(self._pruned(best))
             rivals, exchanged = {}, None
             for name in best.names:
                 self.tick(f"rivals of {name}")
@@ -253,6 +253,19 @@ class Search:
         if gap < RIVAL * worth:
             return True
         return gap < PRACTICAL * worth and self.sure(other.rest, best.rest) < SURE
+
+    def _simplified(self, best: Trial) -> Trial:
+        """The set with the simpler one of two effects of which one contains the other, where that one does as well."""
+        for name in best.names:
+            simple = _CONTAINS.get(name)
+            if simple in self.tried and simple not in best.names:
+                rest = tuple(n for n in best.names if n != name)
+                point = min(
+                    (self.trial((*rest, simple), best.values | p) for p in self.tried[simple].coarse), key=self.cost
+                )
+                if point.chi2 - best.chi2 < PRACTICAL * max(self.count, best.chi2):
+                    best = point
+        return best
 
     def _pruned(self, best: Trial, *, last: bool = False) -> Trial:
         """The set without effects that no longer pay; at last also without those whose value means nothing."""
