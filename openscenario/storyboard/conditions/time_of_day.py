@@ -1,0 +1,41 @@
+"""TimeOfDayCondition: the date and time that the environment says, running on with the simulation if it is animated.
+
+Source: ASAM OpenSCENARIO XML 1.3, classes TimeOfDayCondition, TimeOfDay. Never true while no environment with a time of
+day has been set. A time without a zone counts as UTC.
+"""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+
+from openscenario import model
+from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.triggers import Test
+from openscenario.storyboard.values import COMPARISONS
+
+
+def _seconds(text: str) -> float:
+    moment = datetime.fromisoformat(text.strip())
+    if moment.tzinfo is None:
+        moment = moment.replace(tzinfo=UTC)
+    return (moment - datetime(2000, 1, 1, tzinfo=UTC)) / timedelta(seconds=1)
+
+
+@condition(model.TimeOfDayCondition)
+def time_of_day(element: model.TimeOfDayCondition, entity: None, scope: Scope) -> Test:
+    board, holds = scope.board, COMPARISONS[element.rule]
+    try:
+        wanted = _seconds(element.date_time)
+    except ValueError:
+        raise Unsupported("not a date and time", element.date_time, "2026-01-31T12:00:00") from None
+
+    def test() -> bool:
+        environment = board.world.environment
+        if environment is None or environment.time_of_day is None:
+            return False
+        now = _seconds(environment.time_of_day.date_time)
+        if environment.time_of_day.animation:
+            now += board.time - board.world.environment_since
+        return holds(round(now, 6), round(wanted, 6))
+
+    return test
