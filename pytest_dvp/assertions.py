@@ -38,7 +38,7 @@ def assert_matches(
     mncc        least maximum normalised cross-correlation by signal; blind to gain and delay, so bound these too
     lag, gain   largest |lag| [s] and |gain - 1|, by signal, or one number for every signal that tells them
     effects     Python files with effects of your own that the model file uses (`--effects`); they are run
-    map, msg_dirs  how a foreign log is to be read (`--map`, `--msg`); for `log` alone
+    map, msg_dirs  how a foreign log is to be read (`--map`, `--msg`); of a model that is a log, as far as it fits
 
     Returns the comparison. Raises AssertionError that says how far apart and where, which effect the model most likely
     lacks and the command that adds it (seconds of work, `--dvp-no-diagnosis` leaves it out), and ValueError if no bound
@@ -57,12 +57,14 @@ def assert_matches(
 
     measured, findings = _measured(log, None if map is None else Path(map), msg_dirs)
     tell(findings)
-    subject = _subject(model, effects)
+    subject = _subject(model, effects, None if map is None else Path(map), msg_dirs)
     tell(subject.findings if isinstance(subject, LogSubject) else ())
     comparison = compare(measured, subject, channels=channels)
     judged = judge_bounds(comparison, bounds)
     if any(not one.holds for one in judged):
-        lines = [failure(comparison, judged), *_explanation(measured, subject, log, model, effects, map)]
+        lines = [failure(comparison, judged)]
+        if any(not one.holds and one.value is not None for one in judged):  # what has no number no effect explains
+            lines += _explanation(measured, subject, log, model, effects, map)
         raise AssertionError("\n".join(lines))
     return comparison
 
@@ -105,13 +107,16 @@ def _measured(
     raise TypeError(f"assert_matches: log is a {type(log).__name__}; allowed: a file's name, a Log, a pandas DataFrame")
 
 
-def _subject(model: Comparable | pd.DataFrame | str | Path, effects: Sequence[str | Path]) -> Subject:
+def _subject(
+    model: Comparable | pd.DataFrame | str | Path, effects: Sequence[str | Path], mapping: Path | None,
+    msg_dirs: Sequence[Path],
+) -> Subject:  # fmt: skip
     from pytest_dvp.logs.frame import frame_log
     from pytest_dvp.reality_gap.black_box import load_subject
     from pytest_dvp.reality_gap.compare import as_subject
 
     if isinstance(model, str | Path):
-        return load_subject(str(model), _own(effects))
+        return load_subject(str(model), _own(effects), mapping=mapping, msg_dirs=msg_dirs)
     if _is_frame(model):
         return as_subject(frame_log(model, "DataFrame of the model"))
     found = as_subject(cast("Comparable", model))

@@ -271,7 +271,7 @@ def _template() -> Any:
     environment.filters["unit"] = pretty_unit
     environment.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
     environment.filters["fixed"] = lambda value, digits: "–" if value is None else f"{value:.{digits}f}"
-    environment.filters["signed"] = lambda value: "–" if value is None else f"{value + 0.0:+.3f}"
+    environment.filters["signed"] = lambda value: "–" if value is None else f"{round(value, 3) + 0.0:+.3f}"
     environment.filters["percent"] = lambda value: "–" if value is None else f"{100.0 * value:.0f} %"
     environment.filters["level"] = _level
     return environment.get_template("compare.html")

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, settings_from
+from pytest_dvp.cli.doctor import add_log_options, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.found_files import Kind, files_of, kind_of
 from pytest_dvp.settings import Settings
@@ -26,17 +27,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "paths", nargs="+", metavar="PATH", help=".xosc, .xodr, .gates.toml, .toml, .mcap, .csv, or a folder"
     )
     add_settings(parser, ("library", "ego"))
+    add_log_options(parser)
     add_effects(parser)
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
     settings = settings_from(arguments)
+    options = log_options(arguments)
     paths = [path for text in arguments.paths for path in _files(text)]
     effects = effects_from(arguments) if arguments.effects else {}
     found: list[dict[str, Any]] = []
     for path in paths:
-        found.extend(_checker(path, effects)(path, settings))
+        found.extend(_checker(path, effects, options)(path, settings))
     if arguments.json:
         print(json.dumps({"findings": found}, ensure_ascii=False))
     else:
@@ -75,9 +78,13 @@ def _files(text: str) -> list[Path]:
     return [path]
 
 
-def _checker(path: Path, effects: Mapping[str, Effect]) -> Callable[[Path, Settings], Findings]:
+def _checker(
+    path: Path, effects: Mapping[str, Effect], options: Mapping[str, Any]
+) -> Callable[[Path, Settings], Findings]:
     # Whatever is none of the known kinds was named by a user as a scenario: its reader says what is wrong with it.
     kind = kind_of(path) or _NAMED.get(path.suffix.lower(), "scenario")
+    if kind == "log":
+        return partial(_log, options=options)
     return partial(_model, effects=effects) if kind == "model" else CHECKERS[kind]
 
 
@@ -135,17 +142,17 @@ def _model(path: Path, settings: Settings, effects: Mapping[str, Effect] | None 
     return _one(path, "model.invalid", ModelError, lambda: read_model(path, extra=effects))
 
 
-def _log(path: Path, settings: Settings) -> Findings:
+def _log(path: Path, settings: Settings, options: Mapping[str, Any] | None = None) -> Findings:
     from pytest_dvp.doctor import examine
     from pytest_dvp.log import LogError
     from pytest_dvp.logs.read import read_log
 
     try:
-        log = read_log(path, strict=False)
+        log = read_log(path, strict=False, **(options or {}))
     except LogError as error:
         if error.findings:
             return [finding.as_dict() for finding in error.findings]
-        return _one(path, "log.invalid", LogError, lambda: read_log(path))
+        return _one(path, "log.invalid", LogError, lambda: read_log(path, **(options or {})))
     line = 3 if path.suffix.lower() in (".csv", ".tsv") else None  # of the second row: the first that has an interval
     return [finding.as_dict() for finding in examine(log, file=str(path), line=line)]
 

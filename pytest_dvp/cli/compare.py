@@ -75,8 +75,7 @@ def _read_all(arguments: argparse.Namespace) -> tuple[Subject, dict[str, tuple[L
     options = log_options(arguments)
     logs: dict[str, tuple[Log, tuple[Finding, ...]]] = {}
     with Console(stderr=True).status("reading") as status:
-        alike = options if _same_kind(arguments.model, arguments.logs) else {"msg_dirs": options["msg_dirs"]}
-        subject = load_subject(arguments.model, effects_from(arguments), **alike)
+        subject = load_subject(arguments.model, effects_from(arguments), **options)
         for text in arguments.logs:
             status.update(f"reading {text}")
             name = Path(text).name
@@ -85,16 +84,6 @@ def _read_all(arguments: argparse.Namespace) -> tuple[Subject, dict[str, tuple[L
         tell(findings)
     tell(subject.findings if isinstance(subject, LogSubject) else ())
     return subject, logs
-
-
-def _same_kind(model: str, logs: list[str]) -> bool:
-    """Whether the mapping of the logs fits a second log that is the model: a CSV of one's own needs no ROS mapping."""
-    from pytest_dvp.logs.cut import parse_argument
-    from pytest_dvp.logs.read import kind_of
-
-    if ".py:" in model or model.endswith((".toml", ".py", ".fmu")):
-        return False
-    return kind_of(parse_argument(model).path) in {kind_of(parse_argument(text).path) for text in logs}
 
 
 def _compare_all(arguments: argparse.Namespace, subject: Subject, logs: dict[str, Log]) -> dict[str, Comparison]:

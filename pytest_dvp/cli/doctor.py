@@ -98,7 +98,9 @@ def _told(
         return {"log": name, "findings": [f.as_dict() for f in findings]}, tuple(findings), None
     findings = examine(log, file=name)
     shown = excitation(log, model, effects)
-    imported = log.meta.get("import", {})
+    imported = dict(log.meta.get("import", {}))
+    unknown = imported.get("unknown", [])  # a column that is kept beside the signals was not recognised as one
+    imported["recognised"] = [name for name in imported.get("recognised", []) if name not in unknown]
     entry = {
         "log": name,
         "rows": len(log.t),

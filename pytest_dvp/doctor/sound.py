@@ -13,19 +13,19 @@ from pytest_dvp.log import Log, LogError
 from pytest_dvp.logs.read import read_log
 
 
-def read_sound(argument: str | Path, **options: Any) -> tuple[Log, tuple[Finding, ...]]:
-    """A log and the warnings about it; `options` are those of read_log.
+def read_sound(argument: str | Path, *, output: bool = False, **options: Any) -> tuple[Log, tuple[Finding, ...]]:
+    """A log and the warnings about it; `options` are those of read_log, `output` as of examine.
 
     Raises LogError with all findings if one of them is an error: degrees taken for radians and the like, which a model
     would be bent to explain.
     """
     log = read_log(argument, **options)
-    return log, check_sound(log, file=str(argument), line=3)
+    return log, check_sound(log, file=str(argument), line=3, output=output)
 
 
-def check_sound(log: Log, *, file: str = "", line: int | None = None) -> tuple[Finding, ...]:
+def check_sound(log: Log, *, file: str = "", line: int | None = None, output: bool = False) -> tuple[Finding, ...]:
     """The warnings about a log; arguments as of examine. Raises LogError with all findings if one is an error."""
-    findings = examine(log, file=file, line=line)
+    findings = examine(log, file=file, line=line, output=output)
     if any(finding.severity == "error" for finding in findings):
         raise LogError.of(findings)
     return findings

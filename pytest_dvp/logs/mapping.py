@@ -190,6 +190,26 @@ def _left(streams: Sequence[Stream], mapping: MappingFile, file: str) -> list[st
     ]  # fmt: skip
 
 
+def fitting(mapping: MappingFile, streams: Sequence[Stream], file: str) -> MappingFile:
+    """What of a mapping made for another file fits this one: the fields that it has, unless it states another unit.
+
+    The rest is for recognition, so `only` no longer holds; an antenna is moved if x, y and yaw come from the mapping.
+    """
+    kept = []
+    for signal in mapping.signals:
+        try:
+            stream = stream_of(streams, signal, mapping, file)
+        except LogError:
+            continue
+        stated = stream.units.get(signal.field, "")
+        there = signal.field in stream.fields or f"{signal.field}.x" in stream.fields
+        if there and (not stated or not signal.unit or find_unit(stated) == find_unit(signal.unit)):
+            kept.append(signal)
+    moved = {"x", "y", "yaw"} <= {signal.name for signal in kept}
+    antenna = mapping.antenna if moved else (0.0, 0.0)
+    return dataclasses.replace(mapping, signals=tuple(kept), antenna=antenna, only=False)
+
+
 def _si(unit: str) -> str:
     known = find_unit(unit) if unit else None
     return known.si if known is not None else "-"
@@ -231,13 +251,12 @@ def _stamps(stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArr
     return t - signal.delay
 
 
-def _field(stream: Stream, name: str, signal: SignalMap, mapping: MappingFile) -> FloatArray:
+def _field(stream: Stream, name: str, signal: SignalMap, mapping: MappingFile, file: str) -> FloatArray:
     values = stream.fields.get(name)
     if values is None:
-        raise LogError(
-            f"{mapping.file or stream.topic}: {signal.name}: no field {name!r} in {stream.topic or 'the file'} "
-            + nearest(name, stream.fields), "log.no_field",
-        )  # fmt: skip
+        place = f"{stream.topic} of {file}" if stream.topic else file
+        text = f"{mapping.file or file}: {signal.name}: no field {name!r} in {place}"
+        raise LogError(f"{text} {nearest(name, stream.fields)}".rstrip(), "log.no_field")
     return values
 
 
@@ -245,10 +264,10 @@ def _values(
     stream: Stream, signal: SignalMap, streams: Sequence[Stream], mapping: MappingFile, file: str
 ) -> FloatArray:
     if signal.unit == QUATERNION:
-        x, y, z, w = (_field(stream, f"{signal.field}.{axis}", signal, mapping) for axis in "xyzw")
+        x, y, z, w = (_field(stream, f"{signal.field}.{axis}", signal, mapping, file) for axis in "xyzw")
         raw = np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
     else:
-        raw = _field(stream, signal.field, signal, mapping)
+        raw = _field(stream, signal.field, signal, mapping, file)
         if signal.unit in (LATITUDE, LONGITUDE):
             raw = _metres(raw, stream, signal, mapping)
         else:

@@ -28,19 +28,21 @@ KINDS = {
 
 
 def read_log(
-    argument: str | Path, *, mapping: Path | None = None, msg_dirs: Sequence[Path] = (), strict: bool = True
-) -> Log:
+    argument: str | Path, *, mapping: Path | None = None, msg_dirs: Sequence[Path] = (), strict: bool = True,
+    partial: bool = False,
+) -> Log:  # fmt: skip
     """The log that `argument` names: a file, a bag's folder, or a part of one, `LOG@0:285` (seconds).
 
     mapping   TOML file that says which field of the file is which signal (see `dvp map`); needed for what names no unit
     msg_dirs  folders with the .msg files of custom ROS types
+    partial   the mapping was made for another file: what fits is used, the rest recognised
     strict    False (the doctor): keep errors of the time base as findings instead of raising
 
     `meta["import"]` of the result says what was converted, aliased and kept unknown, and holds the warnings.
     Raises LogError: one line with file, line, column and code; all findings in `.findings`.
     """
     part = parse_argument(argument)
-    log = _whole(part.path, mapping, msg_dirs, strict)
+    log = _whole(part.path, mapping, msg_dirs, strict, partial)
     return log if part.whole else cut_log(log, part.start, part.stop, str(part.path))
 
 
@@ -98,7 +100,7 @@ def read_streams(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) 
     return read_bag(path, findings, msg_dirs)
 
 
-def _whole(path: Path, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool) -> Log:
+def _whole(path: Path, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool, partial: bool) -> Log:
     kind = kind_of(path)
     if kind == "run":
         path, kind = path / "log.mcap", "mcap"
@@ -113,21 +115,21 @@ def _whole(path: Path, mapping: Path | None, msg_dirs: Sequence[Path], strict: b
 
         log = build_log(read_csv(path), strict=strict)
     else:
-        log = _mapped(path, kind, mapping, msg_dirs, strict)
+        log = _mapped(path, kind, mapping, msg_dirs, strict, partial)
     if path.is_file():
         log.meta["import"] |= {"file": path.name, "sha256": sha256(path)}
     return log
 
 
-def _mapped(path: Path, kind: str, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool) -> Log:
-    from pytest_dvp.logs.mapping import read_mapping, table_of
+def _mapped(path: Path, kind: str, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool, partial: bool) -> Log:
+    from pytest_dvp.logs.mapping import fitting, read_mapping, table_of
     from pytest_dvp.logs.propose import certain, completed
 
     findings = Findings()
     chosen = read_mapping(mapping) if mapping is not None else None
     found = read_streams(path, findings, msg_dirs)
     if isinstance(found, Log):
-        if chosen is not None:
+        if chosen is not None and not partial:
             findings.add(
                 "log.mapping_unused", str(path), None, "", "a log of dvp names its signals: the mapping is not used",
                 severity="warning",
@@ -135,6 +137,10 @@ def _mapped(path: Path, kind: str, mapping: Path | None, msg_dirs: Sequence[Path
         told = [dataclasses.asdict(finding) for finding in findings.in_order()]
         found.meta["import"] = {"format": kind, "unknown": [], "findings": told}
         return found
+    if chosen is not None and partial:
+        chosen = fitting(chosen, found, str(path))
+        if not chosen.signals:
+            return _whole(path, None, msg_dirs, strict, partial)
     try:
         whole = completed(chosen, found, str(path), kind) if chosen is not None else certain(found, str(path))
         table = table_of(found, whole, str(path), kind, findings)

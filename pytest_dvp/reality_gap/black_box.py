@@ -166,7 +166,8 @@ def load_subject(
     """What the option --model names: M.toml, step.py (or step.py:function), model.fmu, else a second log.
 
     `effects`: those of the user's own by name, which M.toml may use beside the catalogue's.
-    `mapping`, `msg_dirs`: how to read a second log, as of read_log; its warnings are in `.findings` of the subject.
+    `mapping`, `msg_dirs`: how to read a second log, as of read_log, but the mapping only as far as it fits; its
+    warnings are in `.findings` of the subject.
 
     Raises CompareError, ModelError or LogError, the last also for a log that the doctor finds errors in.
     """
@@ -189,7 +190,7 @@ def load_subject(
         return FmuSubject(Path(argument), extra)
     from pytest_dvp.doctor import read_sound
 
-    log, findings = read_sound(argument, mapping=mapping, msg_dirs=msg_dirs)
+    log, findings = read_sound(argument, output=True, partial=True, mapping=mapping, msg_dirs=msg_dirs)
     return LogSubject(log, Path(argument).name, findings, extra)
 
 

@@ -60,7 +60,9 @@ def test_the_doctor_says_what_was_recognised_and_what_was_left_out(
 ) -> None:
     path = own_csv(tmp_path)
     main(["doctor", str(path), "--map", str(mapping(tmp_path, WHEEL))])
-    assert "recognised by name and unit: x, y, v, yaw_rate, soc" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "recognised by name and unit: x, y, v, yaw_rate\n" in said
+    assert "kept, not known: soc\n" in said
     main(["doctor", str(path), "--map", str(mapping(tmp_path, "[log]\nonly = true\n" + WHEEL))])
     assert "not mapped, left out: speed, yaw_rate, x, y, soc" in capsys.readouterr().out
 
