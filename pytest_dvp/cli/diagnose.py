@@ -17,6 +17,8 @@ from pytest_dvp.cli.carried import carried
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.limits import add_limits, check_folder, limit_words, limits_from, with_manoeuvres
+from pytest_dvp.cli.looked_at import LookedAt, looked_at
+from pytest_dvp.cli.progress import progress
 
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
@@ -49,41 +51,44 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.plan:
         check_folder("--plan", Path(arguments.plan))
     envelope = limits_from(arguments)
-    from rich.console import Console
-
     from pytest_dvp.reality_gap.diagnose import diagnose
     from vehicle.model.model_file import read_model
 
     extra = effects_from(arguments)
     model = read_model(arguments.model, extra=extra)
-    logs, held_out = read_all(arguments.logs, arguments), read_all(arguments.held_out, arguments)
-    with Console(stderr=True).status("diagnosing") as status:
-        found = diagnose(logs, model, held_out=held_out, effects=tuple(extra.values()), tick=status.update)
+    fitted = looked_at(arguments.logs, read_all(arguments.logs, arguments), model)
+    judged = looked_at(arguments.held_out, read_all(arguments.held_out, arguments), model)
+    logs, held_out = fitted.logs, judged.logs
+    said = [text for text in (fitted.said, judged.said) if text]
+    with progress("dvp diagnose", "diagnosing") as tick:
+        found = diagnose(logs, model, held_out=held_out, effects=tuple(extra.values()), tick=tick)
         if arguments.plan:
-            status.update("planning")
+            tick("planning")
             found = with_manoeuvres(found, logs, model, envelope, tuple(extra.values()), Path(arguments.plan))
     if arguments.report:
-        _report(arguments, found, logs, model, held_out, tuple(extra.values()))
+        _report(arguments, found, fitted, model, judged, tuple(extra.values()))
     if arguments.json:
+        for text in said:
+            print(f"dvp diagnose: {text}", file=sys.stderr)
         print(json.dumps(finite(found.as_dict()), ensure_ascii=False, allow_nan=False))
         return 0
     from pytest_dvp.reality_gap.diagnosis_words import extend_command, page, plan_command
 
-    given = (found, arguments.model, arguments.logs, arguments.held_out)
+    given = (found, arguments.model, fitted.texts, judged.texts)
     command = extend_command(*given, carried(arguments))
     plan = plan_command(*given, [*carried(arguments), *limit_words(arguments)])
-    print(page(found, model=Path(arguments.model).name, command=command, plan=plan))
+    print(*said, page(found, model=Path(arguments.model).name, command=command, plan=plan), sep="\n")
     return 0
 
 
-def _report(arguments: argparse.Namespace, found: Diagnosis, logs: dict[str, Log], model: VehicleModel,
-            held_out: dict[str, Log], extra: tuple[Effect, ...]) -> None:  # fmt: skip
+def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: LookedAt, model: VehicleModel,
+            judged: LookedAt, extra: tuple[Effect, ...]) -> None:  # fmt: skip
     from pytest_dvp.reality_gap.diagnosis_page import diagnosis_page
     from reports.diagnosis import write_diagnosis_report
 
     page = diagnosis_page(
-        found, logs, model, held_out=held_out, effects=extra, model_file=arguments.model, fitted=arguments.logs,
-        judged=arguments.held_out, options=carried(arguments),
+        found, fitted.logs, model, held_out=judged.logs, effects=extra, model_file=arguments.model,
+        fitted=fitted.texts, judged=judged.texts, options=carried(arguments),
     )  # fmt: skip
     write_diagnosis_report(arguments.report, page)
     print(f"dvp diagnose: report in {arguments.report}", file=sys.stderr)

@@ -19,6 +19,8 @@ from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite
 from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
 from pytest_dvp.cli.effects import add_effects, effects_from
+from pytest_dvp.cli.looked_at import looked_at
+from pytest_dvp.cli.progress import progress
 from pytest_dvp.settings import unknown
 
 if TYPE_CHECKING:
@@ -55,8 +57,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     _check(arguments)
-    from rich.console import Console
-
     from pytest_dvp.reality_gap.extend import extend
     from vehicle.model.model_file import read_model, write_model
 
@@ -66,10 +66,15 @@ def execute(arguments: argparse.Namespace) -> int:
     gates = _gates(arguments)
     logs, held_out = read_all(arguments.fit, arguments), read_all(arguments.held_out, arguments)
     rivals: dict[str, tuple[str, ...]] = {}
-    with Console(stderr=True).status("extending") as status:
+    with progress("dvp extend", "extending") as tick:
         start = None
         if not add and not remove and not arguments.refit:
-            found = _diagnosed(logs, model, held_out, tuple(extra.values()), status.update)
+            fitted = looked_at(arguments.fit, logs, model)
+            judged = looked_at(arguments.held_out, held_out, model)
+            for text in (fitted.said, judged.said):
+                if text:
+                    print(f"dvp extend: the diagnosis {text}", file=sys.stderr)
+            found = _diagnosed(fitted.logs, model, judged.logs, tuple(extra.values()), tick)
             if not found.effects:
                 return _nothing(arguments, found)
             add, remove = _asked(found.effects)
@@ -78,7 +83,7 @@ def execute(arguments: argparse.Namespace) -> int:
         extension = extend(
             logs, model, add=add, remove=remove, refit=arguments.refit, held_out=held_out,
             effects=tuple(extra.values()), start=start, fitted_on=[provenance(text) for text in arguments.fit],
-            tick=status.update,
+            tick=tick,
         )  # fmt: skip
         effects = [dataclasses.replace(e, rivals=rivals.get(e.name, ())) for e in extension.effects]
         extension = dataclasses.replace(extension, effects=tuple(effects))

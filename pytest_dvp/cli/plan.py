@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,6 +18,8 @@ from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.limits import add_limits, check_folder, limits_from, write_all
+from pytest_dvp.cli.looked_at import looked_at
+from pytest_dvp.cli.progress import progress
 
 if TYPE_CHECKING:
     from pytest_dvp.reality_gap.diagnosis import Diagnosis
@@ -52,25 +55,27 @@ def execute(arguments: argparse.Namespace) -> int:
     envelope, out = limits_from(arguments), Path(arguments.out)
     check_folder("--out", out)
     manoeuvres = _only(arguments.only)
-    from rich.console import Console
-
     from vehicle.model.model_file import read_model
 
     extra = effects_from(arguments)
     model = read_model(arguments.model, extra=extra)
     effects = tuple(extra.values())
     refused: tuple[str, ...] = ()
-    with Console(stderr=True).status("planning") as status:
+    with progress("dvp plan", "planning") as tick:
         if arguments.between or arguments.excite:
             found, choices = None, _asked(arguments, model, envelope, effects, manoeuvres)
         else:
             from pytest_dvp.reality_gap.diagnose import diagnose
             from pytest_dvp.reality_gap.manoeuvres.advise import advise
 
-            logs = read_all(arguments.logs, arguments)
-            held_out = read_all(arguments.held_out, arguments)
-            found = diagnose(logs, model, held_out=held_out, effects=effects, tick=status.update)
-            status.update("planning")
+            fitted = looked_at(arguments.logs, read_all(arguments.logs, arguments), model)
+            judged = looked_at(arguments.held_out, read_all(arguments.held_out, arguments), model)
+            logs = fitted.logs
+            for text in (fitted.said, judged.said):
+                if text:
+                    print(f"dvp plan: {text}", file=sys.stderr)
+            found = diagnose(logs, model, held_out=judged.logs, effects=effects, tick=tick)
+            tick("planning")
             advice = advise(found, logs, model, envelope, effects=effects, manoeuvres=manoeuvres)
             choices, refused = advice.choices, advice.refused
     noise = found.noise_floor if found is not None else None

@@ -1,0 +1,31 @@
+"""What a command that takes a while is at, on stderr: a line that changes or, into a file, one every few seconds."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+_EVERY = 5.0  # s between lines where there is no terminal
+
+
+@contextmanager
+def progress(command: str, doing: str) -> Iterator[Callable[[str], None]]:
+    """A function to be told what is done now; `command` begins each line where stderr is no terminal."""
+    if sys.stderr.isatty():
+        from rich.console import Console
+
+        with Console(stderr=True).status(doing) as status:
+            yield status.update
+        return
+    last = time.monotonic()
+
+    def tell(text: str) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last >= _EVERY:
+            last = now
+            print(f"{command}: {text}", file=sys.stderr, flush=True)
+
+    yield tell
