@@ -202,7 +202,7 @@ class Search:
 
     def _trifle(self, trial: Trial) -> bool:
         """True if the last effect is there, but smaller than is worth a name."""
-        mine = [c for c in trial.found.coordinates if c.effect == trial.names[-1] and c.key.name not in HOW]
+        mine = _sizes([c for c in trial.found.coordinates if c.effect == trial.names[-1]])
         return all(not least(c.key, trial.values[c.name]) for c in mine) and self.cost(trial) < MISFIT * self.count
 
     def sound(self, trial: Trial, name: str, target: Campaign | None = None) -> bool:
@@ -211,8 +211,9 @@ class Search:
         if any(c.edge(trial.values[c.name]) for c in mine):
             return False
         sure = intervals(trial.found, target.starts() if target else self.starts)
-        much = [c for c in mine if c.key.name not in HOW]
-        return any(least(c.key, trial.values[c.name]) and _certain(c, trial.values[c.name], sure[c.name]) for c in much)
+        return any(
+            least(c.key, trial.values[c.name]) and _certain(c, trial.values[c.name], sure[c.name]) for c in _sizes(mine)
+        )
 
     def _contest(self, best: Trial) -> tuple[Trial, dict[str, tuple[str, ...]]]:
         """Drop what no longer pays, exchange what another effect does better, and list what does nearly as well."""
@@ -286,6 +287,11 @@ class Search:
                 return best
             best = least_lost
         return best
+
+
+def _sizes(coordinates: Sequence[Coordinate]) -> Sequence[Coordinate]:
+    """Those that say how much, not how; of an effect that only says how (a lag) all."""
+    return [c for c in coordinates if c.key.name not in HOW] or coordinates
 
 
 def _certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool:
