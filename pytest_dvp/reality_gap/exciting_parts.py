@@ -38,11 +38,12 @@ class Part:
 
 
 def exciting_parts(logs: Mapping[str, Log], commands: Sequence[str], most: int | None = None) -> list[Part]:
-    """The logs, or, of more than `most` (default: LONGEST) rows in all, the stretches that together drive the car most variedly.
+    """The logs, or, of more than `most` rows in all (default: LONGEST), the stretches that together drive the car most
+    variedly.
 
-    commands: columns that drive the model. A stretch is taken for the energy (variance times rows) that it adds to the
-    commands, their changes, the speed and the yaw rate, each by its square root, so that what is there already counts
-    less. In the order of the logs and of time; deterministic.
+    commands: columns that drive the model. A stretch is taken for the energy (variance times rows) that it adds to
+    the commands, their changes, the speed and the yaw rate, each by its square root, so that what is there already
+    counts less. In the order of the logs and of time; deterministic.
     """
     most = LONGEST if most is None else most
     if sum(len(log.t) for log in logs.values()) <= most:

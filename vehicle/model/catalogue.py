@@ -92,10 +92,13 @@ def effects_of_files(paths: Iterable[Path]) -> dict[str, Effect]:
     return found
 
 
+_WHERE = "see `dvp effects`; effects of your own come with --effects FILE.py"
+
+
 def find_effect(name: str, extra: Mapping[str, Effect] | None = None) -> Effect:
     """The effect called `name`. Raises ModelError with the nearest name."""
     known = {**catalogue(), **(extra or {})}
     if name not in known:
         near = nearest_name(name, known)
-        raise ModelError("unknown effect", key=name, found=name, allowed="see `dvp effects`", nearest=near)
+        raise ModelError("unknown effect", key=name, found=name, allowed=_WHERE, nearest=near)
     return known[name]

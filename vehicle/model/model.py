@@ -47,13 +47,17 @@ class AppliedEffect:
 
 @dataclass(frozen=True, slots=True)
 class VehicleModel:
-    """A car and the effects that act on it, in the order of its file."""
+    """A car and the effects that act on it, in the order of its file.
+
+    given: keys of [inputs] and [parameters] that its file states, the others being defaults (None: there is no file).
+    """
 
     base: Base
     inputs: Inputs
     car: Car
     effects: tuple[AppliedEffect, ...] = ()
     name: str = ""
+    given: frozenset[str] | None = field(default=None, compare=False, repr=False)
 
     def value(self, effect: str, key: str) -> float | None:
         """Value of an effect's parameter, None if the model lacks the effect."""

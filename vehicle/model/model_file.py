@@ -111,7 +111,8 @@ def parse_model(text: str, file: str = "", *, extra: Mapping[str, Effect] | None
             nearest=nearest_name(str(base), BASES),
         )
     name = model.get("name", "")
-    inputs = _inputs(_table(data, "inputs", file, lines), file, lines)
+    stated = _table(data, "inputs", file, lines)
+    inputs = _inputs(stated, file, lines)
     parameters = _table(data, "parameters", file, lines)
     values = {key: _number(value, key, file, lines.find("parameters", key)) for key, value in parameters.items()}
     try:
@@ -128,7 +129,8 @@ def parse_model(text: str, file: str = "", *, extra: Mapping[str, Effect] | None
             line = lines.find("effect", "name", nth)
             raise ModelError("effect stands twice", file=file, line=line, key="effect.name", found=applied.name)
         effects.append(applied)
-    return VehicleModel(base=base, inputs=inputs, car=car, effects=tuple(effects), name=str(name))
+    given = frozenset((*stated, *parameters))
+    return VehicleModel(base=base, inputs=inputs, car=car, effects=tuple(effects), name=str(name), given=given)
 
 
 def _known(
@@ -255,21 +257,26 @@ def _toml_text(value: str) -> str:
 
 
 def model_text(model: VehicleModel) -> str:
-    """The model as the text of a model file, ordered and complete: reading it gives the same model."""
+    """The model as the text of a model file, ordered: reading it gives the same model.
+
+    Of a model that was read only what its file stated and what has changed since is written; defaults stay defaults.
+    """
+    values, given = model.car.values(), model.given
+    if given is not None:
+        values = _stated(values, given)
     units = {d.name: d.unit for d in CAR_DECLARATIONS}
     out = ["[model]", f'base = "{model.base}"']
     if model.name:
         out.append(f"name = {_toml_text(model.name)}")
     out += ["", "[inputs]", f"steer = {_toml_text(model.inputs.steer)}"]
     out.append(f"longitudinal = {_toml_text(' + '.join(model.inputs.longitudinal))}")
-    out.append(f"full_throttle = {_toml_number(model.inputs.full_throttle)}  # m/s^2")
-    out.append(f"full_brake = {_toml_number(model.inputs.full_brake)}  # m/s^2")
-    for name, default, _low, _high, unit in _INPUT_NUMBERS[2:]:
+    always = ("full_throttle", "full_brake") if given is None else given
+    for name, default, _low, _high, unit in _INPUT_NUMBERS:
         value = getattr(model.inputs, name)
-        if value != (default_steer_scale(model.inputs.steer) if name == "steer_scale" else default):
+        if name in always or value != (default_steer_scale(model.inputs.steer) if name == "steer_scale" else default):
             out.append(f"{name} = {_toml_number(value)}  # {unit}")
     out += ["", "[parameters]"]
-    out += [f"{name} = {_toml_number(value)}  # {units[name]}" for name, value in model.car.values().items()]
+    out += [f"{name} = {_toml_number(value)}  # {units[name]}" for name, value in values.items()]
     for applied in model.effects:
         out += ["", "[[effect]]", f"name = {_toml_text(applied.name)}"]
         if applied.fitted_on:
@@ -281,6 +288,20 @@ def model_text(model: VehicleModel) -> str:
                 out += [f"low = {_toml_number(interval.low)}", f"high = {_toml_number(interval.high)}"]
             out.append(f"unit = {_toml_text(key.unit)}")
     return "\n".join(out) + "\n"
+
+
+def _stated(values: Mapping[str, float], given: frozenset[str]) -> dict[str, float]:
+    """Those parameters that were given, and those without which another car would be read."""
+    kept = {name: value for name, value in values.items() if name in given}
+    while True:  # defaults follow from other parameters: one more that is stated may change them
+        try:
+            read = make_car(kept).values()
+        except ModelError:
+            return dict(values)
+        other = {name for name, value in values.items() if value != read[name]}
+        if not other:
+            return kept
+        kept = {name: value for name, value in values.items() if name in kept or name in other}
 
 
 def write_model(model: VehicleModel, path: Path | str) -> None:

@@ -53,13 +53,13 @@ def test_what_has_been_seen_often_gives_way_to_another_kind_of_driving() -> None
 def test_a_long_log_is_diagnosed_on_parts_that_are_named_and_stand_in_the_next_command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(module, "LONGEST", 1500)
+    monkeypatch.setattr(module, "LONGEST", 3000)
     monkeypatch.chdir(tmp_path)
     write_csv(tmp_path / "long.csv", dict(drive(100.0, drive_gain=0.85).columns))
     Path("car.toml").write_text("[parameters]\nwheelbase = 2.5\ncg_to_front_axle = 1.2\nmass = 1200.0\n")
     assert main(["diagnose", "long.csv", "--model", "car.toml"]) == 0
     told = capsys.readouterr().out.splitlines()
-    assert told[0].startswith("looked at 30 of 100 s: long.csv@")
+    assert told[0].startswith("looked at 60 of 100 s: long.csv@")
     words = told[-1].split()
     fitted = words[words.index("--fit") + 1 : words.index("--out")]
     assert len(fitted) == 3

@@ -71,6 +71,21 @@ def test_the_tabby_is_the_car_of_the_paper(scenarios_dir: Path) -> None:
     assert about.max_acceleration > 9.81 * 0.2425
 
 
+def test_what_the_file_left_to_the_defaults_stays_so() -> None:
+    text = "[inputs]\nfull_brake = 6.0\n\n[parameters]\nwheelbase = 2.5\nmass = 1000.0\n"
+    model = parse_model(text)
+    stated = [line.split(" = ")[0] for line in model_text(model).splitlines() if " = " in line]
+    assert stated == ["base", "steer", "longitudinal", "full_brake", "wheelbase", "mass"]
+    changed = model.with_car({"wheelbase": 2.6, "cornering_stiffness_front": 70000.0})
+    assert "cornering_stiffness_front = 70000.0" in model_text(changed)
+    assert parse_model(model_text(changed)).car == changed.car
+
+
+def test_an_effect_of_ones_own_without_its_file_is_told_the_option() -> None:
+    with pytest.raises(ModelError, match=r"--effects FILE\.py"):
+        parse_model(GOOD + '[[effect]]\nname = "tow_drag"\n')
+
+
 def test_written_and_read_again_it_is_the_same_model(scenarios_dir: Path, tmp_path: Path) -> None:
     model = read_model(scenarios_dir / "models" / "tabby_evo.toml")
     write_model(model, tmp_path / "m.toml")
