@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite
+from pytest_dvp.cli.carried import carried
 from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
 from pytest_dvp.cli.effects import add_effects, effects_from
@@ -22,6 +23,7 @@ from pytest_dvp.cli.looked_at import looked_at
 from pytest_dvp.cli.progress import progress
 
 if TYPE_CHECKING:
+    from pytest_dvp.log import Log
     from pytest_dvp.reality_gap.diagnosis import Diagnosis
     from pytest_dvp.reality_gap.manoeuvres.catalogue import Manoeuvre
     from pytest_dvp.reality_gap.manoeuvres.choice import Choice
@@ -61,6 +63,7 @@ def execute(arguments: argparse.Namespace) -> int:
     model = read_model(arguments.model, extra=extra)
     effects = tuple(extra.values())
     refused: tuple[str, ...] = ()
+    logs: dict[str, Log] = {}
     with progress("dvp plan", "planning") as tick:
         if arguments.between or arguments.excite:
             found, choices = None, _asked(arguments, model, envelope, effects, manoeuvres)
@@ -83,7 +86,10 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(finite(_document(found, choices, written, refused)), ensure_ascii=False, allow_nan=False))
     else:
-        print(_page(found, choices, written, refused, model, envelope, noise))
+        print(_page(arguments, found, choices, written, refused, model, envelope, noise))
+        if found is not None and not choices and not refused:
+            for line in _not_shown(logs, model, extra):
+                print(line)
     return 0
 
 
@@ -133,9 +139,9 @@ def _document(found: Diagnosis | None, choices: tuple[Choice, ...], written: lis
     }
 
 
-def _page(found: Diagnosis | None, choices: tuple[Choice, ...], written: list[dict[str, str]],
-          refused: tuple[str, ...], model: VehicleModel, envelope: Envelope, noise: Mapping[str, float] | None,
-          ) -> str:  # fmt: skip
+def _page(arguments: argparse.Namespace, found: Diagnosis | None, choices: tuple[Choice, ...],
+          written: list[dict[str, str]], refused: tuple[str, ...], model: VehicleModel, envelope: Envelope,
+          noise: Mapping[str, float] | None) -> str:  # fmt: skip
     from pytest_dvp.reality_gap.manoeuvres.card import card
     from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE
 
@@ -144,9 +150,23 @@ def _page(found: Diagnosis | None, choices: tuple[Choice, ...], written: list[di
         sets = [" or ".join((e.name, *e.rivals)) for e in found.effects]
         parts.append(f"{found.verdict}: {'; '.join(sets) or 'no effect named'}")
     parts += [
-        card(choice, model, envelope, noise or NOISE, files) for choice, files in zip(choices, written, strict=True)
+        card(choice, model, envelope, noise or NOISE, files, arguments.model, arguments.logs, carried(arguments))
+        for choice, files in zip(choices, written, strict=True)
     ]
     parts += [f"no manoeuvre: {line}" for line in refused]
     if not choices and not refused:
-        parts.append("nothing to drive: no rivals are left, and the data could have shown every effect")
+        parts.append("nothing to drive: no rivals are left, and the data could have shown every effect that was tried")
     return "\n\n".join(parts)
+
+
+def _not_shown(logs: Mapping[str, Log], model: VehicleModel, extra: Mapping[str, Effect]) -> list[str]:
+    """What the doctor says that none of the logs could show, and why."""
+    from pytest_dvp.doctor import excitation
+
+    shown = [excitation(log, model, extra) for log in logs.values()]
+    reasons: dict[str, list[str]] = {}
+    for effect, reason in shown[0].out_of_reach.items():
+        if all(effect in one.out_of_reach for one in shown):
+            reasons.setdefault(reason, []).append(effect)
+    lines = [f"  {', '.join(effects)}: {reason}" for reason, effects in reasons.items()]
+    return ["not tried, for these data could not show (dvp doctor):", *lines] if lines else []

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import shlex
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,9 +20,12 @@ RATE = 50  # Hz, of commands and motion
 SLOW_RATE = 10  # Hz, enough for positions
 
 
-def card(choice: Choice, model: VehicleModel, envelope: Envelope, noise: Mapping[str, float], files: Mapping[str, str]
-         ) -> str:  # fmt: skip
-    """The card as text for a terminal or a printer. `files`: what was written, by kind."""
+def card(choice: Choice, model: VehicleModel, envelope: Envelope, noise: Mapping[str, float], files: Mapping[str, str],
+         model_file: str = "MODEL.toml", logs: Sequence[str] = (), options: Sequence[str] = ()) -> str:  # fmt: skip
+    """The card as text for a terminal or a printer. `files`: what was written, by kind.
+
+    model_file, logs and options: as the user gave them, for the commands that come next.
+    """
     m, d = choice.manoeuvre, choice.drive
     source = f" ({m.source})" if m.source else ""
     x, y, _, v, rate = d.motion.T
@@ -49,9 +53,10 @@ def card(choice: Choice, model: VehicleModel, envelope: Envelope, noise: Mapping
     lines += [f"  {kind:8s} {path}" for kind, path in files.items()]
     if files:
         seconds = math.ceil(d.seconds / 10.0) * 10 + 10
-        lines.append(f"  rehearse dvp run {files['scenario']} --ads {files['robot']}:Robot --model MODEL.toml "
-                     f"--duration {seconds}")  # fmt: skip
-    lines.append(f"  then     dvp diagnose LOG... {m.name}.csv --model MODEL.toml")
+        run = f"dvp run {files['scenario']} --ads {files['robot']}:Robot --model {shlex.quote(model_file)}"
+        lines.append(f"  rehearse {run} --duration {seconds}")
+    given = shlex.join(logs) if logs else "LOG..."
+    lines.append(f"  then     dvp diagnose {given} {shlex.join([f'{m.name}.csv', '--model', model_file, *options])}")
     return "\n".join(lines)
 
 
