@@ -128,7 +128,11 @@ def _models(verdicts: Sequence[Mapping[str, Any]]) -> dict[str, VehicleModel]:
     from pytest_dvp.reality_gap.gate_changes import KIND_OF
     from vehicle.model.model_file import read_model
 
-    failed = {(v["file"], v["line"], v["metric"]) for v in verdicts if v["status"] == "FAIL" and v["metric"] in KIND_OF}
+    failed = {
+        (v["file"], v["line"], v["metric"])
+        for v in verdicts
+        if v["status"] == "FAIL" and v["metric"] in KIND_OF and v["value"] is not None  # no effect explains no number
+    }
     named: dict[str, Path] = {}
     for file in sorted({file for file, _, _ in failed}):
         for gate in read_gates(file).gates:

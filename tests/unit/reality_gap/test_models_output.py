@@ -13,6 +13,7 @@ from pytest_dvp.assertions import assert_matches
 from pytest_dvp.cli import main
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.compare import compare
+from pytest_dvp.reality_gap.explanation import gate_explanation
 from pytest_dvp.reality_gap.page import page_of
 from pytest_dvp.settings import diagnosis_wanted
 from reports.compare import write_compare_report
@@ -100,6 +101,15 @@ def test_bound_without_a_number_is_not_called_tighter_than_the_noise(bound: dict
         assert_matches(drive(30.0), baseline(), rmse=bound)
     assert "not compared" in str(failed.value)
     assert "tighter than the noise" not in str(failed.value)
+
+
+@pytest.mark.parametrize(("value", "lines"), [(None, 0), (0.3, 1)])
+def test_gate_without_a_number_is_not_diagnosed(tmp_path: Path, value: float | None, lines: int) -> None:
+    verdict = {
+        "file": str(tmp_path / "none.gates.toml"), "line": 1, "metric": "open_loop_error", "status": "FAIL",
+        "value": value,
+    }  # fmt: skip
+    assert len(gate_explanation(drive(1.0), [verdict], "drive.mcap")) == lines
 
 
 def test_bound_below_the_noise_is_called_so() -> None:
