@@ -52,6 +52,7 @@ def execute(arguments: argparse.Namespace) -> int:
         check_folder("--plan", Path(arguments.plan))
     envelope = limits_from(arguments)
     from pytest_dvp.reality_gap.diagnose import diagnose
+    from pytest_dvp.reality_gap.implied_wheelbase import wrong_wheelbase
     from vehicle.model.model_file import read_model
 
     extra = effects_from(arguments)
@@ -60,6 +61,9 @@ def execute(arguments: argparse.Namespace) -> int:
     judged = looked_at(arguments.held_out, read_all(arguments.held_out, arguments), model)
     logs, held_out = fitted.logs, judged.logs
     said = [text for text in (fitted.said, judged.said) if text]
+    warning = wrong_wheelbase(logs, model)
+    if warning:
+        print(f"dvp diagnose: warning: {warning}", file=sys.stderr)
     with progress("dvp diagnose", "diagnosing") as tick:
         found = diagnose(logs, model, held_out=held_out, effects=tuple(extra.values()), tick=tick)
         if arguments.plan:

@@ -24,6 +24,7 @@ _PLAIN = 0.004  # of the score, a further unknown must bring
 _LEAST_ROWS = 50
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # a model of quite another car: no vote then
 def votes(logs: Mapping[str, Log], model: VehicleModel) -> dict[str, Any]:
     """What equation-error regression would name: {"first": name or None, "ranking": [[name, score], ...],
     "not_judged": [names]}.
@@ -48,7 +49,7 @@ def votes(logs: Mapping[str, Log], model: VehicleModel) -> dict[str, Any]:
     scored = []
     for form in FORMS:
         gain = _gain(form, tables)
-        if gain is not None:
+        if gain is not None and np.isfinite(gain[0] / excess):
             scored.append((gain[0] / excess - _PLAIN * (gain[1] - 1), form.name))
     scored.sort(key=lambda pair: (-pair[0], pair[1]))
     judged = {name for _, name in scored}
