@@ -107,16 +107,19 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
                        "y1": 1, "line": {"color": GREY, "width": 1.5, "dash": "dash"}})  # fmt: skip
         traces.append({"type": "scatter", "mode": "lines", "name": "what luck would reach", "x": [None], "y": [None],
                        "line": {"color": GREY, "width": 1.5, "dash": "dash"}, "hoverinfo": "skip"})  # fmt: skip
-    for key, name, colour, symbol, dash, side in (
-        ("fit", "fitted on", BLUE, "circle", "solid", "top center"),
-        ("held_out", "held out", ORANGE, "diamond-open", "dot", "bottom center"),
+    for key, name, colour, symbol, dash in (
+        ("fit", "fitted on", BLUE, "circle", "solid"),
+        ("held_out", "held out", ORANGE, "diamond-open", "dot"),
     ):
         known = [(row, s[key], s["fit"]) for row, s in zip(rows, rungs, strict=True) if s[key] is not None]
         told = [key == "fit" or abs(math.log(v / fit)) > 0.05 for _, v, fit in known]
+        # Lines fall from the upper right to the lower left: the other two corners of a marker are free
+        sides = ["bottom right" if (v > fit if key == "held_out" else _other(s, v) < v) else "top left"
+                 for (_, v, fit), s in zip(known, [s for s in rungs if s[key] is not None], strict=True)]  # fmt: skip
         if known:
             traces.append({
                 "type": "scatter", "mode": f"{'lines+' if steps else ''}markers+text", "name": name,
-                "y": [row for row, *_ in known], "x": numbers([v for _, v, _ in known], 4), "textposition": side,
+                "y": [row for row, *_ in known], "x": numbers([v for _, v, _ in known], 4), "textposition": sides,
                 "text": [_short(v) if tell else "" for (_, v, _), tell in zip(known, told, strict=True)],
                 "textfont": {"size": 12, "color": colour}, "cliponaxis": False,
                 "line": {"color": colour, "width": 2, "dash": dash},
@@ -138,6 +141,11 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
                       "range": [-0.55, len(rows) - 0.45], "tickfont": {"size": 13}},
         },
     }  # fmt: skip
+
+
+def _other(rung: Mapping[str, Any], value: float) -> float:
+    """The held-out error of a rung, or `value` itself if there is none."""
+    return value if rung["held_out"] is None else float(rung["held_out"])
 
 
 def close_figure(close: Mapping[str, Any], *, new: str = "", given: str = VERMILION) -> Figure:

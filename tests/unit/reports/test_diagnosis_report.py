@@ -151,6 +151,13 @@ def test_the_ladder_is_logarithmic_with_the_null_line_where_it_belongs() -> None
     assert not [s for s in ladder_figure(page()["ladder"], None)["layout"]["shapes"] if s["type"] == "line"]
 
 
+def test_labels_of_the_ladder_keep_off_the_lines_and_each_other() -> None:
+    rungs = [{"label": "a", "fit": 60.0, "held_out": 7.0}, {"label": "b", "fit": 1.1, "held_out": 2.0}]
+    fit, held = (trace["textposition"] for trace in ladder_figure(rungs, None)["data"])
+    assert fit == ["bottom right", "top left"]  # the larger of both to the right, the smaller to the left
+    assert held == ["top left", "bottom right"]
+
+
 @pytest.mark.parametrize(
     ("effects", "words"),
     [
