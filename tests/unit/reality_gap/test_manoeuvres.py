@@ -209,6 +209,8 @@ def test_the_card_says_what_to_drive_record_and_repeat(planned: Path, capsys: py
     card = capsys.readouterr().out
     for word in ("why", "where", "speed", "steering", "record", "means", "100 x 60 m", "accel_cmd", "50 Hz", ".xosc"):
         assert word in card
+    assert f"dvp diagnose LOG... full_throttle.csv --model {planned / 'car.toml'}" in card
+    assert "MODEL.toml" not in card
     page = next((planned / "two").glob("*_card.html")).read_text()
     assert page.count("<svg") == 4
     assert "http" not in page.replace("http-equiv", "")
