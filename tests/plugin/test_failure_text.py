@@ -87,7 +87,7 @@ def test_the_command_makes_the_test_pass(twin: pytest.Pytester, capsys: pytest.C
 
 def test_model_gate_names_the_effect_once_before_the_command_to_replay(twin: pytest.Pytester) -> None:
     twin.makepyfile(GATE)
-    result = twin.runpytest_inprocess()
+    result = twin.runpytest_inprocess("-rN")  # under CI the summary repeats whole messages
     result.assert_outcomes(failed=1)
     text = result.stdout.str()
     assert text.count("diagnosis: NAMED: car.toml lacks steer_delay") == 1  # two of the gate's bounds fail
