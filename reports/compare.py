@@ -8,17 +8,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from numpy.typing import NDArray
 
 from reports.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Figure, numbers, plain, thin
 from reports.html import _digest, _write_whole, embed, plotly_js
+from reports.templating import asset, environment
 from reports.verdicts import pretty_unit
 
 BAND = 2.0  # sigma of the noise band around the model
@@ -62,13 +61,13 @@ def render_compare_report(pages: Sequence[Mapping[str, Any]]) -> str:
         if page["position"] is not None:
             figures[f"path{number}"] = path_figure(page["t"], *page["position"], page["error"])
         figures[f"time{number}"] = time_figure(page)
-    scripts = [plotly_js(), _asset("theme.js"), _asset("compare.js")]
+    scripts = [plotly_js(), asset("theme.js"), asset("compare.js")]
     text: str = _template().render(
         pages=pages,
         figures=figures,
         regimes=REGIME_COLOURS,
         data=Markup(embed(figures)),
-        style=Markup(_asset("run.css") + _asset("compare.css")),
+        style=Markup(asset("run.css") + asset("compare.css")),
         scripts=[Markup(script) for script in scripts],
         policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
     )
@@ -258,23 +257,15 @@ def _short(value: float) -> str:
 
 
 @cache
-def _asset(name: str) -> str:
-    return files("reports").joinpath("templates", name).read_text(encoding="utf-8")
-
-
-@cache
 def _template() -> Any:
-    environment = Environment(
-        loader=PackageLoader("reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
-    environment.filters["unit"] = pretty_unit
-    environment.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
-    environment.filters["fixed"] = lambda value, digits: "–" if value is None else f"{value:.{digits}f}"
-    environment.filters["signed"] = lambda value: "–" if value is None else f"{round(value, 3) + 0.0:+.3f}"
-    environment.filters["percent"] = lambda value: "–" if value is None else f"{100.0 * value:.0f} %"
-    environment.filters["level"] = _level
-    return environment.get_template("compare.html")
+    made = environment()
+    made.filters["unit"] = pretty_unit
+    made.filters["short"] = lambda value: "–" if value is None else f"{value:.3g}"
+    made.filters["fixed"] = lambda value, digits: "–" if value is None else f"{value:.{digits}f}"
+    made.filters["signed"] = lambda value: "–" if value is None else f"{round(value, 3) + 0.0:+.3f}"
+    made.filters["percent"] = lambda value: "–" if value is None else f"{100.0 * value:.0f} %"
+    made.filters["level"] = _level
+    return made.get_template("compare.html")
 
 
 def _level(chi2: Any) -> str:

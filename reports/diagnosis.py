@@ -8,18 +8,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from numpy.typing import NDArray
 
 from reports.compare import LABELS
 from reports.figures import BLUE, ORANGE, VERMILION, Figure, numbers, plain, thin
 from reports.html import _digest, _write_whole, embed, plotly_js
+from reports.templating import asset, environment
 from reports.verdicts import pretty_unit
 
 BAND = 2.0  # sigma of the noise band
@@ -63,14 +62,14 @@ def render_diagnosis_report(page: Mapping[str, Any]) -> str:
     for number, one in enumerate(page["over_time"]):
         if one["rows"]:
             figures[f"time{number}"] = residual_figure(one, new=new, given=given)
-    scripts = [plotly_js(), _asset("theme.js"), _asset("compare.js")]
+    scripts = [plotly_js(), asset("theme.js"), asset("compare.js")]
     text: str = _template().render(
         page=page,
         figures=figures,
         badge=BADGES[page["verdict"]],
         new=new,
         data=Markup(embed(figures)),
-        style=Markup(_asset("run.css") + _asset("compare.css") + _asset("diagnosis.css")),
+        style=Markup(asset("run.css") + asset("compare.css") + asset("diagnosis.css")),
         scripts=[Markup(script) for script in scripts],
         policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
     )
@@ -255,21 +254,13 @@ def _level(chi2: float | None) -> str:
 
 
 @cache
-def _asset(name: str) -> str:
-    return files("reports").joinpath("templates", name).read_text(encoding="utf-8")
-
-
-@cache
 def _template() -> Any:
-    environment = Environment(
-        loader=PackageLoader("reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
-    environment.filters["unit"] = pretty_unit
-    environment.filters["short"] = lambda value: "–" if value is None else f"{value:#.3g}".rstrip(".")
-    environment.filters["chi2"] = lambda value: "–" if value is None else _short(value)
-    environment.filters["percent"] = _percent
-    environment.filters["spoken"] = _spoken
-    environment.filters["pin"] = lambda value: round(100.0 * min(max(value, 0.0), 1.0), 2)
-    environment.filters["level"] = _level
-    return environment.get_template("diagnosis.html")
+    made = environment()
+    made.filters["unit"] = pretty_unit
+    made.filters["short"] = lambda value: "–" if value is None else f"{value:#.3g}".rstrip(".")
+    made.filters["chi2"] = lambda value: "–" if value is None else _short(value)
+    made.filters["percent"] = _percent
+    made.filters["spoken"] = _spoken
+    made.filters["pin"] = lambda value: round(100.0 * min(max(value, 0.0), 1.0), 2)
+    made.filters["level"] = _level
+    return made.get_template("diagnosis.html")

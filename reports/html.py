@@ -19,12 +19,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from numpy.typing import NDArray
 
 from reports.figures import timeline
 from reports.scene import scene
+from reports.templating import asset, environment
 from reports.verdicts import Row, headline, pretty_unit, rows
 
 MAX_SCENE_BYTES = 2_600_000  # leaves the whole page below 8 MB beside 4.8 MB of plotly.js
@@ -89,7 +89,7 @@ def render_run_report(
         if len(text) <= MAX_SCENE_BYTES or stride >= 64:
             break
         stride *= 2
-    scripts = [plotly_js(), _asset("theme.js"), _asset("view.js"), _asset("run.js")]
+    scripts = [plotly_js(), asset("theme.js"), asset("view.js"), asset("run.js")]
     page: str = _template().render(
         result=result,
         title=f"{result.get('scenario', '')} · {result.get('stage', '')}",
@@ -102,7 +102,7 @@ def render_run_report(
         legend=legend(data),
         duration=float(columns["t"][-1]) if len(columns.get("t", ())) else 0.0,
         data=Markup(text),
-        style=Markup(_asset("run.css")),
+        style=Markup(asset("run.css")),
         scripts=[Markup(script) for script in scripts],
         policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
     )
@@ -172,27 +172,16 @@ def plotly_js() -> str:
 
 
 @cache
-def _asset(name: str) -> str:
-    return files("reports").joinpath("templates", name).read_text(encoding="utf-8")
-
-
-@cache
 def _digest(script: str) -> str:
     return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
 @cache
 def _template() -> Any:
-    environment = Environment(
-        loader=PackageLoader("reports"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["unit"] = pretty_unit
-    environment.filters["short"] = lambda value: "–" if value is None else f"{value:.4g}"
-    return environment.get_template("run.html")
+    made = environment()
+    made.filters["unit"] = pretty_unit
+    made.filters["short"] = lambda value: "–" if value is None else f"{value:.4g}"
+    return made.get_template("run.html")
 
 
 def _write_whole(path: Path, text: str) -> None:
