@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 
-from openscenario.findings import Finding, ScenarioError, Severity
+from openscenario.findings import Finding, ScenarioError, Severity, nearest
 from openscenario.xml import Node
 
 
@@ -42,10 +43,21 @@ class Attributes:
         try:
             value = float(text)
         except ValueError:
-            self.report("value.not_a_number", node, f"{name} is no number", attribute=name, found=text)
+            value = math.nan
+        if (value != value and text.strip().lower() != "nan") or "_" in text or not text.isascii():
+            self.report(
+                "value.not_a_number",
+                node,
+                f"{name} is no number",
+                attribute=name,
+                found=text or "nothing",
+                allowed="a number",
+            )
             return 0.0
         if not math.isfinite(value):
-            self.report("value.not_finite", node, f"{name} is not finite", attribute=name, found=text)
+            self.report(
+                "value.not_finite", node, f"{name} is not finite", attribute=name, found=text, allowed="a finite number"
+            )
             return 0.0
         return value
 
@@ -56,11 +68,17 @@ class Attributes:
             if default is None:
                 self.report("xml.valid_schema", node, f"attribute {name} is missing", attribute=name)
             return default or 0
-        try:
-            return int(text)
-        except ValueError:
-            self.report("value.not_a_number", node, f"{name} is no whole number", attribute=name, found=text)
+        if not re.fullmatch(r"\s*[-+]?[0-9]{1,9}\s*", text):
+            self.report(
+                "value.not_a_number",
+                node,
+                f"{name} is no whole number",
+                attribute=name,
+                found=text or "nothing",
+                allowed="a whole number",
+            )
             return 0
+        return int(text)
 
     def text(self, node: Node, name: str, default: str | None = None) -> str:
         """A string; without a default the attribute must be there."""
@@ -82,6 +100,7 @@ class Attributes:
                 attribute=name,
                 found=value,
                 allowed=", ".join(allowed),
+                hint=nearest(value, allowed),
             )
             return default if default is not None else allowed[0]
         return value

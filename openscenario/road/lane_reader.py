@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise
 
 from openscenario.road.attributes import Attributes, by_tag
@@ -60,15 +61,37 @@ def read_section(attributes: Attributes, node: Node) -> LaneSection:
         lanes.sort(key=lambda lane: -lane.id)
         ids = [lane.id for lane in lanes]
     if any(a - b != 1 for a, b in pairwise(ids)) or max(abs(number) for number in ids) > MAX_LANES:
-        attributes.report(
-            "asam.net:xodr:1.4.0:road.lane.id_consecutive",
-            node,
-            "lane ids must count from the centre lane outwards without a gap or repetition",
-            found=" ".join(str(number)[:20] for number in ids[:40]),
-            allowed=f"-{MAX_LANES} to {MAX_LANES}",
-        )
+        _report_ids(attributes, node, lanes)
         lanes = [Lane(0, "none", False, (), (), (), (), (), (), (), node.line)]
     return LaneSection(attributes.number(node, "s"), tuple(lanes), node.line)
+
+
+def _report_ids(attributes: Attributes, section: Node, lanes: list[Lane]) -> None:
+    """At the first lane, from the centre outwards, whose id is taken or leaves a gap."""
+    ids = [lane.id for lane in lanes]
+    nodes = [node for side in section.children for node in side.findall("lane")]
+    seen: set[int] = set()
+    wrong = section
+    for node in sorted(nodes, key=lambda node: abs(_whole(node))):
+        number = _whole(node)
+        inner = number - (number > 0) + (number < 0)
+        if number in seen or (number and inner and inner not in seen) or abs(number) > MAX_LANES:
+            wrong = node
+            break
+        seen.add(number)
+    attributes.report(
+        "asam.net:xodr:1.4.0:road.lane.id_consecutive",
+        wrong,
+        "lane ids must count from the centre lane outwards without a gap or repetition",
+        attribute="" if wrong is section else "id",
+        found=" ".join(str(number)[:20] for number in ids[:40]),
+        allowed=f"-{MAX_LANES} to {MAX_LANES}",
+    )
+
+
+def _whole(lane: Node) -> int:
+    text = lane.get("id").strip()
+    return int(text) if re.fullmatch(r"[-+]?[0-9]{1,9}", text) else 0
 
 
 def _read_lane(attributes: Attributes, node: Node) -> Lane:

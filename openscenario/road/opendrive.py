@@ -25,8 +25,10 @@ from openscenario.road.lane_reader import read_section, read_speed
 from openscenario.road.object_reader import read_objects, read_signals
 from openscenario.road.plan_reader import MAX_LENGTH, read_cubics, read_geometries
 from openscenario.road.rules import check_network
+from openscenario.road.vocabulary import check_vocabulary
 from openscenario.xml import Node, read_xml
 
+NEWEST = 8  # the last minor version of OpenDRIVE 1
 OTHER_FORMATS = {
     "osm": "a Lanelet2 or OpenStreetMap file",
     "commonRoad": "a CommonRoad file",
@@ -36,14 +38,24 @@ OTHER_FORMATS = {
 }
 
 
+# Errors that `dvp check` reports and that do not keep anybody from driving on the rest of the network.
+HARMLESS = (
+    "road.linkage.unknown",
+    "road.signalReference.unknown",
+    "road.objectReference.unknown",
+    "road.control.unknown",
+)
+
+
 def read_opendrive(path: str | os.PathLike[str]) -> OpenDrive:
     """Read a road network file.
 
     Raises:
-        ScenarioError: the file is missing, no XML, no OpenDRIVE, or breaks a rule; with all its findings.
+        ScenarioError: the file is missing, no XML, no OpenDRIVE, or breaks a rule; with all its findings. A name of a
+            road, signal or object that is not there, as in files cut out of larger ones, does not keep it from use.
     """
     network, findings = examine_opendrive(path)
-    if network is None or any(finding.severity == "error" for finding in findings):
+    if network is None or any(each.severity == "error" and not each.code.endswith(HARMLESS) for each in findings):
         raise ScenarioError(findings)
     return network
 
@@ -66,6 +78,7 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
             hint="convert the road network to OpenDRIVE, for example with SUMO's netconvert",
         )
         return None, tuple(attributes.findings)
+    check_vocabulary(attributes, root)
     parts = by_tag(root)
     version, geo_reference, geo_offset = _read_header(attributes, root, parts.get("header", []))
     road_nodes, junction_nodes = parts.get("road", []), parts.get("junction", [])
@@ -129,6 +142,15 @@ def _read_header(
                 attribute="revMajor",
                 found=header.get("revMajor"),
                 allowed="1",
+            )
+        elif version[1] > NEWEST:
+            attributes.report(
+                "asam.net:xodr:1.0.0:xml.version_is_defined",
+                header,
+                "a version of OpenDRIVE that is not known here",
+                attribute="revMinor",
+                found=f"1.{header.get('revMinor')}",
+                allowed=f"1.4 to 1.{NEWEST}",
             )
     parts = by_tag(header)
     reference = parts["geoReference"][0].text.strip() if "geoReference" in parts else ""

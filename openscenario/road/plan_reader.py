@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from openscenario.road.attributes import Attributes, by_tag
 from openscenario.road.elements import Cubic, Geometry
+from openscenario.road.shapes import NODES, WEIGHTS
 from openscenario.xml import Node
 
 MAX_LENGTH = 1e7  # m, of one geometry: more is a slip of the pen and would only burn memory
 MAX_CURVATURE = 100.0  # 1/m
 MAX_COEFFICIENT = 1e6  # of a cubic: no width, height or slope of a road is that large in any unit
 MAX_COORDINATE = 1e8  # m; projected coordinates of the whole earth stay below
+LENGTH_TOLERANCE = 0.01  # m, of a paramPoly3's length; in the wild it is right to 0.7 mm
+LENGTH_SHARE = 1e-4
 PARAM_TOLERANCE = 1e-3  # of the first coefficients of a paramPoly3, which tools write with rounding
+_PANELS = 8  # of the quadrature along a curve
 _KINDS = ("line", "arc", "spiral", "poly3", "paramPoly3")
 _PARAMS = ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")
 
@@ -42,7 +47,6 @@ def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tu
                 "records must ascend along the road",
                 attribute=key,
                 found=node.get(key),
-                severity="warning",
             )
         records.append(record)
     return tuple(records if ordered else sorted(records, key=lambda record: record.s))
@@ -117,6 +121,7 @@ def _read_geometry(attributes: Attributes, node: Node) -> Geometry | None:
             kind, values = "paramPoly3", _coefficients(attributes, shape, _PARAMS)
             normalized = attributes.choice(shape, "pRange", ("arcLength", "normalized"), "normalized") == "normalized"
             _check_param(attributes, shape, values)
+            _check_length(attributes, node, values, length, 1.0 if normalized else length)
     return Geometry(s, x, y, hdg, length, kind, values, normalized, node.line)
 
 
@@ -157,4 +162,23 @@ def _check_param(attributes: Attributes, node: Node, values: tuple[float, ...]) 
             "a paramPoly3 starts at its own origin, along its own heading",
             found=f"aU={a_u:g} bU={b_u:g} aV={a_v:g} bV={b_v:g}",
             allowed="aU=aV=bV=0, bU>0",
+        )
+
+
+def _check_length(attributes: Attributes, node: Node, values: tuple[float, ...], length: float, last: float) -> None:
+    """The curve is as long as its geometry says, with p from 0 to 1 (normalized) or to the length (arcLength)."""
+    _, b_u, c_u, d_u, _, b_v, c_v, d_v = values
+    measured = 0.0
+    for panel in range(_PANELS):
+        for at, weight in zip(NODES, WEIGHTS, strict=True):
+            p = last * (panel + at) / _PANELS
+            u1, v1 = b_u + p * (2.0 * c_u + 3.0 * d_u * p), b_v + p * (2.0 * c_v + 3.0 * d_v * p)
+            measured += weight * math.hypot(u1, v1) * last / _PANELS
+    if not abs(measured - length) <= LENGTH_TOLERANCE + LENGTH_SHARE * length:
+        attributes.report(
+            f"asam.net:xodr:1.7.0:road.geometry.parampoly3.{'normalized' if last == 1.0 else 'arclength'}_range",
+            node,
+            "the curve is not as long as its geometry says",
+            found=f"{measured:.6g} m",
+            allowed=f"{length:.6g} m",
         )

@@ -7,13 +7,16 @@ from collections.abc import Iterator
 
 from openscenario.road.attributes import Attributes
 from openscenario.road.elements import Lane, OpenDrive, Road, lane_direction
+from openscenario.road.junction_rules import check_junctions
+from openscenario.road.lane_rules import NO_WIDTH, check_lanes, width_at
 from openscenario.road.links import LaneEnd, end_lanes, make_links
 from openscenario.road.shapes import geometry_rows, row_end
+from openscenario.road.thing_rules import check_things
 from openscenario.xml import Node
 
 MAX_GAP = 0.1  # m, between two geometries of a road; more than rounding, and a vehicle on it would feel a kick
 MAX_CONTACT_GAP = 0.5  # m, between the reference lines of two linked roads
-NO_WIDTH = 1e-3  # m
+MAX_STATION_GAP = 0.1  # m, between the end of a geometry and the s that the next one states
 
 Point = tuple[float, float, float]  # x, y [m], heading [rad]
 
@@ -23,9 +26,12 @@ def check_network(attributes: Attributes, network: OpenDrive, nodes: list[Node])
     ends = []
     for road, node in zip(network.roads, nodes, strict=True):
         ends.append(_plan(attributes, road, node))
+        check_lanes(attributes, road, node)
         _levels(attributes, road, node)
         _section_links(attributes, road, node)
     _unique_ids(attributes, network, nodes)
+    check_junctions(attributes, network, nodes)
+    check_things(attributes, nodes)
     _contact_points(attributes, network, nodes, ends)
     _appearing_lanes(attributes, network, nodes)
 
@@ -44,7 +50,18 @@ def _plan(attributes: Attributes, road: Road, node: Node) -> tuple[Point, Point]
     plan = node.find("planView")
     elements = {item.line: item for item in plan.children} if plan is not None else {}
     end: Point | None = None
+    station = 0.0
     for geometry in road.geometries:
+        if abs(geometry.s - station) > MAX_STATION_GAP:
+            attributes.report(
+                "asam.net:xodr:1.4.0:road.geometry.s",
+                elements.get(geometry.line, node),
+                "the geometry's s is not where the one before it ends",
+                attribute="s",
+                found=f"{geometry.s:g}",
+                allowed=f"{station:g}",
+            )
+        station = geometry.s + geometry.length
         if end is not None:
             gap = math.hypot(geometry.x - end[0], geometry.y - end[1])
             if gap > MAX_GAP:
@@ -154,11 +171,7 @@ def _contact_points(
             if link is None or link.kind != "road" or link.s is not None:
                 continue
             other = numbers.get(link.id)
-            if other is None:
-                text, code = "the road is linked to a road that is not here", "asam.net:xodr:1.4.0:road.linkage.unknown"
-                attributes.report(code, nodes[number], text, found=link.id, severity="warning")
-                continue
-            if road.junction != "-1" or network.roads[other].junction != "-1" or not link.contact:
+            if other is None or road.junction != "-1" or network.roads[other].junction != "-1" or not link.contact:
                 continue
             at_end = link.contact == "end"
             here, there = ends[number][name == "successor"], ends[other][at_end]
@@ -194,15 +207,6 @@ def _contact_points(
         )
 
 
-def _width_at(lane: Lane, ds: float) -> float:
-    """Width [m] of a lane written by width records, ds [m] into its section; NaN if it is written by borders."""
-    records = [record for record in lane.widths if record.s <= ds + 1e-9]
-    if not records:
-        return math.nan
-    record, u = records[-1], ds - records[-1].s
-    return record.a + u * (record.b + u * (record.c + u * record.d))
-
-
 def _appearing_lanes(attributes: Attributes, network: OpenDrive, nodes: list[Node]) -> None:
     """A lane that begins with no width is not linked to the lane it grows beside."""
     for end, others in make_links(network.roads, ()).items():
@@ -226,5 +230,5 @@ def _appearing_lanes(attributes: Attributes, network: OpenDrive, nodes: list[Nod
 def _end_width(network: OpenDrive, end: LaneEnd) -> float:
     road = network.roads[end.road]
     lane = next(item for item in end_lanes(road, end.at_end) if item.id == end.lane)
-    width = _width_at(lane, road.length - road.sections[-1].s if end.at_end else 0.0)
+    width = width_at(lane, road.length - road.sections[-1].s if end.at_end else 0.0)
     return math.inf if math.isnan(width) else width

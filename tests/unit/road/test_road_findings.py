@@ -61,7 +61,7 @@ def test_empty_side_of_a_lane_section(tmp_path: Path) -> None:
 
 def test_lane_ids_with_a_gap(tmp_path: Path) -> None:
     path = write(tmp_path, straight("1", 0, 0, 0, 60, section((), [lane(-1), lane(-3)])))
-    assert only(path) == ("road.lane.id_consecutive", "laneSection")
+    assert only(path) == ("road.lane.id_consecutive", "lane[2]@id")
 
 
 def test_lane_on_the_wrong_side(tmp_path: Path) -> None:
@@ -96,9 +96,10 @@ def test_all_errors_come_at_once(tmp_path: Path) -> None:
     assert len(findings_of(write(tmp_path, road("1", plan, 70)))) == 2
 
 
-def test_link_to_a_road_that_is_not_here_is_only_a_warning(tmp_path: Path) -> None:
+def test_a_link_to_a_road_that_is_not_here_is_an_error_of_a_file_that_can_be_driven(tmp_path: Path) -> None:
     net = network(tmp_path, straight("1", 0, 0, 0, 60, link=to_road("successor", "7", "start")))
     assert net.lane_successors("1", -1) == ()
+    assert only(Path(net.file.path)) == ("road.linkage.unknown", "successor@elementId")
 
 
 def test_virtual_junction_is_said_to_be_unused(tmp_path: Path) -> None:

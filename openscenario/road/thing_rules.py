@@ -1,0 +1,95 @@
+"""Rules of what stands on a road: signals and objects lie on it, sizes are sizes, references lead somewhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from openscenario.findings import listed, nearest
+from openscenario.road.attributes import Attributes
+from openscenario.xml import Node
+
+BEYOND = 1.0  # m, that a thing may lie before or behind its road: what stands at a corner belongs to one of two roads
+_CHOICES = {"orientation": ("+", "-", "none"), "dynamic": ("yes", "no")}
+_SIZES = ("length", "width", "height", "radius", "validLength")
+
+
+def check_things(attributes: Attributes, roads: list[Node]) -> None:
+    """Add a finding for each signal or object that cannot be what it says; `roads` are the road elements."""
+    root = roads[0].parent
+    signals = {node.get("id") for _, node in _things(roads) if node.tag == "signal"}
+    objects = {node.get("id") for _, node in _things(roads) if node.tag == "object"}
+    seen: set[tuple[str, str]] = set()
+    for length, node in _things(roads):
+        _place(attributes, node, length)
+        for name, allowed in _CHOICES.items():
+            attributes.choice(node, name, allowed, "") if node.get(name) else None
+        known = {"signalReference": signals, "objectReference": objects}.get(node.tag)
+        if known is not None:
+            _known(attributes, node, "id", known)
+        elif (node.tag, node.get("id")) in seen:
+            attributes.report(
+                f"asam.net:xodr:1.4.0:road.{node.tag}.id_unique",
+                node,
+                f"another {node.tag} has this id",
+                attribute="id",
+                found=node.get("id"),
+                severity="warning",
+            )
+        seen.add((node.tag, node.get("id")))
+    for controller in [] if root is None else root.findall("controller"):
+        for control in controller.findall("control"):
+            _known(attributes, control, "signalId", signals)
+
+
+def _things(roads: list[Node]) -> Iterator[tuple[float, Node]]:
+    """Length of the road [m] and element of all that stands on it."""
+    for road in roads:
+        for group in road.children:
+            if group.tag in ("objects", "signals"):
+                length = float(road.get("length"))
+                yield from ((length, node) for node in group.children if node.tag[:6] in ("object", "signal"))
+
+
+def _place(attributes: Attributes, node: Node, length: float) -> None:
+    s = attributes.number(node, "s", 0.0)
+    if not -BEYOND <= s <= length + BEYOND:
+        attributes.report(
+            "road.s_out_of_range",
+            node,
+            f"the {node.tag} lies beyond its road",
+            attribute="s",
+            found=node.get("s"),
+            allowed=f"0 to {length:g} m",
+        )
+    for name in _SIZES:
+        # the words that stand for no size, and what is no number, are for the reader
+        if name in node.attributes and _number(node.get(name)) < 0.0:
+            attributes.report(
+                "value.out_of_range",
+                node,
+                "a size is not negative",
+                attribute=name,
+                found=node.get(name),
+                allowed=">= 0 m",
+            )
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _known(attributes: Attributes, node: Node, name: str, known: set[str]) -> None:
+    if node.get(name) not in known:
+        attributes.report(
+            f"asam.net:xodr:1.4.0:road.{node.tag}.unknown",
+            node,
+            "the reference leads nowhere",
+            attribute=name,
+            found=node.get(name),
+            allowed=listed(sorted(known)) or "none is there",
+            hint=nearest(node.get(name), known),
+        )

@@ -1,0 +1,152 @@
+"""Rules that a road file breaks: a finding at the right element, with the nearest name; the file mended has none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from road_files import cubic, geometry, lane, road, section, straight, to_junction, to_road, write
+
+from openscenario.findings import Finding
+from openscenario.road.opendrive import examine_opendrive
+
+WIDTH = cubic("width", 0.0, 3.5)
+PLAIN = section((), [lane(-1)])
+
+
+def errors(path: Path) -> tuple[Finding, ...]:
+    return tuple(item for item in examine_opendrive(path)[1] if item.severity == "error")
+
+
+def junction(*connections: str) -> tuple[str, ...]:
+    """Roads 1 and 2 joined by road 10 in junction J."""
+    return (
+        straight("1", 0, 0, 0, 50, link=to_junction("successor", "J")),
+        straight("2", 70, 0, 0, 50, link=to_junction("predecessor", "J")),
+        straight(
+            "10", 50, 0, 0, 20, PLAIN, junction="J",
+            link=to_road("predecessor", "1", "end") + to_road("successor", "2", "start"),
+        ),
+        f'<junction id="J" name="J">{"".join(connections)}</junction>',
+    )  # fmt: skip
+
+
+def connection(incoming: str = "1", connecting: str = "10", contact: str = "start", to: int = -1) -> str:
+    names = f'id="0" incomingRoad="{incoming}" connectingRoad="{connecting}" contactPoint="{contact}"'
+    return f'<connection {names}><laneLink from="-1" to="{to}"/></connection>'
+
+
+def one(sections: str, **parts: str) -> tuple[str, ...]:
+    return (straight("1", 0, 0, 0, 60, sections, **parts),)
+
+
+SIGNAL = '<signal id="7" s="{s}" t="0" dynamic="no" orientation="{o}" type="-1" subtype="-1" zOffset="0"/>'
+OBJECT = '<object id="7" s="{s}" t="0" type="obstacle" length="{length}" zOffset="0"/>'
+TWICE = PLAIN + section((), [lane(-1)], s=30.0)
+
+BROKEN = {
+    "width of a lane": (one(section((), [lane(-1, -3.5)])), "width@a"),
+    "width that turns negative": (
+        one(section((), [lane(-1, inside=cubic("width", 0.0, 3.5, -0.1))])),
+        "width",
+    ),
+    "type of a lane": (one(section((), [lane(-1, type_="drivng")])), "lane@type"),
+    "border inside of the inner lane's": (
+        one(section([lane(1, inside=cubic("border", 0.0, 4.0)), lane(2, inside=cubic("border", 0.0, 3.0))])),
+        "lane[2]",
+    ),
+    "order of sections": (one(PLAIN + TWICE.replace('s="30.0"', 's="0.0"')), "laneSection[2]@s"),
+    "section beyond the road": (one(TWICE.replace('s="30.0"', 's="300.0"')), "laneSection[2]@s"),
+    "lane id taken": (one(section((), [lane(-1), lane(-1)])), "lane[2]@id"),
+    "lane link across sections": (
+        one(section((), [lane(-1, after=-4)]) + section((), [lane(-1)], s=30.0)),
+        "lane",
+    ),
+    "order of widths": (
+        one(section((), [lane(-1, inside=cubic("width", 9.0, 3.5) + WIDTH)])),
+        "width[2]@sOffset",
+    ),
+    "order of elevations": (
+        one(PLAIN, elevation=cubic("elevation", 9, 0) + cubic("elevation", 0, 0)),
+        "elevation[2]@s",
+    ),
+    "station of a geometry": (
+        (road("1", geometry(0, 0, 0, 0, 60) + geometry(90, 60, 0, 0, 40), 130),),
+        "geometry[2]@s",
+    ),
+    "length of a paramPoly3": (
+        (
+            road(
+                "1",
+                geometry(
+                    0, 0, 0, 0, 60,
+                    '<paramPoly3 pRange="normalized" aU="0" bU="30" cU="0" dU="0" aV="0" bV="0" cV="0" dV="0"/>',
+                ),
+                60,
+            ),
+        ),
+        "geometry",
+    ),
+    "road that a link names": (one(PLAIN, link=to_road("successor", "7", "start")), "successor@elementId"),
+    "junction that a link names": (one(PLAIN, link=to_junction("successor", "J")), "successor@elementId"),
+    "junction that a road belongs to": (one(PLAIN, junction="J"), "road@junction"),
+    "incoming road": (junction(connection(incoming="11")), "connection@incomingRoad"),
+    "connecting road": (junction(connection(connecting="11")), "connection@connectingRoad"),
+    "missing incoming road": (junction(connection().replace('incomingRoad="1"', "")), "connection@incomingRoad"),
+    "contact point at the wrong end": (junction(connection(contact="end")), "connection@contactPoint"),
+    "lane that a junction links": (junction(connection(to=-3)), "laneLink@to"),
+    "connecting road that comes in": (junction(connection(incoming="10", connecting="1")), "connection@incomingRoad"),
+    "two junctions of one id": ((*junction(connection()), '<junction id="J" name="J"/>'), "junction[2]@id"),
+    "signal beyond the road": (one(PLAIN, signals=SIGNAL.format(s=99, o="+")), "signal@s"),
+    "orientation of a signal": (one(PLAIN, signals=SIGNAL.format(s=9, o="left")), "signal@orientation"),
+    "object of negative size": (one(PLAIN, objects=OBJECT.format(s=9, length=-1)), "object@length"),
+    "signal that is referred to": (
+        one(PLAIN, signals='<signalReference id="8" s="1" t="0" orientation="+"/>'),
+        "signalReference@id",
+    ),
+    "signal of a controller": (
+        (*one(PLAIN), '<controller id="1" name=""><control signalId="8" type=""/></controller>'),
+        "control@signalId",
+    ),
+    "element with a slip": (
+        one(PLAIN.replace("laneSection ", "laneSecton ", 1).replace("</laneSection", "</laneSecton")),
+        "laneSecton",
+    ),
+    "attribute with a slip": (one(section((), [lane(-1, inside=WIDTH.replace("sOffset", "sOfset"))])), "width@sOfset"),
+    "include of a file": (
+        (*one(PLAIN), '<xi:include xmlns:xi="http://www.w3.org/2001/XInclude" href="/etc/passwd"/>'),
+        "xi:include",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_a_broken_rule_is_found_at_its_element(tmp_path: Path, what: str) -> None:
+    parts, element = BROKEN[what]
+    found = errors(write(tmp_path, *parts))
+    assert element in [finding.element.rpartition("/")[2] for finding in found], [str(finding) for finding in found]
+    assert len(found) <= 2  # a slip may also leave something missing
+
+
+@pytest.mark.parametrize("parts", [junction(connection()), one(TWICE)], ids=["junction", "sections"])
+def test_the_same_files_mended_are_clean(tmp_path: Path, parts: tuple[str, ...]) -> None:
+    assert examine_opendrive(write(tmp_path, *parts))[1] == ()
+
+
+def test_the_nearest_name_is_offered(tmp_path: Path) -> None:
+    (finding,) = errors(write(tmp_path, *one(section((), [lane(-1, type_="drivng")]))))
+    assert "did you mean 'driving'?" in finding.message
+
+
+def test_an_element_of_a_tools_own_is_left_out_with_a_warning(tmp_path: Path) -> None:
+    path = write(tmp_path, *one(PLAIN), "<weatherStation/>")
+    (finding,) = examine_opendrive(path)[1]
+    assert (finding.severity, finding.element) == ("warning", "OpenDRIVE/weatherStation")
+
+
+def test_a_version_of_the_future_is_refused_by_name(tmp_path: Path) -> None:
+    path = write(tmp_path, *one(PLAIN))
+    path.write_text(path.read_text().replace('revMinor="7"', 'revMinor="99"'))
+    (finding,) = errors(path)
+    assert finding.element == "OpenDRIVE/header@revMinor"
+    assert "1.8" in finding.allowed
