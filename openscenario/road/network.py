@@ -72,6 +72,11 @@ class RoadNetwork:
             raise KeyError(f"road {road} has no lane {lane} at s = {s:g} m")
         return tuple.__new__(Pose, found)
 
+    def lane_t(self, road: str, lane: int, s: float) -> float:
+        """t [m] of a lane's middle at s [m]; NaN where there is no such lane."""
+        number, s = self._numbers[road], float(s)
+        return float(kernels.lane_centre(self.tables, number, kernels.section_at(self.tables, number, s), lane, s)[0])
+
     def road_pose(self, road: str, s: float, t: float) -> Pose:
         """Pose at s, t [m] of a road, heading along the reference line.
 

@@ -21,13 +21,13 @@ from openscenario.road.tables import (
 
 STEP = 2.0  # m, longest step of the integration along a lane
 ROUNDING = 1e-12  # m, a way shorter than that is done
+NO_WIDTH = 1e-3  # m
 
 
 @njit(cache=True, error_model="numpy")
-def stretch(kappa: float, t: float, t1: float) -> float:
-    """Metres travelled along a line at t [m] for each metre of the reference line."""
-    forward = max(1.0 - kappa * t, 0.05)
-    return math.sqrt(forward * forward + t1 * t1)
+def stretch(kappa: float, t: float) -> float:
+    """Metres travelled at t [m] for each metre of the reference line; where a lane shifts sideways that is no way."""
+    return max(1.0 - kappa * t, 0.05)
 
 
 @njit(cache=True, error_model="numpy")
@@ -51,6 +51,10 @@ def advance(
 ) -> tuple[int, float, float, float, float]:
     """Move `distance` [m] along a lane at a constant offset from its middle; > 0 with increasing s.
 
+    The way counts along the road's s axis at that t, as the field's tools count it: a lane that shifts sideways (its
+    width or the lane offset changes) takes one along, it makes no way. Where a lane shrinks to nothing one goes on in
+    the middle of the lane beside it.
+
     Returns lane, s, t, road heading, and the distance [m, same sign] left at the road's end.
     """
     spans, roads = tables[4], tables[3]
@@ -61,15 +65,16 @@ def advance(
         section -= 1
     sign = 1.0 if forward else -1.0
     left = abs(distance)
+    wide = lane_centre(tables, road, section, lane, s)[3]
     while left > ROUNDING:
         border = spans[section, 1] if forward else spans[section, 0]
         room = sign * (border - s)
-        t, t1, _, _ = lane_centre(tables, road, section, lane, s)
-        rate = stretch(reference(tables, road, s)[3], t + offset, t1)
+        t = lane_centre(tables, road, section, lane, s)[0]
+        rate = stretch(reference(tables, road, s)[3], t + offset)
         probe = min(left / rate, room, STEP)
         middle = s + 0.5 * sign * probe
-        t, t1, _, _ = lane_centre(tables, road, section, lane, middle)
-        rate = stretch(reference(tables, road, middle)[3], t + offset, t1)
+        t = lane_centre(tables, road, section, lane, middle)[0]
+        rate = stretch(reference(tables, road, middle)[3], t + offset)
         ds = min(left / rate, room, STEP)
         s += sign * ds
         left -= ds * rate
@@ -80,8 +85,11 @@ def advance(
                 break
             lane = crossed(tables, section, lane, forward, road, s, offset)
             section = following
-    t = lane_centre(tables, road, section, lane, s)[0] + offset
-    return lane, s, t, reference(tables, road, s)[2], sign * left if left > ROUNDING else 0.0
+    t, _, _, width = lane_centre(tables, road, section, lane, s)
+    if width < NO_WIDTH <= wide:
+        drivable = tables[6][lane_row(tables, section, lane), LANE_DRIVABLE] == 1
+        lane, t = nearest_lane(tables, road, s, t, drivable)[:2]
+    return lane, s, t + offset, reference(tables, road, s)[2], sign * left if left > ROUNDING else 0.0
 
 
 @njit(cache=True, error_model="numpy")

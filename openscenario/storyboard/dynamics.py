@@ -116,6 +116,14 @@ class Transition:
             self.value = self.start + (self.target - self.start) * self._shape(self.elapsed / self.span)
         return self.value
 
+    def advance_straight(self, change: float) -> float:
+        """Change the value by `change` (>= 0) towards the target, on the straight line from start to target."""
+        whole = self.target - self.start
+        self.advance(change * self.span / abs(whole))
+        if not self.done:
+            self.value = self.start + whole * self.elapsed / self.span
+        return self.value
+
     def rate(self) -> float:
         """Rate of change of the value here, per second or per metre; 0 when done."""
         if self.done or self.span <= 0.0 or math.isinf(self.span):

@@ -24,6 +24,7 @@ class Entity:
 
     __slots__ = (
         "active",
+        "along",
         "ax",
         "blocked",
         "category",
@@ -49,9 +50,7 @@ class Entity:
         "max_speed",
         "moved",
         "name",
-        "oblique",
         "offset",
-        "offset_rate",
         "pitch",
         "road",
         "roll",
@@ -60,6 +59,7 @@ class Entity:
         "s",
         "sense",
         "set_speed",
+        "shifted",
         "speed",
         "speed_before",
         "still_since",
@@ -109,8 +109,9 @@ class Entity:
         self.lane = 0
         self.s = self.offset = 0.0
         self.sense = 1.0
-        self.twist = self.drift = self.offset_rate = 0.0
-        self.oblique = True  # while it moves sideways: the speed is that of the oblique path
+        self.twist = self.drift = 0.0
+        self.along = 1.0  # part of this step's way that is along the lane; the rest is sideways
+        self.shifted = False  # an action changed its offset in this step
         self.end_of_road = self.blocked = False
         self.travelled = 0.0
         self.still_since = math.inf  # time [s] since when it has been standing
@@ -134,7 +135,7 @@ class Entity:
         self.z = z
         self.h = wrap(h)
         self.tracked = False
-        self.drift = self.offset_rate = 0.0
+        self.drift = 0.0
 
     def corners(self) -> tuple[tuple[float, float], ...]:
         """The four corners of the bounding box on the ground [m], world frame, counter-clockwise from front left."""

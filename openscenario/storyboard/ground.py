@@ -69,7 +69,7 @@ class Ground:
     def position(self, entity: Entity) -> RoadPosition:
         """Road position of an entity, t and road heading included."""
         self.track(entity)
-        return self._complete(entity.road, entity.lane, entity.s, entity.x, entity.y, entity.offset)
+        return self._complete(entity.road, entity.lane, entity.s, entity.offset)
 
     def position_of(self, place: Place) -> RoadPosition:
         """Road position of a place: the one it was given in, else the nearest lane."""
@@ -77,14 +77,13 @@ class Ground:
         assert network is not None
         if place.road is None:
             return network.locate(place.x, place.y, place.h)
-        return self._complete(place.road.road, place.road.lane, place.road.s, place.x, place.y, place.road.offset)
+        return self._complete(*place.road)
 
-    def _complete(self, road: str, lane: int, s: float, x: float, y: float, offset: float) -> RoadPosition:
+    def _complete(self, road: str, lane: int, s: float, offset: float) -> RoadPosition:
         network = self.network
         assert network is not None
-        line = network.road_pose(road, s, 0.0)
-        t = -(x - line.x) * math.sin(line.h) + (y - line.y) * math.cos(line.h)
-        return RoadPosition(road, lane, s, t, offset, line.h, True)
+        t = network.lane_t(road, lane, s) + offset
+        return RoadPosition(road, lane, s, t, offset, network.road_pose(road, s, 0.0).h, True)
 
     def distance(self, here: RoadPosition, goal: RoadPosition) -> float:
         """Way [m] along the reference lines, positive with increasing s of the first; NaN without a way."""
@@ -154,9 +153,7 @@ class Ground:
         offset = entity.offset
         if not along_lane:
             # at this offset from the lane's middle the way travelled is that along the reference line
-            middle = network.lane_pose(entity.road, entity.lane, entity.s, 0.0)
-            reference = network.road_pose(entity.road, entity.s, 0.0)
-            offset = (middle.x - reference.x) * math.sin(reference.h) - (middle.y - reference.y) * math.cos(reference.h)
+            offset = -network.lane_t(entity.road, entity.lane, entity.s)
         here = RoadPosition(entity.road, entity.lane, entity.s, 0.0, offset, 0.0, True)
         sign = entity.sense * network.driving_sign(entity.road, entity.lane, entity.s)
         there = network.advance(here, sign * distance, 0.0, entity.route_lanes)

@@ -7,42 +7,55 @@ import math
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.ground import Ground
 
+BEAT = 0.01  # s
+TINY = 1e-6
+
+
+def way(before: float, speed: float, dt: float) -> float:
+    """Way [m] of a step of `dt` [s] in which the speed changes evenly [m/s]: that of beats of v x 10 ms.
+
+    A speed holds for the whole beat that reaches it. The standard says nothing; the field's tools step so, and it
+    makes the way the same whatever steps the storyboard takes.
+    """
+    return 0.5 * (before + speed) * dt + 0.5 * (speed - before) * min(BEAT, dt)
+
+
+def lean(entity: Entity, rate: float, dt: float) -> bool:
+    """Let the entity's way of this step be oblique: `rate` [m/s] of it to the side (left of where it faces).
+
+    Returns whether it is fast enough for that; if not, all of its way goes to the side.
+    """
+    ahead = abs(way(entity.speed_before, entity.speed, dt))
+    aside = abs(rate) * dt
+    enough = aside < ahead + TINY
+    part = min(aside / ahead, 1.0) if ahead > 0.0 else 1.0
+    entity.along = math.sqrt(1.0 - part * part)
+    angle = math.asin(part) if enough else 0.5 * math.pi - TINY  # a little less: which way it faces stays clear
+    entity.drift = math.copysign(angle, rate * entity.speed) if rate != 0.0 else 0.0
+    entity.shifted = True
+    return enough
+
 
 def move(entity: Entity, dt: float, ground: Ground) -> None:
     """Move an entity for `dt` [s] with the speed its actions left it, along its lane, sideways as lateral actions want.
 
-    The distance is that of a constant acceleration over the step. An entity without road moves straight on.
+    An entity without road moves straight on.
     """
     speed = entity.speed
     before = entity.speed_before
     entity.ax = (speed - before) / dt
-    rate = entity.offset_rate
-    distance = 0.5 * (before + speed) * dt
-    if distance == 0.0 and rate == 0.0 and entity.drift == 0.0:
+    distance = way(before, speed, dt)
+    if distance == 0.0 and entity.drift == 0.0 and not entity.shifted:
         entity.vx = entity.vy = 0.0
         return
     x, y = entity.x, entity.y
     if ground.track(entity):
-        if rate != 0.0 or entity.drift != 0.0:
-            entity.drift = _drift(rate, speed, oblique=entity.oblique)
-            ground.drive(entity, distance * math.cos(entity.drift) if entity.oblique else distance)
-        else:
-            ground.drive(entity, distance)
+        ground.drive(entity, distance * entity.along)
+        entity.shifted = False
+        entity.along = 1.0
     else:
         entity.x += distance * math.cos(entity.h)
         entity.y += distance * math.sin(entity.h)
     entity.travelled += abs(distance)
     entity.vx = (entity.x - x) / dt
     entity.vy = (entity.y - y) / dt
-
-
-def _drift(rate: float, speed: float, *, oblique: bool) -> float:
-    """Heading [rad] against the lane of an entity that moves sideways with `rate` [m/s]; 0 while it stands.
-
-    `oblique`: the speed is that of the whole motion, so `rate` is its part to the side; else it is that along the lane.
-    """
-    if abs(speed) <= 1e-3:
-        return 0.0
-    if oblique:
-        return math.asin(min(max(rate / speed, -1.0), 1.0))
-    return math.atan(rate / speed)

@@ -114,16 +114,30 @@ def _relative_object(position: model.RelativeObjectPosition, board: Storyboard) 
     orientation = position.orientation
 
     def where() -> Place:
-        c, s = math.cos(other.h), math.sin(other.h)
+        dx, dy, dz = turned(other.h, other.pitch, other.roll, position.dx, position.dy, position.dz)
+        pitch, roll = other.pitch, other.roll
+        if orientation is not None:
+            absolute = orientation.type == "absolute"
+            pitch = orientation.p if absolute else pitch + orientation.p
+            roll = orientation.r if absolute else roll + orientation.r
         return Place(
-            other.x + c * position.dx - s * position.dy,
-            other.y + s * position.dx + c * position.dy,
-            other.z + position.dz,
+            other.x + dx,
+            other.y + dy,
+            other.z + dz,
             _orientation(orientation, other.h),
+            pitch,
+            roll,
             has_heading=orientation is not None,
         )
 
     return where
+
+
+def turned(h: float, pitch: float, roll: float, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """A vector [m] in the frame of a body, seen from the world: turned by roll, then pitch, then heading [rad]."""
+    y, z = y * math.cos(roll) - z * math.sin(roll), y * math.sin(roll) + z * math.cos(roll)
+    x, z = x * math.cos(pitch) + z * math.sin(pitch), z * math.cos(pitch) - x * math.sin(pitch)
+    return x * math.cos(h) - y * math.sin(h), x * math.sin(h) + y * math.cos(h), z
 
 
 def _on_lane(
@@ -232,9 +246,7 @@ def _relative_road(position: model.RelativeRoadPosition, board: Storyboard) -> W
         ground = board.ground
         ground.track(other)
         point = ground.ahead(other, position.ds, along_lane=False)
-        here = network.lane_pose(point.road, point.lane, point.s, point.offset)
-        reference = network.road_pose(point.road, point.s, 0.0)
-        t = -(here.x - reference.x) * math.sin(reference.h) + (here.y - reference.y) * math.cos(reference.h)
+        t = network.lane_t(point.road, point.lane, point.s) + point.offset
         pose = network.road_pose(point.road, point.s, t + position.dt)
         heading = _orientation(position.orientation, pose.h if other.sense > 0.0 else pose.h + math.pi)
         return Place(pose.x, pose.y, pose.z, heading, pose.pitch, pose.roll, None, position.orientation is not None)

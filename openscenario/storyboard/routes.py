@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -66,7 +65,4 @@ def along_route(
         return RoadPoint(road, inside.lane_id, s, inside.lane_offset)
     network = board.network
     assert network is not None
-    pose = network.road_pose(road, s, inside.t)
-    middle = network.lane_pose(road, lane, s, 0.0)
-    offset = -(pose.x - middle.x) * math.sin(pose.h) + (pose.y - middle.y) * math.cos(pose.h)
-    return RoadPoint(road, lane, s, offset)
+    return RoadPoint(road, lane, s, inside.t - network.lane_t(road, lane, s))

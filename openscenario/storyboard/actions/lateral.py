@@ -8,72 +8,78 @@ from typing import TYPE_CHECKING, Any
 from openscenario import model
 from openscenario.storyboard.dynamics import Transition, lateral_span, span
 from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.motion import lean, way
 from openscenario.storyboard.positions import shifted_lane
 from openscenario.storyboard.registry import Runner, Unsupported, action
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
 
+NEAR = 1e-6  # m, and m/s
+STILL = 1e-3  # m/s: slower is standing
+
 
 class Shift:
-    """Moves the offset from the lane's middle along a shape; time or distance drives it. Base of what follows."""
+    """Moves the offset from the lane's middle along a shape. Base of what follows.
 
-    __slots__ = ("_board", "_by_distance", "_change", "_entity")
-    _oblique = True  # the speed is that along the oblique path; else that along the lane
+    The offsets that actions name are those of the road's t axis: to the left where s increases, whichever way the
+    entity faces (as in LanePosition). Under way they count to the left of the entity, so that a road that runs the
+    other way changes nothing. Who moves sideways heads where it goes.
+    """
+
+    __slots__ = ("_board", "_change", "_entity")
     domains: tuple[str, ...] = ("lateral",)
 
     def __init__(self, entity: Entity, board: Storyboard) -> None:
         self._entity = entity
         self._board = board
         self._change = Transition("step", 0.0, 0.0, 0.0)
-        self._by_distance = False
 
-    def _begin(self, shape: str, over: float, target: float, *, by_distance: bool = False) -> bool:
-        """Offsets count to the left of the way the entity faces: a road that runs the other way changes nothing."""
+    def _begin(self, shape: str, over: float, target: float) -> bool:
+        """Start a change to an offset `target` of the road's t axis."""
         entity = self._entity
-        self._by_distance = by_distance
-        self._change = Transition(shape, over, entity.offset * entity.sense, target)
+        self._change = Transition(shape, over, entity.offset * entity.sense, target * entity.sense)
         if self._change.span <= 0.0:
             self._change.advance(0.0)
             self._settle()
+            self._board.ground.drive(entity, 0.0)
             return True
         return False
 
     def _settle(self) -> None:
+        """The change is over: straight on from here."""
         entity = self._entity
         entity.offset = self._change.value * entity.sense
-        entity.offset_rate = entity.drift = 0.0
-        self._board.ground.drive(entity, 0.0)
+        entity.drift = entity.twist = 0.0
+        entity.shifted = True
 
-    def step(self, dt: float) -> bool:
-        entity, change = self._entity, self._change
-        if not entity.tracked:  # it was put somewhere else meanwhile
-            self._board.ground.track(entity)
-        entity.oblique = self._oblique
-        pace = abs(0.5 * (entity.speed + entity.speed_before)) if self._by_distance else 1.0
-        if self._by_distance and self._oblique:
-            # the distance is that along the lane
-            pace /= math.hypot(1.0, change.rate())
-        change.advance(pace * dt)
-        if change.done:
-            self._settle()
-        else:
-            entity.offset = change.value * entity.sense
-            entity.offset_rate = change.rate() * pace
-        return change.done
+    def _track(self) -> None:
+        if not self._entity.tracked:  # it was put somewhere else meanwhile
+            self._board.ground.track(self._entity)
+
+    def _close(self) -> bool:
+        """Whether the change is over, or so near its end that the rest cannot be seen."""
+        change = self._change
+        return change.done or abs(change.value - change.target) < NEAR
 
     def stop(self) -> None:
-        self._entity.offset_rate = 0.0
+        self._entity.drift = 0.0
 
 
 class LaneChange(Shift):
-    """The entity keeps the target lane from the start on; its offset goes from where it is to the target offset."""
+    """The entity keeps the target lane from the start on; its offset goes from where it is to the target offset.
 
-    __slots__ = ("_element", "_other")
+    Its speed is that of the oblique path: over time, what it moves sideways it does not move ahead; over a distance,
+    the distance is that along the lane. Who stands does not change lanes. While the shape asks for more than the
+    speed allows, all of the way goes to the side and a straight line takes the place of the shape.
+    """
+
+    __slots__ = ("_by_distance", "_element", "_other")
 
     def __init__(self, element: model.LaneChangeAction, entity: Entity, board: Storyboard) -> None:
         super().__init__(entity, board)
         self._element = element
+        self._by_distance = element.lane_change_action_dynamics.dynamics_dimension == "distance"
         target = element.lane_change_target
         self._other: Entity | None = None
         if isinstance(target, model.RelativeTargetLane):
@@ -97,28 +103,44 @@ class LaneChange(Shift):
         network = ground.network
         assert network is not None
         lane = self._lane()
-        old = network.lane_pose(entity.road, entity.lane, entity.s, 0.0)
-        try:
-            new = network.lane_pose(entity.road, lane, entity.s, 0.0)
-        except KeyError:
+        # t of the new lane's middle, seen from the old one's
+        apart = network.lane_t(entity.road, lane, entity.s) - network.lane_t(entity.road, entity.lane, entity.s)
+        if apart != apart:
             self._board.warn(
                 self._element,
                 "no-such-lane",
                 f"{entity.name}: no lane {lane} on road {entity.road} at s = {entity.s:.1f} m: no lane change",
             )
             return True
-        # t of the new lane's middle, seen from the old one's
-        apart = -(new.x - old.x) * math.sin(old.h) + (new.y - old.y) * math.cos(old.h)
         entity.lane = lane
         entity.offset -= apart
         element = self._element
         target = element.target_lane_offset
         dynamics = element.lane_change_action_dynamics
-        over = span(
-            dynamics.dynamics_shape, dynamics.dynamics_dimension, dynamics.value, target - entity.offset * entity.sense
-        )
-        by_distance = dynamics.dynamics_dimension == "distance"
-        return self._begin(dynamics.dynamics_shape, over, target, by_distance=by_distance)
+        over = span(dynamics.dynamics_shape, dynamics.dynamics_dimension, dynamics.value, target - entity.offset)
+        entity.twist = 0.0
+        return self._begin(dynamics.dynamics_shape, over, target)
+
+    def step(self, dt: float) -> bool:
+        entity, change = self._entity, self._change
+        self._track()
+        ahead = abs(way(entity.speed_before, entity.speed, dt))
+        if ahead < NEAR * dt:
+            return False
+        rate = change.rate()
+        if self._by_distance:
+            ahead /= math.hypot(1.0, rate)
+            change.advance(ahead)
+            lean(entity, rate * ahead / dt, dt)
+        elif lean(entity, rate, dt):
+            change.advance(dt)
+        else:
+            change.advance_straight(ahead)
+        if self._close():
+            self._settle()
+            return True
+        entity.offset = change.value * entity.sense
+        return False
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
         entity = self._entity
@@ -136,10 +158,12 @@ class LaneChange(Shift):
 
 
 class LaneOffset(Shift):
-    """The entity goes to an offset from its lane's middle or from another entity; `continuous` keeps it there."""
+    """The entity goes to an offset from its lane's middle or from another entity; `continuous` keeps it there.
+
+    Its speed is that along the lane.
+    """
 
     __slots__ = ("_element", "_other", "_target")
-    _oblique = False
 
     def __init__(self, element: model.LaneOffsetAction, entity: Entity, board: Storyboard) -> None:
         super().__init__(entity, board)
@@ -155,21 +179,21 @@ class LaneOffset(Shift):
             raise Unsupported("the scenario has no road network")
 
     def _wanted(self) -> float:
-        """Target offset to the left of the way the entity faces; a relative one is to the other's left."""
+        """Target offset; a relative one is to the other's left."""
         entity, other, ground = self._entity, self._other, self._board.ground
         value = self._element.lane_offset_target.value
         if other is None:
             return value
         ours, theirs = ground.position(entity), ground.position(other)
         apart = theirs.t + value * other.sense - ours.t
-        return (entity.offset + apart) * entity.sense
+        return entity.offset + apart
 
     def start(self) -> bool:
         entity, ground = self._entity, self._board.ground
         ground.track(entity)
         self._target = self._wanted()
         dynamics = self._element.lane_offset_action_dynamics
-        change = self._target - entity.offset * entity.sense
+        change = self._target - entity.offset
         if dynamics.max_lateral_acc is None:
             over = 0.0
         else:
@@ -177,9 +201,19 @@ class LaneOffset(Shift):
         return self._begin(dynamics.dynamics_shape, over, self._target) and not self._element.continuous
 
     def step(self, dt: float) -> bool:
-        if self._element.continuous:
-            self._change.target = self._wanted()
-        return super().step(dt) and not self._element.continuous
+        entity, change = self._entity, self._change
+        self._track()
+        if self._element.continuous and self._other is not entity:  # an offset from oneself is taken once
+            change.target = self._wanted() * entity.sense
+        entity.twist = 0.0
+        entity.drift = math.atan(change.rate() / entity.speed) if abs(entity.speed) > STILL else 0.0
+        entity.shifted = True
+        change.advance(dt)
+        if self._close():
+            self._settle()
+            return not self._element.continuous
+        entity.offset = change.value * entity.sense
+        return False
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
         return "lane_offset", {"offset": self._element.lane_offset_target.value}, 0.0

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.motion import lean
 from openscenario.storyboard.registry import Runner, Unsupported, action
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ class LateralDistance:
     def _step_once(self) -> bool:
         entity = self._entity
         entity.offset += self._to_go()
-        entity.offset_rate = entity.drift = 0.0
+        entity.drift = 0.0
         self._board.ground.drive(entity, 0.0)
         return True
 
@@ -97,16 +98,15 @@ class LateralDistance:
             wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * self._rate
             limit = up if wanted * self._rate >= 0.0 else down
             self._rate = min(max(self._rate + min(max(wanted, -limit), limit) * dt, -top), top)
-        entity.oblique = True
         entity.offset += self._rate * dt
-        entity.offset_rate = self._rate * entity.sense
+        lean(entity, self._rate * entity.sense, dt)
         done = not element.continuous and abs(to_go - self._rate * dt) < REACHED
         if done:
-            entity.offset_rate = entity.drift = 0.0
+            entity.drift = 0.0
         return done
 
     def stop(self) -> None:
-        self._entity.offset_rate = 0.0
+        self._entity.drift = 0.0
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
         return "lateral_distance", {"to": self._other.name, "distance": self._element.distance}, 0.0

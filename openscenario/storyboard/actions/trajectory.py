@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.motion import way
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import place, resolver
 from openscenario.storyboard.registry import Runner, Unsupported, action
@@ -86,8 +87,8 @@ class FollowTrajectory:
         self._go(along)
         if done and over > 0.0:
             # what is left of the step: straight on
-            way = -over if self._reverse else over
-            entity.put(entity.x + way * math.cos(entity.h), entity.y + way * math.sin(entity.h), entity.z, entity.h)
+            rest = -over if self._reverse else over
+            entity.put(entity.x + rest * math.cos(entity.h), entity.y + rest * math.sin(entity.h), entity.z, entity.h)
         if done and self._board.network is None:
             entity.speed = 0.0  # no lane to keep from here on
         entity.moved = True
@@ -115,7 +116,7 @@ class FollowTrajectory:
         entity = self._entity
         entity.ax = (entity.speed - entity.speed_before) / dt
         # a vehicle that reverses goes the same way, rear first
-        s = self._s + abs(0.5 * (entity.speed + entity.speed_before)) * dt
+        s = self._s + abs(way(entity.speed_before, entity.speed, dt))
         if self._element.trajectory.closed and along.length > 0.0:
             self._s = s % along.length
             return -1.0

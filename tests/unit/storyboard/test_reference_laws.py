@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
+from openscenario.road.network import load_network
 from openscenario.storyboard.trajectories import Course
 
 from .conftest import (
+    LANE,
+    XODR,
     Make,
     at_time,
     condition,
@@ -23,6 +27,7 @@ from .conftest import (
     teleport,
 )
 
+WIDTH = '<width sOffset="0" a="3.5" b="0" c="0" d="0"/>'
 HERE = [teleport(lane_position(100.0)), speed(10.0)]
 NOW = group(condition(at_time(0.0)))
 
@@ -47,11 +52,11 @@ def test_a_lane_change_by_distance_takes_that_way_along_the_lane(make: Make) -> 
 
 
 def test_a_speed_change_over_a_distance_may_pass_through_standstill(make: Make) -> None:
-    """From 10 to -10 m/s over 40 m: 20 m forth in 4 s, 20 m back in 4 s."""
+    """From 10 to -10 m/s over 40 m: 20 m forth in 4 s, 20 m back in 4 s; less half a beat of 10 ms of the change."""
     board = make(A=HERE, stories=story(event("e", speed(-10.0, "linear", "distance", 40.0), start=NOW)))
     run(board, 4.0)
     assert board.entities["A"].speed == pytest.approx(0.0, abs=1e-6)
-    assert board.entities["A"].x == pytest.approx(120.0, abs=1e-3)
+    assert board.entities["A"].x == pytest.approx(120.0 - 0.5 * 0.01 * 10.0, abs=1e-3)
     run(board, 4.0)
     assert board.entities["A"].speed == -10.0
 
@@ -146,3 +151,60 @@ def test_a_lateral_distance_with_a_limit_of_acceleration_does_not_overshoot(make
     assert -2.75 - board.entities["A"].y == pytest.approx(2.5 * (1.0 + way) * math.exp(-way), abs=0.02)
     run(board, 6.0)
     assert board.entities["A"].y == pytest.approx(-2.75, abs=0.0101)
+
+
+def test_who_stands_does_not_change_lanes(make: Make) -> None:
+    change = lane_change('<AbsoluteTargetLane value="-2"/>', "linear", "time", 1.0)
+    board = make(A=[teleport(lane_position(100.0))], stories=story(event("e", change, start=NOW)))
+    run(board, 3.0)
+    assert board.entities["A"].y == pytest.approx(-1.75)
+
+
+def test_a_lane_change_faster_than_the_vehicle_goes_straight_to_the_side(make: Make) -> None:
+    """Linear, 3.5 m in 2 s at 1 m/s: all of the way is sideways, and 3.5 m at 1 m/s take 3.5 s."""
+    change = lane_change('<AbsoluteTargetLane value="-2"/>', "linear", "time", 2.0)
+    board = make(A=[teleport(lane_position(100.0)), speed(1.0)], stories=story(event("e", change, start=NOW)))
+    run(board, 2.0)
+    a = board.entities["A"]
+    assert (a.x, a.y) == (pytest.approx(100.0, abs=1e-6), pytest.approx(-1.75 - 2.0, abs=0.011))
+    assert a.h == pytest.approx(-0.5 * math.pi, abs=1e-5)
+    run(board, 2.0)
+    ((time, _, _),) = [each for each in log(board, "action") if each[2] == "endTransition"]
+    assert time == pytest.approx(3.5, abs=0.0101)
+
+
+def test_a_lane_offset_is_that_of_the_road_s_t_axis(make: Make) -> None:
+    """In a left lane, heading against s: +1 m is to the left of the reference line's direction, as in LanePosition."""
+    offset = (
+        '<PrivateAction><LateralAction><LaneOffsetAction continuous="false">'
+        '<LaneOffsetActionDynamics dynamicsShape="cubic" maxLateralAcc="2"/>'
+        '<LaneOffsetTarget><AbsoluteTargetLaneOffset value="1"/></LaneOffsetTarget>'
+        "</LaneOffsetAction></LateralAction></PrivateAction>"
+    )
+    board = make(A=[teleport(lane_position(500.0, 1)), speed(10.0)], stories=story(event("e", offset, start=NOW)))
+    run(board, 4.0)
+    assert board.entities["A"].y == pytest.approx(1.75 + 1.0)
+
+
+def test_what_is_relative_to_a_body_lies_in_its_frame(make: Make) -> None:
+    """A body that lies on its left side: its up points to where its left was (here +y)."""
+    lying = lane_position(200.0, -1, inner=f'<Orientation type="relative" r="{-0.5 * math.pi}"/>')
+    other = '<RelativeObjectPosition entityRef="B" dx="3" dy="0" dz="0.5"/>'
+    board = make(B=[teleport(lying)], A=[teleport(other)])
+    board.start()
+    a = board.entities["A"]
+    assert (a.x, a.y, a.z) == (pytest.approx(203.0), pytest.approx(-1.75 + 0.5), pytest.approx(0.0))
+
+
+def test_where_a_lane_shrinks_to_nothing_one_goes_on_beside_it(tmp_path: Path) -> None:
+    road = tmp_path / "road.xodr"
+    widths = (
+        '<width sOffset="0" a="3.5" b="0" c="0" d="0"/><width sOffset="300" a="3.5" b="-0.035" c="0" d="0"/>'
+        '<width sOffset="400" a="0" b="0" c="0" d="0"/>'
+    )
+    road.write_text(XODR.replace(LANE.format(id=-2), LANE.format(id=-2).replace(WIDTH, widths)))
+    network = load_network(road)
+    there = network.advance(network.locate(290.0, -5.25), 150.0)
+    # the shift to the side makes no way: s grows by what was driven
+    assert (there.lane, there.s) == (-1, pytest.approx(440.0))
+    assert network.lane_pose("1", there.lane, there.s).y == pytest.approx(-1.75)
