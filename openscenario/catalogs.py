@@ -24,7 +24,14 @@ class CatalogError(ValueError):
     """A reference leads nowhere; the fields go into the finding. `at` is where, if not at the reference."""
 
     def __init__(
-        self, code: str, text: str, attribute: str = "", found: str = "", hint: str = "", at: At | None = None
+        self,
+        code: str,
+        text: str,
+        attribute: str = "",
+        found: str = "",
+        hint: str = "",
+        at: At | None = None,
+        allowed: str = "",
     ) -> None:
         super().__init__(text)
         self.code = code
@@ -33,6 +40,7 @@ class CatalogError(ValueError):
         self.found = found
         self.hint = hint
         self.at = at
+        self.allowed = allowed
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +155,7 @@ class Catalogs:
             if isinstance(found, Path):
                 folders[found] = None
             elif kind in kinds and problem is None:
-                problem = CatalogError(found.code, found.text, "@path", written, found.hint, at)
+                problem = CatalogError(found.code, found.text, "@path", written, found.hint, at, found.allowed)
         return list(folders), problem
 
     def _file(self, name: str, folder: Path) -> Path | None:

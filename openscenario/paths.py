@@ -56,7 +56,8 @@ class Roots:
         except (OSError, ValueError):
             raise self._missing(place, "folder" if folder else "file") from None
         if not (stat.S_ISDIR(mode) if folder else stat.S_ISREG(mode)):
-            raise PathError("path.not_a_file", f"not a {'folder' if folder else 'regular file'}: {place}")
+            what = "folder" if folder else "regular file"
+            raise PathError("path.not_a_file", f"not a {what}: {place}", f"the path of a {what}")
         return place
 
     def inside(self, written: str, base: Path) -> Path:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from openscenario.distributions import Cases, cases_of
 from openscenario.findings import Finding, Findings, ScenarioError
@@ -17,6 +18,9 @@ from openscenario.read.distribution import is_distribution, read_distribution_fi
 from openscenario.read.scenario import declarations_of, open_reading, read_catalog_file, read_sections, texts
 
 AnyPath: TypeAlias = str | os.PathLike[str]
+
+# What breaks a rule of the standard and still has one meaning: a warning when the file is run, an error when checked.
+_STRICT: Final = ("name.duplicate", "reference_control.unique_element_names_on_same_level", "value.not_a_moment")
 
 __all__ = ["check_scenario", "read_cases", "read_catalog", "read_declarations", "read_distribution", "read_scenario"]
 
@@ -118,7 +122,8 @@ def check_scenario(
 ) -> tuple[Finding, ...]:
     """All findings of a scenario, catalogue or distribution file at once, warnings included; empty: nothing is wrong.
 
-    A user's file never raises.
+    A user's file never raises. Names that are taken, and a date that is none, are errors here and warnings in
+    `read_scenario`: files in the wild have them, and run.
     """
     findings = Findings()
     reading = open_reading(Path(path), _folders(library), _folder(rootdir), findings)
@@ -129,7 +134,9 @@ def check_scenario(
             read_distribution_file(reading)
         else:
             read_sections(reading, {})
-    return findings.in_order()
+    return tuple(
+        dataclasses.replace(each, severity="error") if each.code in _STRICT else each for each in findings.in_order()
+    )
 
 
 def read_declarations(path: AnyPath) -> tuple[ParameterDeclaration, ...]:

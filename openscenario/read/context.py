@@ -7,12 +7,18 @@ from typing import TypeAlias
 
 from openscenario.catalogs import Catalogs
 from openscenario.findings import Findings, Severity
-from openscenario.model.conditions import StoryboardElementStateCondition, TrafficSignalCondition
-from openscenario.model.global_actions import TrafficSignalStateAction
+from openscenario.model.actions import AbsoluteTargetLane
+from openscenario.model.conditions import (
+    StoryboardElementStateCondition,
+    TrafficSignalCondition,
+    TrafficSignalControllerCondition,
+)
+from openscenario.model.global_actions import TrafficSignalControllerAction, TrafficSignalStateAction
 from openscenario.model.kinds import At, RefKind
 from openscenario.model.positions import LanePosition, RoadPosition
 
-OnRoad: TypeAlias = LanePosition | RoadPosition | TrafficSignalStateAction | TrafficSignalCondition
+OnRoad: TypeAlias = LanePosition | RoadPosition | TrafficSignalStateAction | TrafficSignalCondition | AbsoluteTargetLane
+OfPhase: TypeAlias = TrafficSignalControllerAction | TrafficSignalControllerCondition
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +40,7 @@ class Context:
     references: list[Reference] = field(default_factory=list)
     names: dict[str, list[tuple[str, At]]] = field(default_factory=dict)  # kind or storyboard type -> name, place
     state_conditions: list[StoryboardElementStateCondition] = field(default_factory=list)
+    of_phases: list[OfPhase] = field(default_factory=list)  # what names a phase of a signal controller
     on_road: list[OnRoad] = field(default_factory=list)  # what must exist on the road
     starts: set[At] = field(default_factory=set)  # positions that entities are put on
     nested_catalogs: int = 0

@@ -235,9 +235,9 @@ class ElementReader:
         try:
             entry = context.catalogs.entry(reference, tuple(leaf.variants))
         except CatalogError as error:
-            context.error(
-                error.code, error.at or reference.at, error.attribute, error.text, found=error.found, hint=error.hint
-            )
+            at = error.at or reference.at
+            found, allowed, hint = error.found, error.allowed, error.hint
+            context.error(error.code, at, error.attribute, error.text, found=found, allowed=allowed, hint=hint)
             return None
         except ScenarioError as error:
             context.findings.found.extend(error.findings)

@@ -9,6 +9,7 @@ from openscenario.model.kinds import At
 from openscenario.parameters import Scope
 from openscenario.plan import plan_of
 from openscenario.read.elements import ElementReader
+from openscenario.values import BadValue, to_moment
 from openscenario.xml import Node
 
 VERSIONS: Final = ((1, 0), (1, 1), (1, 2), (1, 3))
@@ -42,4 +43,15 @@ def read_header(node: Node | None, reader: ElementReader, root: At) -> FileHeade
         )
         return None
     header: FileHeader | None = reader.read(plan_of(FileHeader), node, Scope(), at.element)
+    if header is not None:
+        _check_date(header, reader)
     return header
+
+
+def _check_date(header: FileHeader, reader: ElementReader) -> None:
+    """Nothing depends on it: a run goes on with a warning (see `check_scenario`)."""
+    try:
+        to_moment(header.date)
+    except BadValue as error:
+        found = header.date or "nothing"
+        reader.context.warning(error.code, header.at, "@date", error.text, found=found, allowed=error.allowed)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from openscenario.findings import ScenarioError, listed, nearest
+from openscenario.model.actions import AbsoluteTargetLane
 from openscenario.model.positions import LanePosition, RoadPosition
 from openscenario.model.scenario import RoadNetwork
 from openscenario.paths import PathError, Roots
@@ -69,6 +70,8 @@ def check_on_road(network: RoadNetwork | None, context: Context) -> None:
     for element in context.on_road:
         if isinstance(element, LanePosition | RoadPosition):
             _check_position(element, facts, context)
+        elif isinstance(element, AbsoluteTargetLane):
+            _check_lane(element, facts, context)
         elif element.name not in signals:
             context.error(
                 "reference_control.resolvable_signal_id_in_traffic_signal_state_action",
@@ -141,6 +144,40 @@ def _sections(road: Node) -> Iterator[tuple[float, frozenset[int]]]:
         for section in lanes.findall("laneSection"):
             numbers = {int(lane.get("id")) for side in section.children for lane in side.findall("lane")}
             yield float(section.get("s")), frozenset(numbers)
+
+
+def check_phases(network: RoadNetwork | None, context: Context) -> None:
+    """Notes phases that the signal controller named with them does not have."""
+    phases = {
+        controller.name: [phase.name for phase in controller.phases]
+        for controller in (() if network is None else network.traffic_signals)
+    }
+    for element in context.of_phases:
+        known = phases.get(element.traffic_signal_controller_ref)
+        if known is not None and element.phase not in known:
+            context.error(
+                "ref.unknown_phase",
+                element.at,
+                "@phase",
+                "the signal controller has no such phase",
+                found=element.phase,
+                allowed=listed(known) or "none",
+                hint=nearest(element.phase, known),
+            )
+
+
+def _check_lane(target: AbsoluteTargetLane, facts: RoadFacts, context: Context) -> None:
+    """A lane that no road has anywhere is nobody's target."""
+    known = {lane for sections in facts.lanes.values() for _, lanes in sections for lane in lanes}
+    if target.value not in known:
+        context.error(
+            "ref.unknown_lane",
+            target.at,
+            "@value",
+            "no road has such a lane",
+            found=str(target.value),
+            allowed=", ".join(str(number) for number in sorted(known)),
+        )
 
 
 def _check_position(position: LanePosition | RoadPosition, facts: RoadFacts, context: Context) -> None:

@@ -22,13 +22,13 @@ from openscenario.model.kinds import At, Element
 from openscenario.model.scenario import RoadNetwork, Scenario
 from openscenario.model.storyboard import Storyboard
 from openscenario.parameters import Given, Scope, declare
-from openscenario.paths import Roots
+from openscenario.paths import PathError, Roots
 from openscenario.plan import plan_of
 from openscenario.read.context import Context
 from openscenario.read.elements import ElementReader
 from openscenario.read.header import read_header
 from openscenario.read.references import check_entity_names, check_references
-from openscenario.read.road import check_on_road, with_road
+from openscenario.read.road import check_on_road, check_phases, with_road
 from openscenario.values import BadValue, check_type, spelled
 from openscenario.xml import Document, Node, read_xml
 
@@ -126,12 +126,14 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
     monitors = _rows(reading, sections.get("MonitorDeclarations"), MonitorDeclaration, scope)
     locations = _section(reading, sections, CatalogLocations, scope) or CatalogLocations()
     context.catalogs = Catalogs.of(locations, reading.roots, reading.roots.base)
+    _check_locations(context.catalogs, context)
     network = with_road(_section(reading, sections, RoadNetwork, scope), reading.roots, context)
     entities = _section(reading, sections, Entities, scope)
     storyboard = _section(reading, sections, Storyboard, scope)
     check_entity_names(context)
     check_references(context)
     check_on_road(network, context)
+    check_phases(network, context)
     if context.findings.errors or network is None or entities is None or storyboard is None:
         return None
     return Scenario(
@@ -207,6 +209,15 @@ def _sections(reading: Reading) -> dict[str, Node]:
             if tag not in sections:
                 _missing(reading, sections, tag)
     return sections
+
+
+def _check_locations(catalogs: Catalogs, context: Context) -> None:
+    """A folder that may not be opened is an error even if nothing of it is used; one that is missing is not."""
+    for _, written, at in catalogs.locations:
+        try:
+            catalogs.roots.inside(written, catalogs.base)
+        except PathError as error:
+            context.error(error.code, at, "@path", error.text, found=written, allowed=error.allowed, hint=error.hint)
 
 
 def _missing(reading: Reading, sections: Mapping[str, Node], tag: str) -> None:

@@ -1,8 +1,11 @@
-"""Entities: axles, trailers, distributions of traffic."""
+"""Entities and declarations: names, axles, trailers, distributions of traffic."""
 
 from __future__ import annotations
 
-from openscenario.model.entities import Axles, EntitySelection, Trailer
+from typing import Any
+
+from openscenario.model.declarations import MonitorDeclaration, ParameterDeclaration, VariableDeclaration
+from openscenario.model.entities import Axles, EntitySelection, ScenarioObject, Trailer
 from openscenario.model.traffic import Range, TrafficArea
 from openscenario.read.checks.registry import check, exactly_one
 from openscenario.read.context import Context
@@ -21,6 +24,13 @@ def wheelbase(axles: Axles, context: Context) -> None:
             found=f"{front.position_x:g}",
             allowed=f"> {rear.position_x:g} m, the position of the rear axle",
         )
+
+
+@check(ScenarioObject, EntitySelection, ParameterDeclaration, VariableDeclaration, MonitorDeclaration)
+def has_a_name(element: Any, context: Context) -> None:
+    """Nothing could refer to it."""
+    if not element.name.strip():
+        context.error("name.empty", element.at, "@name", "the name is empty", found="nothing", allowed="a name")
 
 
 @check(Trailer)

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from openscenario.model.actions import TeleportAction
-from openscenario.model.conditions import TrafficSignalCondition
-from openscenario.model.global_actions import AddEntityAction, TrafficSignalStateAction
+from openscenario.model.actions import AbsoluteTargetLane, TeleportAction
+from openscenario.model.conditions import TrafficSignalCondition, TrafficSignalControllerCondition
+from openscenario.model.global_actions import (
+    AddEntityAction,
+    TrafficSignalControllerAction,
+    TrafficSignalStateAction,
+)
 from openscenario.model.positions import GeoPosition, LanePosition, RelativeLanePosition, RoadPosition
 from openscenario.read.checks.registry import check, exactly_one
-from openscenario.read.context import Context, OnRoad
+from openscenario.read.context import Context, OfPhase, OnRoad
 
 
-@check(LanePosition, RoadPosition, TrafficSignalStateAction, TrafficSignalCondition)
+@check(LanePosition, RoadPosition, TrafficSignalStateAction, TrafficSignalCondition, AbsoluteTargetLane)
 def on_road(element: OnRoad, context: Context) -> None:
     """Compared with the road once its file is known."""
     context.on_road.append(element)
+
+
+@check(TrafficSignalControllerAction, TrafficSignalControllerCondition)
+def of_phase(element: OfPhase, context: Context) -> None:
+    """Compared with the phases of the controller once the road network is known."""
+    context.of_phases.append(element)
 
 
 @check(TeleportAction, AddEntityAction)

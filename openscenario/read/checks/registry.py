@@ -30,4 +30,4 @@ def exactly_one(element: Element, context: Context, attribute: str, **given: obj
     count = sum(value is not None for value in given.values())
     if count != 1:
         problem = "more than one" if count else "none"
-        context.error("xml.choice", element.at, attribute, f"exactly one of {names} is needed, {problem} is given")
+        context.error("xml.choice", element.at, attribute, f"{problem} is given", allowed=f"exactly one of {names}")

@@ -48,7 +48,7 @@ def unique_actions(event: Event, context: Context) -> None:
 
 
 def _unique(elements: Sequence[Story | Act | ManeuverGroup | Maneuver | Event | Action], context: Context) -> None:
-    """Two siblings of one name make references to them ambiguous; they run all the same, so this is a warning."""
+    """Two siblings of one name make references to them ambiguous; they run all the same (see `check_scenario`)."""
     seen: set[str] = set()
     for element in elements:
         if element.name in seen:
