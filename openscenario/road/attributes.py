@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from openscenario.findings import Finding, ScenarioError, Severity, nearest
+from openscenario.findings import Finding, Findings, ScenarioError, Severity, nearest
 from openscenario.xml import Node
 
 
@@ -15,6 +15,7 @@ class Attributes:
     def __init__(self, file: str) -> None:
         self.file = file
         self.findings: list[Finding] = []
+        self._noted = 0
 
     def report(
         self,
@@ -29,6 +30,9 @@ class Attributes:
         severity: Severity = "error",
     ) -> None:
         """Add a finding at an element, or at one of its attributes."""
+        self._noted += severity == "error"
+        if self._noted > Findings.MOST:
+            return  # a file with more defects than this has one: it is not what it claims to be
         element = node.path + (f"@{attribute}" if attribute else "")
         self.findings.append(Finding(code, severity, self.file, node.line, element, found, allowed, hint, text))
 
@@ -37,7 +41,7 @@ class Attributes:
         text = node.attributes.get(name)
         if text is None:
             if default is None:
-                self.report("xml.valid_schema", node, f"attribute {name} is missing", attribute=name)
+                self.report("xml.valid_schema", node, f"attribute {name} is missing", attribute=name, allowed=name)
                 return 0.0
             return default
         try:
@@ -66,7 +70,7 @@ class Attributes:
         text = node.attributes.get(name)
         if text is None:
             if default is None:
-                self.report("xml.valid_schema", node, f"attribute {name} is missing", attribute=name)
+                self.report("xml.valid_schema", node, f"attribute {name} is missing", attribute=name, allowed=name)
             return default or 0
         if not re.fullmatch(r"\s*[-+]?[0-9]{1,9}\s*", text):
             self.report(
@@ -86,7 +90,7 @@ class Attributes:
         if value is not None:
             return value
         if default is None:
-            self.report("xml.valid_schema", node, f"attribute {name} is missing", attribute=name)
+            self.report("xml.valid_schema", node, f"attribute {name} is missing", attribute=name, allowed=name)
         return default or ""
 
     def choice(self, node: Node, name: str, allowed: tuple[str, ...], default: str | None = None) -> str:

@@ -31,6 +31,13 @@ def read_section(attributes: Attributes, node: Node) -> LaneSection:
     """One lane section."""
     lanes: list[Lane] = []
     sides = by_tag(node)
+    for side in ("left", "center", "right"):
+        for second in sides.get(side, ())[1:]:
+            text = "only one element of its kind may stand here"
+            attributes.report("asam.net:xodr:1.0.0:xml.valid_schema", second, text, found=side, allowed="one")
+    if "center" not in sides:
+        text = "a lane section needs a centre"
+        attributes.report("asam.net:xodr:1.0.0:xml.valid_schema", node, text, allowed="center")
     for side, sign in (("left", 1), ("center", 0), ("right", -1)):
         for group in sides.get(side, ()):
             nodes = by_tag(group).get("lane", [])
@@ -67,24 +74,22 @@ def read_section(attributes: Attributes, node: Node) -> LaneSection:
 
 
 def _report_ids(attributes: Attributes, section: Node, lanes: list[Lane]) -> None:
-    """At the first lane, from the centre outwards, whose id is taken or leaves a gap."""
-    ids = [lane.id for lane in lanes]
-    nodes = [node for side in section.children for node in side.findall("lane")]
-    seen: set[int] = set()
+    """At the first lane of a side whose id is not its place, counted from the centre or towards it as fits better."""
     wrong = section
-    for node in sorted(nodes, key=lambda node: abs(_whole(node))):
-        number = _whole(node)
-        inner = number - (number > 0) + (number < 0)
-        if number in seen or (number and inner and inner not in seen) or abs(number) > MAX_LANES:
-            wrong = node
-            break
-        seen.add(number)
+    for side in section.children:
+        nodes = side.findall("lane")
+        outwards = [(node, 1 + place) for place, node in enumerate(nodes)]
+        inwards = [(node, len(nodes) - place) for place, node in enumerate(nodes)]
+        misfits = [[node for node, place in order if abs(_whole(node)) != place] for order in (outwards, inwards)]
+        fewest = min(misfits, key=len)
+        if side.tag != "center" and fewest and wrong is section:
+            wrong = fewest[0]
     attributes.report(
         "asam.net:xodr:1.4.0:road.lane.id_consecutive",
         wrong,
         "lane ids must count from the centre lane outwards without a gap or repetition",
         attribute="" if wrong is section else "id",
-        found=" ".join(str(number)[:20] for number in ids[:40]),
+        found=" ".join(str(lane.id)[:20] for lane in lanes[:40]),
         allowed=f"-{MAX_LANES} to {MAX_LANES}",
     )
 
@@ -112,10 +117,11 @@ def _read_lane(attributes: Attributes, node: Node) -> Lane:
         for m in parts.get("roadMark", ())
     )
     link = by_tag(parts["link"][0]) if "link" in parts else {}
+    number = attributes.integer(node, "id")
     return Lane(
-        id=attributes.integer(node, "id"),
-        type=attributes.text(node, "type", "none"),
-        level=node.get("level", "false").strip().lower() in ("true", "1"),
+        id=number,
+        type=attributes.text(node, "type", "none" if number == 0 else None),  # few files say it of the centre
+        level=attributes.choice(node, "level", ("false", "true", "0", "1"), "false") in ("true", "1"),
         widths=read_cubics(attributes, parts.get("width", []), "sOffset"),
         borders=read_cubics(attributes, parts.get("border", []), "sOffset"),
         heights=heights,

@@ -34,7 +34,8 @@ def check_lanes(attributes: Attributes, road: Road, node: Node) -> None:
     for section, end, section_node in zip(road.sections, ends, ordered, strict=True):
         for lane, lane_node in _lanes(section, section_node):
             _type(attributes, lane, lane_node)
-            _widths(attributes, lane, end - section.s, lane_node)
+            if lane.id:
+                _widths(attributes, lane, end - section.s, lane_node)
         _no_width(attributes, section, end - section.s, section_node)
         _borders(attributes, section, end - section.s, section_node)
 
@@ -58,9 +59,9 @@ def _section_nodes(road: Node) -> list[Node]:
 
 
 def _lanes(section: LaneSection, node: Node) -> Iterator[tuple[Lane, Node]]:
-    """The lanes beside the centre, with their elements."""
+    """The lanes with their elements."""
     nodes = {int(lane.get("id")): lane for side in node.children for lane in side.findall("lane")}
-    return ((lane, nodes[lane.id]) for lane in section.lanes if lane.id and lane.id in nodes)
+    return ((lane, nodes[lane.id]) for lane in section.lanes if lane.id in nodes)
 
 
 def _stations(attributes: Attributes, road: Road, sections: Sequence[Node]) -> None:
@@ -114,7 +115,10 @@ def _lowest(record: Cubic, span: float) -> float:
 
 
 def _widths(attributes: Attributes, lane: Lane, length: float, node: Node) -> None:
-    """No lane is narrower than nothing."""
+    """A lane has a width, or a border, and is never narrower than nothing."""
+    if not lane.widths and not lane.borders:
+        text = "a lane beside the centre needs a width or a border"
+        attributes.report("asam.net:xodr:1.0.0:xml.valid_schema", node, text, allowed="width, border")
     for number, record in enumerate(lane.widths):
         end = lane.widths[number + 1].s if number + 1 < len(lane.widths) else length
         lowest = _lowest(record, max(0.0, end - record.s))

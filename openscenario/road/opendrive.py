@@ -28,6 +28,11 @@ from openscenario.road.rules import check_network
 from openscenario.road.vocabulary import check_vocabulary
 from openscenario.xml import Node, read_xml
 
+ROAD_TYPES = (
+    *("unknown", "rural", "motorway", "town", "lowSpeed", "pedestrian", "bicycle"),
+    *("townExpressway", "townCollector", "townArterial", "townPrivate", "townLocal", "townPlayStreet"),
+)
+_ONCE = ("link", "planView", "elevationProfile", "lateralProfile", "lanes", "objects", "signals")
 NEWEST = 8  # the last minor version of OpenDRIVE 1
 OTHER_FORMATS = {
     "osm": "a Lanelet2 or OpenStreetMap file",
@@ -80,6 +85,7 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
         return None, tuple(attributes.findings)
     check_vocabulary(attributes, root)
     parts = by_tag(root)
+    _only_one(attributes, parts, ("header",))
     version, geo_reference, geo_offset = _read_header(attributes, root, parts.get("header", []))
     road_nodes, junction_nodes = parts.get("road", []), parts.get("junction", [])
     if not road_nodes:
@@ -164,6 +170,7 @@ def _read_header(
 
 def _read_road(attributes: Attributes, node: Node) -> Road:
     parts = by_tag(node)
+    _only_one(attributes, parts, _ONCE)
     for name in ("planView", "lanes"):
         if name not in parts:
             attributes.report(
@@ -199,6 +206,8 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
             allowed=f"above 0 to {MAX_LENGTH:g} m",
         )
     identity = attributes.text(node, "id")
+    if not identity.strip() and "id" in node.attributes:
+        attributes.report("value.empty", node, "the id is empty", attribute="id", found="nothing", allowed="an id")
     objects = by_tag(parts["objects"][0]) if "objects" in parts else {}
     signals = by_tag(parts["signals"][0]) if "signals" in parts else {}
     predecessor, successor = _read_links(attributes, parts.get("link", []))
@@ -222,10 +231,17 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
     )
 
 
+def _only_one(attributes: Attributes, parts: dict[str, list[Node]], names: tuple[str, ...]) -> None:
+    for name in names:
+        for second in parts.get(name, ())[1:]:
+            text = "only one element of its kind may stand here"
+            attributes.report("asam.net:xodr:1.0.0:xml.valid_schema", second, text, found=name, allowed="one")
+
+
 def _read_type(attributes: Attributes, node: Node) -> RoadType:
     speeds = node.findall("speed")
     speed = read_speed(attributes, speeds[0]) if speeds else None
-    return RoadType(attributes.number(node, "s", 0.0), node.get("type"), speed)
+    return RoadType(attributes.number(node, "s", 0.0), attributes.choice(node, "type", ROAD_TYPES), speed)
 
 
 def _read_links(attributes: Attributes, nodes: list[Node]) -> tuple[RoadLink | None, RoadLink | None]:

@@ -39,6 +39,8 @@ def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tu
             record = Cubic(s, a, b, c, d)
             for name, value in ((key, s), ("a", a), ("b", b), ("c", c), ("d", d)):
                 _bounded(attributes, node, name, value, MAX_COEFFICIENT if name != key else MAX_LENGTH)
+        if key == "sOffset" and record.s < 0.0:
+            _negative(attributes, node)
         if records and record.s < records[-1].s:
             ordered = False
             attributes.report(
@@ -50,6 +52,12 @@ def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tu
             )
         records.append(record)
     return tuple(records if ordered else sorted(records, key=lambda record: record.s))
+
+
+def _negative(attributes: Attributes, node: Node) -> None:
+    found = node.get("sOffset")
+    text = "it begins before its lane section"
+    attributes.report("value.out_of_range", node, text, attribute="sOffset", found=found, allowed=">= 0 m")
 
 
 def read_geometries(attributes: Attributes, plan_view: Node) -> tuple[Geometry, ...]:
@@ -72,7 +80,7 @@ def read_geometries(attributes: Attributes, plan_view: Node) -> tuple[Geometry, 
             )
         geometries.append(geometry)
     if nodes and not geometries:
-        attributes.report("xml.valid_schema", plan_view, "a road needs a geometry with a length")
+        attributes.report("xml.valid_schema", plan_view, "a road needs a geometry with a length", allowed="length > 0")
     return tuple(geometries)
 
 
@@ -99,7 +107,7 @@ def _read_geometry(attributes: Attributes, node: Node) -> Geometry | None:
             severity="warning",
         )
         return None
-    kinds = [(tag, found[0]) for tag, found in by_tag(node).items() if tag in _KINDS]
+    kinds = [(child.tag, child) for child in node.children if child.tag in _KINDS]
     if len(kinds) != 1:
         attributes.report("xml.valid_schema", node, "a geometry is exactly one of these", allowed=", ".join(_KINDS))
         return None

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from openscenario.road.attributes import Attributes
 from openscenario.road.elements import Lane, OpenDrive, Road, lane_direction
 from openscenario.road.junction_rules import check_junctions
-from openscenario.road.lane_rules import NO_WIDTH, check_lanes, width_at
+from openscenario.road.lane_rules import LANE_TYPES, NO_WIDTH, check_lanes, width_at
 from openscenario.road.links import LaneEnd, end_lanes, make_links
 from openscenario.road.shapes import geometry_rows, row_end
 from openscenario.road.thing_rules import check_things
@@ -29,11 +29,22 @@ def check_network(attributes: Attributes, network: OpenDrive, nodes: list[Node])
         check_lanes(attributes, road, node)
         _levels(attributes, road, node)
         _section_links(attributes, road, node)
+    _somewhere_to_drive(attributes, network, nodes)
     _unique_ids(attributes, network, nodes)
     check_junctions(attributes, network, nodes)
     check_things(attributes, nodes)
     _contact_points(attributes, network, nodes, ends)
     _appearing_lanes(attributes, network, nodes)
+
+
+def _somewhere_to_drive(attributes: Attributes, network: OpenDrive, nodes: list[Node]) -> None:
+    lanes = [lane for road in network.roads for section in road.sections for lane in section.lanes]
+    if not any(lane.drivable or lane.type not in LANE_TYPES for lane in lanes):
+        group = nodes[0].find("lanes")
+        section = None if group is None else group.find("laneSection")
+        side = None if section is None else section.find("right") or section.find("left") or section
+        text = "the network has no lane to drive on"
+        attributes.report("road.no_driving_lane", side or nodes[0], text, allowed="a lane of type driving")
 
 
 def _unique_ids(attributes: Attributes, network: OpenDrive, nodes: list[Node]) -> None:
