@@ -176,7 +176,7 @@ def grip(force: float, most: float) -> float:
     """Linear force that levels off at `most`."""
     if most == math.inf:
         return force
-    return force / math.sqrt(1.0 + (force / most) ** 2)
+    return most * math.tanh(force / most)
 
 
 @njit(cache=True, error_model="numpy")

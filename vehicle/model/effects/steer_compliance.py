@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import cosh, log, sinh, sqrt, tanh
 from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
 
-NEWTON = 6  # steps of Newton's method, for a force right to a thousandth in the bend
+NEWTON = 7  # steps of Newton's method, for a force right to a thousandth in the bend
+STEEPEST = 1e9  # secant over tangent of a tyre's force: beyond it, it does not change any more
 
 
 @effect(
@@ -29,17 +30,18 @@ def steer_compliance(x: Bus, p: Any, m: Any) -> None:
     c = 1e-3 * p.c
     tangent, force = x.tangent_front, x.fy_front
     if tangent > 0.0 and x.slip_front != 0.0:
-        # Bent tyres, F = K a/sqrt(1 + (K a/M)^2): secant over tangent tells K and M; then Newton's method
-        bend = force / (x.slip_front * tangent) - 1.0
-        if bend > 1e-9:
-            linear = force * sqrt(1.0 + bend)
-            stiff, most = linear / x.slip_front, abs(linear) / sqrt(bend)
-            force /= 1.0 + c * tangent
+        # Bent tyres, F = M tanh(q), q = K a/M: secant over tangent, sinh(2q)/2q, tells K and M; then Newton's method
+        bend = min(force / (x.slip_front * tangent), STEEPEST)
+        if bend > 1.0 + 1e-9:
+            z = min(sqrt(6.0 * (bend - 1.0)), 3.0 + 1.2 * log(bend))
             for _ in range(NEWTON):
-                q = stiff * (x.slip_front - c * force) / most
-                level = 1.0 / sqrt(1.0 + q * q)
-                tangent = stiff * level * level * level
-                force -= (force - most * q * level) / (1.0 + c * tangent)
+                z -= (sinh(z) - bend * z) / (cosh(z) - bend)
+            most = abs(force) / tanh(0.5 * z)
+            stiff = 0.5 * z * most / abs(x.slip_front)
+            for _ in range(NEWTON):
+                level = tanh(stiff * (x.slip_front - c * force) / most)
+                tangent = stiff * (1.0 - level * level)
+                force -= (force - most * level) / (1.0 + c * tangent)
             x.slip_front -= c * force
             x.steer -= c * force
             x.fy_front, x.tangent_front = force, tangent / (1.0 + c * tangent)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, sqrt
+from math import inf, tanh
 from typing import Any
 
 from vehicle.model.bus import GRAVITY, Bus
@@ -16,8 +16,8 @@ from vehicle.model.effect import Key, effect
     tyres=True,
     fine=True,
     physics="lateral force levels off at friction times load",
-    equation="F = F_lin / sqrt(1 + (F_lin/F_max)^2), F_max = limit/g x axle load",
-    source="smooth form of the saturated linear tyre, H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., sec. 1.3",
+    equation="F = F_max tanh(F_lin/F_max), F_max = limit/g x axle load",
+    source="the saturated linear tyre, H. B. Pacejka, Tire and Vehicle Dynamics, 3rd ed., sec. 1.3, made smooth",
     parameters=(
         Key("limit", "m/s^2", 2.0, 12.0, neutral=inf, least=0.2, minimum=0.1, meaning="greatest lateral acceleration"),
     ),
@@ -25,12 +25,12 @@ from vehicle.model.effect import Key, effect
     reveals="steady turns of growing lateral acceleration",
 )
 def tyre_saturation(x: Bus, p: Any, m: Any) -> None:
+    if p.limit == inf:
+        return
     load = x.mass * GRAVITY / x.wheelbase
     front = p.limit / GRAVITY * load * x.cg_rear
     rear = p.limit / GRAVITY * load * x.cg_front
-    qf, qr = x.fy_front / front, x.fy_rear / rear
-    sf, sr = 1.0 / sqrt(1.0 + qf * qf), 1.0 / sqrt(1.0 + qr * qr)
-    x.fy_front *= sf
-    x.fy_rear *= sr
-    x.tangent_front *= sf * sf * sf
-    x.tangent_rear *= sr * sr * sr
+    tf, tr = tanh(x.fy_front / front), tanh(x.fy_rear / rear)
+    x.fy_front, x.fy_rear = front * tf, rear * tr
+    x.tangent_front *= 1.0 - tf * tf
+    x.tangent_rear *= 1.0 - tr * tr
