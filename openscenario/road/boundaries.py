@@ -9,11 +9,12 @@ import numpy as np
 from numba import njit
 
 from openscenario.road.lanes import centre_offset, outer_border
-from openscenario.road.pose import surface_pose
+from openscenario.road.pose import reference, slopes
 from openscenario.road.profile import Floats
 from openscenario.road.tables import (
     LANE_DIRECTION,
     LANE_DRIVABLE,
+    ROAD_FLAT,
     ROAD_SECTION,
     ROAD_SECTION_END,
     SECTION_CENTRE,
@@ -43,10 +44,16 @@ def make_boundaries(tables: Tables, step: float) -> list[Boundary]:
             if end - start < 1e-6:
                 continue
             count = min(max(2, math.ceil((end - start) / step) + 1), MOST_POINTS)
-            for border in range(int(sections[section, SECTION_LEFT]), -int(sections[section, SECTION_RIGHT]) - 1, -1):
-                kind = _kind(tables, section, border)
-                if kind is not None:
-                    found.append(Boundary(kind, border_points(tables, road, section, border, start, end, count)))
+            left = int(sections[section, SECTION_LEFT])
+            borders = range(left, -int(sections[section, SECTION_RIGHT]) - 1, -1)
+            kinds = [_kind(tables, section, border) for border in borders]
+            if any(kinds):
+                points = border_points(tables, road, section, start, end, count)
+                found.extend(
+                    Boundary(kind, points[left - border])
+                    for border, kind in zip(borders, kinds, strict=True)
+                    if kind is not None
+                )
     return found
 
 
@@ -68,15 +75,28 @@ def _kind(tables: Tables, section: int, border: int) -> Kind | None:
 
 
 @njit(cache=True, error_model="numpy")
-def border_points(tables: Tables, road: int, section: int, border: int, start: float, end: float, count: int) -> Floats:
-    """x, y [m] of `count` points on a border between two s [m], shape (count, 2)."""
-    points = np.empty((count, 2))
-    side = 1 if border > 0 else -1
+def border_points(tables: Tables, road: int, section: int, start: float, end: float, count: int) -> Floats:
+    """x, y [m] of `count` points between two s [m] on all borders of a section, leftmost first, (borders, count, 2)."""
+    sections = tables[5]
+    left, right = sections[section, SECTION_LEFT], sections[section, SECTION_RIGHT]
+    centre = sections[section, SECTION_CENTRE]
+    flat = tables[3][road, ROAD_FLAT]
+    points = np.empty((left + right + 1, count, 2))
     for number in range(count):
         s = start + (end - start) * number / (count - 1)
-        value = centre_offset(tables, road, s)
-        for step in range(1, abs(border) + 1):
-            value = outer_border(tables, tables[5][section, SECTION_CENTRE] - side * step, side, s, value)
-        pose = surface_pose(tables, road, s, value[0], 0.0, 0.0)
-        points[number, 0], points[number, 1] = pose[0], pose[1]
+        middle = centre_offset(tables, road, s)
+        x, y, heading, _, _ = reference(tables, road, s)
+        dx, dy = -math.sin(heading), math.cos(heading)
+        if not flat:  # where the turned cross-section leads, as in `surface_pose`
+            _, z1, _, roll, _ = slopes(tables, road, s)
+            lean = -z1 / math.sqrt(1.0 + z1 * z1) * math.sin(roll)
+            c = math.cos(roll)
+            dx, dy = c * dx + lean * dy, c * dy - lean * dx
+        for side in (1, -1):
+            value = middle
+            for step in range(1 if side < 0 else 0, (left if side > 0 else right) + 1):
+                if step > 0:
+                    value = outer_border(tables, centre - side * step, side, s, value)
+                place = left - side * step
+                points[place, number, 0], points[place, number, 1] = x + dx * value[0], y + dy * value[0]
     return points

@@ -78,3 +78,12 @@ def test_borders_follow_a_widening_lane(tmp_path: Path) -> None:
 def test_geo_reference_is_kept_as_written(tmp_path: Path) -> None:
     header = "<geoReference><![CDATA[+proj=utm +zone=32]]></geoReference>"
     assert network(tmp_path, straight("1", 0, 0, 0, 100), header=header).geo_reference == "+proj=utm +zone=32"
+
+
+def test_borders_of_a_banked_slope_lie_on_its_surface(tmp_path: Path) -> None:
+    parts = {"elevation": cubic("elevation", 0, 0, 0.1), "superelevation": cubic("superelevation", 0, 0.2, 0.001)}
+    net = network(tmp_path, straight("1", 0, 0, 0.5, 100, **parts))
+    outer = net.boundaries(step=10.0)[-1].points
+    for number in range(11):
+        pose = net.road_pose("1", 10.0 * number, -3.5)
+        assert outer[number] == pytest.approx((pose.x, pose.y), abs=1e-9)
