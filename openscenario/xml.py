@@ -267,21 +267,27 @@ def _parse(text: str, file: str) -> Node:
 
 def _nodes(root: Any, file: str, prefixed: bool) -> Node:
     """`prefixed`: some attribute of the file may have a namespace."""
-    top = _node(root, None, file, prefixed)
-    stack = [(root, top, 1)]
-    count = 1
-    while stack:
-        element, node, depth = stack.pop()
-        if depth >= MAX_DEPTH:  # what is on the stack has children
-            raise _too_deep(file, node.line)
-        for child in element:
-            below = _node(child, node, file, prefixed)
-            node.children.append(below)
-            if len(child):
-                stack.append((child, below, depth + 1))
-        count += len(node.children)
+    top: Node | None = None
+    open_nodes: list[Node] = []
+    count = 0
+    for event, element in etree.iterwalk(
+        root, events=("start", "end")
+    ):  # one element at a time: lxml reuses its proxies
+        if event == "end":
+            open_nodes.pop()
+            continue
+        node = _node(element, open_nodes[-1] if open_nodes else None, file, prefixed)
+        if open_nodes:
+            open_nodes[-1].children.append(node)
+        else:
+            top = node
+        open_nodes.append(node)
+        count += 1
+        if len(open_nodes) > MAX_DEPTH:
+            raise _too_deep(file, open_nodes[-2].line)
         if count > MAX_NODES:
             raise _error("xml.too_big", file, node.line, "", f"more than {MAX_NODES} elements")
+    assert top is not None
     return top
 
 

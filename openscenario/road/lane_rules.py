@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 from openscenario.findings import listed, nearest
@@ -32,12 +32,13 @@ def check_lanes(attributes: Attributes, road: Road, node: Node) -> None:
     ends = [*(section.s for section in road.sections[1:]), road.length]
     ordered = sorted(sections, key=lambda item: float(item.get("s")))
     for section, end, section_node in zip(road.sections, ends, ordered, strict=True):
-        for lane, lane_node in _lanes(section, section_node):
+        lanes = _lanes(section, section_node)
+        for lane, lane_node in lanes:
             _type(attributes, lane, lane_node)
             if lane.id:
                 _widths(attributes, lane, end - section.s, lane_node)
-        _no_width(attributes, section, end - section.s, section_node)
-        _borders(attributes, section, end - section.s, section_node)
+        _no_width(attributes, end - section.s, lanes)
+        _borders(attributes, section, end - section.s, lanes)
 
 
 def width_at(lane: Lane, ds: float) -> float:
@@ -58,10 +59,10 @@ def _section_nodes(road: Node) -> list[Node]:
     return [] if lanes is None else lanes.findall("laneSection")
 
 
-def _lanes(section: LaneSection, node: Node) -> Iterator[tuple[Lane, Node]]:
+def _lanes(section: LaneSection, node: Node) -> list[tuple[Lane, Node]]:
     """The lanes with their elements."""
     nodes = {int(lane.get("id")): lane for side in node.children for lane in side.findall("lane")}
-    return ((lane, nodes[lane.id]) for lane in section.lanes if lane.id in nodes)
+    return [(lane, nodes[lane.id]) for lane in section.lanes if lane.id in nodes]
 
 
 def _stations(attributes: Attributes, road: Road, sections: Sequence[Node]) -> None:
@@ -134,12 +135,11 @@ def _widths(attributes: Attributes, lane: Lane, length: float, node: Node) -> No
             )
 
 
-def _no_width(attributes: Attributes, section: LaneSection, length: float, node: Node) -> None:
+def _no_width(attributes: Attributes, length: float, lanes: list[tuple[Lane, Node]]) -> None:
     """A lane that begins with no width comes from no lane, and one that ends with none leads to none.
 
     Many tools write such a link, and alone it harms nobody. It does where one lane leads to two of which one appears.
     """
-    lanes = list(_lanes(section, node))
     before = Counter(number for lane, _ in lanes for number in lane.predecessors)
     for lane, element in lanes:
         for ds, links, rule, text in (
@@ -157,10 +157,10 @@ def _no_width(attributes: Attributes, section: LaneSection, length: float, node:
                 )
 
 
-def _borders(attributes: Attributes, section: LaneSection, length: float, node: Node) -> None:
+def _borders(attributes: Attributes, section: LaneSection, length: float, lanes: list[tuple[Lane, Node]]) -> None:
     """A lane's outer border lies outside of the next inner lane's."""
-    nodes = {lane.id: element for lane, element in _lanes(section, node)}
     bordered = {lane.id: lane for lane in section.lanes if lane.borders and not lane.widths}
+    nodes = {lane.id: element for lane, element in lanes} if bordered else {}
     for number, outer in bordered.items():
         side = 1 if number > 0 else -1
         inner = bordered.get(number - side)

@@ -220,6 +220,15 @@ def _contact_points(
 
 def _appearing_lanes(attributes: Attributes, network: OpenDrive, nodes: list[Node]) -> None:
     """A lane that begins with no width is not linked to the lane it grows beside."""
+    ends = ((number, at_end) for number in range(len(network.roads)) for at_end in (False, True))
+    narrow = (
+        _end_width(network, LaneEnd(number, lane.id, at_end)) < NO_WIDTH
+        for number, at_end in ends
+        for lane in end_lanes(network.roads[number], at_end)
+        if lane.id
+    )
+    if not any(narrow):
+        return  # as in most files, whose links need not be looked at for this
     for end, others in make_links(network.roads, ()).items():
         if len(others) < 2:
             continue
