@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import random
 import re
 from pathlib import Path
 
 import pytest
+from fuzz import numbers, random_of
 
 from openscenario.findings import ScenarioError
 from openscenario.road.network import RoadNetwork, load_network
 
-MUTANTS = int(os.environ.get("DVP_FUZZ", "300"))
+MUTANTS = 300
+LARGEST = 60_000  # bytes
 VALUES = [b"nan", b"inf", b"-1", b"0", b"1e300", b"1e-300", b"1e9", b"word", b"", b"99999999999999999999", b"end", b"5"]
 
 
@@ -52,16 +53,29 @@ def use(net: RoadNetwork) -> None:
     assert net.crosswalks is not None
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_damaged_road_files(tmp_path: Path, scenarios_dir: Path, seed: int) -> None:
-    rng = random.Random(seed)
-    text = (scenarios_dir / "urban.xodr").read_bytes()
+@pytest.fixture
+def samples(request: pytest.FixtureRequest, scenarios_dir: Path) -> list[Path]:
+    """Files to mutate: the shipped road, and small ones of the public corpus if it is there."""
+    try:
+        corpus = request.getfixturevalue("shared_dir") / "openscenario" / "corpus"
+    except pytest.skip.Exception:
+        return [scenarios_dir / "urban.xodr"]
+    small = [path for path in sorted(corpus.rglob("*.xodr")) if path.stat().st_size <= LARGEST]
+    return [scenarios_dir / "urban.xodr", *small]
+
+
+def test_damaged_road_files(tmp_path: Path, samples: list[Path]) -> None:
     path = tmp_path / "mutant.xodr"
-    refused = 0
-    for _ in range(MUTANTS // 3):
-        path.write_bytes(mutant(text, rng))
+    refused = tried = 0
+    for number in numbers("roads", MUTANTS):
+        rng = random_of("roads", number)
+        file = rng.choice(samples)
+        path.write_bytes(mutant(file.read_bytes(), rng))
+        tried += 1
         try:
             use(load_network(path))
         except ScenarioError as error:
             refused += len(error.findings) > 0
-    assert 0 < refused < MUTANTS // 3
+        except Exception as error:
+            raise AssertionError(f"mutation {number} of {file}") from error
+    assert tried == 0 or 0 < refused < tried
