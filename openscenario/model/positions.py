@@ -25,12 +25,12 @@ class Orientation(Element):
 
 @dataclass(frozen=True, slots=True)
 class WorldPosition(Element):
-    """z, p, r absent: on the road surface, along it."""
+    """z, p, r absent: on the road surface, along it; h absent: 0, or along the trajectory it is a vertex of."""
 
     x: Metre
     y: Metre
     z: Metre | None = None
-    h: Radian = 0.0
+    h: Radian | None = None
     p: Radian | None = None
     r: Radian | None = None
 

@@ -72,6 +72,18 @@ class RoadNetwork:
             raise KeyError(f"road {road} has no lane {lane} at s = {s:g} m")
         return tuple.__new__(Pose, found)
 
+    def moved(self, x: float, y: float, z: float, h: float) -> tuple[float, float, float, float]:
+        """A place in the numbers of the file [m, rad], after the header's offset, which moves the roads as well.
+
+        Source: ASAM OpenDRIVE 1.8, 8.3 (header offset): shifted by x, y, z, then turned by hdg about the origin.
+        """
+        dx, dy, dz, turn = self.file.geo_offset
+        if not any(self.file.geo_offset):
+            return x, y, z, h
+        c, sn = math.cos(turn), math.sin(turn)
+        x, y = x + dx, y + dy
+        return c * x - sn * y, sn * x + c * y, z + dz, h + turn
+
     def lane_t(self, road: str, lane: int, s: float) -> float:
         """t [m] of a lane's middle at s [m]; NaN where there is no such lane."""
         number, s = self._numbers[road], float(s)
@@ -219,11 +231,18 @@ class RoadNetwork:
         return route.draw(self.tables, pieces, float(step))
 
     def advance(
-        self, position: RoadPosition, ds: float, turn: float = 0.0, along: Sequence[RouteLane] = ()
+        self,
+        position: RoadPosition,
+        ds: float,
+        turn: float = 0.0,
+        along: Sequence[RouteLane] = (),
+        *,
+        on_reference: bool = False,
     ) -> RoadPosition:
         """The position `ds` [m] further along the lane in driving direction (ds < 0: against it), at the same offset.
 
-        ds is the way travelled at that offset, not the change of s. Where lanes part the way is the one that stays on
+        ds is the way travelled at that offset, not the change of s; with `on_reference` it is that along the reference
+        lines. Where lanes part the way is the one that stays on
         the route `along`, else the one whose change of heading is nearest to `turn` [rad, > 0 left], else the first in
         the file. At a dead end the position stays at the lane's end (`dead_end` tells).
 
@@ -235,6 +254,8 @@ class RoadNetwork:
         number, lane, s, offset = self._numbers[position.road], position.lane, position.s, position.offset
         left = float(ds) * self.driving_sign(position.road, lane, s)
         for _ in range(MOST_JOINTS):
+            if on_reference:
+                offset = -self.lane_t(self._ids[number], lane, s)
             lane, s, t, heading, left = path.advance(self.tables, number, lane, s, offset, left)
             if left == 0.0:
                 break
@@ -261,6 +282,10 @@ class RoadNetwork:
         roads_wanted = [road for road, _ in wanted]
         for end in ends:
             if end.road in roads_wanted:
+                return end
+        for end in ends:  # a connection that leads back to the route
+            beyond = self._links.get(LaneEnd(end.road, end.lane, not end.at_end), ())
+            if any(after.road in roads_wanted for after in beyond):
                 return end
 
         def miss(end: LaneEnd) -> float:

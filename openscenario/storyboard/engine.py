@@ -134,6 +134,9 @@ class Storyboard:
         if not self._settled and self._stops():
             return
         self._settled = False
+        if self.steps == 0:
+            for entity in self._movers:  # no motion has been seen yet: that of the speed they begin with
+                entity.vx, entity.vy = entity.speed * math.cos(entity.h), entity.speed * math.sin(entity.h)
         self.time = round(self.time + dt, 9)
         self.steps += 1
         for entity in self._movers:

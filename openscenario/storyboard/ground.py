@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from openscenario.road.network import RoadNetwork
+from openscenario.road.network import RoadNetwork, RouteLane
 from openscenario.road.positions import RoadPosition
 from openscenario.storyboard.places import Place, RoadPoint, wrap
 from openscenario.storyboard.stride import stride
@@ -146,15 +147,26 @@ class Ground:
             entity.end_of_road = False
         entity.road, entity.lane, entity.s, entity.offset = there.road, there.lane, there.s, there.offset
 
-    def ahead(self, entity: Entity, distance: float, *, along_lane: bool) -> RoadPoint:
-        """Road coordinates `distance` [m] ahead of a tracked entity, along its lane or the reference line."""
+    def along_lane(self, entity: Entity, distance: float, route: Sequence[RouteLane]) -> RoadPoint:
+        """Road coordinates `distance` [m] ahead of a tracked entity along its lane; `route` says where roads part."""
+        return self._moved(entity, entity.sense * distance, route, on_reference=False)
+
+    def along_road(self, entity: Entity, ds: float, route: Sequence[RouteLane]) -> RoadPoint:
+        """Road coordinates `ds` [m] further along the reference line than a tracked entity, < 0: against it."""
+        return self._moved(entity, ds, route, on_reference=True)
+
+    def _moved(self, entity: Entity, way: float, route: Sequence[RouteLane], *, on_reference: bool) -> RoadPoint:
+        """`way` > 0 with increasing s of the entity's road."""
         network = self.network
         assert network is not None
-        offset = entity.offset
-        if not along_lane:
-            # at this offset from the lane's middle the way travelled is that along the reference line
-            offset = -network.lane_t(entity.road, entity.lane, entity.s)
-        here = RoadPosition(entity.road, entity.lane, entity.s, 0.0, offset, 0.0, True)
-        sign = entity.sense * network.driving_sign(entity.road, entity.lane, entity.s)
-        there = network.advance(here, sign * distance, 0.0, entity.route_lanes)
+        here = RoadPosition(entity.road, entity.lane, entity.s, 0.0, entity.offset, 0.0, True)
+        sign = network.driving_sign(entity.road, entity.lane, entity.s)
+        there = network.advance(here, sign * way, 0.0, route, on_reference=on_reference)
         return RoadPoint(there.road, there.lane, there.s, entity.offset)
+
+    def sense_at(self, entity: Entity, point: RoadPoint) -> float:
+        """+1 if what faces as a tracked entity does, with or against the traffic, faces increasing s elsewhere."""
+        network = self.network
+        assert network is not None
+        with_traffic = entity.sense * network.driving_sign(entity.road, entity.lane, entity.s)
+        return with_traffic * network.driving_sign(point.road, point.lane, point.s)

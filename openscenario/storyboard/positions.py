@@ -28,8 +28,10 @@ if TYPE_CHECKING:
 Where = Callable[[], Place]
 
 
-def resolver(position: model.Position, board: Storyboard) -> Where:
+def resolver(position: model.Position, board: Storyboard, mover: Entity | None = None) -> Where:
     """A function that gives the place of `position` at the time it is called.
+
+    `mover` is what will be put there: its route, if it has one, leads from another entity to what is relative to it.
 
     Raises:
         Unsupported: the kind of position, or a road, lane or entity that does not exist.
@@ -46,9 +48,9 @@ def resolver(position: model.Position, board: Storyboard) -> Where:
         case model.RoadPosition():
             return _road(position, board)
         case model.RelativeLanePosition():
-            return _relative_lane(position, board)
+            return _relative_lane(position, board, mover)
         case model.RelativeRoadPosition():
-            return _relative_road(position, board)
+            return _relative_road(position, board, mover)
         case model.TrajectoryPosition():
             return _trajectory(position, board)
         case model.RoutePosition():
@@ -79,18 +81,27 @@ def _entity(name: str, board: Storyboard, element: object) -> Entity:
 
 
 def _world(position: model.WorldPosition, board: Storyboard) -> Where:
-    heading = position.h
-    z, pitch, roll = position.z, position.p, position.r
+    """The numbers are those of the road file: where its header moves the roads, places go with them."""
+    return _constant(on_ground(board, position.x, position.y, position.z, position.h, position.p, position.r))
+
+
+def on_ground(
+    board: Storyboard, x: float, y: float, z: float | None, h: float | None, p: float | None, r: float | None
+) -> Place:
+    """A place in the road file's numbers; what is not given of height, pitch and roll is the road's."""
     network = board.network
-    if network is not None and (z is None or pitch is None or roll is None):
-        found = network.locate(position.x, position.y, heading)
+    if network is None:
+        return Place(x, y, z or 0.0, h or 0.0, p or 0.0, r or 0.0, None, h is not None)
+    up = z is not None
+    x, y, height, heading = network.moved(x, y, z or 0.0, h or 0.0)
+    if not up or p is None or r is None:
+        found = network.locate(x, y, None if h is None else heading)
         pose = network.lane_pose(found.road, found.lane, found.s, found.offset)
-        sense = 1.0 if math.cos((heading or 0.0) - pose.h) >= 0.0 else -1.0
-        z = pose.z if z is None else z
-        pitch = sense * pose.pitch if pitch is None else pitch
-        roll = sense * pose.roll if roll is None else roll
-    value = Place(position.x, position.y, z or 0.0, heading or 0.0, pitch or 0.0, roll or 0.0, None, bool(heading))
-    return _constant(value)
+        sense = 1.0 if math.cos(heading - pose.h) >= 0.0 else -1.0
+        height = height if up else pose.z
+        p = sense * pose.pitch if p is None else p
+        r = sense * pose.roll if r is None else r
+    return Place(x, y, height, heading, p, r, None, h is not None)
 
 
 def _relative_world(position: model.RelativeWorldPosition, board: Storyboard) -> Where:
@@ -179,9 +190,16 @@ def _some(names: tuple[str, ...]) -> str:
     return ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
 
 
+def _on_road(board: Storyboard, road: str, s: float) -> float:
+    """s [m], or where the road ends if that comes first (the reader has said so)."""
+    assert board.network is not None
+    return min(max(s, 0.0), board.network.roads[road].length)
+
+
 def _lane(position: model.LanePosition, board: Storyboard) -> Where:
     _road_of(board, position.road_id, position)
-    point = RoadPoint(position.road_id, position.lane_id, position.s, position.offset)
+    s = _on_road(board, position.road_id, position.s)
+    point = RoadPoint(position.road_id, position.lane_id, s, position.offset)
     try:
         return _constant(_on_lane(board, point, position.orientation))
     except KeyError:
@@ -194,7 +212,7 @@ def _road(position: model.RoadPosition, board: Storyboard) -> Where:
     _road_of(board, position.road_id, position)
     network = board.network
     assert network is not None
-    pose = network.road_pose(position.road_id, position.s, position.t)
+    pose = network.road_pose(position.road_id, _on_road(board, position.road_id, position.s), position.t)
     heading = _orientation(position.orientation, pose.h)
     value = Place(pose.x, pose.y, pose.z, heading, pose.pitch, pose.roll, None, position.orientation is not None)
     return _constant(value)
@@ -210,33 +228,38 @@ def shifted_lane(lane: int, by: int) -> int:
     return new
 
 
-def _relative_lane(position: model.RelativeLanePosition, board: Storyboard) -> Where:
+def _relative_lane(position: model.RelativeLanePosition, board: Storyboard, mover: Entity | None) -> Where:
+    """`ds` and what goes with it follow the road: increasing s, lane ids, t. `dsLane` follows the other entity: ahead
+    of it, lanes and offset to its left. Without orientation it heads with or against the traffic as the other does."""
     other = _entity(position.entity_ref, board, position)
-    if board.network is None:
+    network = board.network
+    if network is None:
         raise Unsupported("the scenario has no road network", element=position)
-    distance = position.ds if position.ds is not None else position.ds_lane or 0.0
+    orientation = position.orientation
 
     def where() -> Place:
         ground = board.ground
         ground.track(other)
-        point = ground.ahead(other, distance, along_lane=position.ds is None)
-        lane = shifted_lane(point.lane, position.d_lane)
-        network = board.network
-        assert network is not None
-        here = network.lane_pose(point.road, lane, point.s, 0.0).h
-        if position.orientation is not None:
-            base = here if other.sense > 0.0 else here + math.pi
+        route = mover.route_lanes if mover is not None and mover.route_lanes else other.route_lanes
+        if position.ds is not None:
+            point, side = ground.along_road(other, position.ds, route), 1
         else:
-            # with or against the traffic, as the other one
-            wrong = other.sense * network.driving_sign(other.road, other.lane, other.s) < 0.0
-            along = (network.driving_sign(point.road, lane, point.s) > 0) != wrong
-            base = here if along else here + math.pi
-        return _on_lane(board, RoadPoint(point.road, lane, point.s, position.offset), position.orientation, base=base)
+            point = ground.along_lane(other, position.ds_lane or 0.0, route)
+            side = 1 if ground.sense_at(other, point) > 0.0 else -1
+        target = RoadPoint(
+            point.road, shifted_lane(point.lane, side * position.d_lane), point.s, side * position.offset
+        )
+        faced = point if orientation is not None else target
+        base = network.lane_pose(target.road, target.lane, target.s, 0.0).h
+        if ground.sense_at(other, faced) < 0.0:
+            base += math.pi
+        return _on_lane(board, target, orientation, base=base)
 
     return where
 
 
-def _relative_road(position: model.RelativeRoadPosition, board: Storyboard) -> Where:
+def _relative_road(position: model.RelativeRoadPosition, board: Storyboard, mover: Entity | None) -> Where:
+    """`ds` and `dt` are those of the road's axes; it faces as the other entity would there."""
     other = _entity(position.entity_ref, board, position)
     network = board.network
     if network is None:
@@ -245,10 +268,12 @@ def _relative_road(position: model.RelativeRoadPosition, board: Storyboard) -> W
     def where() -> Place:
         ground = board.ground
         ground.track(other)
-        point = ground.ahead(other, position.ds, along_lane=False)
+        route = mover.route_lanes if mover is not None and mover.route_lanes else other.route_lanes
+        point = ground.along_road(other, position.ds, route)
         t = network.lane_t(point.road, point.lane, point.s) + point.offset
         pose = network.road_pose(point.road, point.s, t + position.dt)
-        heading = _orientation(position.orientation, pose.h if other.sense > 0.0 else pose.h + math.pi)
+        base = pose.h if ground.sense_at(other, point) > 0.0 else pose.h + math.pi
+        heading = _orientation(position.orientation, base)
         return Place(pose.x, pose.y, pose.z, heading, pose.pitch, pose.roll, None, position.orientation is not None)
 
     return where

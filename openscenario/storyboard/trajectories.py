@@ -18,20 +18,27 @@ Resolve = Callable[[model.Position], Place]
 
 SAMPLING = 0.1  # m: a chord of a 5 m radius is then 0.25 mm off the arc
 MOST_SAMPLES = 200_000
+FINE = 10  # samples a metre of a NURBS
 CORNER = 2.0  # m: how far before and after a vertex a vehicle turns into the next straight
 
 
 class Course:
-    """Points along a curve. s, x, y, z: columns [m]; h: headings [rad], unwrapped; t: time stamps [s] or None."""
+    """Points along a curve. s, x, y, z: columns [m]; h: headings [rad], unwrapped; t: time stamps [s] or None.
 
-    __slots__ = ("_corners", "h", "length", "s", "t", "x", "y", "z")
+    `smooth` tells for each point whether the heading turns evenly from it to the next one; else it is kept and turned
+    only near the points. `speed` [m/s] is what a vehicle has at the first point that goes on between time stamps with
+    constant acceleration, None for one with constant speed.
+    """
+
+    __slots__ = ("_pace", "_smooth", "h", "length", "s", "t", "x", "y", "z")
 
     def __init__(
         self,
         points: Sequence[tuple[float, float, float, float]],
         times: Sequence[float] | None = None,
         *,
-        corners: bool = False,
+        smooth: Sequence[bool] | None = None,
+        speed: float | None = None,
     ) -> None:
         self.x: list[float] = []
         self.y: list[float] = []
@@ -39,7 +46,7 @@ class Course:
         self.h: list[float] = []
         self.s: list[float] = []
         self.t: list[float] | None = None if times is None else list(times)
-        self._corners = corners
+        self._smooth = smooth
         length = 0.0
         for x, y, z, h in points:
             if self.x:
@@ -51,6 +58,7 @@ class Course:
             self.h.append(h)
             self.s.append(length)
         self.length = length
+        self._pace = None if speed is None or times is None else _pace(self.s, times, speed)
 
     def at(self, s: float) -> tuple[float, float, float, float]:
         """x, y, z, heading after `s` metres; beyond an end the curve stands still there."""
@@ -65,8 +73,8 @@ class Course:
         i = min(max(bisect_right(where, s) - 1, 0), last - 1)
         step = where[i + 1] - where[i]
         u = (s - where[i]) / step if step > 0.0 else 1.0
-        if self._corners:
-            h = self._turning(i, s, last)
+        if self._smooth is not None and not self._smooth[i]:
+            h = self._turning(i, s)
         else:
             h = self.h[i] + u * (self.h[i + 1] - self.h[i])
         x = self.x[i] + u * (self.x[i + 1] - self.x[i])
@@ -74,17 +82,17 @@ class Course:
         z = self.z[i] + u * (self.z[i + 1] - self.z[i])
         return x, y, z, h
 
-    def _turning(self, i: int, s: float, last: int) -> float:
+    def _turning(self, i: int, s: float) -> float:
         """Heading along straight pieces: their own, blended linearly within CORNER metres of a vertex."""
         here = self.h[i]
         into, left = s - self.s[i], self.s[i + 1] - s
         radius = min(CORNER, 0.5 * (self.s[i + 1] - self.s[i]))
         if radius <= 0.0:
             return here
-        if left < radius and left <= into and i + 1 < last:
-            return here + 0.5 * (1.0 - left / radius) * (self.h[i + 1] - here)
         if into < radius and i > 0:
             return here - 0.5 * (1.0 - into / radius) * (here - self.h[i - 1])
+        if left < radius:
+            return here + 0.5 * (1.0 - left / radius) * (self.h[i + 1] - here)
         return here
 
     def tangent(self, s: float) -> float:
@@ -117,6 +125,12 @@ class Course:
         if t >= times[-1]:
             return self.length
         i = bisect_right(times, t) - 1
+        if self._pace is not None:
+            speed, acceleration = self._pace[i]
+            after = t - times[i]
+            if acceleration < 0.0:
+                after = min(after, -speed / acceleration)  # there before its time: it waits
+            return self.s[i] + (speed + 0.5 * acceleration * after) * after
         step = times[i + 1] - times[i]
         u = (t - times[i]) / step if step > 0.0 else 1.0
         return self.s[i] + u * (self.s[i + 1] - self.s[i])
@@ -130,14 +144,41 @@ class Course:
         return self.t[-1] if self.t else 0.0
 
 
-def course(trajectory: model.Trajectory, resolve: Resolve, start: Place | None = None) -> Course:
+def _pace(s: Sequence[float], times: Sequence[float], speed: float) -> list[tuple[float, float]]:
+    """Speed [m/s] at each time stamp and acceleration [m/s^2] from there on that meet the next one in time.
+
+    If that would need a way back the vehicle brakes to a stand at the next point, before its time.
+    """
+    pace = []
+    for i in range(len(s) - 1):
+        way, time = s[i + 1] - s[i], times[i + 1] - times[i]
+        if way < 1e-6 or time <= 0.0:
+            pace.append((0.0 if way < 1e-6 else speed, 0.0))
+            speed = 0.0 if way < 1e-6 else speed
+            continue
+        acceleration = 2.0 * (way - speed * time) / (time * time)
+        after = speed + acceleration * time
+        if after < 0.0:
+            acceleration, after = -speed * speed / (2.0 * way), 0.0
+        pace.append((speed, acceleration))
+        speed = after
+    return pace
+
+
+def course(
+    trajectory: model.Trajectory, resolve: Resolve, start: Place | None = None, *, follow: float | None = None
+) -> Course:
     """The course of a trajectory; `resolve` makes places of positions, `start` is where one without any begins.
+
+    `follow` is the speed [m/s] of a vehicle that follows it (mode `follow`): between the vertices of a polyline it
+    turns and accelerates evenly. None (mode `position`): it is where the vertices say, with constant speed between.
+    The standard leaves that to the tool.
 
     Raises nothing for what the reader lets through: a single point is a course of length 0.
     """
     shape = trajectory.shape
     if isinstance(shape, model.Polyline):
-        return _polyline(shape, trajectory.closed, resolve)
+        return _polyline(shape, trajectory.closed, resolve, follow)
     if isinstance(shape, model.Clothoid):
         return _clothoid(shape, resolve)
     if isinstance(shape, model.ClothoidSpline):
@@ -145,7 +186,7 @@ def course(trajectory: model.Trajectory, resolve: Resolve, start: Place | None =
     return _nurbs(shape, resolve)
 
 
-def _polyline(shape: model.Polyline, closed: bool, resolve: Resolve) -> Course:
+def _polyline(shape: model.Polyline, closed: bool, resolve: Resolve, follow: float | None) -> Course:
     vertices = list(shape.vertices)
     places = [resolve(vertex.position) for vertex in vertices]
     times = [vertex.time for vertex in vertices]
@@ -154,13 +195,10 @@ def _polyline(shape: model.Polyline, closed: bool, resolve: Resolve) -> Course:
         times.append(None)
     stamps = None if any(time is None for time in times) else [float(time or 0.0) for time in times]
     tangents = _tangents([(place.x, place.y) for place in places], places[0].h)
-    corners = not any(place.has_heading for place in places)
-    if corners:
-        headings = tangents
-    else:
-        headings = [p.h if p.has_heading else tangents[i] for i, p in enumerate(places)]
+    headings = [p.h if p.has_heading else tangents[i] for i, p in enumerate(places)]
     points = [(p.x, p.y, p.z, h) for p, h in zip(places, headings, strict=True)]
-    return Course(points, stamps, corners=corners)
+    smooth = [follow is not None and place.has_heading for place in places]
+    return Course(points, stamps, smooth=smooth, speed=follow)
 
 
 def _tangents(points: Sequence[tuple[float, float]], first: float) -> list[float]:
@@ -231,7 +269,11 @@ def _clothoid_spline(shape: model.ClothoidSpline, resolve: Resolve, start: Place
 
 
 def _nurbs(shape: model.Nurbs, resolve: Resolve) -> Course:
-    """Rational B-spline by de Boor's algorithm; tangent headings; time stamps interpolated like a coordinate."""
+    """Rational B-spline by de Boor's algorithm; tangent headings.
+
+    The time of a control point is that of the place where its influence is greatest, looked for each metre; time
+    changes evenly over each metre between. (The standard does not say where on the curve the time stamps belong.)
+    """
     places = [resolve(point.position) for point in shape.control_points]
     knots = [knot.value for knot in shape.knots]
     degree = shape.order - 1
@@ -241,27 +283,54 @@ def _nurbs(shape: model.Nurbs, resolve: Resolve) -> Course:
             place.x * point.weight,
             place.y * point.weight,
             place.z * point.weight,
-            (point.time or 0.0) * point.weight,
             point.weight,
         )
         for place, point in zip(places, shape.control_points, strict=True)
     ]
     low, high = knots[degree], knots[len(control)]
     rough = sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(places))
-    count = min(max(math.ceil(rough / SAMPLING), 50), MOST_SAMPLES)
-    samples = [_de_boor(control, knots, degree, low + (high - low) * i / count) for i in range(count + 1)]
-    pieces = _tangents([(x, y) for x, y, _, _ in samples], places[0].h)
+    metres = min(1 + int(rough), MOST_SAMPLES // FINE)
+    parameters = [low + (high - low) * i / (metres * FINE) for i in range(metres * FINE + 1)]
+    samples = [_de_boor(control, knots, degree, u) for u in parameters]
+    pieces = _tangents([(x, y) for x, y, _ in samples], places[0].h)
     # tangent at a sample: mean of the chords before and after it
     headings = [pieces[0]]
     for before, after in pairwise(pieces):
         headings.append(before + 0.5 * wrap(after - before))
-    points = [(x, y, z, h) for (x, y, z, _), h in zip(samples, headings, strict=True)]
-    return Course(points, [time for _, _, _, time in samples] if timed else None)
+    points = [(x, y, z, h) for (x, y, z), h in zip(samples, headings, strict=True)]
+    if not timed:
+        return Course(points)
+    stamps = [point.time or 0.0 for point in shape.control_points]
+    peaks = _peaks(knots, degree, len(control), parameters[::FINE])
+    reached = Course(points).s[::FINE]
+    times = [_between(peaks, stamps, u) for u in parameters[::FINE]]
+    return Course(points, [_between(reached, times, s) for s in Course(points).s])
+
+
+def _peaks(knots: Sequence[float], degree: int, count: int, places: Sequence[float]) -> list[float]:
+    """Of each control point: of some places, the one where its influence on the curve is greatest."""
+    best = [0.0] * count
+    where = [places[0]] * count
+    for u in places:
+        for i in range(count):
+            control = [(1.0 if j == i else 0.0, 0.0, 0.0, 1.0) for j in range(count)]
+            influence = _de_boor(control, knots, degree, u)[0]
+            if influence > best[i]:
+                best[i], where[i] = influence, u
+    return where
+
+
+def _between(places: Sequence[float], values: Sequence[float], u: float) -> float:
+    """Linear interpolation in places that do not fall."""
+    i = min(max(bisect_right(places, u) - 1, 0), len(places) - 2)
+    step = places[i + 1] - places[i]
+    share = min(max((u - places[i]) / step, 0.0), 1.0) if step > 0.0 else 1.0
+    return values[i] + share * (values[i + 1] - values[i])
 
 
 def _de_boor(
-    control: Sequence[tuple[float, float, float, float, float]], knots: Sequence[float], degree: int, u: float
-) -> tuple[float, float, float, float]:
+    control: Sequence[tuple[float, float, float, float]], knots: Sequence[float], degree: int, u: float
+) -> tuple[float, float, float]:
     k = min(max(bisect_right(knots, u) - 1, degree), len(control) - 1)
     d = [list(control[j + k - degree]) for j in range(degree + 1)]
     for r in range(1, degree + 1):
@@ -270,5 +339,5 @@ def _de_boor(
             width = knots[j + 1 + k - r] - left
             a = (u - left) / width if width > 0.0 else 0.0
             d[j] = [(1.0 - a) * p + a * q for p, q in zip(d[j - 1], d[j], strict=True)]
-    x, y, z, time, weight = d[degree]
-    return x / weight, y / weight, z / weight, time / weight
+    x, y, z, weight = d[degree]
+    return x / weight, y / weight, z / weight

@@ -19,10 +19,9 @@ def controller(element: object, entity: Entity, board: Storyboard) -> Runner:
     return Instant()
 
 
-@action(model.AppearanceAction)
 @action(model.VisibilityAction)
-def appearance(element: object, entity: Entity, board: Storyboard) -> Runner:
-    """Lights, animations and visibility change nothing that a sensor model here can see."""
+def visibility(element: object, entity: Entity, board: Storyboard) -> Runner:
+    """Visibility changes nothing that a sensor model here can see."""
     return Instant()
 
 

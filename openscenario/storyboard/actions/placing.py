@@ -21,7 +21,7 @@ class Teleport(Instant):
 
     def __init__(self, element: model.TeleportAction, entity: Entity, board: Storyboard) -> None:
         super().__init__()
-        self._where = resolver(element.position, board)
+        self._where = resolver(element.position, board, entity)
         self._entity = entity
         self._board = board
 
@@ -47,7 +47,7 @@ def entity_action(element: model.EntityAction, entity: None, board: Storyboard) 
     if target is None:
         raise Unsupported("no entity of this name", element.entity_ref, ", ".join(board.entities))
     if isinstance(element.action, model.AddEntityAction):
-        where = resolver(element.action.position, board)
+        where = resolver(element.action.position, board, target)
 
         def add() -> None:
             board.ground.set_place(target, where())

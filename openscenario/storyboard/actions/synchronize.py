@@ -10,8 +10,9 @@ now (v0) and the target (v1) consists of ramps of constant acceleration:
 A steady state takes its distance off s and its time off t. Without final speed the one ramp that arrives in time is
 taken.
 
-The master's pace is that of its last motion; an action that begins with the scenario has seen none yet and waits for
-the next step.
+The master's pace is that of its last motion. An action that begins with the scenario has seen none: to it the master
+stands and there is time; it begins as one that is to linger, and if there is none to lose it goes straight to the last
+ramp. (The standard names no profile. This is how the field's tools drive it, down to that first step.)
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
 
 SMALL = 1e-6
+NEVER = 1e10  # s
 ON_RAMP = 0.1  # m/s: nearer than this to the final ramp counts as on it
 
 Phase = Literal["new", "two ramps", "last ramp", "stopped", "steady"]
@@ -68,6 +70,8 @@ class Synchronize:
         self._last = self._last_master = math.inf
 
     def start(self) -> bool:
+        if self._board.steps == 0:
+            self._phase, self._linger = "two ramps", True
         return False
 
     def stop(self) -> None:
@@ -113,13 +117,13 @@ class Synchronize:
         there = way < tolerance + SMALL or master_way < tolerance_master + SMALL
         way = max(way - tolerance, SMALL)
         pace = self._pace(self._master)
-        time = max(master_way - tolerance_master, SMALL) / pace if pace > SMALL else math.inf
+        time = max(master_way - tolerance_master, SMALL) / pace if pace > SMALL else NEVER
         if there or missed or time < dt:
             if final is not None:
                 entity.speed = final
             return True
         if final is None:
-            if time < math.inf:
+            if time < NEVER:
                 # speed after dt on the ramp that covers the way in time
                 entity.speed = max(0.0, entity.speed + 2.0 * (way / time - entity.speed) / time * dt)
             return False
@@ -137,9 +141,8 @@ class Synchronize:
             return final
         way -= steady_way
         time -= steady_time
-        if time == math.inf:
-            # the master stands: wait for it
-            return 0.0 if self._phase in ("last ramp", "stopped") else speed
+        if time > 0.5 * NEVER and self._phase in ("last ramp", "stopped"):
+            return 0.0  # the master stands: wait for it
         if self._phase == "stopped":
             if final <= SMALL or time >= 2.0 * way / final:
                 return 0.0
@@ -156,25 +159,31 @@ class Synchronize:
         return self._two_ramps(way, time, speed, final, dt)
 
     def _two_ramps(self, way: float, time: float, speed: float, final: float, dt: float) -> float:
-        square = 4.0 * way * way - 2.0 * time * (2.0 * way * (speed + final) - time * (speed * speed + final * final))
-        root = math.sqrt(max(square, 0.0))
-        between = (2.0 * way + (-root if self._linger else root)) / (2.0 * time)
+        between, first = _corner(way, time, speed, final)
+        change = (between - speed) / first
+        if change > 0.0 if self._linger else change < 0.0:
+            # beyond the corner between the two ramps, or never before it
+            self._phase = "last ramp"
+            return speed
         if between < 0.0:
-            rate = (speed * speed + final * final) / (2.0 * way)
-            if speed - rate * dt <= 0.0:
+            change = -(speed * speed + final * final) / (2.0 * way)
+            if speed + change * dt < 0.0:
                 self._phase = "stopped"
                 return 0.0
-            return speed - rate * dt
-        if (between > speed) if self._linger else (between < speed):
-            # beyond the corner between the two ramps
-            self._phase = "last ramp"
-            return speed
-        apart = (between - speed) + (between - final)
-        first = time * (between - speed) / apart if abs(apart) > SMALL else 0.5 * time
-        if first <= dt:
-            self._phase = "last ramp"
-            return speed
-        return speed + (between - speed) / first * dt
+        return speed + change * dt
+
+
+def _corner(way: float, time: float, speed: float, final: float) -> tuple[float, float]:
+    """Speed [m/s] between the two ramps, and the time [s] until then; the present speed if there is none."""
+    if abs(final - speed) < SMALL:
+        return 2.0 * way / time - speed, 0.5 * time
+    square = 4.0 * way * way - 2.0 * time * (2.0 * way * (speed + final) - time * (speed * speed + final * final))
+    root = math.sqrt(max(square, 0.0))
+    for term in (root, -root):
+        first = (2.0 * final * time - 2.0 * way - term) / (2.0 * (final - speed))
+        if 0.0 < first < time:
+            return (2.0 * way - term) / (2.0 * time), first
+    return speed, time
 
 
 @action(model.SynchronizeAction)

@@ -22,8 +22,8 @@ class FollowTrajectory:
 
     With timing the trajectory's time stamps give the way along it, and the entity's speed follows from that;
     without, the entity goes on with its own speed, which other actions may change meanwhile. The following modes
-    differ in whether dynamics may keep the entity from the trajectory; the default controller has no such limits,
-    so both follow it exactly.
+    differ in how the default controller gets from vertex to vertex of a polyline: `follow` turns and accelerates
+    evenly, `position` turns at the vertices and has constant speed between them.
     """
 
     __slots__ = ("_aim", "_board", "_clock", "_course", "_element", "_entity", "_reverse", "_s", "domains")
@@ -51,7 +51,8 @@ class FollowTrajectory:
         board = self._board
         entity = self._entity
         here = Place(entity.x, entity.y, entity.z, entity.h)
-        along = course(self._element.trajectory, lambda position: place(position, board), here)
+        follow = abs(entity.speed) if self._element.trajectory_following_mode.following_mode == "follow" else None
+        along = course(self._element.trajectory, lambda position: place(position, board), here, follow=follow)
         self._course = along
         timing = self._element.time_reference
         if isinstance(timing, model.Timing):

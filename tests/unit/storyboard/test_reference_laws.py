@@ -208,3 +208,43 @@ def test_where_a_lane_shrinks_to_nothing_one_goes_on_beside_it(tmp_path: Path) -
     # the shift to the side makes no way: s grows by what was driven
     assert (there.lane, there.s) == (-1, pytest.approx(440.0))
     assert network.lane_pose("1", there.lane, there.s).y == pytest.approx(-1.75)
+
+
+@pytest.mark.parametrize(
+    ("position", "x", "y"),
+    [
+        ('<RelativeLanePosition entityRef="B" dLane="0" ds="20"/>', 520.0, 1.75),  # along s
+        ('<RelativeLanePosition entityRef="B" dLane="0" dsLane="20"/>', 480.0, 1.75),  # ahead of it
+        ('<RelativeLanePosition entityRef="B" dLane="1" ds="0" offset="0.5"/>', 500.0, 5.25 + 0.5),  # ids, t
+        ('<RelativeLanePosition entityRef="B" dLane="1" dsLane="0" offset="0.5"/>', 500.0, -1.75 - 0.5),  # to its left
+        ('<RelativeRoadPosition entityRef="B" ds="20" dt="1"/>', 520.0, 2.75),
+    ],
+)
+def test_what_is_relative_to_who_drives_against_s(make: Make, position: str, x: float, y: float) -> None:
+    board = make(B=[teleport(lane_position(500.0, 1))], A=[teleport(position)])
+    board.start()
+    assert (board.entities["A"].x, board.entities["A"].y) == (pytest.approx(x), pytest.approx(y))
+
+
+def test_world_positions_go_with_the_header_s_offset(make: Make, tmp_path: Path) -> None:
+    """The header shifts by (-10, 5) and turns by 90 degrees: x' = -(y + 5), y' = x - 10."""
+    road = tmp_path / "road.xodr"
+    header = '<header revMajor="1" revMinor="6" name="straight">'
+    offset = f'{header}<offset x="-10" y="5" z="0" hdg="{0.5 * math.pi}"/></header>'
+    road.write_text(XODR.replace(header.replace(">", "/>"), offset))
+    network = load_network(road)
+    assert network.moved(30.0, 2.0, 0.0, 0.1) == pytest.approx((-7.0, 20.0, 0.0, 0.1 + 0.5 * math.pi))
+    start = network.lane_pose("1", -1, 0.0)
+    assert (start.x, start.y) == (pytest.approx(-(5.0 - 1.75)), pytest.approx(-10.0))
+
+
+def test_a_change_of_lights_lasts_its_transition(make: Make) -> None:
+    lights = (
+        '<PrivateAction><AppearanceAction><LightStateAction transitionTime="1.5"><LightType>'
+        '<VehicleLight vehicleLightType="lowBeam"/></LightType><LightState mode="on"/></LightStateAction>'
+        "</AppearanceAction></PrivateAction>"
+    )
+    board = make(A=HERE, stories=story(event("e", lights, start=NOW)))
+    run(board, 3.0)
+    ((time, _, _),) = [each for each in log(board, "action") if each[2] == "endTransition"]
+    assert time == pytest.approx(1.5, abs=1e-6)

@@ -51,7 +51,26 @@ def test_polyline_turns_half_way_at_a_vertex() -> None:
 
 def test_given_headings_are_interpolated_the_short_way() -> None:
     shape = model.Polyline(vertices=(model.Vertex(position=at(0, 0, 3.0)), model.Vertex(position=at(10, 0, -3.0))))
-    assert math.cos(along(shape).at(5.0)[3]) == pytest.approx(-1.0)
+    trajectory = model.Trajectory(name="t", closed=False, shape=shape)
+    assert math.cos(course(trajectory, resolve, follow=1.0).at(5.0)[3]) == pytest.approx(-1.0)
+
+
+def test_who_follows_has_constant_acceleration_between_time_stamps() -> None:
+    """From 10 m/s: 10 m in 2 s need v = 0 at the end, a = -5 m/s^2; then 9 m in 3 s from rest, a = 2 m/s^2."""
+    shape = polyline((0.0, 0, 0), (2.0, 10, 0), (5.0, 19, 0))
+    follow = course(model.Trajectory(name="t", closed=False, shape=shape), resolve, follow=10.0)
+    assert follow.s_at(1.0) == pytest.approx(10.0 - 0.5 * 5.0)
+    assert follow.s_at(3.0) == pytest.approx(10.0 + 0.5 * 2.0)
+    assert along(shape).s_at(1.0) == pytest.approx(5.0)  # mode `position`: constant speed
+
+
+def test_a_nurbs_point_s_time_is_where_its_influence_is_greatest() -> None:
+    """Quadratic Bezier over 20 m: the influence 2 u (1 - u) of the middle point is greatest at u = 1/2, at x = 10."""
+    points = [((0, 0), 0.0), ((10, 5), 1.0), ((20, 0), 10.0)]
+    control = tuple(model.ControlPoint(position=at(*place), time=time) for place, time in points)
+    knots = tuple(model.Knot(value=value) for value in (0.0, 0.0, 0.0, 1.0, 1.0, 1.0))
+    curve = along(model.Nurbs(order=3, control_points=control, knots=knots))
+    assert curve.at(curve.s_at(1.0))[0] == pytest.approx(10.0, abs=0.5)
 
 
 def test_closed_polyline_returns_to_its_start() -> None:
