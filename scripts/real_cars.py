@@ -12,6 +12,7 @@ import os
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, TypeAlias
@@ -145,12 +146,26 @@ def placed(page: str, name: str, text: str) -> str:
 
 
 def _studied(study: Study, folder: Path) -> str:
+    from pytest_dvp.logs.cut import cut_log
     from pytest_dvp.reality_gap.diagnose import diagnose
+    from pytest_dvp.reality_gap.run_setup import end_of_beginning
 
     model, held_out = study.model(folder), study.logs(folder, held_out=True)
     found = diagnose(study.logs(folder), model, held_out)
-    first, last = (position_error(held_out, model, found.ladder[k].values) for k in (0, -1))
+    if found.set_up:  # as everything else that is said of the run: without the beginning that its set-up is from
+        held_out = {name: cut_log(log, end_of_beginning(log), np.inf) for name, log in held_out.items()}
+    errors = []
+    for one in (found.ladder[0], found.ladder[-1]):
+        logs = [({name: log}, run) for (name, log), run in zip_longest(held_out.items(), one.held_out_setups)]
+        errors.append([position_error(log, model, _with_setup(one.values, run)) for log, run in logs])
+    first, last = (float(np.sqrt(np.mean(np.square(each)))) for each in errors)
     return tables(study, found, (first, last))
+
+
+def _with_setup(values: Values, run: Values | None) -> Values:
+    from pytest_dvp.reality_gap.diagnosis import SETUP
+
+    return values if run is None else {k: v for k, v in values.items() if k[0] not in SETUP} | dict(run)
 
 
 def _effects(found: Diagnosis) -> Iterator[str]:
@@ -170,6 +185,12 @@ def _effects(found: Diagnosis) -> Iterator[str]:
 
 
 def _notes(found: Diagnosis) -> Iterator[str]:
+    if found.set_up:
+        names = ", ".join(f"`{name}`" for name in found.set_up)
+        yield f"- Of the run, not of the car (the values above are those of the fitted run): {names}."
+        for run in found.ladder[-1].held_out_setups:
+            own = ", ".join(f"`{name}` `{key}` {value:.3g}" for (name, key), value in run.items()) or "nothing"
+            yield f"- Own set-up of the held-out run, from its first 30 %: {own}. All held-out figures are of the rest."
     vetoed = ", ".join(f"`{name}`" for name in found.vetoed) or "nothing"
     yield f"- Fitted, but lost on the held-out run and thrown out: {vetoed}."
     hidden = ", ".join(f"`{name}`" for name in found.not_excited) or "nothing"

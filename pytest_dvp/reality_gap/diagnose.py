@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,11 +12,11 @@ import numpy as np
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import candidates
-from pytest_dvp.reality_gap.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
+from pytest_dvp.reality_gap.diagnosis import SETUP, Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.reality_gap.equation_error import votes
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
 from pytest_dvp.reality_gap.fit import intervals, widened
-from pytest_dvp.reality_gap.held_out import ROUNDING, Fold, folds, predicted, shows, step
+from pytest_dvp.reality_gap.held_out import ROUNDING, Fold, folds, own_setup, predicted, shows, step
 from pytest_dvp.reality_gap.input_map import MAP_TIES, input_map
 from pytest_dvp.reality_gap.perception_gap import diagnose_perceptions
 from pytest_dvp.reality_gap.search import MISFIT, PRACTICAL, Found, Search, Tick, Trial
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.model import VehicleModel
 
+OWN = 0.01  # of max(1, chi^2/N), that a run's own set-up must gain on the rest of it
 SLIGHT = 0.01  # of what an effect gains where it is fitted: a smaller loss elsewhere is no veto
 CHANNEL_MISFIT = 1.5  # of one channel
 
@@ -62,7 +64,7 @@ def diagnose(
         removed = {key: value for key, value in removed.items() if key[0] not in back}  # in the way of what was found
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
-    found, vetoed, gains = _veto(search, found, judges)
+    found, vetoed, gains, judges = _veto(search, found, judges, lambda: own_setup(held_out, model, effects))
     tick("ladder")
     final = found.final
     sure = intervals(final.found, search.starts, target.exact(final.values))
@@ -132,9 +134,15 @@ def _removed(target: Campaign, model: VehicleModel) -> dict[tuple[str, str], flo
     return off
 
 
-def _veto(search: Search, found: Found, judges: Sequence[Fold]) -> tuple[Found, tuple[str, ...], dict[str, float]]:
-    """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there."""
+def _veto(search: Search, found: Found, judges: tuple[Fold, ...], apart: Callable[[], tuple[Fold, ...]]
+          ) -> tuple[Found, tuple[str, ...], dict[str, float], tuple[Fold, ...]]:  # fmt: skip
+    """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there.
+
+    Where it is a run's set-up that loses, it may be another one there: the judges are then those of `apart`, which
+    have their own, as long as that gains.
+    """
     vetoed: list[str] = []
+    given, tried_apart = judges, False
     while True:
         final = found.final
         gains: dict[str, float] = {}
@@ -145,14 +153,25 @@ def _veto(search: Search, found: Found, judges: Sequence[Fold]) -> tuple[Found, 
             total, samples = 0.0, 0
             for fold in judges:
                 if shows(search, fold, final, name):
-                    total += _chi2(fold, predicted(search, fold, less)) - _chi2(fold, predicted(search, fold, final))
+                    before, after = predicted(search, fold, less, without=name), predicted(search, fold, final)
+                    total += _chi2(fold, before) - _chi2(fold, after)
                     samples += fold.judge.count
             if samples:
                 gains[name] = total / samples
-        worst = min(gains, key=lambda n: gains[n], default="")
-        if not worst or gains[worst] > -max(ROUNDING * max(1.0, final.chi2 / search.count), SLIGHT * fitted[worst]):
-            return found, tuple(vetoed), gains
+        level = max(1.0, final.chi2 / search.count)
+        own = any(fold.setup for fold in judges)
+        if own and not set(SETUP) & set(final.names):
+            judges, tried_apart = given, True
+            continue
+        idle = [n for n in gains if own and n in SETUP and gains[n] < OWN * level]  # not even the run's own value helps
+        worst = min(idle or gains, key=lambda n: gains[n], default="")
+        if not worst or (not idle and gains[worst] > -max(ROUNDING * level, SLIGHT * fitted[worst])):
+            return found, tuple(vetoed), gains, judges
+        if worst in SETUP and not own and not tried_apart and (others := apart()):
+            judges = others
+            continue
         vetoed.append(worst)
+        judges = tuple(dataclasses.replace(f, setup=f.setup and f.setup.less(worst)) for f in judges)
         names = tuple(n for n in final.names if n != worst)
         final = search.trial(names, final.values, zoom=True)
         found = Found(final, {n: found.rivals.get(n, ()) for n in names}, found.not_excited)

@@ -6,6 +6,9 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, Literal, TypeAlias
 
+SETUP = ("steer_offset", "gyro_bias", "heading_bias", "accelerometer_bias", "gnss_lever_arm")
+"""Effects whose values may differ from run to run of the same car: zeros of steering and sensors, the antenna."""
+
 Verdict: TypeAlias = Literal["NOTHING_MISSING", "NAMED", "AMBIGUOUS", "PARTIAL", "UNKNOWN", "NOT_EXCITED"]
 Action: TypeAlias = Literal["add", "change", "remove"]
 
@@ -56,7 +59,8 @@ class Step:
 
     chi2_per_n over all channels, channels: of each; rmse of each in its unit, on segments of about 5 s, of the data
     fitted on and of the data held out (empty without any). segments, held_out_segments (m,): sum of squares in units
-    of the noise, by segment. values: everything fitted at this step.
+    of the noise, by segment. values: everything fitted at this step. held_out_setups: where each held-out run has a
+    set-up of its own, what its beginning says of it; the rest of the run is judged.
     """
 
     added: str
@@ -68,10 +72,11 @@ class Step:
     segments: tuple[float, ...] = ()
     held_out_segments: tuple[float, ...] = ()
     values: Mapping[tuple[str, str], float] = dataclasses.field(default_factory=dict)
+    held_out_setups: tuple[Mapping[tuple[str, str], float], ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """JSON-able, without the sums by segment and the values."""
-        hidden = ("segments", "held_out_segments", "values")
+        hidden = ("segments", "held_out_segments", "values", "held_out_setups")
         return {key: value for key, value in dataclasses.asdict(self).items() if key not in hidden}
 
 
@@ -103,9 +108,15 @@ class Diagnosis:
         """Names of the effects."""
         return tuple(e.name for e in self.effects)
 
+    @property
+    def set_up(self) -> tuple[str, ...]:
+        """Effects that differ from run to run: these values are those of the runs fitted on, not the car's."""
+        return tuple(n for n in self.names if n in SETUP) if self.ladder[-1].held_out_setups else ()
+
     def as_dict(self) -> dict[str, Any]:
         """The document of `diagnose --json`."""
         before, after = self.ladder[0], self.ladder[-1]
+        setups = [{f"{name}.{key}": value for (name, key), value in run.items()} for run in after.held_out_setups]
         return {
             "verdict": self.verdict,
             "effects": [e.as_dict() for e in self.effects],
@@ -121,6 +132,7 @@ class Diagnosis:
             "noise_floor": dict(self.noise_floor),
             "signature": dict(self.signature),
             "vetoed": list(self.vetoed),
+            "set_up": {"names": list(self.set_up), "held_out": setups},
             "input_map": {key: dataclasses.asdict(e) for key, e in self.input_map.items()},
             "car": dict(self.car),
             "votes": dict(self.votes),

@@ -61,9 +61,10 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
 def extend_command(
     found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = (), options: Sequence[str] = ()
 ) -> str:
-    """The command that adds what was found; empty if there is nothing to add. options: further words of the command,
+    """The command that adds what was found of the car; empty if there is nothing to add. options: its further words,
     such as `--map F`, without which the logs cannot be read."""
-    add = [e.name for e in found.effects if e.action != "remove"]
+    own = found.set_up
+    add = [e.name for e in found.effects if e.action != "remove" and e.name not in own]
     remove = [e.name for e in found.effects if e.action == "remove"]
     if not add and not remove:
         return ""
@@ -184,6 +185,7 @@ def _notes(found: Diagnosis) -> list[str]:
     if found.input_map:
         fitted = ", ".join(f"{k} = {value(e)} {e.unit}".rstrip(" -") for k, e in found.input_map.items())
         lines.append(f"fitted along: {fitted}")
+    lines += setup_lines(found)
     if found.vetoed:
         lines.append(f"not {', '.join(found.vetoed)}: fits, but loses on data it was not fitted on")
     lines += [f"what is left, {aspect}: {text}" for aspect, text in signature_lines(found.signature)]
@@ -191,6 +193,20 @@ def _notes(found: Diagnosis) -> list[str]:
     if found.not_excited:
         lines += _wrapped("these data cannot show: ", found.not_excited)
     return ["", *lines] if lines else []
+
+
+def setup_lines(found: Diagnosis) -> list[str]:
+    """What differs from run to run, and what the beginning of each held-out run says of it."""
+    if not found.set_up:
+        return []
+    lines = [
+        f"{_and(found.set_up)}: of the run, not of the car (other values held out); calibrate before each run. A "
+        "held-out run's own are taken from its first 30 %, the rest of it judges"
+    ]
+    for run in found.ladder[-1].held_out_setups:
+        values = ", ".join(f"{name}.{key} = {three(one)}" for (name, key), one in run.items())
+        lines.append(f"held out: {values or 'none of them'}")
+    return lines
 
 
 def _second_opinion(found: Diagnosis) -> list[str]:

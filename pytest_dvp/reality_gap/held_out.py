@@ -11,9 +11,10 @@ import numpy as np
 from pytest_dvp.log import Log
 from pytest_dvp.logs.cut import cut_log
 from pytest_dvp.reality_gap.algebra import square
-from pytest_dvp.reality_gap.diagnosis import Step
+from pytest_dvp.reality_gap.diagnosis import SETUP, Step
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
 from pytest_dvp.reality_gap.fit import VALLEYS
+from pytest_dvp.reality_gap.run_setup import RunSetup, parted
 from pytest_dvp.reality_gap.search import PRACTICAL, Search, Trial
 
 if TYPE_CHECKING:
@@ -28,10 +29,14 @@ _FEWEST = 200  # rows on either side
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Fold:
-    """What is fitted on (None: all the logs that are fitted on anyway) and what judges the fit."""
+    """What is fitted on (None: all the logs that are fitted on anyway) and what judges the fit.
+
+    setup: where the judging run has a set-up of its own, its beginning; `judge` is then the rest of it.
+    """
 
     fitted: Campaign | None
     judge: Campaign
+    setup: RunSetup | None = None
 
 
 def folds(logs: Mapping[str, Log], held_out: Mapping[str, Log] | None, model: VehicleModel,
@@ -55,8 +60,15 @@ def folds(logs: Mapping[str, Log], held_out: Mapping[str, Log] | None, model: Ve
     return (Fold(on({name: cut_log(log, -np.inf, border)}), on({name: cut_log(log, border, np.inf)})),)
 
 
-def predicted(search: Search, fold: Fold, trial: Trial) -> Trial:
-    """The trial as its own data have it, had only the fold's been there to fit.
+def own_setup(logs: Mapping[str, Log] | None, model: VehicleModel, effects: Sequence[Effect] = ()) -> tuple[Fold, ...]:
+    """The held-out logs as `folds` has them, but each with a set-up of its own; empty if one is too short for that."""
+    found = parted(logs or {}, model, tuple(effects))
+    return tuple(Fold(None, rest, setup) for setup, rest in found) if len(found) == len(logs or {}) else ()
+
+
+def predicted(search: Search, fold: Fold, trial: Trial, *, without: str = "") -> Trial:
+    """The trial as its own data have it, had only the fold's been there to fit. without: an effect that is no part of a
+    run's own set-up.
 
     An effect that those do not show or determine keeps its value, for it would take any. Of one whose error has many
     valleys the data that judge may choose their own near the value: half a percent beside it another one begins.
@@ -65,7 +77,9 @@ def predicted(search: Search, fold: Fold, trial: Trial) -> Trial:
     if rough:
         trial = _valley(search, fold, trial, rough)
     if fold.fitted is None:
-        return trial
+        if fold.setup is None or not set(SETUP) & set(trial.names):
+            return trial
+        return dataclasses.replace(trial, values=fold.setup.fitted(trial.values, without=without))
     shown = [name for name in trial.names if name not in rough and shows(search, fold, trial, name)]
     while True:
         kept = {key: value for key, value in trial.values.items() if key[0] in set(trial.names) - set(shown)}
@@ -109,8 +123,11 @@ def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str | None
     samples = 0
     segments: list[float] = []
     squares: dict[str, list[float]] = {}
+    runs = []
     for fold in judges:
         fitted = predicted(search, fold, trial)
+        if fold.setup is not None:
+            runs.append({key: value for key, value in fitted.values.items() if key[0] in SETUP})
         segments += fold.judge.by_segment(fold.judge.whitened(fitted.values)).tolist()
         samples += fold.judge.count
         for name, rmse in fold.judge.rmse(fitted.values).items():
@@ -125,4 +142,5 @@ def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str | None
         segments=tuple(trial.rest.tolist()),
         held_out_segments=tuple(segments),
         values=values,
+        held_out_setups=tuple(runs),
     )

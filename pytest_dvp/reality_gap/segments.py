@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from pytest_dvp.log import FloatArray
+from pytest_dvp.reality_gap.heading_fault import heading_faults
 from pytest_dvp.reality_gap.projection import BoolArray, IntArray, project
 
 CHANNELS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
@@ -121,6 +122,8 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         if int(first) in awake:
             until = t[first] + min(_AWAKE, 0.25 * (t[end - 1] - t[first]))
             lost[first : np.searchsorted(t, until)] = True
+    for j in np.flatnonzero(heading_faults(t, measured[:, 2], measured[:, 4], starts, ends, counted & ~lost)):
+        counted[starts[j] : ends[j]] = False
     return Segments(starts, ends, _states(t, measured, whole, starts), counted & ~lost, lost)
 
 

@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 from pytest_dvp.log import Log
+from pytest_dvp.logs.cut import cut_log
+from pytest_dvp.reality_gap.diagnosis import SETUP
 from pytest_dvp.reality_gap.experiment import campaign
+from pytest_dvp.reality_gap.run_setup import end_of_beginning
 from vehicle.model.model_file import read_model
 
 real_cars = pytest.importorskip("scripts.real_cars", reason="scripts/ is not on the path")
@@ -47,13 +50,22 @@ def printed(text: str) -> dict[tuple[str, str], float]:
     return values
 
 
+def own_setup(text: str) -> dict[tuple[str, str], float]:
+    """What the page says of the held-out run's own set-up."""
+    (line,) = (line for line in text.splitlines() if "Own set-up" in line)
+    return {(name, key): float(value) for name, key, value in re.findall(r"`(\w+)` `(\w+)` (-?[\d.e-]*\d)", line)}
+
+
 @pytest.mark.parametrize("study", real_cars.STUDIES, ids=lambda study: study.name)
 def test_the_values_on_the_page_leave_the_error_on_the_page(shared_dir: Path, study: real_cars.Study) -> None:
     if not (shared_dir / "measurements").is_dir():
         pytest.skip("no measured logs in the reference material")
     text = part(study.name)
-    target = campaign(study.logs(shared_dir / "measurements", held_out=True), study.model(shared_dir / "measurements"))
-    left = target.rmse(printed(text))
+    logs, values = study.logs(shared_dir / "measurements", held_out=True), printed(text)
+    if "Own set-up" in text:
+        logs = {name: cut_log(log, end_of_beginning(log), np.inf) for name, log in logs.items()}
+        values = {key: value for key, value in values.items() if key[0] not in SETUP} | own_setup(text)
+    left = campaign(logs, study.model(shared_dir / "measurements")).rmse(values)
     rows = {row[0].split(" ")[0]: float(row[2]) for row in cells(text) if re.match(r"[a-z_]+ \[", row[0])}
     for name in ("yaw_rate", "v"):
         if name in left:

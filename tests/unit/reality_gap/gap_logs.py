@@ -23,7 +23,8 @@ def baseline() -> VehicleModel:
 
 def drive(
     duration: float = 60.0, *, rate: float = 50.0, noise: float = 1.0, seed: int = 1, drive_gain: float = 1.0,
-    brake_gain: float = 1.0, steer_delay: float = 0.0, yaw_bias: float = 0.0,
+    brake_gain: float = 1.0, steer_delay: float = 0.0, steer_ratio: float = 1.0, steer_offset: float = 0.0,
+    yaw_bias: float = 0.0,
 ) -> Log:  # fmt: skip
     """A drive with launches, cruise, braking to standstill and turns, with hidden effects; `noise` scales NOISE.
 
@@ -40,7 +41,7 @@ def drive(
     x = y = yaw = v = 0.0
     for i in range(len(t)):
         a = accel[i] * (drive_gain if accel[i] > 0.0 else brake_gain)
-        k = math.tan(acting[i]) / WHEELBASE
+        k = math.tan(steer_ratio * acting[i] + steer_offset) / WHEELBASE
         after = max(v + a * dt, 0.0)
         rows[i] = x, y, yaw, v, v * k, (after - v) / dt, v * v * k
         mean = 0.5 * (v + after)

@@ -67,7 +67,7 @@ def test_the_noise_floor_is_the_noise(weak_drive: Diagnosis) -> None:
 def test_the_document_has_the_keys_of_the_contract(weak_drive: Diagnosis) -> None:
     document = json.loads(json.dumps(weak_drive.as_dict(), allow_nan=False))
     contract = {"verdict", "effects", "not_excited", "error", "noise_floor", "signature"}
-    more = {"chi2_per_n", "vetoed", "input_map", "car", "votes", "ladder", "null_line"}
+    more = {"chi2_per_n", "vetoed", "set_up", "input_map", "car", "votes", "ladder", "null_line"}
     assert set(document) == contract | more
     (effect,) = document["effects"]
     contract = {"name", "parameters", "rivals", "deciding_manoeuvre", "gain"}
@@ -167,6 +167,19 @@ def test_what_wins_on_its_own_run_and_loses_on_another_is_taken_back() -> None:
     assert found.names == ()
     assert found.verdict == "UNKNOWN"
     assert found.ladder[-1].held_out_chi2_per_n == pytest.approx(1.0, abs=0.08)
+
+
+def test_zero_that_another_run_has_elsewhere_is_taken_from_the_beginning_of_that_run() -> None:
+    """One car, whose wheels turn by 90 % of what is asked; its steering stood 0.02 rad to the left that day, 0.015 rad
+    to the right on another. The ratio is the car's, either zero its run's."""
+    own = drive(seed=1, steer_ratio=0.9, steer_offset=0.02)
+    found = diagnose({"own": own}, baseline(), {"other": drive(seed=2, steer_ratio=0.9, steer_offset=-0.015)})
+    assert set(found.names) == {"steer_ratio", "steer_offset"}
+    assert found.set_up == ("steer_offset",)
+    assert found.vetoed == ()
+    (run,) = found.ladder[-1].held_out_setups
+    assert run["steer_offset", "offset"] == pytest.approx(-0.015, abs=0.001)
+    assert found.ladder[-1].held_out_chi2_per_n == pytest.approx(1.0, abs=0.1)
 
 
 def test_logs_that_contradict_each_other_name_nothing() -> None:
