@@ -39,8 +39,10 @@ def lean(entity: Entity, rate: float, dt: float) -> bool:
 def move(entity: Entity, dt: float, ground: Ground) -> None:
     """Move an entity for `dt` [s] with the speed its actions left it, along its lane, sideways as lateral actions want.
 
-    An entity without road moves straight on.
+    An entity without road moves straight on, but stands where its trajectory has ended.
     """
+    if entity.end_of_road and ground.network is None:
+        entity.speed = 0.0
     speed = entity.speed
     before = entity.speed_before
     entity.ax = (speed - before) / dt

@@ -27,10 +27,11 @@ class Course:
 
     `smooth` tells for each point whether the heading turns evenly from it to the next one; else it is kept and turned
     only near the points. `speed` [m/s] is what a vehicle has at the first point that goes on between time stamps with
-    constant acceleration, None for one with constant speed.
+    constant acceleration, None for one with constant speed. `explicit`: the headings were given, they need not be those
+    of the curve.
     """
 
-    __slots__ = ("_pace", "_smooth", "h", "length", "s", "t", "x", "y", "z")
+    __slots__ = ("_pace", "_smooth", "explicit", "h", "length", "s", "t", "x", "y", "z")
 
     def __init__(
         self,
@@ -39,7 +40,9 @@ class Course:
         *,
         smooth: Sequence[bool] | None = None,
         speed: float | None = None,
+        explicit: bool = False,
     ) -> None:
+        self.explicit = explicit
         self.x: list[float] = []
         self.y: list[float] = []
         self.z: list[float] = []
@@ -198,7 +201,7 @@ def _polyline(shape: model.Polyline, closed: bool, resolve: Resolve, follow: flo
     headings = [p.h if p.has_heading else tangents[i] for i, p in enumerate(places)]
     points = [(p.x, p.y, p.z, h) for p, h in zip(places, headings, strict=True)]
     smooth = [follow is not None and place.has_heading for place in places]
-    return Course(points, stamps, smooth=smooth, speed=follow)
+    return Course(points, stamps, smooth=smooth, speed=follow, explicit=places[0].has_heading)
 
 
 def _tangents(points: Sequence[tuple[float, float]], first: float) -> list[float]:

@@ -21,10 +21,11 @@ class KeepDistance:
     """Without limits the entity is moved to its place and takes over the other's speed; with them it is controlled.
 
     The standard names no control law. Here: a critically damped spring between the entity and its place,
-    a = k e - 2 sqrt(k) (v - v_other), e the distance still to go, k = STIFFNESS x limit, a within the limits.
+    a = k e - 2 sqrt(k) (v - v_other), e the distance still to go, k = STIFFNESS x limit, a within the limits; where
+    jerk has limits a changes no faster.
     """
 
-    __slots__ = ("_board", "_distance", "_element", "_entity", "_other", "_side")
+    __slots__ = ("_acceleration", "_board", "_distance", "_element", "_entity", "_other", "_side")
     domains: tuple[str, ...] = ("longitudinal",)
 
     def __init__(self, element: model.LongitudinalDistanceAction, entity: Entity, board: Storyboard) -> None:
@@ -38,6 +39,7 @@ class KeepDistance:
             board, entity, self._other, kind="longitudinal", system=element.coordinate_system, free=element.freespace
         )
         self._side = -1.0 if element.displacement == "leadingReferencedEntity" else 1.0
+        self._acceleration = 0.0
 
     def start(self) -> bool:
         if self._element.displacement == "any":
@@ -85,7 +87,8 @@ class KeepDistance:
         stiffness = STIFFNESS * limit
         wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * (entity.speed - self._other.speed)
         top = min(entity.max_speed, _or_infinite(limits.max_speed))
-        entity.speed = min(max(entity.speed + min(max(wanted, -down), up) * dt, -top), top)
+        self._acceleration = eased(self._acceleration, min(max(wanted, -down), up), limits, dt)
+        entity.speed = min(max(entity.speed + self._acceleration * dt, -top), top)
         return not self._element.continuous and abs(to_go) < REACHED
 
     def stop(self) -> None:
@@ -94,6 +97,18 @@ class KeepDistance:
     def ask(self) -> tuple[str, dict[str, Any], float]:
         element = self._element
         return "distance", {"to": self._other.name, "distance": element.distance, "time_gap": element.time_gap}, 0.0
+
+
+def eased(now: float, wanted: float, limits: model.DynamicConstraints, dt: float) -> float:
+    """The wanted acceleration, or as near to it as the limits of its change let it come in a step [m/s^2].
+
+    Braking and going back from it count as deceleration.
+    """
+    if wanted < min(now, 0.0):
+        return max(wanted, now - _or_infinite(limits.max_deceleration_rate) * dt)
+    if wanted >= 0.0 and wanted > now:
+        return min(wanted, now + _or_infinite(limits.max_acceleration_rate) * dt)
+    return wanted
 
 
 def _or_infinite(limit: float | None) -> float:

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from openscenario import model
+from openscenario.storyboard.actions.keep_distance import eased
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.motion import lean
 from openscenario.storyboard.registry import Runner, Unsupported, action
@@ -22,10 +23,11 @@ class LateralDistance:
 
     The standard names no control law. Here: with a limit of speed alone the entity moves at it; with one of
     acceleration a critically damped spring, a = k e - 2 sqrt(k) v with e the way still to go and k = STIFFNESS x limit,
-    both within the limits. Jerk limits are refused. Distances are measured across the road in any coordinate system.
+    both within the limits; where jerk has limits a changes no faster. Distances are measured across the road in any
+    coordinate system.
     """
 
-    __slots__ = ("_board", "_element", "_entity", "_other", "_rate", "_side")
+    __slots__ = ("_acceleration", "_board", "_element", "_entity", "_other", "_rate", "_side")
     domains: tuple[str, ...] = ("lateral",)
 
     def __init__(self, element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> None:
@@ -33,17 +35,12 @@ class LateralDistance:
             raise Unsupported("no entity of this name", element.entity_ref, ", ".join(board.entities))
         if board.network is None:
             raise Unsupported("the scenario has no road network")
-        limits = element.dynamic_constraints
-        if limits is not None and (
-            limits.max_acceleration_rate is not None or limits.max_deceleration_rate is not None
-        ):
-            raise Unsupported("limits of the change of acceleration are not supported", element=limits)
         self._element = element
         self._entity = entity
         self._board = board
         self._other = board.entities[element.entity_ref]
         self._side = 0.0
-        self._rate = 0.0
+        self._rate = self._acceleration = 0.0
 
     def start(self) -> bool:
         self._board.ground.track(self._entity)
@@ -97,7 +94,8 @@ class LateralDistance:
             stiffness = STIFFNESS * min(up, down)
             wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * self._rate
             limit = up if wanted * self._rate >= 0.0 else down
-            self._rate = min(max(self._rate + min(max(wanted, -limit), limit) * dt, -top), top)
+            self._acceleration = eased(self._acceleration, min(max(wanted, -limit), limit), limits, dt)
+            self._rate = min(max(self._rate + self._acceleration * dt, -top), top)
         entity.offset += self._rate * dt
         lean(entity, self._rate * entity.sense, dt)
         done = not element.continuous and abs(to_go - self._rate * dt) < REACHED

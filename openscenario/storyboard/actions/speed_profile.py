@@ -1,4 +1,4 @@
-"""SpeedProfileAction: speeds over time, straight lines between them."""
+"""SpeedProfileAction: speeds over time, straight lines between them, corners rounded where jerk has a limit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Runner, Unsupported, action
+from openscenario.storyboard.registry import Runner, action
+from openscenario.storyboard.speed_curve import Piece, rounded, straight
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -18,28 +19,19 @@ class SpeedProfile:
     """Piecewise constant acceleration through the entries; an entry's time [s] counts from the one before.
 
     A first entry with time 0 is where the profile begins: mode `position` jumps to its speed, mode `follow` starts from
-    the present one. An entry without time is reached with the limits of the action, or of the vehicle. Speeds may be
-    relative to another entity's at the start. The corners of the profile stay sharp: limits on jerk are refused.
+    the present one and keeps to the action's limits of jerk. An entry without time is reached with the limits of the
+    action, or of the vehicle. Speeds may be relative to another entity's at the start.
     """
 
-    __slots__ = ("_clock", "_element", "_entity", "_other", "_speeds", "_times")
+    __slots__ = ("_clock", "_element", "_entity", "_other", "_pieces", "_times")
     domains: tuple[str, ...] = ("longitudinal",)
 
     def __init__(self, element: model.SpeedProfileAction, entity: Entity, board: Storyboard) -> None:
-        limits = element.dynamic_constraints
-        if (
-            element.following_mode == "follow"
-            and limits is not None
-            and (limits.max_acceleration_rate is not None or limits.max_deceleration_rate is not None)
-        ):
-            raise Unsupported(
-                "jerk limits are not supported", "followingMode 'follow' with rates", "no rates, or 'position'"
-            )
         self._element = element
         self._entity = entity
         self._other = board.entities.get(element.entity_ref) if element.entity_ref else None
+        self._pieces: list[Piece] = []
         self._times: list[float] = []
-        self._speeds: list[float] = []
         self._clock = 0.0
 
     def start(self) -> bool:
@@ -52,14 +44,20 @@ class SpeedProfile:
                 speed = base + entries[0].speed
                 entity.jump_to_speed(speed)
             entries = entries[1:]
-        self._times, self._speeds, self._clock = [0.0], [speed], 0.0
+        points = [(0.0, speed)]
         for entry in entries:
             target = base + entry.speed
             time += entry.time if entry.time is not None else self._needed(target - speed)
             speed = target
-            self._times.append(time)
-            self._speeds.append(speed)
+            points.append((time, speed))
         entity.set_speed = speed
+        limits = element.dynamic_constraints
+        curve = None
+        if element.following_mode == "follow" and limits is not None:
+            curve = rounded(points, entity.ax, limits)
+        self._pieces = curve or straight(points)
+        self._times = [piece.time for piece in self._pieces]
+        self._clock = 0.0
         return time <= 0.0
 
     def _needed(self, change: float) -> float:
@@ -71,14 +69,10 @@ class SpeedProfile:
 
     def step(self, dt: float) -> bool:
         self._clock += dt
-        times, speeds = self._times, self._speeds
-        if self._clock >= times[-1] - 1e-9:
-            self._entity.speed = speeds[-1]
-            return True
-        i = bisect_right(times, self._clock) - 1
-        share = (self._clock - times[i]) / (times[i + 1] - times[i])
-        self._entity.speed = speeds[i] + share * (speeds[i + 1] - speeds[i])
-        return False
+        done = self._clock >= self._times[-1] - 1e-9
+        piece = self._pieces[-1 if done else bisect_right(self._times, self._clock) - 1]
+        self._entity.speed = piece.speed if done else piece.at(self._clock)
+        return done
 
     def stop(self) -> None:
         return None
@@ -87,8 +81,8 @@ class SpeedProfile:
         before = self._entity.speed, self._entity.speed_before
         self.start()
         self._entity.speed, self._entity.speed_before = before
-        values = {"target": self._speeds[-1], "times": tuple(self._times), "speeds": tuple(self._speeds)}
-        return "speed", values, self._times[-1]
+        speeds = tuple(piece.speed for piece in self._pieces)
+        return "speed", {"target": speeds[-1], "times": tuple(self._times), "speeds": speeds}, self._times[-1]
 
 
 @action(model.SpeedProfileAction)

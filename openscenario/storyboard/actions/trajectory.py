@@ -10,7 +10,7 @@ from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.motion import way
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import place, resolver
-from openscenario.storyboard.registry import Runner, Unsupported, action
+from openscenario.storyboard.registry import Runner, action
 from openscenario.storyboard.trajectories import Course, course
 
 if TYPE_CHECKING:
@@ -32,20 +32,16 @@ class FollowTrajectory:
         self._element = element
         self._entity = entity
         self._board = board
-        timed = isinstance(element.time_reference, model.Timing)
+        shape = element.trajectory.shape
+        timed = isinstance(element.time_reference, model.Timing) and _stamped(shape)
         self.domains: tuple[str, ...] = ("longitudinal", "lateral") if timed else ("lateral",)
         self._course: Course | None = None
         self._s = 0.0
         self._clock = 0.0
         self._reverse = False
         self._aim = (math.nan, math.nan, 0.0)  # where `way_to` was asked for last
-        shape = element.trajectory.shape
         for position in _positions(shape):
             resolver(position, board)
-        if timed and not _stamped(shape):
-            raise Unsupported(
-                "the trajectory has no time stamps, but its action asks for timing", element=element.trajectory
-            )
 
     def _begin(self) -> Course:
         board = self._board
@@ -62,7 +58,14 @@ class FollowTrajectory:
 
     def start(self) -> bool:
         along = self._begin()
-        self._reverse = len(self.domains) == 1 and self._entity.speed < 0.0
+        element = self._element
+        if len(self.domains) == 1 and isinstance(element.time_reference, model.Timing):
+            text = "the trajectory has no time stamps, but its action asks for timing: followed at the own speed"
+            self._board.warn(element.trajectory, "no-time-stamps", text)
+        if along.explicit:
+            self._reverse = math.cos(along.h[0] - along.tangent(0.0)) < 0.0
+        else:
+            self._reverse = len(self.domains) == 1 and self._entity.speed < 0.0
         self._s = min(self._element.initial_distance_offset, along.length)
         if len(self.domains) > 1:
             self._s = max(self._s, along.s_at(self._trajectory_time()))
@@ -88,10 +91,10 @@ class FollowTrajectory:
         self._go(along)
         if done and over > 0.0:
             # what is left of the step: straight on
-            rest = -over if self._reverse else over
+            rest = math.copysign(over, entity.speed)
             entity.put(entity.x + rest * math.cos(entity.h), entity.y + rest * math.sin(entity.h), entity.z, entity.h)
         if done and self._board.network is None:
-            entity.speed = 0.0  # no lane to keep from here on
+            entity.end_of_road = True  # no lane to keep from here on
         entity.moved = True
         entity.travelled += abs(self._s - before) + max(over, 0.0)
         entity.vx, entity.vy = (entity.x - x) / dt, (entity.y - y) / dt
@@ -106,28 +109,33 @@ class FollowTrajectory:
         self._s = along.s_at(time)
         late = time - along.end_time
         if late > 1e-9:
-            return late * entity.speed
-        speed = (self._s - before) / dt
+            return late * abs(entity.speed)
+        speed = (before - self._s if self._reverse else self._s - before) / dt
         entity.ax = (speed - entity.speed) / dt
         entity.speed = speed
         return 0.0 if late >= -1e-9 else -1.0
 
     def _step_untimed(self, dt: float, along: Course) -> float:
-        """Go on by the entity's own speed; a closed trajectory is run through again and again."""
+        """Go on by the entity's own speed, back if it has turned since the start; a closed trajectory goes round.
+
+        A vehicle that reverses from the start, or whose headings look back, goes the same way, rear first.
+        """
         entity = self._entity
         entity.ax = (entity.speed - entity.speed_before) / dt
-        # a vehicle that reverses goes the same way, rear first
-        s = self._s + abs(way(entity.speed_before, entity.speed, dt))
+        step = way(entity.speed_before, entity.speed, dt)
+        s = self._s + (-step if self._reverse else step)
         if self._element.trajectory.closed and along.length > 0.0:
             self._s = s % along.length
             return -1.0
         self._s = min(max(s, 0.0), along.length)
-        return s - along.length if entity.speed != 0.0 else -1.0
+        if step == 0.0:
+            return -1.0
+        return max(s - along.length, -s) if (step < 0.0) != self._reverse else s - along.length
 
     def _go(self, along: Course) -> None:
         entity = self._entity
         x, y, z, h = along.at(self._s)
-        entity.put(x, y, z, h + math.pi if self._reverse else h)
+        entity.put(x, y, z, h + math.pi if self._reverse and not along.explicit else h)
 
     def way_to(self, target: Place) -> float:
         """Way [m] along the trajectory between here and the point of it that lies nearest to `target`."""

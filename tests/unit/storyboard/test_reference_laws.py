@@ -248,3 +248,22 @@ def test_a_change_of_lights_lasts_its_transition(make: Make) -> None:
     run(board, 3.0)
     ((time, _, _),) = [each for each in log(board, "action") if each[2] == "endTransition"]
     assert time == pytest.approx(1.5, abs=1e-6)
+
+
+def test_headings_that_look_back_make_a_vehicle_reverse(make: Make) -> None:
+    vertices = "".join(
+        f'<Vertex time="{t}"><Position><WorldPosition x="{x}" y="0" h="{math.pi}"/></Position></Vertex>'
+        for t, x in ((0.0, 100.0), (5.0, 150.0))
+    )
+    action = (
+        "<PrivateAction><RoutingAction><FollowTrajectoryAction><TrajectoryRef>"
+        f'<Trajectory name="t" closed="false"><Shape><Polyline>{vertices}</Polyline></Shape></Trajectory>'
+        "</TrajectoryRef>"
+        '<TimeReference><Timing domainAbsoluteRelative="relative" scale="1" offset="0"/></TimeReference>'
+        '<TrajectoryFollowingMode followingMode="position"/></FollowTrajectoryAction></RoutingAction></PrivateAction>'
+    )
+    board = make(A=HERE, stories=story(event("e", action, start=NOW)))
+    run(board, 2.0)
+    a = board.entities["A"]
+    assert (a.x, a.speed) == (pytest.approx(120.0, abs=0.11), pytest.approx(-10.0))
+    assert abs(a.h) == pytest.approx(math.pi)
