@@ -150,11 +150,15 @@ def declare(
             _add(findings, "name.duplicate", declaration.at, "@name", text, found, "", hint, severity)
         by_name.setdefault(declaration.name, declaration)
     open_names: list[str] = []
+    cyclic: set[str] = set()
 
     def text_of(name: str) -> str:
         if name in by_name and name not in scope.texts:
-            if name in open_names or len(open_names) >= _MOST_NESTED:
+            if name in open_names:
+                cyclic.update(open_names[open_names.index(name) :])
                 raise ExpressionError("param.cycle", f"parameter '${name}' depends on itself")
+            if len(open_names) >= _MOST_NESTED:
+                raise ExpressionError("param.too_deep", f"more than {_MOST_NESTED} parameters refer to one another")
             settle(by_name[name])
         if name not in by_name and parent is None:
             raise undefined(name, sorted(by_name))
@@ -166,6 +170,9 @@ def declare(
             scope.texts[declaration.name] = _value(declaration, given.get(declaration.name), text_of, findings, strict)
         finally:
             open_names.pop()
+        if declaration.name in cyclic and open_names == []:  # where the circle was entered; where it closes has one
+            text = f"parameter '${declaration.name}' depends on itself"
+            _add(findings, "param.cycle", declaration.at, "@value", text, declaration.value)
 
     settled = []
     for declaration in declarations:

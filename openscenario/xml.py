@@ -42,6 +42,7 @@ _BOMS: Final = (
 )
 _DECLARATION: Final = re.compile(r"\s*<\?xml\s[^>]{0,400}?\?>")
 _DECLARED: Final = re.compile(rb"""^\s*<\?xml\s[^>]{0,400}?encoding\s*=\s*["']([A-Za-z0-9_.\-]{1,40})["']""")
+_DSL: Final = re.compile(r"\s*(?:#.*\s+)*(?:import\s+osc|scenario\s+\w|actor\s+\w|struct\s+\w|action\s+\w)")
 _PROLOG: Final = re.compile(r"\s+|<!--.*?-->|<\?.*?\?>", re.DOTALL)
 _TAG: Final = re.compile(r"<([A-Za-z_][\w.:\-]*)")
 _ATTRIBUTE: Final = re.compile(r"""([A-Za-z_][\w.:\-]*)\s*=\s*(?:"[^"]*|'[^']*)$""")
@@ -259,10 +260,23 @@ def _parse(text: str, file: str) -> Node:
         reason = (error.msg or "not well formed").split(", line ")[0]
         if "depth" in reason.lower():
             raise _too_deep(file, line) from None
-        raise _error("xml.not_well_formed", file, line, "", f"not well-formed XML: {reason[:200]}") from None
+        hint = "this looks like OpenSCENARIO DSL: export OpenSCENARIO XML" if _DSL.match(text) else ""
+        element = _element_at(text, *error.position)
+        reason = f"not well-formed XML: {reason[:200]}"
+        raise _error("xml.not_well_formed", file, line, element, reason, hint=hint) from None
     except ValueError as error:
         raise _error("xml.not_well_formed", file, 1, "", f"not well-formed XML: {str(error)[:200]}") from None
     return _nodes(root, file, "xmlns:" in text or "xml:" in text)
+
+
+def _element_at(text: str, line: int, column: int) -> str:
+    """The element, and attribute, in whose tag a parser stopped (1-based line and column); empty outside of tags."""
+    start = 0
+    for _ in range(line - 1):
+        start = text.find("\n", start) + 1
+        if start == 0:
+            return ""
+    return _place(text[: start + max(0, column - 1)])[1]
 
 
 def _nodes(root: Any, file: str, prefixed: bool) -> Node:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
+from collections.abc import Collection
 
-from openscenario.findings import Finding, Findings, ScenarioError, Severity, nearest
+from openscenario.findings import Finding, Findings, ScenarioError, Severity, listed, nearest
 from openscenario.xml import Node
+
+_MOST_ADVISED = 100  # unknown names of one file
 
 
 class Attributes:
@@ -15,7 +19,9 @@ class Attributes:
     def __init__(self, file: str) -> None:
         self.file = file
         self.findings: list[Finding] = []
-        self._noted = 0
+        self._noted = {"error": 0, "warning": 0}
+        self._advised = 0
+        self._numbers: dict[int, dict[int, str]] = {}
 
     def report(
         self,
@@ -30,11 +36,32 @@ class Attributes:
         severity: Severity = "error",
     ) -> None:
         """Add a finding at an element, or at one of its attributes."""
-        self._noted += severity == "error"
-        if self._noted > Findings.MOST:
+        self._noted[severity] += 1
+        if self._noted[severity] > Findings.MOST:
             return  # a file with more defects than this has one: it is not what it claims to be
-        element = node.path + (f"@{attribute}" if attribute else "")
+        element = self._path(node) + (f"@{attribute}" if attribute else "")
         self.findings.append(Finding(code, severity, self.file, node.line, element, found, allowed, hint, text))
+
+    def advice(self, found: str, known: Collection[str]) -> tuple[str, str]:
+        """What is allowed in place of an unknown name, and the nearest; not for the hundredth: comparing takes time."""
+        self._advised += 1
+        if self._advised > _MOST_ADVISED:
+            return "", ""
+        return listed(sorted(known)) or "none is there", nearest(found, known)
+
+    def _path(self, node: Node) -> str:
+        """The node's path, as `Node.path` has it; the numbers of siblings are counted once."""
+        if node.parent is None:
+            return node.tag
+        steps = self._numbers.get(id(node.parent))
+        if steps is None:
+            children = node.parent.children
+            total, seen = Counter(child.tag for child in children), Counter[str]()
+            steps = self._numbers[id(node.parent)] = {}
+            for child in children:
+                seen[child.tag] += 1
+                steps[id(child)] = child.tag if total[child.tag] == 1 else f"{child.tag}[{seen[child.tag]}]"
+        return f"{self._path(node.parent)}/{steps[id(node)]}"
 
     def number(self, node: Node, name: str, default: float | None = None) -> float:
         """A finite number; without a default the attribute must be there."""

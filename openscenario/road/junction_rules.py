@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from openscenario.findings import listed, nearest
+from openscenario.findings import listed
 from openscenario.road.attributes import Attributes
 from openscenario.road.elements import OpenDrive, Road
 from openscenario.road.lane_rules import NO_WIDTH, width_at
@@ -173,12 +173,13 @@ def _lanes(road: Road) -> set[int]:
 
 
 def _unknown(attributes: Attributes, node: Node, attribute: str, what: str, found: str, known: Collection[str]) -> None:
+    allowed, hint = attributes.advice(found, known)
     attributes.report(
         "asam.net:xodr:1.4.0:road.linkage.unknown",
         node,
         f"no such {what}",
         attribute=attribute,
         found=found,
-        allowed=listed(sorted(known)) or "none is there",
-        hint=nearest(found, known),
+        allowed=allowed,
+        hint=hint,
     )

@@ -133,6 +133,7 @@ def _widths(attributes: Attributes, lane: Lane, length: float, node: Node) -> No
                 found=f"{lowest:.3g} m",
                 allowed=">= 0 m",
             )
+            return
 
 
 def _no_width(attributes: Attributes, length: float, lanes: list[tuple[Lane, Node]]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from openscenario.findings import listed, nearest
 from openscenario.road.attributes import Attributes
 from openscenario.xml import Node
 
@@ -84,12 +83,13 @@ def _number(text: str) -> float:
 
 def _known(attributes: Attributes, node: Node, name: str, known: set[str]) -> None:
     if node.get(name) not in known:
+        allowed, hint = attributes.advice(node.get(name), known)
         attributes.report(
             f"asam.net:xodr:1.4.0:road.{node.tag}.unknown",
             node,
             "the reference leads nowhere",
             attribute=name,
             found=node.get(name),
-            allowed=listed(sorted(known)) or "none is there",
-            hint=nearest(node.get(name), known),
+            allowed=allowed,
+            hint=hint,
         )

@@ -9,10 +9,11 @@ import difflib
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from openscenario.findings import Severity, listed, nearest
+from openscenario.findings import Severity
 from openscenario.road.attributes import Attributes
 from openscenario.xml import Node
 
+_CODE: Final = "asam.net:xodr:1.0.0:xml.valid_schema"
 ALIKE: Final = 0.8  # ratio of equal letters from which a name is taken for a slip of the pen
 
 # tag: children, attributes; the union of all versions and of all places where an element of that name stands
@@ -151,33 +152,19 @@ def check_vocabulary(attributes: Attributes, root: Node) -> None:
 
 
 def _element(attributes: Attributes, node: Node, known: frozenset[str]) -> None:
-    hint = nearest(node.tag, known)
-    severity: Severity = "error" if _slip(node.tag, known) or ":" in node.tag else "warning"
-    attributes.report(
-        "asam.net:xodr:1.0.0:xml.valid_schema",
-        node,
-        "unknown element here",
-        found=node.tag,
-        allowed=listed(sorted(known)),
-        hint=hint,
-        severity=severity,
-    )
+    allowed, hint = attributes.advice(node.tag, known)
+    severity: Severity = "error" if ":" in node.tag or (allowed and _slip(node.tag, known)) else "warning"
+    text = "unknown element here"
+    attributes.report(_CODE, node, text, found=node.tag, allowed=allowed, hint=hint, severity=severity)
 
 
 def _attributes(attributes: Attributes, node: Node) -> None:
-    known = ATTRIBUTES[node.tag]
-    for name in sorted(node.attributes.keys() - known):
-        absent = known - node.attributes.keys()
-        attributes.report(
-            "asam.net:xodr:1.0.0:xml.valid_schema",
-            node,
-            "unknown attribute",
-            attribute=name,
-            found=name,
-            allowed=listed(sorted(known)) or "no attribute",
-            hint=nearest(name, absent),
-            severity="error" if _slip(name, absent) else "warning",
-        )
+    for name in sorted(node.attributes.keys() - ATTRIBUTES[node.tag]):
+        absent = ATTRIBUTES[node.tag] - node.attributes.keys()
+        allowed, hint = attributes.advice(name, absent)
+        severity: Severity = "error" if allowed and _slip(name, absent) else "warning"
+        place = {"attribute": name, "found": name}
+        attributes.report(_CODE, node, "unknown attribute", **place, allowed=allowed, hint=hint, severity=severity)
 
 
 def _slip(name: str, known: Iterable[str]) -> bool:
