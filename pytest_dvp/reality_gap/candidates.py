@@ -20,6 +20,7 @@ _DETAILS = ("body_pitch", "body_roll", "cornering_compliance")
 """What few logs can tell from plainer effects: tried only where none of those pays any more."""
 HOW = ("heading", "tau", "frequency", "damping")  # keys that say how, not how much
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
+_LIMITS = 9  # points of a limit: between one that is never met and one always met the error has a narrow valley
 _COARSE = (3, 3, 2)
 _ROUGH = {"steer_stiction": 60}  # effects whose error has many valleys, and points to find the right one
 
@@ -83,7 +84,11 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
             for key in effect.parameters
         )
         mounts = places if effect.tyres else ()
-        fine, coarse = ((count,) if (count := _ROUGH.get(effect.name)) else each for each in (_FINE, _COARSE))
+        limit = len(coordinates) == 1 and isinf(coordinates[0].key.neutral)
+        fine, coarse = (
+            (count,) if (count := _ROUGH.get(effect.name)) else each
+            for each in ((_LIMITS,) if limit else _FINE, _COARSE)
+        )
         found.append(
             Candidate(effect, coordinates, _points(coordinates, fine, mounts), _points(coordinates, coarse, mounts))
         )

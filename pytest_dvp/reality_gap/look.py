@@ -40,10 +40,22 @@ class Look:
             share = -slope / size if size > 0.0 else 0.0  # of the change that would be best, were it in proportion
             if 0.0 < share < 1.0:
                 hoped += [(self._before + share * slope, less) for less in candidate.weaker(point, share)]
+        if len(options) > 1 and len(candidate.coordinates) == 1:
+            options += self._beside(candidate, options)
         if hoped:
             less = min(hoped, key=lambda option: option[0])[1]
             options.append((self._left(less), less))
         return options
+
+    def _beside(self, candidate: Candidate, options: Sequence[tuple[float, Point]]) -> list[tuple[float, Point]]:
+        """Points halfway from the best one to its neighbours on the line: the valley of a limit may lie between two."""
+        (c,) = candidate.coordinates
+        best = min(options, key=lambda option: option[0])[1]
+        line = sorted({p[c.name] for _, p in options})
+        k = line.index(best[c.name])
+        near = [line[j] for j in (k - 1, k + 1) if 0 <= j < len(line)]
+        middles = [best | {c.name: c.value(0.5 * (c.place(best[c.name]) + c.place(value)))} for value in near]
+        return [(self._left(point), point) for point in middles]
 
     def _halved(self, candidate: Candidate, strong: Point, weak: Point) -> list[tuple[float, Point]]:
         """Points between one that shows and one that does not, halfway each time: where a limit begins to bite."""

@@ -15,6 +15,7 @@ from typing import TypeAlias
 import numpy as np
 
 from pytest_dvp.log import FloatArray
+from pytest_dvp.reality_gap.algebra import along, orthonormal, square
 from pytest_dvp.reality_gap.candidates import HOW, Candidate, Point, least
 from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit, intervals
@@ -24,7 +25,9 @@ MOST = 6  # effects added to one model
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
 FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002
 SURE = 0.95  # share of bootstrap samples in which an effect must gain
+SLACK = 0.1  # of a gain that the draws without it may lose
 CLEAR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
+EVIDENT = 2.0  # times that: a gain that makes an effect worth its name, however small its value looks
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
 PRICE = 0.005  # of max(1, chi^2/N), for a parameter
 _CONTAINS = {"steer_asymmetry": "steer_ratio"}  # effects that can do exactly what a simpler one does
@@ -136,18 +139,20 @@ class Search:
         worth = (PRACTICAL if without.names else FIRST) * max(1.0, with_it.chi2 / count)
         if gain < worth:
             return False
-        return gain > CLEAR * worth or self.sure(without.rest, with_it.rest) >= SURE
+        return gain > CLEAR * worth or self.sure(without.rest, with_it.rest, slack=SLACK) >= SURE
 
     def cost(self, trial: Trial) -> float:
         """chi^2 and a price for each parameter: of two sets that do alike the simpler one wins."""
         return trial.chi2 + PRICE * max(self.count, trial.chi2) * len(trial.found.coordinates)
 
-    def sure(self, worse: FloatArray, better: FloatArray) -> float:
-        """Share of draws of segments, with replacement, in which `better` is better."""
+    def sure(self, worse: FloatArray, better: FloatArray, *, slack: float = 0.0) -> float:
+        """Share of draws of segments, with replacement, in which `better` is better, or worse by less than `slack` of
+        what it gains in all: draws without the one event in which an effect shows say nothing against it."""
         rng = np.random.default_rng(_SEED)
         m = len(worse)
         draws = rng.multinomial(m, np.full(m, 1.0 / m), size=_DRAWS)
-        return float(np.mean(draws @ (worse - better) > 0.0))
+        gain = worse - better
+        return float(np.mean(draws @ gain > -slack * max(float(gain.sum()), 0.0)))
 
     def trial(self, names: Sequence[str], start: Values, *, zoom: bool = False, target: Campaign | None = None,
               kept: Values | None = None) -> Trial:  # fmt: skip
@@ -202,8 +207,19 @@ class Search:
 
     def _trifle(self, trial: Trial) -> bool:
         """True if the last effect is there, but smaller than is worth a name."""
-        mine = _sizes([c for c in trial.found.coordinates if c.effect == trial.names[-1]])
-        return all(not least(c.key, trial.values[c.name]) for c in mine) and self.cost(trial) < MISFIT * self.count
+        return not self._matters(trial, trial.names[-1], self.target) and self.cost(trial) < MISFIT * self.count
+
+    def _matters(self, trial: Trial, name: str, target: Campaign) -> bool:
+        """True if the effect is as large as one needs to be to be worth a name, or small but clearly to be seen."""
+        mine = [c for c in trial.found.coordinates if c.effect == name]
+        if any(least(c.key, trial.values[c.name]) for c in _sizes(mine)):
+            return True
+        off = target.whitened(trial.values | {c.name: c.key.neutral for c in mine})
+        others = [k for k, c in enumerate(trial.found.coordinates) if c.effect != name]
+        basis = orthonormal(trial.found.jacobian[others])  # the others adapt to first order
+        change = off - trial.found.residual
+        gain = square(off) - trial.chi2 - square(along(basis, change))
+        return gain > EVIDENT * (PRACTICAL if trial.names[1:] else FIRST) * max(float(target.count), trial.chi2)
 
     def sound(self, trial: Trial, name: str, target: Campaign | None = None) -> bool:
         """True if the effect's values mean something: above the least size, certain, and not where the search ended."""
@@ -211,9 +227,9 @@ class Search:
         if any(c.edge(trial.values[c.name]) for c in mine):
             return False
         sure = intervals(trial.found, target.starts() if target else self.starts)
-        return any(
-            least(c.key, trial.values[c.name]) and _certain(c, trial.values[c.name], sure[c.name]) for c in _sizes(mine)
-        )
+        if not any(_certain(c, trial.values[c.name], sure[c.name]) for c in _sizes(mine)):
+            return False
+        return self._matters(trial, name, target or self.target)
 
     def _contest(self, best: Trial) -> tuple[Trial, dict[str, tuple[str, ...]]]:
         """Drop what no longer pays, exchange what another effect does better, and list what does nearly as well."""
