@@ -82,7 +82,10 @@ MEANING: Mapping[type[Element], tuple[str, str]] = {
     model.RoadNetwork: (RUN, "the road is an OpenDRIVE file"),
     model.SceneGraphFile: (ACCEPTED, "kept; nothing is drawn from it"),
     model.UsedArea: (ACCEPTED, "kept; nothing is limited to it"),
-    model.TrafficSignalController: (ACCEPTED, "no program of lights is played; their states come from actions"),
+    model.TrafficSignalController: (
+        RUN,
+        "its phases set the states of traffic lights, round and round; group states are not known",
+    ),
     model.Entities: (RUN, ""),
     model.ScenarioObject: (RUN, ""),
     model.EntitySelection: (RUN, "stands for its members"),

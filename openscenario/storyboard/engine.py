@@ -35,6 +35,7 @@ from openscenario.storyboard.nodes import (
 from openscenario.storyboard.registry import Instant, Runner, action_factories
 from openscenario.storyboard.report import report
 from openscenario.storyboard.requests import Asked, Request
+from openscenario.storyboard.signals import programs
 from openscenario.storyboard.trailers import couple, couple_named, draw, line_up, trains
 from openscenario.storyboard.values import Values
 from openscenario.storyboard.world import World
@@ -84,6 +85,7 @@ class Storyboard:
         )
         self.variables = Values((each.name, each.variable_type, each.value) for each in scenario.variable_declarations)
         self.world = World()
+        self.programs = programs(scenario.road_network.traffic_signals)
         self.transitions: list[Transition] = []
         self.requests: list[Request] = []
         self.warnings: list[Finding] = []
@@ -164,6 +166,8 @@ class Storyboard:
 
     def _stops(self) -> bool:
         """Evaluate the triggers and end what is over at once; whether the stop trigger fired."""
+        for program in self.programs.values():
+            program.show(self.time, self.world)
         self._evaluate(self.root)
         if self._active:
             self._end_finished()

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from openscenario import model
 from openscenario.road.positions import RoadPosition
+from openscenario.storyboard.geo import projection
 from openscenario.storyboard.places import Place, RoadPoint
 from openscenario.storyboard.registry import Unsupported
 from openscenario.storyboard.trajectories import Course, course
@@ -39,6 +40,8 @@ def resolver(position: model.Position, board: Storyboard, mover: Entity | None =
     match position:
         case model.WorldPosition():
             return _world(position, board)
+        case model.GeoPosition():
+            return _geo(position, board)
         case model.RelativeWorldPosition():
             return _relative_world(position, board)
         case model.RelativeObjectPosition():
@@ -83,6 +86,26 @@ def _entity(name: str, board: Storyboard, element: object) -> Entity:
 def _world(position: model.WorldPosition, board: Storyboard) -> Where:
     """The numbers are those of the road file: where its header moves the roads, places go with them."""
     return _constant(on_ground(board, position.x, position.y, position.z, position.h, position.p, position.r))
+
+
+def _geo(position: model.GeoPosition, board: Storyboard) -> Where:
+    """Projected as the road file's header says; the numbers are then those of the file."""
+    if board.network is None:
+        raise Unsupported("the scenario has no road network", element=position)
+    latitude, longitude = position.latitude_deg, position.longitude_deg
+    if latitude is None or longitude is None:  # until 1.1, in radians
+        if position.latitude is None or position.longitude is None:
+            raise Unsupported("latitude and longitude are needed", element=position)
+        latitude, longitude = math.degrees(position.latitude), math.degrees(position.longitude)
+    x, y = projection(board.network.geo_reference)(longitude, latitude)
+    z = position.altitude if position.altitude is not None else position.height
+    given = position.orientation
+    if given is None:
+        return _constant(on_ground(board, x, y, z, None, None, None))
+    if given.type == "absolute":
+        return _constant(on_ground(board, x, y, z, given.h, given.p, given.r))
+    ground = on_ground(board, x, y, z, None, None, None)
+    return _constant(ground._replace(h=ground.h + given.h, has_heading=True))
 
 
 def on_ground(

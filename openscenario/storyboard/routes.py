@@ -12,6 +12,9 @@ from openscenario.storyboard.places import Place, RoadPoint
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.entity import Entity
+
+MOST_LANES = 10_000  # of roads without length there is no end
 
 
 def way(board: Storyboard, places: Sequence[Place]) -> tuple[RouteLane, ...]:
@@ -31,6 +34,26 @@ def way(board: Storyboard, places: Sequence[Place]) -> tuple[RouteLane, ...]:
             break
         stretches.extend(piece)
     return tuple(stretches)
+
+
+def wander(board: Storyboard, entity: Entity, length: float) -> tuple[RouteLane, ...]:
+    """At least `length` [m] of lanes ahead of a tracked entity, with chance deciding where they part."""
+    network = board.network
+    assert network is not None
+    here = (entity.road, entity.lane)
+    lanes: list[RouteLane] = []
+    driven = 0.0
+    while driven < length:
+        road, lane = here
+        end = network.roads[road].length
+        along = network.driving_sign(road, lane, entity.s if not lanes else 0.0) > 0
+        lanes.append(RouteLane(road, lane, 0.0 if along else end, end if along else 0.0))
+        driven += end
+        after = network.lane_successors(road, lane)
+        if not after or len(lanes) >= MOST_LANES:
+            break
+        here = board.random.choice(after)
+    return tuple(lanes)
 
 
 def _point(board: Storyboard, place: Place) -> RoadPoint:

@@ -6,12 +6,16 @@ from openscenario import model
 
 
 class World:
-    """Environment last set, states of traffic signals by id, commands for whoever listens."""
+    """Environment last set, states of traffic signals by id, commands for whoever listens.
 
-    __slots__ = ("commands", "environment", "environment_since", "signals")
+    `values`: of user-defined value conditions, set by whoever knows them.
+    """
+
+    __slots__ = ("commands", "environment", "environment_since", "signals", "values")
 
     def __init__(self) -> None:
         self.environment: model.Environment | None = None
         self.environment_since = 0.0
         self.signals: dict[str, str] = {}
+        self.values: dict[str, str] = {}
         self.commands: list[tuple[float, str, str]] = []

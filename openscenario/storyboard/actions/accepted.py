@@ -42,12 +42,6 @@ def command(element: model.CustomCommandAction, entity: None, board: Storyboard)
     return Instant(lambda: board.world.commands.append((board.time, element.type, element.content)))
 
 
-@action(model.TrafficSignalStateAction)
-def signal_state(element: model.TrafficSignalStateAction, entity: None, board: Storyboard) -> Runner:
-    """The state of a traffic light, for TrafficSignalCondition."""
-    return Instant(lambda: board.world.signals.__setitem__(element.name, element.state))
-
-
 @action(model.SetMonitorAction)
 def monitor(element: model.SetMonitorAction, entity: None, board: Storyboard) -> Runner:
     """Monitors are for whoever watches the simulation."""

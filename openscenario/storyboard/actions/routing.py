@@ -9,10 +9,12 @@ from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import Where, resolver
 from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
-from openscenario.storyboard.routes import way
+from openscenario.storyboard.routes import wander, way
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
+
+FAR = 10_000.0  # m
 
 
 class Route(Instant):
@@ -59,6 +61,20 @@ class Route(Instant):
 def assign_route(element: model.AssignRouteAction, entity: Entity, board: Storyboard) -> Runner:
     waypoints = [resolver(waypoint.position, board) for waypoint in element.route.waypoints]
     return Route(element, entity, board, waypoints, from_here=False)
+
+
+@action(model.RandomRouteAction)
+def random_route(element: model.RandomRouteAction, entity: Entity, board: Storyboard) -> Runner:
+    """A way from where the entity is, drawn from the storyboard's seed where roads part; 10 km or to a dead end."""
+    if board.network is None:
+        raise Unsupported("the scenario has no road network")
+
+    def take() -> None:
+        board.ground.track(entity)
+        entity.route_lanes = wander(board, entity, FAR)
+        entity.route = ()
+
+    return Instant(take)
 
 
 @action(model.AcquirePositionAction)

@@ -76,4 +76,38 @@ def traffic_signal(element: model.TrafficSignalCondition, entity: None, scope: S
     return lambda: signals.get(name) == state
 
 
+@condition(model.TrafficSignalControllerCondition)
+def signal_phase(element: model.TrafficSignalControllerCondition, entity: None, scope: Scope) -> Test:
+    board = scope.board
+    program = board.programs.get(element.traffic_signal_controller_ref)
+    if program is None:
+        name = element.traffic_signal_controller_ref
+        raise Unsupported("no traffic signal controller of this name", name, ", ".join(board.programs))
+    if element.phase not in program.names():
+        raise Unsupported("the controller has no such phase", element.phase, ", ".join(program.names()))
+
+    def test() -> bool:
+        phase = program.phase(board.time)
+        return phase is not None and phase.name == element.phase
+
+    return test
+
+
+@condition(model.UserDefinedValueCondition)
+def user_defined(element: model.UserDefinedValueCondition, entity: None, scope: Scope) -> Test:
+    """Who runs the storyboard sets `board.world.values`; false until then. Numbers compare as numbers."""
+    values, name, rule, wanted = scope.board.world.values, element.name, element.rule, element.value
+
+    def test() -> bool:
+        now = values.get(name)
+        if now is None:
+            return False
+        try:
+            return compare(rule, float(now), float(wanted))
+        except ValueError:
+            return compare(rule, now, wanted)
+
+    return test
+
+
 __all__ = ["COMPARISONS"]

@@ -141,7 +141,7 @@ def network(road: Path) -> RoadNetwork:
 
 @pytest.fixture
 def make(road: Path, network: RoadNetwork) -> Make:
-    """make(A=[actions], B=[actions], stories=..., stop=..., external=...) -> a storyboard that has not started."""
+    """make(A=[actions], B=[actions], stories=..., stop=..., external=..., on=road) -> a storyboard before its start."""
 
     def run(
         *,
@@ -149,6 +149,7 @@ def make(road: Path, network: RoadNetwork) -> Make:
         stop: str = "",
         external: tuple[str, ...] = (),
         acceleration: float = 10.0,
+        on: RoadNetwork | None = None,
         **actions: list[str],
     ) -> Storyboard:
         entities = "".join(
@@ -158,7 +159,7 @@ def make(road: Path, network: RoadNetwork) -> Make:
         init = "".join(f'<Private entityRef="{name}">{"".join(each)}</Private>' for name, each in actions.items())
         path = road.parent / "scenario.xosc"
         path.write_text(XOSC.format(entities=entities, init=init, stories=stories, stop=stop))
-        return Storyboard(read_scenario(path), network, external=external)
+        return Storyboard(read_scenario(path), on or network, external=external)
 
     return run
 
