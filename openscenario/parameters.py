@@ -181,7 +181,9 @@ def declare(
         groups = tuple(
             dataclasses.replace(
                 group,
-                value_constraints=tuple(_constraint(c, text_of, findings) for c in group.value_constraints),
+                value_constraints=tuple(
+                    _constraint(c, declaration.parameter_type, text_of, findings) for c in group.value_constraints
+                ),
             )
             for group in declaration.constraint_groups
         )
@@ -225,13 +227,21 @@ def _meets(text: str, constraint: ValueConstraint) -> bool:
     return _COMPARE[constraint.rule](left, right)
 
 
-def _constraint(constraint: ValueConstraint, text_of: Callable[[str], str], findings: Findings) -> ValueConstraint:
-    if "$" not in constraint.value:
-        return constraint
+def _constraint(
+    constraint: ValueConstraint, kind: str, text_of: Callable[[str], str], findings: Findings
+) -> ValueConstraint:
+    """The constraint with its value computed, which must be one of the parameter's type."""
     try:
-        return dataclasses.replace(constraint, value=resolve(constraint.value, text_of))
+        finished = constraint
+        if "$" in constraint.value:
+            finished = dataclasses.replace(constraint, value=resolve(constraint.value, text_of))
+        check_type(finished.value, kind)
+        return finished
     except ExpressionError as error:
         _add(findings, error.code, constraint.at, "@value", error.text, constraint.value, "", error.hint)
+    except BadValue as error:
+        text, allowed = f"the constraint is {error.text}", f"{error.allowed} ({kind})"
+        _add(findings, error.code, constraint.at, "@value", text, constraint.value or "nothing", allowed)
     except BrokenParameter:
         pass
     return constraint

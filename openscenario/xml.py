@@ -43,6 +43,8 @@ _BOMS: Final = (
 _DECLARATION: Final = re.compile(r"\s*<\?xml\s[^>]{0,400}?\?>")
 _DECLARED: Final = re.compile(rb"""^\s*<\?xml\s[^>]{0,400}?encoding\s*=\s*["']([A-Za-z0-9_.\-]{1,40})["']""")
 _DSL: Final = re.compile(r"\s*(?:#.*\s+)*(?:import\s+osc|scenario\s+\w|actor\s+\w|struct\s+\w|action\s+\w)")
+_ASSIGNED: Final = re.compile(r"""[\w:.\-]\s*=\s*["']""")
+_WIDE: Final = 4 * MAX_ATTRIBUTES  # characters of a tag, from which its attributes are counted
 _PROLOG: Final = re.compile(r"\s+|<!--.*?-->|<\?.*?\?>", re.DOTALL)
 _TAG: Final = re.compile(r"<([A-Za-z_][\w.:\-]*)")
 _ATTRIBUTE: Final = re.compile(r"""([A-Za-z_][\w.:\-]*)\s*=\s*(?:"[^"]*|'[^']*)$""")
@@ -243,6 +245,7 @@ def _refuse_doctype(text: str, start: int, file: str) -> None:
 
 
 def _parse(text: str, file: str) -> Node:
+    _refuse_wide_tags(text, file)
     parser = etree.XMLParser(
         encoding="utf-8",
         resolve_entities=False,
@@ -267,6 +270,19 @@ def _parse(text: str, file: str) -> Node:
     except ValueError as error:
         raise _error("xml.not_well_formed", file, 1, "", f"not well-formed XML: {str(error)[:200]}") from None
     return _nodes(root, file, "xmlns:" in text or "xml:" in text)
+
+
+def _refuse_wide_tags(text: str, file: str) -> None:
+    """Before parsing: comparing the names of 20,000 attributes with each other would take the parser seconds."""
+    parts = text.split("<")
+    if max(map(len, parts)) < _WIDE:
+        return
+    line = 1
+    for part in parts:
+        tag, ended, _ = part.partition(">")
+        if len(tag) >= _WIDE and ended and tag[:1] not in "!?" and len(_ASSIGNED.findall(tag)) > MAX_ATTRIBUTES:
+            raise _error("xml.too_big", file, line, tag.split(None, 1)[0], f"more than {MAX_ATTRIBUTES} attributes")
+        line += part.count("\n")
 
 
 def _element_at(text: str, line: int, column: int) -> str:

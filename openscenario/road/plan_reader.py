@@ -32,6 +32,7 @@ def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tu
             record = Cubic(float(get(key, "0")), float(get("a")), float(get("b")), float(get("c")), float(get("d")))
             size = abs(record.a) + abs(record.b) + abs(record.c) + abs(record.d)
             clean = size < MAX_COEFFICIENT and abs(record.s) < MAX_LENGTH  # false for NaN as well
+            clean = clean and "_" not in "".join(node.attributes.values())
         except ValueError:
             clean = False
         if not clean:  # the slow way names what is wrong

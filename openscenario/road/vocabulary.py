@@ -126,6 +126,27 @@ _KNOWN: Final[Mapping[str, tuple[str, str]]] = {
     "visibility": ("", "back forward left right sOffset"),
     "width": ("coefficients", "a b c d sOffset"),
 }
+# numbers that nothing here reads, and that are to be numbers all the same
+_NUMBERS: Final[Mapping[str, tuple[str, ...]]] = {
+    "header": ("north", "south", "east", "west"),
+    "roadMark": ("width", "height", "sOffset"),
+    "line": ("length", "space", "tOffset", "sOffset", "width"),
+    "material": ("friction", "roughness", "sOffset"),
+    "visibility": ("back", "forward", "left", "right", "sOffset"),
+    "access": ("sOffset",),
+    "rule": ("sOffset",),
+    "bridge": ("s", "length"),
+    "tunnel": ("s", "length", "daylight", "lighting"),
+    "object": ("pitch", "roll", "validLength"),
+    "signal": ("pitch", "roll"),
+    "cornerLocal": ("z", "height"),
+    "cornerRoad": ("dz", "height"),
+    "repeat": ("heightStart", "heightEnd", "zOffsetStart", "zOffsetEnd", "lengthStart", "lengthEnd"),
+    "shape": ("s", "t", "a", "b", "c", "d"),
+    "crossfall": ("s", "a", "b", "c", "d"),
+    "positionRoad": ("s", "t", "zOffset", "hOffset", "pitch", "roll"),
+    "positionInertial": ("x", "y", "z", "hdg", "pitch", "roll"),
+}
 _ANYWHERE: Final = ("dataQuality", "include", "userData")  # may stand in every element
 CHILDREN: Final = {tag: frozenset((*children.split(), *_ANYWHERE)) for tag, (children, _) in _KNOWN.items()}
 ATTRIBUTES: Final = {tag: frozenset(attributes.split()) for tag, (_, attributes) in _KNOWN.items()}
@@ -144,6 +165,9 @@ def check_vocabulary(attributes: Attributes, root: Node) -> None:
             continue  # not ours to judge
         if not node.attributes.keys() <= ATTRIBUTES[node.tag]:
             _attributes(attributes, node)
+        for name in _NUMBERS.get(node.tag, ()):
+            if node.attributes.get(name):  # an empty one says nothing, and many files have it
+                attributes.number(node, name)
         for child in node.children:
             if child.tag in children:
                 stack.append(child)
