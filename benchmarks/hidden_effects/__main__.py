@@ -76,6 +76,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--json", type=Path, metavar="F", help="answers, one JSON line a case")
     parser.add_argument("--resume", action="store_true", help="go on with the answers that F has")
     parser.add_argument("--out", type=Path, metavar="F.md", help="write the page there as well")
+    parser.add_argument("--advised", type=Path, metavar="F", help="answers of benchmarks.hidden_effects.deciding")
     parser.add_argument("--at-least", type=float, metavar="SHARE", help="exit code 1 if fewer cases meet their goal")
     args = parser.parse_args(argv)
     if args.resume and args.json is None:
@@ -87,7 +88,8 @@ def main(argv: list[str] | None = None) -> int:
         if (not args.only or case.category in args.only) and (not args.effect or set(args.effect) & set(case.names))
     ][: args.subset]
     lines = run(wanted, args.json, jobs=args.jobs, resume=args.resume, base_seed=args.seed)
-    text = page(lines, args.seed, len(everything))
+    advised = [json.loads(text) for text in args.advised.read_text("utf-8").splitlines()] if args.advised else []
+    text = page(lines, args.seed, len(everything), advised)
     print(text)
     if args.out:
         args.out.write_text(text, encoding="utf-8")
