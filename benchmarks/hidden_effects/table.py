@@ -90,7 +90,7 @@ def figures(lines: Sequence[Line], advised: Sequence[Line] = ()) -> list[Figure]
             "chi^2/N left on those truths, worst", score.quantile(left, 1.0), len(left), "", "<= 2", lambda v: v <= 2.0
         )
     )
-    return rows + _parameters(singles) + _rest(lines, dirt)
+    return rows + _parameters(singles) + _rest(lines, dirt, advised)
 
 
 def _parameters(singles: Sequence[Line]) -> list[Figure]:
@@ -115,7 +115,7 @@ def _parameters(singles: Sequence[Line]) -> list[Figure]:
     ]  # fmt: skip
 
 
-def _rest(lines: Sequence[Line], dirt: Sequence[Line]) -> list[Figure]:
+def _rest(lines: Sequence[Line], dirt: Sequence[Line], advised: Sequence[Line]) -> list[Figure]:
     of = score.asked
     harmless = [line for line in dirt if line["dirt"] in HARMLESS]
     wrong = [line for line in dirt if line["dirt"] in WRONG]
