@@ -74,7 +74,7 @@ _CURVES = ("lateral_acceleration", 1.0, "curves of 1 m/s^2")
 
 _RULES = (
     _Rule(
-        ("drive_delay", "drive_lag", "jerk_limit", "accel_controller"),
+        ("drive_delay", "drive_lag", "force_rise", "jerk_limit", "accel_controller"),
         (_DRIVE, _SPEED),
         (_ACCELERATES, ("command_rate", 0.5, "a command that changes by 0.5 m/s^3")),
     ),

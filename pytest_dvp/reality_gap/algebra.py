@@ -43,6 +43,27 @@ def gram(rows: FloatArray) -> FloatArray:
     return found
 
 
+@njit(cache=True, error_model="numpy")
+def secant(rows: FloatArray, step: FloatArray, change: FloatArray) -> None:
+    """Turn derivatives rows (p, N) into ones that say of `step` (p,) that it makes `change` (N,), and of steps at right
+    angles to it what they said before.
+
+    Source: C. G. Broyden, Math. Comp. 19 (1965) 577.
+    """
+    length = 0.0
+    for k in range(len(step)):
+        length += step[k] * step[k]
+    if length <= 0.0:
+        return
+    for i in range(len(change)):
+        missing = change[i]
+        for k in range(len(step)):
+            missing -= step[k] * rows[k, i]
+        missing /= length
+        for k in range(len(step)):
+            rows[k, i] += missing * step[k]
+
+
 def orthonormal(rows: FloatArray) -> FloatArray:
     """Rows (q, N) of length 1, at right angles, that span those of rows (p, N); q <= p."""
     found: list[FloatArray] = []

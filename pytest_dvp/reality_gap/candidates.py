@@ -16,7 +16,7 @@ from vehicle.model.model import VehicleModel
 
 _NEED_DATA = ("accel_controller", "motor_damping", "motor_inertia", "motor_torque")
 """Parts of a drive train whose data sheet must be known: tried only on a model that has one of them."""
-_DETAILS = ("body_pitch", "body_roll", "cornering_compliance")
+_DETAILS = ("body_pitch", "body_roll", "cornering_compliance", "force_rise")
 """What few logs can tell from plainer effects: tried only where none of those pays any more."""
 HOW = ("heading", "tau", "frequency", "damping")  # keys that say how, not how much
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more

@@ -7,14 +7,14 @@ a step that matters, and the end is looked at point by point.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
-from math import exp, isfinite, log
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import exp, inf, isfinite, log
 from typing import TypeAlias
 
 import numpy as np
 
 from pytest_dvp.log import FloatArray
-from pytest_dvp.reality_gap.algebra import along, gram, square
+from pytest_dvp.reality_gap.algebra import along, gram, secant, square
 from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.projection import IntArray
 from vehicle.model.effect import Key
@@ -101,11 +101,16 @@ class Fit:
 
 
 def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, fixed: Values | None = None,
-        rounds: int = 8, enough: float = 1.0, zoom: bool = False) -> Fit:  # fmt: skip
+        rounds: int = 8, enough: float = 1.0, zoom: bool = False, known: Fit | None = None,
+        above: float = inf) -> Fit:  # fmt: skip
     """The values with the least whitened residual, from `start` on.
 
     fixed: values that stay. enough: a round that gains less than this in chi^2 is the last. zoom: look closer at the
-    end, for parameters that have no derivative.
+    end, for parameters that have no derivative. known: a fit of much the same, whose derivatives will do to begin with.
+    above: a chi^2; where the fit seems to end beyond it, it may stay rough.
+
+    Derivatives are taken anew when those corrected by what was seen on the way lead no further; so the last round has
+    fresh ones.
     """
     coordinates = tuple(coordinates)
     given = dict(fixed or {})
@@ -117,20 +122,35 @@ def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, f
     r = residual(u)
     best = square(r)
     jacobian = np.empty((len(coordinates), len(r)))
+    lent = _lend(known, coordinates, jacobian)
+    _derive(jacobian, residual, r, u, [k for k in range(len(u)) if k not in lent])
+    fresh = not lent
     damping = 1e-3
-    for _ in range(rounds if coordinates else 0):
-        _derive(jacobian, residual, r, u)
-        before = best
-        u, r, best, damping = _improve(coordinates, residual, jacobian, u, r, best, damping)
+    for _ in range(3 * rounds if coordinates else 0):
+        before, place, rest = best, u, r
+        u, r, best, damping = _improve(coordinates, residual, jacobian, u, r, best, damping, 5 if fresh else 2)
+        if before - best >= enough:
+            secant(jacobian, u - place, r - rest)
+            fresh = False
+            continue
+        if not fresh:
+            if best > above:
+                break
+            _derive(jacobian, residual, r, u)
+            fresh, damping = True, 1e-3
+            continue
+        if not any(c.dead_time for c in coordinates) or best > above:
+            break
+        u, r, best = _over_jumps(coordinates, target.sample, residual, u, r, best)
         if before - best < enough:
-            if not any(c.dead_time for c in coordinates):
-                break
-            u, r, best = _over_jumps(coordinates, target.sample, residual, u, r, best)
-            if before - best < enough:
-                break
-    if zoom:
-        u, r, best = _zoom(coordinates, residual, u, r, best)
-        if coordinates:
+            break
+        _derive(jacobian, residual, r, u)
+    if best <= above:
+        there = u
+        u, r, best = _into_valleys(coordinates, residual, u, r, best)
+        if zoom:
+            u, r, best = _zoom(coordinates, residual, u, r, best)
+        if coordinates and (zoom or u is not there):
             _derive(jacobian, residual, r, u)
     return Fit(coordinates, _values(coordinates, u), r, best, jacobian)
 
@@ -210,8 +230,21 @@ def _values(coordinates: Sequence[Coordinate], u: FloatArray) -> dict[tuple[str,
     return {c.name: c.value(float(place)) for c, place in zip(coordinates, u, strict=True)}
 
 
-def _derive(jacobian: FloatArray, residual: Residual, r: FloatArray, u: FloatArray) -> None:
-    for k in range(len(u)):
+def _lend(known: Fit | None, coordinates: Sequence[Coordinate], jacobian: FloatArray) -> set[int]:
+    """Fill rows of the jacobian (p, N) that a known fit has; which."""
+    if known is None or known.jacobian.shape[1] != jacobian.shape[1]:
+        return set()
+    rows = {c.name: k for k, c in enumerate(known.coordinates)}
+    lent = {k: rows[c.name] for k, c in enumerate(coordinates) if c.name in rows}
+    for k, row in lent.items():
+        jacobian[k] = known.jacobian[row]
+    return set(lent)
+
+
+def _derive(
+    jacobian: FloatArray, residual: Residual, r: FloatArray, u: FloatArray, which: Iterable[int] | None = None
+) -> None:
+    for k in range(len(u)) if which is None else which:
         step = STEP if u[k] < 0.5 else -STEP
         moved = u.copy()
         moved[k] += step
@@ -227,11 +260,12 @@ def _improve(
     r: FloatArray,
     best: float,
     damping: float,
+    tries: int,
 ) -> tuple[FloatArray, FloatArray, float, float]:
     normal, slope = gram(jacobian), along(jacobian, r)
     scale = np.diag(normal).copy()
     scale[scale <= 0.0] = 1.0
-    for _ in range(5):
+    for _ in range(tries):
         step = -np.linalg.solve(normal + damping * np.diag(scale) + 1e-12 * np.eye(len(u)), slope)
         if not np.isfinite(step).all():
             break
@@ -245,7 +279,7 @@ def _improve(
     return u, r, best, damping
 
 
-def _zoom(
+def _into_valleys(
     coordinates: Sequence[Coordinate], residual: Residual, u: FloatArray, r: FloatArray, best: float
 ) -> tuple[FloatArray, FloatArray, float]:
     for k in range(len(u)):
@@ -257,6 +291,12 @@ def _zoom(
             if square(left) < best:
                 there, r, best = moved, left, square(left)
         u = there
+    return u, r, best
+
+
+def _zoom(
+    coordinates: Sequence[Coordinate], residual: Residual, u: FloatArray, r: FloatArray, best: float
+) -> tuple[FloatArray, FloatArray, float]:
     for reach in _ZOOM:
         for k in range(len(u)):
             for side in (reach, -reach):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Callable, Iterable, Sequence
-from math import isinf
+from math import inf, isinf
 from typing import TypeAlias
 
 import numpy as np
@@ -21,7 +21,7 @@ from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit, intervals
 from pytest_dvp.reality_gap.look import Look
 
-MOST = 6  # effects added to one model
+MOST = 6  # effects added to one model, beside finer ones
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
 FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002
 SURE = 0.95  # share of bootstrap samples in which an effect must gain
@@ -29,8 +29,10 @@ SLACK = 0.1  # of a gain that the draws without it may lose
 CLEAR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
 EVIDENT = 2.0  # times that: a gain that makes an effect worth its name, however small its value looks
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
+ROUGH = 2.0 * PRACTICAL  # of max(1, chi^2/N): a set further behind the best need not be fitted well
 PRICE = 0.005  # of max(1, chi^2/N), for a parameter
 _CONTAINS = {"steer_asymmetry": "steer_ratio"}  # effects that can do exactly what a simpler one does
+EQUAL = 5e-4  # of chi^2/N: sets that differ by less do the same
 MISFIT = 1.3  # chi^2/N over all channels, above which something is left
 _RETURNS = 2  # times that a search begins again
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
@@ -84,6 +86,8 @@ class Search:
         self.starts = target.starts()
         self._shown: dict[str, float] = {}
         self._near: dict[str, tuple[str, ...]] = {}
+        self._whole: Trial | None = None
+        self._less: dict[str, Trial] = {}
 
     def run(self) -> Found:
         """Search until nothing pays any more; where much is left, begin again from what came second."""
@@ -92,18 +96,27 @@ class Search:
             self._scan(base, self.tried)
             return Found(base, {}, self._hidden())
         turns: list[Trial] = []
-        best, rivals = self._contest(self._grown(base, turns))
+        best, rivals = self._contest(grown := self._grown(base, turns))
+        contested = {frozenset(grown.names)}
         if self.cost(best) > MISFIT * self.count:
             turns = self._pairs(base) + turns
         for turn in sorted(turns, key=self.cost)[:_RETURNS]:
             if self.cost(best) < MISFIT * self.count:
                 break
             self.target.settle(turn.values)
-            other, others_rivals = self._contest(self._grown(self.trial(turn.names, turn.values), []))
+            grown = self._grown(self.trial(turn.names, turn.values), [])
+            if frozenset(grown.names) in contested:  # it came to the same
+                continue
+            contested.add(frozenset(grown.names))
+            other, others_rivals = self._contest(grown)
             if self.cost(other) < self.cost(best):
                 best, rivals = other, others_rivals
         self.target.settle(best.values)
-        return Found(self._pruned(self.trial(best.names, best.values, zoom=True), last=True), rivals, self._hidden())
+        if frozenset(best.names) not in contested:  # what took the place of others may let more show
+            best = self._grown(best, [])
+        return Found(
+            self._pruned(self.trial(best.names, best.values, zoom=True, like=best), last=True), rivals, self._hidden()
+        )
 
     def _hidden(self) -> tuple[str, ...]:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
@@ -122,14 +135,14 @@ class Search:
 
     def _grown(self, now: Trial, turns: list[Trial]) -> Trial:
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round."""
-        while len(now.names) < MOST:
+        while True:
             self.tick(f"effect {len(now.names) + 1}: trying {len(self.tried)}")
             paying = self._next(now)
             if not paying:
                 break
             turns += paying[1:2]
             self.target.settle(paying[0].values)
-            now = self.trial(paying[0].names, paying[0].values)
+            now = self.trial(paying[0].names, paying[0].values, like=paying[0])
         return now
 
     def pays(self, without: Trial, with_it: Trial, *, count: int = 0) -> bool:
@@ -143,7 +156,12 @@ class Search:
 
     def cost(self, trial: Trial) -> float:
         """chi^2 and a price for each parameter: of two sets that do alike the simpler one wins."""
-        return trial.chi2 + PRICE * max(self.count, trial.chi2) * len(trial.found.coordinates)
+        limits = sum(isinf(c.key.neutral) for c in trial.found.coordinates)  # one that is always met is a gain
+        return (
+            trial.chi2
+            + PRICE * max(self.count, trial.chi2) * len(trial.found.coordinates)
+            + EQUAL * self.count * limits
+        )
 
     def sure(self, worse: FloatArray, better: FloatArray, *, slack: float = 0.0) -> float:
         """Share of draws of segments, with replacement, in which `better` is better, or worse by less than `slack` of
@@ -155,25 +173,27 @@ class Search:
         return float(np.mean(draws @ gain > -slack * max(float(gain.sum()), 0.0)))
 
     def trial(self, names: Sequence[str], start: Values, *, zoom: bool = False, target: Campaign | None = None,
-              kept: Values | None = None) -> Trial:  # fmt: skip
+              kept: Values | None = None, like: Trial | None = None, above: float = inf) -> Trial:  # fmt: skip
         """A set of effects fitted jointly from `start` on, to the search's own data or to others.
 
-        kept: values of effects beside them that are not fitted. What `start` says of the car itself ("parameters") is
-        kept as it is, too.
+        kept: values of effects beside them that are not fitted. like: a trial of much the same, to begin with its
+        derivatives. above: a chi^2 beyond which the fit may stay rough. What `start` says of the car itself
+        ("parameters") is kept as it is, too.
         """
         target = target or self.target
         coordinates = [*self.nuisance, *(c for name in names for c in self.tried[name].coordinates)]
         enough = 2e-4 * target.count
-        zoom = zoom or any(c.rough for c in coordinates)
         fixed = (
             self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"} | dict(kept or {})
         )
-        found = fit(target, coordinates, start, fixed=fixed, enough=enough, zoom=zoom)
+        found = fit(target, coordinates, start, fixed=fixed, enough=enough, zoom=zoom,
+                    known=like.found if like else None, above=above)  # fmt: skip
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
     def _next(self, now: Trial) -> list[Trial]:
         """Sets with one more effect that pays, best first; of the finer effects only if no other one does."""
-        for detail in (False, True):
+        full = sum(not self.tried[name].detail for name in now.names) >= MOST
+        for detail in (True,) if full else (False, True):
             ranking = self._scan(now, [name for name, c in self.tried.items() if c.detail == detail])
             paying = [t for t in self._additions(now, ranking) if self.pays(now, t)]
             if paying and self._trifle(paying[0]):
@@ -185,9 +205,13 @@ class Search:
                 return paying
         return []
 
-    def _additions(self, now: Trial, ranking: Sequence[Ranked]) -> list[Trial]:
-        """Sets with one more effect, jointly fitted, best first."""
-        trials = [self.trial((*now.names, name), now.values | point) for _, name, point in ranking[:_REFITTED]]
+    def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
+        """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""
+        trials = []
+        for _, name, point in ranking[:_REFITTED]:
+            above = lowest + ROUGH * max(self.count, lowest)
+            trials.append(self.trial((*now.names, name), now.values | point, like=now, above=above))
+            lowest = min(lowest, trials[-1].chi2)
         return sorted(trials, key=self.cost)
 
     def _scan(self, now: Trial, names: Iterable[str]) -> list[Ranked]:
@@ -237,13 +261,11 @@ class Search:
         for _ in range(3):
             best = self._simplified(self._pruned(best))
             rivals, exchanged = {}, None
-            for name in best.names:
+            for name in sorted(best.names, key=lambda n: self.without(best, n).chi2):  # what is least needed first
                 self.tick(f"rivals of {name}")
-                rest = tuple(n for n in best.names if n != name)
-                kept = {k: v for k, v in best.values.items() if k[0] != name}
-                without = self.trial(rest, kept)
+                without = self.without(best, name)
                 ranking = self._scan(without, [other for other in self._contestants(name) if other not in best.names])
-                trials = self._additions(without, ranking)
+                trials = self._additions(without, ranking, best.chi2)
                 sound = [t for t in trials if self.sound(t, t.names[-1])]
                 if sound and self.cost(sound[0]) < self.cost(best) - 1e-3 * self.count:
                     exchanged = sound[0]
@@ -253,7 +275,7 @@ class Search:
                 )
             if exchanged is None:
                 return best, rivals
-            best = self.trial(exchanged.names, exchanged.values, zoom=True)
+            best = self.trial(exchanged.names, exchanged.values, zoom=True, like=exchanged)
         return best, rivals
 
     def _contestants(self, name: str) -> list[str]:
@@ -278,27 +300,32 @@ class Search:
             if simple in self.tried and simple not in best.names:
                 rest = tuple(n for n in best.names if n != name)
                 point = min(
-                    (self.trial((*rest, simple), best.values | p) for p in self.tried[simple].coarse), key=self.cost
+                    (self.trial((*rest, simple), best.values | p, like=best) for p in self.tried[simple].coarse),
+                    key=self.cost,
                 )
                 if point.chi2 - best.chi2 < PRACTICAL * max(self.count, best.chi2):
                     best = point
         return best
+
+    def without(self, best: Trial, name: str) -> Trial:
+        """The set without one effect, fitted anew; remembered while the set is the same."""
+        if self._whole is not best:
+            self._whole, self._less = best, {}
+        if name not in self._less:
+            kept = {k: v for k, v in best.values.items() if k[0] != name}
+            self._less[name] = self.trial([n for n in best.names if n != name], kept, like=best)
+        return self._less[name]
 
     def _pruned(self, best: Trial, *, last: bool = False) -> Trial:
         """The set without effects that no longer pay; at last also without those whose value means nothing."""
         while best.names:
             vague = [name for name in best.names if last and not self.sound(best, name)]
             if vague:
-                best = self.trial([n for n in best.names if n != vague[-1]], best.values)
+                best = self.trial([n for n in best.names if n != vague[-1]], best.values, like=best)
                 continue
             if len(best.names) == 1:
                 break
-            smaller = []
-            for name in best.names:
-                rest = tuple(n for n in best.names if n != name)
-                kept = {k: v for k, v in best.values.items() if k[0] != name}
-                smaller.append(self.trial(rest, kept))
-            least_lost = min(smaller, key=self.cost)
+            least_lost = min((self.without(best, name) for name in best.names), key=self.cost)
             if self.pays(least_lost, best):
                 return best
             best = least_lost

@@ -29,6 +29,18 @@ def test_drive_lag_follows_the_first_order_step_response(tau: float) -> None:
     assert np.abs(rows[:, 5] - v).max() < 1e-9
 
 
+@pytest.mark.parametrize("tau", [0.002, 0.04])
+def test_a_force_rises_from_nought_where_brakes_held_the_car(tau: float) -> None:
+    """They held it with no force at all, so nothing of them is left to fade."""
+    car = plant(effects={"force_rise": {"tau": tau}})
+    car.command(0.0, accel=-3.0)
+    assert car.advance(500)[-1, 5] == 0.0
+    car.command(0.0, accel=2.0)
+    rows = car.advance(1000)
+    t = rows[:, 0] - 0.5
+    assert np.abs(rows[:, 5] - 2.0 * (t - tau * (1.0 - np.exp(-t / tau)))).max() < 1e-9
+
+
 @pytest.mark.parametrize("delay", [0.05, 0.1234, 0.5])
 def test_drive_delay_holds_the_command_back_by_exactly_its_dead_time(delay: float) -> None:
     car = plant(effects={"drive_delay": {"T": delay}})

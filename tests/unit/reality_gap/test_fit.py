@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import cast
 
 import numpy as np
@@ -117,6 +118,16 @@ def test_what_is_fixed_stays() -> None:
     assert set(found.values) == {SLOPE.name}
     # the best line through the origin on y = 2 x - 1: 2 - (mean x) / (mean x^2)
     assert found.values[SLOPE.name] == pytest.approx(2.0 - line.x.mean() / (line.x**2).mean(), abs=1e-4)
+
+
+def test_derivatives_of_another_fit_do_not_decide_where_a_fit_ends() -> None:
+    """Lent ones may be wrong by any factor; the last round of a fit has its own."""
+    line = Line(np.random.default_rng(1).normal(size=400))
+    own = line.fitted()
+    wrong = dataclasses.replace(own, jacobian=np.ascontiguousarray(-3.0 * own.jacobian[::-1]))
+    lent = fit(cast(Campaign, line), (SLOPE, HEIGHT), {SLOPE.name: 0.0, HEIGHT.name: 0.0}, known=wrong)
+    assert lent.chi2 == pytest.approx(own.chi2, rel=1e-6)
+    assert lent.jacobian == pytest.approx(own.jacobian, abs=1e-6)
 
 
 def test_no_coordinate_no_fit() -> None:

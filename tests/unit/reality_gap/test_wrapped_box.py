@@ -128,8 +128,10 @@ def test_which_effects_can_be_judged_around_a_function_is_said() -> None:
     can = {name for name, effect in catalogue().items() if not box.why_not(effect, log, EVERYTHING)}
     assert {catalogue()[name].slot for name in can} == {"command", "actuator", "sensor"}
     outside = {name for name, effect in catalogue().items() if effect.slot in ("command", "actuator", "sensor")}
-    # controllers see the car's own speed, a released pedal brakes with a force, a swaying body feels true forces
-    assert outside - can <= {"accel_controller", "speed_controller", "lift_off_braking", "body_roll", "body_pitch"}
+    # controllers see the car's own speed, a released pedal brakes with a force, a swaying body feels true forces, a
+    # force rises from nought where a car stands
+    seeing = {"accel_controller", "speed_controller", "lift_off_braking", "body_roll", "body_pitch", "force_rise"}
+    assert outside - can <= seeing
 
 
 @pytest.mark.parametrize(
