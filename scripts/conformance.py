@@ -188,7 +188,7 @@ def page(outcomes: Sequence[Outcome], why: dict[str, str]) -> str:
         "controllers) against `dvp play` of the same files. Agreement: positions within the reference's tolerance",
         "(0.05 m, or twice what its own step size changes) + 0.05 m, headings 0.05 rad, speeds 0.2 m/s, states 30 ms.",
         "The last column names the clause of the standard that we follow where the two differ, or says that the",
-        "standard does not decide it, or that it is open: a gap of ours. Made by `make conformance`.\n",
+        "standard does not decide it, and what we do. Made by `make conformance`.\n",
         f"**{passed} of {len(outcomes)} agree** ({100.0 * passed / max(len(outcomes), 1):.1f} %).\n",
         "| scenario | entities | verdict | worst deviation | reason |",
         "|---|---|---|---|---|",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from openscenario.model.declarations import NO_PROPERTIES, Properties
 from openscenario.road.route import RouteLane
 from openscenario.storyboard.places import Place, wrap
 
@@ -43,6 +44,7 @@ class Entity:
         "kind",
         "lane",
         "lateral",
+        "leads",
         "length",
         "longitudinal",
         "max_acceleration",
@@ -52,6 +54,7 @@ class Entity:
         "name",
         "offset",
         "pitch",
+        "properties",
         "road",
         "roll",
         "route",
@@ -80,6 +83,9 @@ class Entity:
         self.name = scenario_object.name
         self.kind: str = scenario_object.kind
         self.category = scenario_object.category
+        self.properties: Properties = getattr(scenario_object.entity, "properties", NO_PROPERTIES)
+        # a property of esmini's: the reference point lies so far ahead [m] of a point that is drawn along
+        self.leads = _number(self.properties.get("refpoint_x_offset"))
         box = scenario_object.bounding_box
         self.length = box.dimensions.length if box else 0.0
         self.width = box.dimensions.width if box else 0.0
@@ -137,6 +143,12 @@ class Entity:
         self.tracked = False
         self.drift = 0.0
 
+    def draw_behind(self, x: float, y: float, h: float) -> None:
+        """Turn so that the point behind the reference point, which was at x, y [m], h [rad], is drawn along."""
+        back_x = x - self.leads * math.cos(h)
+        back_y = y - self.leads * math.sin(h)
+        self.h = math.atan2(self.y - back_y, self.x - back_x)
+
     def corners(self) -> tuple[tuple[float, float], ...]:
         """The four corners of the bounding box on the ground [m], world frame, counter-clockwise from front left."""
         c, s = math.cos(self.h), math.sin(self.h)
@@ -157,3 +169,12 @@ class Entity:
         middle = c * self.center_x - s * self.center_y
         half = 0.5 * (abs(c) * self.length + abs(s) * self.width)
         return middle - half, middle + half
+
+
+def _number(text: str | None) -> float:
+    """A property as a number >= 0; 0 if it is none."""
+    try:
+        value = float(text or 0.0)
+    except ValueError:
+        return 0.0
+    return value if 0.0 < value < math.inf else 0.0

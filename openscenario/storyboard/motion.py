@@ -52,7 +52,10 @@ def move(entity: Entity, dt: float, ground: Ground) -> None:
         return
     x, y = entity.x, entity.y
     if ground.track(entity):
+        h = entity.h
         ground.drive(entity, distance * entity.along)
+        if entity.leads > 0.0:
+            entity.draw_behind(x, y, h)
         entity.shifted = False
         entity.along = 1.0
     else:

@@ -31,7 +31,7 @@ class Course:
     of the curve.
     """
 
-    __slots__ = ("_pace", "_smooth", "explicit", "h", "length", "s", "t", "x", "y", "z")
+    __slots__ = ("_corner", "_pace", "_smooth", "explicit", "h", "length", "s", "t", "x", "y", "z")
 
     def __init__(
         self,
@@ -39,6 +39,7 @@ class Course:
         times: Sequence[float] | None = None,
         *,
         smooth: Sequence[bool] | None = None,
+        corner: float = CORNER,
         speed: float | None = None,
         explicit: bool = False,
     ) -> None:
@@ -50,6 +51,7 @@ class Course:
         self.s: list[float] = []
         self.t: list[float] | None = None if times is None else list(times)
         self._smooth = smooth
+        self._corner = corner
         length = 0.0
         for x, y, z, h in points:
             if self.x:
@@ -86,10 +88,10 @@ class Course:
         return x, y, z, h
 
     def _turning(self, i: int, s: float) -> float:
-        """Heading along straight pieces: their own, blended linearly within CORNER metres of a vertex."""
+        """Heading along straight pieces: their own, blended linearly within a few metres of a vertex."""
         here = self.h[i]
         into, left = s - self.s[i], self.s[i + 1] - s
-        radius = min(CORNER, 0.5 * (self.s[i + 1] - self.s[i]))
+        radius = min(self._corner, 0.5 * (self.s[i + 1] - self.s[i]))
         if radius <= 0.0:
             return here
         if into < radius and i > 0:
@@ -169,19 +171,25 @@ def _pace(s: Sequence[float], times: Sequence[float], speed: float) -> list[tupl
 
 
 def course(
-    trajectory: model.Trajectory, resolve: Resolve, start: Place | None = None, *, follow: float | None = None
+    trajectory: model.Trajectory,
+    resolve: Resolve,
+    start: Place | None = None,
+    *,
+    follow: float | None = None,
+    turning: str | None = None,
 ) -> Course:
     """The course of a trajectory; `resolve` makes places of positions, `start` is where one without any begins.
 
     `follow` is the speed [m/s] of a vehicle that follows it (mode `follow`): between the vertices of a polyline it
     turns and accelerates evenly. None (mode `position`): it is where the vertices say, with constant speed between.
-    The standard leaves that to the tool.
+    The standard leaves that to the tool. `turning` says how headings change whatever the mode: "segment" evenly,
+    "corner" at the vertices, "none" not before the next vertex.
 
     Raises nothing for what the reader lets through: a single point is a course of length 0.
     """
     shape = trajectory.shape
     if isinstance(shape, model.Polyline):
-        return _polyline(shape, trajectory.closed, resolve, follow)
+        return _polyline(shape, trajectory.closed, resolve, follow, turning)
     if isinstance(shape, model.Clothoid):
         return _clothoid(shape, resolve)
     if isinstance(shape, model.ClothoidSpline):
@@ -189,7 +197,9 @@ def course(
     return _nurbs(shape, resolve)
 
 
-def _polyline(shape: model.Polyline, closed: bool, resolve: Resolve, follow: float | None) -> Course:
+def _polyline(
+    shape: model.Polyline, closed: bool, resolve: Resolve, follow: float | None, turning: str | None
+) -> Course:
     vertices = list(shape.vertices)
     places = [resolve(vertex.position) for vertex in vertices]
     times = [vertex.time for vertex in vertices]
@@ -200,8 +210,9 @@ def _polyline(shape: model.Polyline, closed: bool, resolve: Resolve, follow: flo
     tangents = _tangents([(place.x, place.y) for place in places], places[0].h)
     headings = [p.h if p.has_heading else tangents[i] for i, p in enumerate(places)]
     points = [(p.x, p.y, p.z, h) for p, h in zip(places, headings, strict=True)]
-    smooth = [follow is not None and place.has_heading for place in places]
-    return Course(points, stamps, smooth=smooth, speed=follow, explicit=places[0].has_heading)
+    smooth = [turning == "segment" or (turning is None and follow is not None and p.has_heading) for p in places]
+    corner = 0.0 if turning == "none" else CORNER
+    return Course(points, stamps, smooth=smooth, corner=corner, speed=follow, explicit=places[0].has_heading)
 
 
 def _tangents(points: Sequence[tuple[float, float]], first: float) -> list[float]:

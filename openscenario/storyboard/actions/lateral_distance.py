@@ -87,8 +87,9 @@ class LateralDistance:
         top = limits.max_speed if limits.max_speed is not None else math.inf
         up, down = limits.max_acceleration, limits.max_deceleration
         if up is None and down is None:
-            self._rate = min(max(to_go / dt, -top), top)
+            rate = self._rate = min(max(to_go / dt, -top), top)
         else:
+            rate = self._rate  # what it moves with in this step; what it wants to is for the next one
             up, down = (math.inf if limit is None else limit for limit in (up, down))
             # speeding up is what goes the way it already moves, or starts
             stiffness = STIFFNESS * min(up, down)
@@ -96,9 +97,9 @@ class LateralDistance:
             limit = up if wanted * self._rate >= 0.0 else down
             self._acceleration = eased(self._acceleration, min(max(wanted, -limit), limit), limits, dt)
             self._rate = min(max(self._rate + self._acceleration * dt, -top), top)
-        entity.offset += self._rate * dt
-        lean(entity, self._rate * entity.sense, dt)
-        done = not element.continuous and abs(to_go - self._rate * dt) < REACHED
+        entity.offset += rate * dt
+        lean(entity, rate * entity.sense, dt)
+        done = not element.continuous and abs(to_go - rate * dt) < REACHED
         if done:
             entity.drift = 0.0
         return done

@@ -24,6 +24,9 @@ class FollowTrajectory:
     without, the entity goes on with its own speed, which other actions may change meanwhile. The following modes
     differ in how the default controller gets from vertex to vertex of a polyline: `follow` turns and accelerates
     evenly, `position` turns at the vertices and has constant speed between them.
+
+    Properties of the vehicle that esmini knows count here too: `refpoint_x_offset` [m] (the point that follows lies so
+    far ahead of another that is drawn along), `ignoreHeadingForTrajMotion`, `plineInterpolation`.
     """
 
     __slots__ = ("_aim", "_board", "_clock", "_course", "_element", "_entity", "_reverse", "_s", "domains")
@@ -48,7 +51,10 @@ class FollowTrajectory:
         entity = self._entity
         here = Place(entity.x, entity.y, entity.z, entity.h)
         follow = abs(entity.speed) if self._element.trajectory_following_mode.following_mode == "follow" else None
-        along = course(self._element.trajectory, lambda position: place(position, board), here, follow=follow)
+        turning = entity.properties.get("plineInterpolation")
+        along = course(
+            self._element.trajectory, lambda position: place(position, board), here, follow=follow, turning=turning
+        )
         self._course = along
         timing = self._element.time_reference
         if isinstance(timing, model.Timing):
@@ -58,14 +64,14 @@ class FollowTrajectory:
 
     def start(self) -> bool:
         along = self._begin()
-        element = self._element
+        element, entity = self._element, self._entity
         if len(self.domains) == 1 and isinstance(element.time_reference, model.Timing):
             text = "the trajectory has no time stamps, but its action asks for timing: followed at the own speed"
             self._board.warn(element.trajectory, "no-time-stamps", text)
-        if along.explicit:
+        if along.explicit and entity.properties.get("ignoreHeadingForTrajMotion") != "true":
             self._reverse = math.cos(along.h[0] - along.tangent(0.0)) < 0.0
         else:
-            self._reverse = len(self.domains) == 1 and self._entity.speed < 0.0
+            self._reverse = len(self.domains) == 1 and entity.speed < 0.0
         self._s = min(self._element.initial_distance_offset, along.length)
         if len(self.domains) > 1:
             self._s = max(self._s, along.s_at(self._trajectory_time()))
@@ -135,7 +141,10 @@ class FollowTrajectory:
     def _go(self, along: Course) -> None:
         entity = self._entity
         x, y, z, h = along.at(self._s)
+        before = entity.x, entity.y, entity.h
         entity.put(x, y, z, h + math.pi if self._reverse and not along.explicit else h)
+        if entity.leads > 0.0:
+            entity.draw_behind(*before)
 
     def way_to(self, target: Place) -> float:
         """Way [m] along the trajectory between here and the point of it that lies nearest to `target`."""

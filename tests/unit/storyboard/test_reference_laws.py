@@ -267,3 +267,24 @@ def test_headings_that_look_back_make_a_vehicle_reverse(make: Make) -> None:
     a = board.entities["A"]
     assert (a.x, a.speed) == (pytest.approx(120.0, abs=0.11), pytest.approx(-10.0))
     assert abs(a.h) == pytest.approx(math.pi)
+
+
+def test_a_reference_point_ahead_draws_the_vehicle_along(make: Make) -> None:
+    """Drawn straight to the side the angle to the way falls as a tractrix: tan(a / 2) by e^(-way / length)."""
+    trajectory = "".join(
+        f'<Vertex><Position><WorldPosition x="{x}" y="0"/></Position></Vertex>' for x in (100.0, 200.0)
+    )
+    action = (
+        "<PrivateAction><RoutingAction><FollowTrajectoryAction><TrajectoryRef>"
+        f'<Trajectory name="t" closed="false"><Shape><Polyline>{trajectory}</Polyline></Shape></Trajectory>'
+        "</TrajectoryRef><TimeReference><None/></TimeReference>"
+        '<TrajectoryFollowingMode followingMode="position"/></FollowTrajectoryAction></RoutingAction></PrivateAction>'
+    )
+    board = make(
+        A=[teleport('<WorldPosition x="100" y="0" h="1.2"/>'), speed(10.0)],
+        stories=story(event("e", action, start=NOW)),
+    )
+    a = board.entities["A"]
+    a.leads = 3.0
+    run(board, 0.6)
+    assert math.tan(0.5 * a.h) == pytest.approx(math.tan(0.6) * math.exp(-6.0 / 3.0), rel=0.05)
