@@ -15,9 +15,10 @@ from pathlib import Path
 from typing import Final
 
 from openscenario.findings import ScenarioError, listed, nearest
-from openscenario.model.actions import AbsoluteTargetLane
-from openscenario.model.positions import LanePosition, RoadPosition
+from openscenario.model.actions import AbsoluteTargetLane, TeleportAction
+from openscenario.model.positions import LanePosition, Position, RelativeLanePosition, RoadPosition
 from openscenario.model.scenario import RoadNetwork
+from openscenario.model.storyboard import Init
 from openscenario.paths import PathError, Roots
 from openscenario.read.context import Context
 from openscenario.xml import MAX_BYTES, Node, parse_xml, read_bytes
@@ -36,6 +37,7 @@ class RoadFacts:
     lengths: Mapping[str, float]
     lanes: Mapping[str, tuple[tuple[float, frozenset[int]], ...]]
     signals: frozenset[str]
+    open_ends: frozenset[tuple[str, bool]]  # road ids, and whether it is the end: where no link leads further
 
 
 def with_road(network: RoadNetwork | None, roots: Roots, context: Context) -> RoadNetwork | None:
@@ -133,10 +135,18 @@ def _facts(data: bytes, file: str) -> RoadFacts | None:
         lanes = {road.get("id"): tuple(_sections(road)) for road in roads}
     except ValueError:
         return None
-    return RoadFacts(lengths, lanes, frozenset(signals - {""}))
+    return RoadFacts(lengths, lanes, frozenset(signals - {""}), frozenset(_open_ends(roads)))
 
 
 _kept_facts = functools.lru_cache(maxsize=8)(_facts)
+
+
+def _open_ends(roads: list[Node]) -> Iterator[tuple[str, bool]]:
+    for road in roads:
+        link = road.find("link")
+        for at_end, tag in ((False, "predecessor"), (True, "successor")):
+            if link is None or link.find(tag) is None:
+                yield road.get("id"), at_end
 
 
 def _sections(road: Node) -> Iterator[tuple[float, frozenset[int]]]:
@@ -144,6 +154,64 @@ def _sections(road: Node) -> Iterator[tuple[float, frozenset[int]]]:
         for section in lanes.findall("laneSection"):
             numbers = {int(lane.get("id")) for side in section.children for lane in side.findall("lane")}
             yield float(section.get("s")), frozenset(numbers)
+
+
+def check_beside(init: Init, network: RoadNetwork | None, context: Context) -> None:
+    """Notes entities put beside themselves, and beside one where the road has no such lane or no such s."""
+    path = None if network is None else network.logic_file
+    try:
+        facts = None if path is None or context.findings.errors else road_facts(path)
+    except ScenarioError:
+        return  # reading the road reports it
+    placed = {
+        private.entity_ref: action.position
+        for private in init.actions.privates
+        for action in reversed(private.private_actions)  # the first one holds: a later one may start from it
+        if isinstance(action, TeleportAction)
+    }
+    for name, position in placed.items():
+        _check_circle(name, placed, context)
+        if facts is not None and isinstance(position, RelativeLanePosition):
+            base = placed.get(position.entity_ref)
+            if isinstance(base, LanePosition):
+                _check_beside(position, base, facts, context)
+
+
+def _check_circle(name: str, placed: Mapping[str, Position], context: Context) -> None:
+    position, others = placed[name], [name]
+    while True:
+        other = str(getattr(placed[others[-1]], "entity_ref", ""))
+        if other == name:
+            text = "an entity is put relative to where it is put"
+            found = " - ".join((*others, other))
+            context.error("ref.circle", position.at, "@entityRef", text, found=found)
+        if other in others or other not in placed:
+            return
+        others.append(other)
+
+
+def _check_beside(position: RelativeLanePosition, base: LanePosition, facts: RoadFacts, context: Context) -> None:
+    length = facts.lengths[base.road_id]
+    s = base.s + (position.ds or 0.0)
+    if not 0.0 <= s <= length:
+        if position.ds and (base.road_id, s > length) in facts.open_ends:
+            allowed = f"{-base.s:g} to {length - base.s:g} m beside {position.entity_ref}"
+            found = f"{position.ds:g}"
+            context.error("road.s_out_of_range", position.at, "@ds", "beyond the road", found=found, allowed=allowed)
+        return
+    lane = base.lane_id + position.d_lane
+    if base.lane_id * lane <= 0 and position.d_lane:  # there is no lane 0 to drive on
+        lane += 1 if position.d_lane > 0 else -1
+    lanes = [numbers for start, numbers in facts.lanes[base.road_id] if start <= s + _TOLERANCE][-1]
+    if position.ds is not None and lane not in lanes:
+        context.error(
+            "ref.unknown_lane",
+            position.at,
+            "@dLane",
+            f"road {base.road_id[:40]} has no lane {lane} at s = {s:g} m",
+            found=str(position.d_lane),
+            allowed="lanes " + ", ".join(str(number) for number in sorted(lanes)),
+        )
 
 
 def check_phases(network: RoadNetwork | None, context: Context) -> None:

@@ -28,7 +28,7 @@ from openscenario.read.context import Context
 from openscenario.read.elements import ElementReader
 from openscenario.read.header import read_header
 from openscenario.read.references import check_entity_names, check_references
-from openscenario.read.road import check_on_road, check_phases, with_road
+from openscenario.read.road import check_beside, check_on_road, check_phases, with_road
 from openscenario.values import BadValue, check_type, spelled
 from openscenario.xml import Document, Node, read_xml
 
@@ -134,6 +134,8 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
     check_references(context)
     check_on_road(network, context)
     check_phases(network, context)
+    if storyboard is not None:
+        check_beside(storyboard.init, network, context)
     if context.findings.errors or network is None or entities is None or storyboard is None:
         return None
     return Scenario(

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from openscenario import model
+from openscenario.findings import Finding, ScenarioError
 from openscenario.road.positions import RoadPosition
 from openscenario.storyboard.geo import projection
 from openscenario.storyboard.places import Place, RoadPoint
@@ -273,12 +274,23 @@ def _relative_lane(position: model.RelativeLanePosition, board: Storyboard, move
             point.road, shifted_lane(point.lane, side * position.d_lane), point.s, side * position.offset
         )
         faced = point if orientation is not None else target
+        if network.lane(target.road, target.lane, target.s) is None:
+            raise _no_lane(position, target)
         base = network.lane_pose(target.road, target.lane, target.s, 0.0).h
         if ground.sense_at(other, faced) < 0.0:
             base += math.pi
         return _on_lane(board, target, orientation, base=base)
 
     return where
+
+
+def _no_lane(position: model.RelativeLanePosition, target: RoadPoint) -> ScenarioError:
+    """Where the other entity is then, the road has no lane so far beside it: known only while the scenario runs."""
+    text = f"road {target.road} has no lane {target.lane} at s = {target.s:g} m, beside {position.entity_ref}"
+    at, found = position.at, str(position.d_lane)
+    return ScenarioError(
+        [Finding("ref.unknown_lane", "error", at.file, at.line, f"{at.element}@dLane", found, text=text)]
+    )
 
 
 def _relative_road(position: model.RelativeRoadPosition, board: Storyboard, mover: Entity | None) -> Where:
