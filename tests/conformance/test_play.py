@@ -32,11 +32,16 @@ MORE = (
     "left-hand-traffic_using_road_rule",
     "ltap-od",
     "slow-lead-vehicle",
+    "speed-profile",
     "synch_with_steady_state",
+    "trailers",
     "ut_condition_delay",
     "ut_lateral_maneuvers_test",
     "ut_position_types",
     "ut_relative_lane_offset",
+    "ut_relative_pos_over_intersection",
+    "ut_traj_heading_and_interpolation",
+    "ut_trajectory_speed",
     "ut_variable_modify",
 )
 
