@@ -182,7 +182,7 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
             )
     elevation = by_tag(parts["elevationProfile"][0]) if "elevationProfile" in parts else {}
     lateral = by_tag(parts["lateralProfile"][0]) if "lateralProfile" in parts else {}
-    for tag in ("shape", "crossSectionSurface"):
+    for tag in ("shape", "crossfall", "crossSectionSurface"):
         if tag in lateral:
             attributes.report(
                 "road.unsupported",
