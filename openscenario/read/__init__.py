@@ -20,7 +20,10 @@ from openscenario.read.scenario import declarations_of, open_reading, read_catal
 AnyPath: TypeAlias = str | os.PathLike[str]
 
 # What breaks a rule of the standard and still has one meaning: a warning when the file is run, an error when checked.
-_STRICT: Final = ("name.duplicate", "reference_control.unique_element_names_on_same_level", "value.not_a_moment")
+_STRICT: Final = (
+    *("name.duplicate", "reference_control.unique_element_names_on_same_level", "value.not_a_moment"),
+    *("path.outside_root", "path.scheme_forbidden", "path.too_long"),  # of a catalogue of which nothing is used
+)
 
 __all__ = ["check_scenario", "read_cases", "read_catalog", "read_declarations", "read_distribution", "read_scenario"]
 
@@ -134,9 +137,10 @@ def check_scenario(
             read_distribution_file(reading)
         else:
             read_sections(reading, {})
-    return tuple(
+    strict = (
         dataclasses.replace(each, severity="error") if each.code in _STRICT else each for each in findings.in_order()
     )
+    return tuple(dict.fromkeys(strict))
 
 
 def read_declarations(path: AnyPath) -> tuple[ParameterDeclaration, ...]:

@@ -126,7 +126,6 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
     monitors = _rows(reading, sections.get("MonitorDeclarations"), MonitorDeclaration, scope)
     locations = _section(reading, sections, CatalogLocations, scope) or CatalogLocations()
     context.catalogs = Catalogs.of(locations, reading.roots, reading.roots.base)
-    _check_locations(context.catalogs, context)
     network = with_road(_section(reading, sections, RoadNetwork, scope), reading.roots, context)
     entities = _section(reading, sections, Entities, scope)
     storyboard = _section(reading, sections, Storyboard, scope)
@@ -134,6 +133,7 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
     check_references(context)
     check_on_road(network, context)
     check_phases(network, context)
+    _check_locations(context.catalogs, context)
     if storyboard is not None:
         check_beside(storyboard.init, network, context)
     if context.findings.errors or network is None or entities is None or storyboard is None:
@@ -214,12 +214,15 @@ def _sections(reading: Reading) -> dict[str, Node]:
 
 
 def _check_locations(catalogs: Catalogs, context: Context) -> None:
-    """A folder that may not be opened is an error even if nothing of it is used; one that is missing is not."""
+    """A folder that may not be opened, even if nothing of it is used (see `check_scenario`); a missing one is fine."""
+    known = {(finding.line, finding.element) for finding in context.findings.found}
     for _, written, at in catalogs.locations:
+        if (at.line, f"{at.element}@path") in known:
+            continue  # something of it is used
         try:
             catalogs.roots.inside(written, catalogs.base)
         except PathError as error:
-            context.error(error.code, at, "@path", error.text, found=written, allowed=error.allowed, hint=error.hint)
+            context.warning(error.code, at, "@path", error.text, found=written, allowed=error.allowed, hint=error.hint)
 
 
 def _missing(reading: Reading, sections: Mapping[str, Node], tag: str) -> None:
