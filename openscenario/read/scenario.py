@@ -78,7 +78,7 @@ def open_reading(path: Path, library: Sequence[Path], rootdir: Path | None, find
         findings.add(
             "format.unsupported",
             str(path),
-            None,
+            1,
             "",
             "OpenSCENARIO DSL is not supported",
             hint="export OpenSCENARIO XML",

@@ -9,8 +9,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from openscenario.findings import Finding
 from openscenario.read import check_scenario
 
