@@ -1,0 +1,109 @@
+"""What the stack believes against what is true: its own pose, and the road users it sees."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_dvp.log import FloatArray, Log, ObjectTrack
+from pytest_dvp.metrics._ego import ego_size
+from pytest_dvp.metrics.base import Measured, Series, Undefined, metric
+
+_SAME_TIME = 1e-6  # s
+SETTLED = 1.0  # s in the corridor until an object counts; a tracker needs some scans
+
+
+@metric(name="localization_error", unit="m", bigger_is_worse=True, note="root mean square of the position")
+def localization_error(log: Log) -> Measured:
+    """Root mean square of the distance between the position the stack estimates (`ads.x`, `ads.y`) and the true one.
+
+    Undefined if the stack tells no estimate, or before its first one only.
+    """
+    if "ads.x" not in log.columns or "ads.y" not in log.columns:
+        raise Undefined("the stack tells no estimate of its position (ads.x, ads.y)")
+    # The estimate of a tick holds in the log until the next; it was true at the instant of the tick.
+    fresh = np.flatnonzero(np.diff(log["ads.x"], prepend=np.nan) != 0.0)
+    t = log.t[fresh]
+    error = np.hypot(log["ads.x"][fresh] - log["x"][fresh], log["ads.y"][fresh] - log["y"][fresh])
+    known = np.isfinite(error)
+    if not known.any():
+        raise Undefined("the stack never had an estimate of its position")
+    worst = int(np.argmax(np.where(known, error, -1.0)))
+    rms = float(np.sqrt(np.mean(error[known] ** 2)))
+    return Measured(rms, float(t[worst]), "", Series(t, error), {"greatest": float(error[worst])})
+
+
+@metric(name="detection_error", unit="m", bigger_is_worse=True, note="root mean square of the position")
+def detection_error(log: Log, *, reach: float = 20.0, beside: float = 4.0, within: float = 3.0) -> Measured:
+    """Root mean square of the distance between road users ahead and the nearest detection of the same kind.
+
+    Ahead: the middle of the box within `reach` [m] in front of the ego and `beside` [m] to a side, for SETTLED seconds.
+    Farther than `within` [m] it is another one: see `missed_objects`. Undefined if none was ahead or none was seen.
+    """
+    ahead = _objects_ahead(log, reach, beside, within)
+    if not ahead:
+        raise Undefined("no road user was ahead of the ego")
+    t = np.concatenate([times for _, times, _ in ahead])
+    error = np.concatenate([errors for _, _, errors in ahead])
+    names = np.repeat([name for name, _, _ in ahead], [len(times) for _, times, _ in ahead])
+    seen = np.isfinite(error)
+    if not seen.any():
+        raise Undefined("no road user ahead of the ego was seen")
+    worst = int(np.argmax(np.where(seen, error, -1.0)))
+    order = np.argsort(t, kind="stable")
+    rms = float(np.sqrt(np.mean(error[seen] ** 2)))
+    extra = {"greatest": float(error[worst]), "seen": float(seen.mean())}
+    return Measured(rms, float(t[worst]), str(names[worst]), Series(t[order], error[order]), extra)
+
+
+@metric(name="missed_objects", unit="s", bigger_is_worse=True)
+def missed_objects(log: Log, *, reach: float = 20.0, beside: float = 4.0, within: float = 3.0) -> Measured:
+    """Total time during which a road user ahead had no detection of its kind near it; arguments as `detection_error`.
+
+    Hidden ones count: the log does not know what hides what. Undefined if none was ahead.
+    """
+    ahead = _objects_ahead(log, reach, beside, within)
+    if not ahead:
+        raise Undefined("no road user was ahead of the ego")
+    total, t_first, who = 0.0, None, ""
+    for name, times, error in ahead:
+        missed = ~np.isfinite(error)
+        if missed.any():
+            step = float(np.median(np.diff(log.objects[name].t))) if len(log.objects[name].t) > 1 else 0.0
+            total += step * float(missed.sum())
+            if t_first is None or times[missed][0] < t_first:
+                t_first, who = float(times[missed][0]), name
+    return Measured(total, t_first, who)
+
+
+def _objects_ahead(log: Log, reach: float, beside: float, within: float) -> list[tuple[str, FloatArray, FloatArray]]:
+    """(name, times, distance to the nearest detection of its kind, NaN if none is `within`) of what was ahead."""
+    front = ego_size(log)[2] + 0.5 * ego_size(log)[0]
+    table = log.detections
+    found = []
+    for name, track in log.objects.items():
+        rows = np.flatnonzero(_ahead(log, track, front, reach, beside))
+        if not len(rows):
+            continue
+        of_kind = np.array([kind == track.kind for kind in table.kind], dtype=bool)
+        t, x, y = table.t[of_kind], table.x[of_kind], table.y[of_kind]
+        first = np.searchsorted(t, track.t[rows] - _SAME_TIME)
+        count = np.searchsorted(t, track.t[rows] + _SAME_TIME) - first
+        nearest = np.full(len(rows), np.inf)
+        for k in range(int(count.max())):
+            there = count > k
+            at, of = first[there] + k, rows[there]
+            nearest[there] = np.minimum(nearest[there], np.hypot(x[at] - track.x[of], y[at] - track.y[of]))
+        found.append((name, track.t[rows], np.where(nearest <= within, nearest, np.nan)))
+    return found
+
+
+def _ahead(log: Log, track: ObjectTrack, front: float, reach: float, beside: float) -> NDArray[np.bool_]:
+    """Which rows of a track were ahead of the ego, for SETTLED seconds at least."""
+    x, y, yaw = (np.interp(track.t, log.t, log[column]) for column in ("x", "y", "yaw"))
+    dx, dy = track.x - x, track.y - y
+    along, across = dx * np.cos(yaw) + dy * np.sin(yaw) - front, dy * np.cos(yaw) - dx * np.sin(yaw)
+    inside = (along > 0.0) & (along < reach) & (np.abs(across) < beside)
+    entered = np.where(inside & ~np.concatenate([[False], inside[:-1]]), track.t, -np.inf)
+    since = np.maximum.accumulate(entered)  # when the present stay began
+    return np.asarray(inside & (track.t - since >= SETTLED - _SAME_TIME))
