@@ -1,13 +1,17 @@
 """Extended Kalman filter of the car's motion, with measurements kept in the order of their stamps.
 
-State: x, y [m], yaw [rad] of the rear axle in the map, speed v [m/s], yaw rate w [rad/s], gyro bias b [rad/s].
-Model: x' = v cos(yaw), y' = v sin(yaw), yaw' = w, v' = measured longitudinal acceleration, w and b random walks.
-Source: Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 3.3. Not valid with large side slip at the rear axle.
+State: x, y [m], yaw [rad] of the rear axle in the map, speed v [m/s], bias b of the yaw rate [rad/s], scale k of the
+wheels' speed [-], side slip c of the rear axle per lateral acceleration [rad s^2/m], slow error gx, gy of the GNSS [m].
+Model: w = measured yaw rate - b; course = yaw - c v w; x' = v cos(course), y' = v sin(course), yaw' = w, v' = measured
+longitudinal acceleration; b, k and c random walks, gx and gy first-order Gauss-Markov.
+Sources: Thrun, Burgard, Fox, Probabilistic Robotics (2005), table 3.3; slow errors as states: P. Groves, Principles of
+GNSS, Inertial and Multisensor Integrated Navigation Systems, 2nd ed., sec. 3.4; side slip of a linear tyre in steady
+turning: Rajamani, Vehicle Dynamics and Control, 2nd ed., sec. 3.3. Not valid when the tyres slide.
 
 A measurement row is t, kind, a, b, c, d, e:
   GNSS  x, y, sigma, yaw, yaw_sigma (yaw_sigma <= 0: the receiver gives no heading)
-  ODO   speed, its sigma, yaw rate from steering, its sigma
-  IMU   yaw rate, its sigma, longitudinal acceleration
+  ODO   speed, its sigma, yaw rate from steering (used while no IMU speaks)
+  IMU   yaw rate, longitudinal acceleration
 """
 
 from __future__ import annotations
@@ -22,120 +26,201 @@ from vehicle.messages import FloatArray
 
 GNSS, ODO, IMU = 0.0, 1.0, 2.0
 ROW = 7
-X, Y, YAW, V, W, B = range(6)
+STATES = 9
+X, Y, YAW, V, B, K, C, GX, GY = range(STATES)
 
-# Process noise densities, per sqrt(s): slip of the position, yaw, unmodelled acceleration, yaw acceleration, bias.
-NOISE = np.array([0.02, 0.002, 0.25, 0.6, 2e-4])
+NOISES = 9
+(SLIP_NOISE, GYRO_NOISE, STEER_NOISE, ACCEL_NOISE, BIAS_WALK, SCALE_WALK, COMPLIANCE_WALK, SLOW_SHARE,
+ SLOW_TIME) = range(NOISES)  # fmt: skip
+"""Densities per sqrt(s): transient slip of the position [m], yaw by the gyro and by the steering [rad], speed [m/s],
+walks of b, k, c; then the slow part of a fix's sigma (0..1) and how long it lasts [s]."""
+
+HOLD = 6
+HT, HA, HW, HIMU, HYAW, HSLOW = range(HOLD)
+"""Input that the filter holds: time, acceleration, yaw rate, time of the last IMU row, density of the yaw's noise,
+slow part of the sigma of the last fix [m]."""
+
+COUNTS = 6
+STREAK, REJECTED, ACCEPTED, SINCE, OFF_X, OFF_Y = range(COUNTS)
+"""Of GNSS fixes: rejected in a row, rejected and accepted in all, since when the row, last rejected innovation [m]."""
 
 GATE_2 = 13.82  # chi-square, 2 degrees of freedom, 99.9 %
 GATE_1 = 10.83  # chi-square, 1 degree of freedom, 99.9 %
+GATE_WHEELS = 25.0  # 5 sigma; wheels that slip
+IMU_SILENCE = 0.1  # s without an IMU until the steering gives the yaw rate
+STANDING = 0.02  # m/s; slower, the car does not turn, and the gyro shows its bias
+STANDING_SIGMA = 0.02  # rad/s per odometry message
+ALIKE = 3.0  # m between the innovations of rejected fixes that agree with each other
+CONFIRMED = 50.0  # accepted fixes after which the filter is trusted more than a few seconds of GNSS
+PATIENCE_NEW, PATIENCE = 3.0, 30.0  # s of agreeing rejected fixes until a filter starts over: new, confirmed
 
 
 @compiled
-def predict(m: FloatArray, p: FloatArray, acceleration: float, dt: float, noise: FloatArray) -> None:
-    """Move mean `m` (6,) and covariance `p` (6, 6) forward by `dt` [s], in place."""
+def predict(m: FloatArray, p: FloatArray, hold: FloatArray, w: float, dt: float, noise: FloatArray) -> None:
+    """Move mean `m` (STATES,) and covariance `p` forward by `dt` [s] at measured yaw rate `w` [rad/s], in place."""
     if dt <= 0.0:
         return
-    half = m[YAW] + 0.5 * m[W] * dt
-    c, s = math.cos(half), math.sin(half)
-    step = (m[V] + 0.5 * acceleration * dt) * dt
+    a, v = hold[HA], m[V]
+    rate = w - m[B]
+    course = m[YAW] + 0.5 * rate * dt - m[C] * v * rate
+    c, s = math.cos(course), math.sin(course)
+    step = (v + 0.5 * a * dt) * dt
     m[X] += step * c
     m[Y] += step * s
-    m[YAW] += m[W] * dt
-    m[V] += acceleration * dt
+    m[YAW] += rate * dt
+    m[V] += a * dt
+    fade = 1.0 - dt / noise[SLOW_TIME]
+    m[GX] *= fade
+    m[GY] *= fade
     # F is the identity but for these entries, so F P F' is a few row sums, then the same with columns
-    x_yaw, x_v, x_w = -step * s, dt * c, -0.5 * dt * step * s
-    y_yaw, y_v, y_w = step * c, dt * s, 0.5 * dt * step * c
-    for k in range(6):
-        p[X, k] += x_yaw * p[YAW, k] + x_v * p[V, k] + x_w * p[W, k]
-        p[Y, k] += y_yaw * p[YAW, k] + y_v * p[V, k] + y_w * p[W, k]
-        p[YAW, k] += dt * p[W, k]
-    for k in range(6):
-        p[k, X] += x_yaw * p[k, YAW] + x_v * p[k, V] + x_w * p[k, W]
-        p[k, Y] += y_yaw * p[k, YAW] + y_v * p[k, V] + y_w * p[k, W]
-        p[k, YAW] += dt * p[k, W]
-    p[X, X] += noise[0] * noise[0] * dt
-    p[Y, Y] += noise[0] * noise[0] * dt
-    p[YAW, YAW] += noise[1] * noise[1] * dt
-    p[V, V] += noise[2] * noise[2] * dt
-    p[W, W] += noise[3] * noise[3] * dt
-    p[B, B] += noise[4] * noise[4] * dt
+    by_v, by_b, by_c = -m[C] * rate, m[C] * v - 0.5 * dt, -v * rate
+    x_yaw, y_yaw = -step * s, step * c
+    x_v, y_v = dt * c + x_yaw * by_v, dt * s + y_yaw * by_v
+    for k in range(STATES):
+        course_k = p[YAW, k] + by_b * p[B, k] + by_c * p[C, k]
+        p[X, k] += x_yaw * course_k + x_v * p[V, k]
+        p[Y, k] += y_yaw * course_k + y_v * p[V, k]
+        p[YAW, k] -= dt * p[B, k]
+        p[GX, k] *= fade
+        p[GY, k] *= fade
+    for k in range(STATES):
+        course_k = p[k, YAW] + by_b * p[k, B] + by_c * p[k, C]
+        p[k, X] += x_yaw * course_k + x_v * p[k, V]
+        p[k, Y] += y_yaw * course_k + y_v * p[k, V]
+        p[k, YAW] -= dt * p[k, B]
+        p[k, GX] *= fade
+        p[k, GY] *= fade
+    p[X, X] += noise[SLIP_NOISE] ** 2 * dt
+    p[Y, Y] += noise[SLIP_NOISE] ** 2 * dt
+    p[YAW, YAW] += hold[HYAW] ** 2 * dt
+    p[V, V] += noise[ACCEL_NOISE] ** 2 * dt
+    p[B, B] += noise[BIAS_WALK] ** 2 * dt
+    p[K, K] += noise[SCALE_WALK] ** 2 * dt
+    p[C, C] += noise[COMPLIANCE_WALK] ** 2 * dt
+    slow = 2.0 * hold[HSLOW] ** 2 * dt / noise[SLOW_TIME]  # what fades of the slow error comes anew
+    p[GX, GX] += slow
+    p[GY, GY] += slow
 
 
 @compiled
 def correct(m: FloatArray, p: FloatArray, h: FloatArray, innovation: float, variance: float, gate: float) -> bool:
-    """Scalar update with row `h` (6,); False and no change if the squared Mahalanobis distance exceeds `gate`."""
-    ph = np.empty(6)
+    """Scalar update with row `h` (STATES,); False and no change if the squared Mahalanobis distance exceeds `gate`."""
+    ph = np.empty(STATES)
     total = variance
-    for i in range(6):
+    for i in range(STATES):
         value = 0.0
-        for k in range(6):
+        for k in range(STATES):
             value += p[i, k] * h[k]
         ph[i] = value
-    for i in range(6):
-        total += h[i] * ph[i]
+        total += h[i] * value
     if innovation * innovation > gate * total:
         return False
-    for i in range(6):
+    for i in range(STATES):
         gain = ph[i] / total
         m[i] += gain * innovation
-        for k in range(6):
+        for k in range(STATES):
             p[i, k] -= gain * ph[k]
     return True
 
 
 @compiled
-def correct_gnss(m: FloatArray, p: FloatArray, row: FloatArray, lever: float, counts: FloatArray) -> None:
-    """Antenna position, `lever` [m] ahead of the rear axle, and heading; counts: rejected in a row, rejected in all."""
+def start_over(p: FloatArray, dx: float, dy: float) -> None:
+    """Forget where the car is: as unsure as the fixes are far off (dx, dy [m])."""
+    for i in range(3):
+        p[i, i] += (dx * dx + dy * dy) if i < 2 else 0.5
+
+
+@compiled
+def reject(p: FloatArray, t: float, dx: float, dy: float, counts: FloatArray) -> None:
+    """Count a fix that does not fit; after enough of them that agree with each other the filter is lost, not they."""
+    agrees = counts[STREAK] > 0.0 and math.hypot(dx - counts[OFF_X], dy - counts[OFF_Y]) < ALIKE
+    if not agrees:
+        counts[STREAK], counts[SINCE] = 0.0, t
+    counts[STREAK] += 1.0
+    counts[REJECTED] += 1.0
+    counts[OFF_X], counts[OFF_Y] = dx, dy
+    patience = PATIENCE if counts[ACCEPTED] >= CONFIRMED else PATIENCE_NEW
+    if t - counts[SINCE] >= patience and counts[STREAK] > 3.0:
+        start_over(p, dx, dy)
+        counts[STREAK] = counts[ACCEPTED] = 0.0
+
+
+@compiled
+def correct_gnss(
+    m: FloatArray, p: FloatArray, row: FloatArray, lever: FloatArray, noise: FloatArray, counts: FloatArray
+) -> None:
+    """Antenna position, `lever` (2,) [m] ahead and left of the rear axle, and heading; counts as COUNTS has them."""
     c, s = math.cos(m[YAW]), math.sin(m[YAW])
-    hx, hy = np.zeros(6), np.zeros(6)
-    hx[X], hx[YAW] = 1.0, -lever * s
-    hy[Y], hy[YAW] = 1.0, lever * c
-    dx = row[2] - (m[X] + lever * c)
-    dy = row[3] - (m[Y] + lever * s)
-    r = row[4] * row[4]
-    sxx = p[X, X] + 2.0 * hx[YAW] * p[X, YAW] + hx[YAW] * hx[YAW] * p[YAW, YAW] + r
-    syy = p[Y, Y] + 2.0 * hy[YAW] * p[Y, YAW] + hy[YAW] * hy[YAW] * p[YAW, YAW] + r
-    sxy = p[X, Y] + hy[YAW] * p[X, YAW] + hx[YAW] * p[Y, YAW] + hx[YAW] * hy[YAW] * p[YAW, YAW]
+    arm_x, arm_y = lever[0] * c - lever[1] * s, lever[0] * s + lever[1] * c
+    hx, hy = np.zeros(STATES), np.zeros(STATES)
+    hx[X], hx[GX], hx[YAW] = 1.0, 1.0, -arm_y
+    hy[Y], hy[GY], hy[YAW] = 1.0, 1.0, arm_x
+    dx = row[2] - (m[X] + m[GX] + arm_x)
+    dy = row[3] - (m[Y] + m[GY] + arm_y)
+    r = row[4] ** 2 * (1.0 - noise[SLOW_SHARE] ** 2)
+    sxx = syy = r
+    sxy = 0.0
+    for i in (X, YAW, GX):
+        for k in (X, YAW, GX):
+            sxx += hx[i] * p[i, k] * hx[k]
+    for i in (Y, YAW, GY):
+        for k in (Y, YAW, GY):
+            syy += hy[i] * p[i, k] * hy[k]
+    for i in (X, YAW, GX):
+        for k in (Y, YAW, GY):
+            sxy += hx[i] * p[i, k] * hy[k]
     distance = (syy * dx * dx - 2.0 * sxy * dx * dy + sxx * dy * dy) / (sxx * syy - sxy * sxy)
     if distance > GATE_2:
-        counts[0] += 1.0
-        counts[1] += 1.0
-        if counts[0] >= 30.0:  # fixes that agree with each other for seconds: the filter is lost, not they
-            for i in range(3):
-                p[i, i] += (dx * dx + dy * dy) if i < 2 else 0.5
-            counts[0] = 0.0
+        reject(p, row[0], dx, dy, counts)
         return
-    counts[0] = 0.0
+    counts[STREAK] = 0.0
+    counts[ACCEPTED] += 1.0
     correct(m, p, hx, dx, r, 1e18)
     # the second component sees the state that the first one moved
-    correct(m, p, hy, row[3] - (m[Y] + lever * math.sin(m[YAW])), r, 1e18)
+    arm_y = lever[0] * math.sin(m[YAW]) + lever[1] * math.cos(m[YAW])
+    correct(m, p, hy, row[3] - (m[Y] + m[GY] + arm_y), r, 1e18)
     if row[6] > 0.0:
-        h = np.zeros(6)
+        h = np.zeros(STATES)
         h[YAW] = 1.0
         correct(m, p, h, wrap_angle(row[5] - m[YAW]), row[6] * row[6], GATE_1)
 
 
 @compiled
+def correct_wheels(m: FloatArray, p: FloatArray, row: FloatArray, hold: FloatArray, noise: FloatArray) -> None:
+    """Speed of the wheels; standing still shows the bias of the yaw rate; without an IMU the steering gives it."""
+    h = np.zeros(STATES)
+    h[V], h[K] = 1.0 + m[K], m[V]
+    correct(m, p, h, row[2] - (1.0 + m[K]) * m[V], row[3] * row[3], GATE_WHEELS)
+    if row[0] - hold[HIMU] > IMU_SILENCE:
+        hold[HW], hold[HA], hold[HYAW] = row[4], 0.0, noise[STEER_NOISE]
+    elif abs(row[2]) < STANDING and abs(m[V]) < 2.0 * STANDING:
+        h[V], h[K], h[B] = 0.0, 0.0, 1.0
+        correct(m, p, h, hold[HW] - m[B], STANDING_SIGMA**2, GATE_1)
+
+
+@compiled
 def digest(
-    m: FloatArray, p: FloatArray, hold: FloatArray, row: FloatArray, lever: float, noise: FloatArray, counts: FloatArray
+    m: FloatArray,
+    p: FloatArray,
+    hold: FloatArray,
+    row: FloatArray,
+    lever: FloatArray,
+    noise: FloatArray,
+    counts: FloatArray,
 ) -> None:
-    """Predict to the stamp of `row`, then update by it. `hold` is (time, acceleration) of the filter, in place."""
-    predict(m, p, hold[1], row[0] - hold[0], noise)
-    hold[0] = max(hold[0], row[0])
+    """Predict to the stamp of `row`, then update by it. `hold` (HOLD,) is the filter's input, in place."""
+    w = hold[HW]
+    if row[1] == IMU and row[0] - hold[HIMU] <= IMU_SILENCE:
+        w = 0.5 * (w + row[2])  # it changed evenly since the last one
+    predict(m, p, hold, w, row[0] - hold[HT], noise)
+    hold[HT] = max(hold[HT], row[0])
     if row[1] == GNSS:
-        correct_gnss(m, p, row, lever, counts)
-        return
-    h = np.zeros(6)
-    if row[1] == ODO:
-        h[V] = 1.0
-        correct(m, p, h, row[2] - m[V], row[3] * row[3], 25.0)
-        h[V], h[W] = 0.0, 1.0
-        correct(m, p, h, row[4] - m[W], row[5] * row[5], 25.0)
+        hold[HSLOW] = noise[SLOW_SHARE] * row[4]
+        correct_gnss(m, p, row, lever, noise, counts)
+    elif row[1] == ODO:
+        correct_wheels(m, p, row, hold, noise)
     else:
-        h[W], h[B] = 1.0, 1.0
-        correct(m, p, h, row[2] - m[W] - m[B], row[3] * row[3], 25.0)
-        hold[1] = row[4]
+        hold[HW], hold[HA], hold[HIMU], hold[HYAW] = row[2], row[3], row[0], noise[GYRO_NOISE]
 
 
 @compiled
@@ -154,13 +239,14 @@ def advance(
     n: int,
     t_keep: float,
     t_now: float,
-    lever: float,
+    lever: FloatArray,
     noise: FloatArray,
     counts: FloatArray,
     m_out: FloatArray,
     p_out: FloatArray,
+    hold_out: FloatArray,
 ) -> int:
-    """Fuse `rows[:n]` and give the state at `t_now` [s] in m_out (6,), p_out (6, 6).
+    """Fuse `rows[:n]` and give the state at `t_now` [s] in m_out (STATES,), p_out, hold_out (HOLD,).
 
     Rows stamped up to `t_keep` go into (m, p, hold) for good; newer ones stay in `rows`, sorted, and are replayed on
     every call, so that a late measurement takes its place in time. Returns how many rows stay.
@@ -175,20 +261,22 @@ def advance(
         copy_row(held, 0, rows, k + 1)
     done = 0
     while done < n and rows[done, 0] <= t_keep:
-        if rows[done, 0] >= hold[0] - 1e-9:
+        if rows[done, 0] >= hold[HT] - 1e-9:
             digest(m, p, hold, rows[done], lever, noise, counts)
         done += 1
     left = n - done
     for i in range(left):
         copy_row(rows, done + i, rows, i)
-    for i in range(6):
+    for i in range(STATES):
         m_out[i] = m[i]
-        for k in range(6):
+        for k in range(STATES):
             p_out[i, k] = p[i, k]
-    last, scratch = np.empty(2), np.empty(2)
-    for i in range(2):
-        last[i], scratch[i] = hold[i], counts[i]
+    for i in range(HOLD):
+        hold_out[i] = hold[i]
+    scratch = np.empty(COUNTS)
+    for i in range(COUNTS):
+        scratch[i] = counts[i]
     for i in range(left):
-        digest(m_out, p_out, last, rows[i], lever, noise, scratch)
-    predict(m_out, p_out, last[1], t_now - last[0], noise)
+        digest(m_out, p_out, hold_out, rows[i], lever, noise, scratch)
+    predict(m_out, p_out, hold_out, hold_out[HW], t_now - hold_out[HT], noise)
     return left

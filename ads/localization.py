@@ -8,15 +8,36 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ads.ekf import GNSS, IMU, NOISE, ODO, ROW, advance
-from ads.transforms import moved
+from ads.ekf import COUNTS, GNSS, HA, HOLD, HW, IMU, NOISES, ODO, REJECTED, ROW, STATES, B, advance
+from ads.transforms import Pose, TransformTree, moved, sensor_frames
 from vehicle.messages import FloatArray, GnssFix, Observation, VehicleDescription
 
-ODOMETRY_SIGMA = 0.04  # m/s
-IMU_SIGMA = 0.01  # rad/s
+UNKNOWN_SPEED = 15.0  # m/s, sigma before the wheels have spoken
 SHORTEST_WINDOW = 0.05  # s
 LONGEST_WINDOW = 0.5  # s; a measurement later than this is dropped
 CAPACITY = 512  # rows; at 400 rows/s and the longest window there is room to spare
+
+
+class MotionNoise(NamedTuple):
+    """What the filter takes the car and its sensors for. The defaults are those of the class: RTK GNSS, MEMS IMU.
+
+    Densities per sqrt(s) down to `compliance_walk`.
+    """
+
+    slip: float = 0.007  # m, transient side slip
+    gyro: float = 0.0002  # rad: 0.002 rad/s at 100 Hz
+    steering: float = 0.03  # rad, yaw by the steering while no IMU speaks
+    acceleration: float = 0.25  # m/s: slopes and the accelerometer's bias are in it
+    bias_walk: float = 2e-5  # rad/s
+    scale_walk: float = 1e-4  # of the speed
+    compliance_walk: float = 1e-5  # rad s^2/m
+    slow_share: float = 0.55  # of a fix's sigma that lasts
+    slow_time: float = 60.0  # s that it lasts
+    wheels: float = 0.02  # m/s, of one message of the odometry
+    bias: float = 0.003  # rad/s, yaw rate's at start
+    scale: float = 0.02  # wheel speed's at start
+    compliance: float = 0.005  # rad s^2/m, side slip per lateral acceleration at start
+    compliance_sigma: float = 0.005  # rad s^2/m
 
 
 class Estimate(NamedTuple):
@@ -31,6 +52,7 @@ class Estimate(NamedTuple):
     ax: float
     position_sigma: float
     yaw_sigma: float
+    covariance: FloatArray | None = None  # (4, 4) of x, y [m], yaw [rad], v [m/s]
 
     def pose_at(self, t: float) -> tuple[float, float, float]:
         """x, y [m] and yaw [rad] at another time, at constant speed and yaw rate; meant for |t - self.t| < 0.5 s."""
@@ -48,34 +70,49 @@ class EkfLocalizer:
     """Localizer by an extended Kalman filter (see ads.ekf).
 
     `heading_hint(x, y)` gives the yaw [rad] to start with where the GNSS has none; the map knows the lane's direction,
-    and None off the road stands for 0.
+    and None off the road stands for 0. `mean` and `covariance` are the filter's state at the last tick, `frames` the
+    transform tree of then.
     """
 
     def __init__(
         self,
         vehicle: VehicleDescription,
         heading_hint: Callable[[float, float], float | None],
-        noise: FloatArray = NOISE,
+        noise: MotionNoise | None = None,
     ) -> None:
         self._vehicle = vehicle
         self._hint = heading_hint
-        self._noise = np.array(noise, dtype=np.float64)
-        self._mean = np.zeros(6)
-        self._cov = np.zeros((6, 6))
-        self._hold = np.zeros(2)
+        self._trust = noise or MotionNoise()
+        self._noise = np.array(self._trust[:NOISES], dtype=np.float64)
+        self._lever = np.array([vehicle.gnss_x, vehicle.gnss_y])
+        self._mean = np.zeros(STATES)
+        self._cov = np.zeros((STATES, STATES))
+        self._hold = np.zeros(HOLD)
+        self._hold_now = np.zeros(HOLD)
         self._rows = np.zeros((CAPACITY, ROW))
         self._n = 0
         self._window = SHORTEST_WINDOW
         self._started = False
-        self._speed = 0.0
-        self._counts = np.zeros(2)
-        self.mean = np.zeros(6)
-        self.covariance = np.zeros((6, 6))
+        self._speed: float | None = None
+        self._counts = np.zeros(COUNTS)
+        self.mean = np.zeros(STATES)
+        self.covariance = np.zeros((STATES, STATES))
+        self._mounts = sensor_frames(vehicle)
+        self._odom = Pose(0.0, 0.0, 0.0)
+        self._last: Estimate | None = None
 
     @property
     def rejected(self) -> int:
         """GNSS fixes thrown away so far because they did not fit."""
-        return int(self._counts[1])
+        return int(self._counts[REJECTED])
+
+    @property
+    def frames(self) -> TransformTree | None:
+        """Map, odom, base and sensors at the last tick; None before the first fix."""
+        if self._last is None:
+            return None
+        base = Pose(self._last.x, self._last.y, self._last.yaw)
+        return TransformTree(base.then(self._odom.inverse()), self._odom, self._mounts)
 
     def update(self, observation: Observation) -> Estimate | None:
         """Fuse what arrived and predict to `observation.t`; None before the first GNSS fix."""
@@ -83,9 +120,10 @@ class EkfLocalizer:
         if not self._started:
             for odometry in observation.odometry:
                 self._speed = odometry.v
-            if not observation.gnss:
+            fixes = [fix for fix in observation.gnss if _is_fix(fix)]
+            if not fixes:
                 return None
-            self._start(observation.gnss[0])
+            self._start(fixes[0])
         self._collect(observation)
         self._n = advance(
             self._mean,
@@ -95,29 +133,47 @@ class EkfLocalizer:
             self._n,
             now - self._window,
             now,
-            self._vehicle.gnss_x,
+            self._lever,
             self._noise,
             self._counts,
             self.mean,
             self.covariance,
+            self._hold_now,
         )
-        x, y, yaw, v, w, _ = self.mean.tolist()
+        x, y, yaw, v, bias = self.mean[: B + 1].tolist()
+        w = float(self._hold_now[HW]) - bias
         p = self.covariance
         position = math.sqrt(max(0.5 * (p[0, 0] + p[1, 1]), 0.0))
-        ax = observation.imu[-1].ax if observation.imu else float(self._hold[1])
-        return Estimate(now, x, y, yaw, v, w, ax, position, math.sqrt(max(p[2, 2], 0.0)))
+        ax = observation.imu[-1].ax if observation.imu else float(self._hold_now[HA])
+        before, sigma = self._last, math.sqrt(max(p[2, 2], 0.0))
+        self._last = Estimate(now, x, y, yaw, v, w, ax, position, sigma, p[:4, :4].copy())
+        if before is not None:  # dead reckoning: smooth, whatever the fixes say
+            self._odom = Pose(*moved(*self._odom, 0.5 * (before.v + v), 0.5 * (before.yaw_rate + w), now - before.t))
+        return self._last
 
     def _start(self, fix: GnssFix) -> None:
         known = fix.yaw is not None
-        yaw = fix.yaw if fix.yaw is not None else self._hint(fix.x, fix.y) or 0.0
-        sigma_yaw = max(fix.yaw_sigma, 0.005) if known else 0.15
-        lever = self._vehicle.gnss_x
+        hint = None if known else self._hint(fix.x, fix.y)
+        yaw = fix.yaw if fix.yaw is not None else hint or 0.0
+        sigma_yaw = max(fix.yaw_sigma, 0.005) if known else 0.15 if hint is not None else 1.0
+        x, y = self._lever.tolist()
+        c, s = math.cos(yaw), math.sin(yaw)
+        trust = self._trust
         self._mean[:] = (
-            fix.x - lever * math.cos(yaw), fix.y - lever * math.sin(yaw), yaw, self._speed, 0.0, 0.0,
+            fix.x - x * c + y * s, fix.y - x * s - y * c, yaw, self._speed or 0.0, 0.0, 0.0, trust.compliance, 0.0, 0.0,
         )  # fmt: skip
-        position = max(fix.sigma, 0.01) ** 2 + (lever * sigma_yaw) ** 2
-        np.fill_diagonal(self._cov, (position, position, sigma_yaw**2, 0.25, 0.01, 1e-4))
-        self._hold[:] = (fix.t, 0.0)
+        sigma = max(fix.sigma, 0.01)
+        slow = trust.slow_share * sigma
+        speed = UNKNOWN_SPEED if self._speed is None else 0.5
+        position = sigma**2 + (math.hypot(x, y) * sigma_yaw) ** 2
+        np.fill_diagonal(
+            self._cov,
+            (position, position, sigma_yaw**2, speed**2, trust.bias**2, trust.scale**2, trust.compliance_sigma**2,
+             slow**2, slow**2),
+        )  # fmt: skip
+        for place, error in ((0, 7), (1, 8)):  # the fix's slow error is in the position from the start
+            self._cov[place, error] = self._cov[error, place] = -(slow**2)
+        self._hold[:] = (fix.t, 0.0, 0.0, -math.inf, trust.steering, slow)
         self._started = True
 
     def _collect(self, observation: Observation) -> None:
@@ -126,7 +182,7 @@ class EkfLocalizer:
         base = self._vehicle.wheelbase
         for fix in observation.gnss:
             oldest = min(oldest, fix.t)
-            if fix.t > start and n < CAPACITY:
+            if fix.t > start and n < CAPACITY and _is_fix(fix):
                 yaw = fix.yaw
                 rows[n] = (
                     fix.t, GNSS, fix.x, fix.y, max(fix.sigma, 0.01),
@@ -135,17 +191,19 @@ class EkfLocalizer:
                 n += 1
         for odo in observation.odometry:
             oldest = min(oldest, odo.t)
-            if odo.t > start and n < CAPACITY:
-                w = odo.v * math.tan(odo.steer) / base
-                # understeer: the kinematic yaw rate is worth less the faster the car turns and drives
-                sigma = 0.02 + 0.1 * abs(w) + 0.002 * abs(odo.v)
-                rows[n] = (odo.t, ODO, odo.v, ODOMETRY_SIGMA, w, sigma, 0.0)
+            if odo.t > start and n < CAPACITY and math.isfinite(odo.v + odo.steer):
+                rows[n] = (odo.t, ODO, odo.v, self._trust.wheels, odo.v * math.tan(odo.steer) / base, 0.0, 0.0)
                 n += 1
         lever = self._vehicle.imu_x
         for imu in observation.imu:
             oldest = min(oldest, imu.t)
-            if imu.t > start and n < CAPACITY:
-                rows[n] = (imu.t, IMU, imu.yaw_rate, IMU_SIGMA, imu.ax + imu.yaw_rate**2 * lever, 0.0, 0.0)
+            if imu.t > start and n < CAPACITY and math.isfinite(imu.ax + imu.yaw_rate):
+                rows[n] = (imu.t, IMU, imu.yaw_rate, imu.ax + imu.yaw_rate**2 * lever, 0.0, 0.0, 0.0)
                 n += 1
         self._n = n
         self._window = min(LONGEST_WINDOW, max(self._window, observation.t - oldest + SHORTEST_WINDOW))
+
+
+def _is_fix(fix: GnssFix) -> bool:
+    """Whether a fix holds numbers; receivers without one send NaN."""
+    return math.isfinite(fix.x + fix.y + fix.sigma + fix.yaw_sigma + (fix.yaw or 0.0))

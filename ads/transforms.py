@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from ads.compiled import compiled
-from vehicle.messages import FloatArray
+from vehicle.messages import FloatArray, VehicleDescription
 
 
 @compiled
@@ -39,6 +40,46 @@ class Pose(NamedTuple):
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         there: FloatArray = np.asarray(points) @ np.array([[c, s], [-s, c]]) + np.array([self.x, self.y])
         return there
+
+
+class TransformTree(NamedTuple):
+    """Frames of the car in the plane, as in REP-105: map -> odom -> base -> sensors.
+
+    `odom` moves smoothly (dead reckoning) and drifts; `map_odom` corrects it and may jump.
+    """
+
+    map_odom: Pose
+    odom_base: Pose
+    sensors: Mapping[str, Pose]
+
+    def lookup(self, target: str, source: str) -> Pose:
+        """The frame `source` in the frame `target`; names are map, odom, base and those of `sensors`.
+
+        Raises: KeyError for another name; it says which there are.
+        """
+        return self._in_map(target).inverse().then(self._in_map(source))
+
+    def _in_map(self, name: str) -> Pose:
+        if name == "map":
+            return Pose(0.0, 0.0, 0.0)
+        if name == "odom":
+            return self.map_odom
+        base = self.map_odom.then(self.odom_base)
+        if name == "base":
+            return base
+        if name not in self.sensors:
+            raise KeyError(f"no frame {name!r}; there are {', '.join(('map', 'odom', 'base', *self.sensors))}")
+        return base.then(self.sensors[name])
+
+
+def sensor_frames(car: VehicleDescription) -> Mapping[str, Pose]:
+    """Where the sensors sit on the car."""
+    return {
+        "gnss": Pose(car.gnss_x, car.gnss_y, 0.0),
+        "imu": Pose(car.imu_x, 0.0, 0.0),
+        "lidar": Pose(car.lidar_x, 0.0, 0.0),
+        "camera": Pose(car.camera_x, 0.0, 0.0),
+    }
 
 
 def moved(x: float, y: float, yaw: float, v: float, yaw_rate: float, dt: float) -> tuple[float, float, float]:

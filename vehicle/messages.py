@@ -54,6 +54,7 @@ class VehicleDescription(msgspec.Struct, frozen=True):
     camera_focal: float = 800.0  # px
     camera_width: int = 1280  # px
     camera_height: int = 720  # px
+    gnss_y: float = 0.0  # antenna left of the middle
 
 
 class VehicleState(msgspec.Struct, frozen=True):

@@ -56,7 +56,7 @@ class SensorSuite:
         """`car` with the mounting of these sensors."""
         found: dict[str, float | int] = {}
         if self.gnss:
-            found["gnss_x"] = self.gnss.mount.x
+            found |= {"gnss_x": self.gnss.mount.x, "gnss_y": self.gnss.mount.y}
         if self.imu:
             found["imu_x"] = self.imu.mount.x
         if self.lidar:
