@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from ads.control.longitudinal import ComfortSpeedControl, SpeedControl, allowed_speed
 from ads.control.pedals import Pedals, PiPedals
@@ -12,7 +12,9 @@ from ads.localization import EkfLocalizer, Localizer
 from ads.parameters import Parameters
 from ads.perception.pipeline import Perception, TrackingPerception
 from ads.planning.behaviour import Behaviour, Planner
+from ads.planning.drawn import plain_net
 from ads.planning.navigator import Navigator
+from ads.planning.nets import NETS
 from ads.planning.route import Map
 from vehicle.messages import Command, Detection, FloatArray, Observation, VehicleDescription
 
@@ -55,6 +57,11 @@ class Stack:
         self.detections: tuple[Detection, ...] = ()
         self._path: FloatArray | None = None
         self._shape: FloatArray | None = None
+
+    @property
+    def nets(self) -> list[dict[str, Any]]:
+        """The nets of the behaviour as plain data, for a report; a planner of another kind has none."""
+        return [plain_net(net) for net in NETS] if isinstance(self.planner, Behaviour) else []
 
     @property
     def path(self) -> FloatArray | None:

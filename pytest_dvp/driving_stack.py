@@ -137,6 +137,12 @@ class OnlyTick:
         return getattr(self._driver, "detections", None) or ()
 
     @property
+    def nets(self) -> list[Any]:
+        """Nets that the stack decides by, as plain data, for the report; empty if it tells none."""
+        nets = getattr(self._driver, "nets", None)
+        return list(nets) if isinstance(nets, list | tuple) else []
+
+    @property
     def path(self) -> FloatArray | None:
         """The stack's path as an array (n, 2), the same one until the stack gives another."""
         path = getattr(self._driver, "path", None)

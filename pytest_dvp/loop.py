@@ -51,6 +51,9 @@ class Driver(Protocol):
     @property
     def detections(self) -> Sequence[Detection]: ...
 
+    @property
+    def nets(self) -> list[Any]: ...
+
     def tick(self, observation: Observation) -> Command: ...
 
 

@@ -116,6 +116,8 @@ def prepare(request: Request) -> Ready:
         "task": _task_meta(task),
         **about,
     }
+    if driver.nets:
+        meta["nets"] = driver.nets
     road = [{"kind": border.kind, "points": border.points} for border in network.boundaries(1.0)]
     recorder = LogRecorder(meta, reference=_reference(network, task, gates.file), road=road)
     traffic = None

@@ -90,6 +90,16 @@ def place_intervals(columns: Columns) -> list[tuple[str, str, float, float]]:
     return sorted(found, key=lambda entry: (entry[0], entry[2], entry[1]))
 
 
+def place_shares(columns: Columns) -> dict[tuple[str, str], float]:
+    """Share of the time that each Petri-net place was active, by (net, place)."""
+    found = {}
+    for column in (name for name in columns if name.startswith(NET_PREFIX)):
+        net, _, place = column.removeprefix(NET_PREFIX).partition(".")
+        values = np.nan_to_num(np.asarray(columns[column], dtype=np.float64))
+        found[net, place] = float(np.mean(values > 0.5)) if len(values) else 0.0
+    return found
+
+
 def _ribbon_rows(intervals: Iterable[tuple[str, str, float, float]]) -> list[tuple[str, str, str, float, float]]:
     """(row, net, place, from, to): a row a net, and further rows where places of one net are active together."""
     ends: dict[str, list[float]] = {}
@@ -209,6 +219,7 @@ def timeline(
     ttc_inverse: Mapping[str, Any] | None = None,
     ttc_bound: float | None = None,
     events: Sequence[Mapping[str, Any]] = (),
+    more: Sequence[tuple[str, str, float, list[Figure]]] = (),
 ) -> Figure:
     """Events, speed, steering angle, acceleration, inverse time to collision and Petri-net places on one time axis.
 
@@ -217,6 +228,7 @@ def timeline(
         ttc_inverse: {"t": [s], "value": [1/s]}, the series of the metric.
         ttc_bound: the gate's bound [1/s], drawn as a line.
         events: mappings with t [s], kind, element, text, file, line.
+        more: further rows above the places: y axis, title, height [px], traces.
     """
     t = columns["t"]
     traces: list[Figure] = []
@@ -245,11 +257,13 @@ def timeline(
         if ttc_bound is not None and math.isfinite(ttc_bound):
             shapes.append({"type": "line", "xref": "paper", "yref": "y5", "x0": 0, "x1": 1, "y0": ttc_bound,
                            "y1": ttc_bound, "line": {"color": VERMILION, "width": 1.2, "dash": "dash"}})  # fmt: skip
+    for _, _, _, drawn_there in more:
+        traces += drawn_there
     bars = ribbons(columns, "y6")
     traces += bars
     rows = list(dict.fromkeys(bars[0]["y"])) if bars else []
     drawn = {str(trace["yaxis"]) for trace in traces}
-    return {"data": traces, "layout": _layout(float(t[0]), float(t[-1]), shapes, rows, drawn)}
+    return {"data": traces, "layout": _layout(float(t[0]), float(t[-1]), shapes, rows, drawn, more)}
 
 
 def _is_told(columns: Columns, name: str) -> bool:
@@ -261,13 +275,27 @@ def _is_told(columns: Columns, name: str) -> bool:
     return name != "accel_cmd" or not by_pedals or bool(np.any(np.nan_to_num(columns[name])))
 
 
-def _layout(start: float, end: float, shapes: list[Figure], rows: list[str], drawn: Collection[str]) -> Figure:
-    """Six rows from top to bottom; those on whose axis nothing is drawn get no room."""
-    wishes = {"y": 22.0, "y2": 120.0, "y3": 120.0, "y4": 120.0, "y5": 105.0, "y6": 22.0 * len(rows)}
-    heights = [height if axis in drawn else 0.0 for axis, height in wishes.items()]
+def _layout(
+    start: float,
+    end: float,
+    shapes: list[Figure],
+    rows: list[str],
+    drawn: Collection[str],
+    more: Sequence[tuple[str, str, float, list[Figure]]],
+) -> Figure:
+    """Rows from top to bottom; those on whose axis nothing is drawn get no room."""
+    wishes = {
+        "y": ("", 22.0),
+        "y2": ("speed<br>[m/s]", 120.0),
+        "y3": ("steer<br>[deg]", 120.0),
+        "y4": ("acceleration<br>[m/s²]", 120.0),
+        "y5": ("1 / TTC<br>[1/s]", 105.0),
+        **{name: (title, height) for name, title, height, _ in more},
+        "y6": ("", 22.0 * len(rows)),
+    }
+    heights = {name: height if name in drawn else 0.0 for name, (_, height) in wishes.items()}
     gap = 20.0
-    total = max(sum(heights) + gap * sum(1 for height in heights[1:] if height), gap)
-    titles = ["", "speed<br>[m/s]", "steer<br>[deg]", "acceleration<br>[m/s²]", "1 / TTC<br>[1/s]", ""]
+    total = max(sum(heights.values()) + gap * sum(1 for name, height in heights.items() if height and name != "y"), gap)
     layout: Figure = {
         "height": round(total + 66), "margin": {"l": 86, "r": 12, "t": 26, "b": 40}, "barmode": "overlay",
         "hovermode": "x", "showlegend": True, "dragmode": "zoom", "shapes": shapes,
@@ -277,19 +305,20 @@ def _layout(start: float, end: float, shapes: list[Figure], rows: list[str], dra
                   "zeroline": False},
     }  # fmt: skip
     top = total
-    for index, (height, title) in enumerate(zip(heights, titles, strict=True)):
+    for name, (title, _) in wishes.items():
+        height = heights[name]
         bottom = top - height
         axis: Figure = {"domain": [max(bottom / total, 0.0), top / total], "title": {"text": title, "standoff": 6}}
-        axis |= {"fixedrange": True, "zeroline": index in (2, 3), "anchor": "x", "automargin": False}
-        if index == 0 or not height:
+        axis |= {"fixedrange": True, "zeroline": name in ("y3", "y4", "y7"), "anchor": "x", "automargin": False}
+        if name == "y" or not height:
             axis |= {"visible": False, "range": [0, 1]}
-        if index == 0:
+        if name == "y":
             axis["domain"] = [bottom / total, 1.0]
-        if index == 4:
+        if name in ("y5", "y8", "y9"):
             axis["rangemode"] = "tozero"
-        if index == 5 and height:
+        if name == "y6" and height:
             axis |= {"type": "category", "categoryorder": "array", "categoryarray": rows[::-1], "showgrid": False}
             axis |= {"range": [-0.5, len(rows) - 0.5], "tickfont": {"size": 10.5}}
-        layout["yaxis" if index == 0 else f"yaxis{index + 1}"] = axis
-        top = bottom - (gap if height or index == 0 else 0.0)
+        layout["yaxis" + name.removeprefix("y")] = axis
+        top = bottom - (gap if height or name == "y" else 0.0)
     return layout

@@ -22,7 +22,9 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from reports.figures import timeline
+from reports.beliefs import belief_rows
+from reports.figures import place_shares, timeline
+from reports.nets import drawings
 from reports.scene import scene
 from reports.templating import asset, environment
 from reports.verdicts import Row, headline, pretty_unit, rows
@@ -80,7 +82,8 @@ def render_run_report(
     figure = None
     if len(columns.get("t", ())):
         bound = next((row.bound for row in table if row.metric == "max_ttc_inverse"), None)
-        figure = timeline(columns, ttc_inverse=ttc.get("series"), ttc_bound=bound, events=events)
+        figure = timeline(columns, ttc_inverse=ttc.get("series"), ttc_bound=bound, events=events,
+                          more=belief_rows(metrics, columns))  # fmt: skip
     stride = 1
     while True:
         data = scene(columns, objects, detections, paths, events, road, meta, ttc.get("series"), stride)
@@ -99,6 +102,7 @@ def render_run_report(
         rows=table,
         metrics=_metric_rows(metrics, table),
         conditions=conditions(meta),
+        nets=drawings(_nets(meta), place_shares(columns)),
         legend=legend(data),
         duration=float(columns["t"][-1]) if len(columns.get("t", ())) else 0.0,
         data=Markup(text),
@@ -117,6 +121,7 @@ def legend(data: Mapping[str, Any]) -> list[tuple[str, str]]:
         *(("box " + kind, kind, kind in kinds) for kind in ("vehicle", "pedestrian", "bicycle", "misc")),
         ("box detected", "detected", bool(data["detections"]["t"])),
         ("line driven", "driven", True),
+        ("box estimated", "estimated pose", "ads.x" in data["ego"]),
         ("line planned", "planned", bool(data["paths"]["t"])),
         ("diamond worst", "worst moments", bool(data["marks"])),
         ("diamond event", "storyboard event", bool(data["events"])),
@@ -136,7 +141,8 @@ def conditions(meta: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]
     groups: list[tuple[str, list[tuple[str, str]]]] = []
     names = {"parameters": "Scenario parameters", "P": "ADS parameters (P)", "S": "Simulator parameters (S)",
              "task": "Task", "ego": "Ego", "versions": "Versions", "model": "Vehicle model"}  # fmt: skip
-    for key in [*(key for key in names if key in meta), *(key for key in meta if key not in names)]:
+    shown = [key for key in meta if key not in ("nets", *names)]  # the nets are drawn
+    for key in [*(key for key in names if key in meta), *shown]:
         value = meta[key]
         if isinstance(value, Mapping):
             entries = [(str(name), _text(entry)) for name, entry in value.items()]
@@ -144,6 +150,11 @@ def conditions(meta: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]
         else:
             single.append((names.get(key, key), _text(value)))
     return [("Run", single), *groups] if single else groups
+
+
+def _nets(meta: Mapping[str, Any]) -> list[Any]:
+    nets = meta.get("nets")
+    return list(nets) if isinstance(nets, list | tuple) else []
 
 
 def _text(value: Any) -> str:

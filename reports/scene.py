@@ -58,7 +58,7 @@ def _ego_track(columns: Mapping[str, NDArray[np.float64]], stride: int) -> dict[
     step = float(np.median(np.diff(t))) if len(t) > 1 else 1.0
     every = max(1, round(1.0 / (RATE * step))) * stride if step > 0 else stride
     keep = np.unique(np.append(np.arange(0, len(t), every), len(t) - 1))
-    wanted = {"t": 3, "x": 3, "y": 3, "yaw": 4, "v": 3, "steer": 4, "ax": 3, "ads.x": 3, "ads.y": 3}
+    wanted = {"t": 3, "x": 3, "y": 3, "yaw": 4, "v": 3, "steer": 4, "ax": 3, "ads.x": 3, "ads.y": 3, "ads.yaw": 4}
     return {name: numbers(columns[name][keep], digits) for name, digits in wanted.items() if name in columns}
 
 

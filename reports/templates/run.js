@@ -37,6 +37,8 @@
       entries.push(["time to collision", inverse ? `${(1 / inverse).toFixed(2)} s` : "none"]);
     }
     const places = data.places.filter(([, , from, to]) => from <= t && (t < to || to >= end)).map(([net, place]) => `${net}: ${place}`);
+    const active = new Set(data.places.filter(([, , from, to]) => from <= t && (t < to || to >= end)).map(([net, place]) => `${net}\n${place}`));
+    for (const mark of document.querySelectorAll("[data-net]")) mark.classList.toggle("active", active.has(`${mark.dataset.net}\n${mark.dataset.place}`));
     if (data.places.length) entries.push(["decision", places.join(" · ") || "none"]);
     const list = by("readout");
     list.replaceChildren(...entries.map(([label, value]) => {

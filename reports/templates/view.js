@@ -81,7 +81,7 @@ class View {
 
   theme() {
     const style = getComputedStyle(document.documentElement);
-    for (const name of ["ground", "asphalt", "edge", "mark", "ego", "vehicle", "pedestrian", "misc", "detected", "planned", "driven", "ink", "soft", "bad", "card"])
+    for (const name of ["ground", "asphalt", "edge", "mark", "ego", "vehicle", "pedestrian", "misc", "detected", "planned", "driven", "estimated", "ink", "soft", "bad", "card"])
       this.colours[name] = style.getPropertyValue("--" + name).trim();
     this.colours.bicycle = this.colours.pedestrian;
   }
@@ -114,6 +114,7 @@ class View {
       this.box(pen, cx, cy, yaw, ego.length, ego.width, colour.ego, ego.name);
     }
     this.detected(pen);
+    this.estimated(pen);
     this.rule(pen, w, h, scale);
   }
 
@@ -301,6 +302,21 @@ class View {
       pen.stroke();
     }
     pen.setLineDash([]);
+  }
+
+  /** Where the stack believes the ego to be. */
+  estimated(pen) {
+    const ego = this.data.ego, t = this.t;
+    if (!ego["ads.x"] || !ego["ads.yaw"]) return;
+    const x = sample(ego, "ads.x", t), y = sample(ego, "ads.y", t), yaw = sample(ego, "ads.yaw", t, true);
+    if (x === null || y === null || yaw === null) return;
+    const p = this.corners(x + ego.center_x * Math.cos(yaw), y + ego.center_x * Math.sin(yaw), yaw, ego.length, ego.width);
+    pen.strokeStyle = this.colours.estimated;
+    pen.lineWidth = 2;
+    pen.beginPath();
+    p.forEach((q, j) => (j ? pen.lineTo(...q) : pen.moveTo(...q)));
+    pen.closePath();
+    pen.stroke();
   }
 
   rule(pen, w, h, scale) {
