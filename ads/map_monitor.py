@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from ads.planning.route import Leg, Map
 from vehicle.messages import FloatArray
 
 REACH = 150.0  # m ahead that a view covers
+PASSING = 10.0  # m behind the rear axle in which a crossing or signal is still in view
 NEAR = 5.0  # m; a crossing or signal whose middle is farther from the path is none of ours
 
 
@@ -53,15 +55,37 @@ class Room(NamedTuple):
     side_same_direction: bool
 
 
+class CrossingAhead(NamedTuple):
+    """A crosswalk of the route: outline (k, 2) [m] in the map, metres along the route to its near and far edge."""
+
+    id: str
+    area: FloatArray
+    distance: float
+    distance_end: float
+
+
+class SignalAhead(NamedTuple):
+    """A traffic light or sign of the route, `distance` [m] along it; `state` as last heard, "" if it never spoke."""
+
+    id: str
+    distance: float
+    state: str
+
+
 class View(NamedTuple):
-    """What lies ahead of the car: current lane, next junction's legs, crossings and signals within REACH."""
+    """What lies ahead of the car: current lane, next junction, crossings and signals within REACH.
+
+    `junction_lanes` are the route's legs through the next junction, `junction_others` the lanes of its other ways.
+    Distances are from the rear axle along the route, negative for what it is passing.
+    """
 
     lane: Leg
     in_junction: bool
     junction_distance: float  # m, inf if none
     junction_lanes: tuple[Leg, ...]
-    crossings: tuple[Crossing, ...]
-    signals: tuple[StopSignal, ...]
+    junction_others: tuple[Leg, ...]
+    crossings: tuple[CrossingAhead, ...]
+    signals: tuple[SignalAhead, ...]
 
 
 class MapMonitor:
@@ -73,10 +97,12 @@ class MapMonitor:
         self.spans = _spans(network, legs, path)
         self.crossings = _crossings(network, path)
         self.signals = _signals(network, self.spans, path)
+        self._areas = {str(c.id): np.asarray(c.outline, dtype=np.float64)[:, :2] for c in network.crosswalks}
         self._at = 0
 
-    def view(self, s: float) -> View:
-        """What lies ahead of arc length `s` [m] of the path."""
+    def view(self, s: float, states: Mapping[str, str] | None = None) -> View:
+        """What lies ahead of arc length `s` [m] of the path; `states` of the signals by id, as last heard."""
+        heard = states or {}
         spans = self.spans
         while self._at < len(spans) - 1 and s > spans[self._at].s_to:
             self._at += 1
@@ -97,8 +123,15 @@ class MapMonitor:
             here.junction,
             distance,
             tuple(lanes),
-            tuple(c for c in self.crossings if s - 10.0 < c.s_to and c.s_from < s + REACH),
-            tuple(g for g in self.signals if s - 10.0 < g.s < s + REACH),
+            _other_ways(self._network, lanes),
+            tuple(
+                CrossingAhead(c.id, self._areas[c.id], c.s_from - s, c.s_to - s)
+                for c in self.crossings
+                if s - PASSING < c.s_to and c.s_from < s + REACH
+            ),
+            tuple(
+                SignalAhead(g.id, g.s - s, heard.get(g.id, "")) for g in self.signals if s - PASSING < g.s < s + REACH
+            ),
         )
 
     def room(self, s: float) -> Room:
@@ -139,7 +172,28 @@ def _spans(network: Map, legs: tuple[Leg, ...], path: FloatArray) -> tuple[LaneS
 
 
 def _is_junction(network: Map, road: str) -> bool:
-    return str(getattr(network.roads[road], "junction", "-1")) not in ("-1", "None", "")
+    return _junction(network, road) not in ("-1", "None", "")
+
+
+def _junction(network: Map, road: str) -> str:
+    return str(getattr(network.roads[road], "junction", "-1"))
+
+
+def _other_ways(network: Map, legs: list[Leg]) -> tuple[Leg, ...]:
+    """Lanes in driving direction of the roads that lead through the junction of `legs`, these left out."""
+    if not legs:
+        return ()
+    own = {(leg.road, leg.lane) for leg in legs}
+    found = []
+    for id, road in network.roads.items():
+        if _junction(network, id) != _junction(network, legs[0].road):
+            continue
+        for lane in road.sections[0].lanes:
+            if not lane.drivable or (id, lane.id) in own:
+                continue
+            ends = (0.0, float(road.length))
+            found.append(Leg(id, lane.id, *(ends if network.driving_sign(id, lane.id) > 0 else ends[::-1])))
+    return tuple(found)
 
 
 def _crossings(network: Map, path: FloatArray) -> tuple[Crossing, ...]:

@@ -16,7 +16,9 @@ from ads.planning.navigator import Navigator
 from ads.planning.route import Leg, follow, lane_heading, to_goal
 from ads.planning.waypoints import BEHIND, reference_path
 from ads.transforms import Pose, moved, wrap_angle
+from openscenario.road.network import load_network
 from openscenario.road.route import RouteError
+from scenarios import path
 from vehicle.messages import RoadPoint, Task
 
 
@@ -69,13 +71,23 @@ class TestMapMonitor:
         return MapMonitor(network, legs, reference_path(network, legs, 5.0))
 
     def test_a_crossing_lies_where_the_road_has_it(self):
-        (crossing,) = self.monitor(PlaneMap([(200.0, 0.0)], crosswalk_at=80.0)).view(BEHIND + 10.0).crossings
+        monitor = self.monitor(PlaneMap([(200.0, 0.0)], crosswalk_at=80.0))
+        (crossing,) = monitor.crossings
         assert (crossing.s_from, crossing.s_to) == pytest.approx((BEHIND + 78.5, BEHIND + 81.5), abs=0.05)
         assert (crossing.l_from, crossing.l_to) == pytest.approx((-2.25, 5.75), abs=0.05)  # lane -1: t = -1.75
 
-    def test_a_signal_lies_where_the_road_has_it(self):
-        (signal,) = self.monitor(PlaneMap([(200.0, 0.0)], signal_at=60.0)).view(BEHIND).signals
-        assert signal.s == pytest.approx(BEHIND + 60.0, abs=0.1)
+    def test_a_crosswalk_ahead_has_its_area_and_distance(self):
+        view = self.monitor(PlaneMap([(200.0, 0.0)], crosswalk_at=80.0)).view(BEHIND + 10.0)
+        (crossing,) = view.crossings
+        assert (crossing.distance, crossing.distance_end) == pytest.approx((68.5, 71.5), abs=0.05)
+        assert crossing.area == pytest.approx(np.array([(78.5, -4), (81.5, -4), (81.5, 4), (78.5, 4)]))
+
+    def test_a_signal_has_its_distance_along_the_route_and_the_state_last_heard(self):
+        monitor = self.monitor(PlaneMap([(200.0, 0.0)], signal_at=60.0))
+        assert [s.state for s in monitor.view(BEHIND).signals] == [""]
+        (signal,) = monitor.view(BEHIND + 25.0, {"lamp": "red", "another": "green"}).signals
+        assert (signal.id, signal.state) == ("lamp", "red")
+        assert signal.distance == pytest.approx(35.0, abs=0.1)
 
     def test_a_passed_crossing_is_out_of_view(self):
         assert self.monitor(PlaneMap([(200.0, 0.0)], crosswalk_at=80.0)).view(BEHIND + 120.0).crossings == ()
@@ -88,6 +100,42 @@ class TestMapMonitor:
         view = self.monitor(PlaneMap([(200.0, 0.0)])).view(BEHIND + 50.0)
         assert view.lane.lane == -1
         assert view.junction_distance == math.inf
+
+
+class TestJunctionAhead:
+    """The crossroads of the shipped town: every figure against the file's own lengths."""
+
+    NETWORK = load_network(path("urban.xodr"))
+
+    def monitor(self) -> tuple[MapMonitor, tuple[Leg, ...]]:
+        junction = next(r for r in self.NETWORK.roads.values() if r.junction != "-1")
+        before = self.NETWORK.roads[junction.predecessor.id]
+        lane = next(lane.id for lane in junction.sections[0].lanes if lane.drivable)
+        start, end = (before.id, -1, 5.0), (junction.id, lane, 0.5 * junction.length)
+        legs = tuple(Leg(*leg) for leg in self.NETWORK.route(start, end))
+        return MapMonitor(self.NETWORK, legs, reference_path(self.NETWORK, legs, 5.0)), legs
+
+    def to_the_junction(self, legs: tuple[Leg, ...]) -> float:
+        """Length [m] of the first lane's middle: that of the reference line but for the bends."""
+        line = self.NETWORK.centreline(legs[:1], 0.1)
+        return float(np.hypot(*np.diff(line[:, :2], axis=0).T).sum())
+
+    def test_the_way_through_it_and_its_other_lanes(self):
+        monitor, legs = self.monitor()
+        view = monitor.view(BEHIND)
+        assert view.lane == legs[0]
+        assert not view.in_junction
+        assert view.junction_distance == pytest.approx(self.to_the_junction(legs), abs=0.3)
+        assert view.junction_lanes == legs[1:]
+        through = {r.id for r in self.NETWORK.roads.values() if r.junction == self.NETWORK.roads[legs[1].road].junction}
+        assert {leg.road for leg in view.junction_others} | {legs[1].road} == through
+        assert legs[1].road not in {leg.road for leg in view.junction_others}
+
+    def test_inside_it_says_so(self):
+        monitor, legs = self.monitor()
+        view = monitor.view(BEHIND + self.to_the_junction(legs) + 2.0)
+        assert view.in_junction
+        assert view.junction_distance == 0.0
 
 
 class TestNavigator:
