@@ -9,6 +9,7 @@ from ads.control.pedals import Pedals, PiPedals
 from ads.control.spline import SPEED, X, Y, project
 from ads.control.steering import LqrSteering, Steering
 from ads.localization import EkfLocalizer, Localizer
+from ads.map_monitor import View
 from ads.parameters import Parameters
 from ads.perception.pipeline import Perception, TrackingPerception
 from ads.planning.behaviour import Behaviour, Planner
@@ -57,6 +58,7 @@ class Stack:
         self.detections: tuple[Detection, ...] = ()
         self._path: FloatArray | None = None
         self._shape: FloatArray | None = None
+        self._signals: dict[str, str] = {}
 
     @property
     def nets(self) -> list[dict[str, Any]]:
@@ -68,12 +70,20 @@ class Stack:
         """Planned path (n, 2) [m]; the same object until it is planned anew, None before the first plan."""
         return self._shape
 
+    @property
+    def view(self) -> View | None:
+        """What the map holds ahead of the car now; None off the road and before the first fix."""
+        monitor = self.navigator.monitor
+        return None if monitor is None else monitor.view(self.navigator.s, self._signals)
+
     def tick(self, observation: Observation) -> Command:
         """One step of the stack. Call it every TICK seconds with all that arrived since the last call."""
         t = observation.t
         navigator, planner = self.navigator, self.planner
         if observation.task is not None:
             navigator.assign(observation.task)
+        for signal in observation.signals:
+            self._signals[signal.id] = signal.state
         estimate = self.localizer.update(observation)
         if estimate is None:  # nothing is known yet: keep rolling, straight on
             return Command(t, 0.0, 0.0, 0.0, 0.0)

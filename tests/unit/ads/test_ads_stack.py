@@ -14,7 +14,7 @@ from ads_traffic import SeeingAll, parked
 
 import ads
 from ads.planning.nets import NETS
-from vehicle.messages import Observation, RoadPoint, Task
+from vehicle.messages import Observation, RoadPoint, SignalState, Task
 
 ALLOWED = ("ads", "vehicle.messages", "openscenario.road", "numpy", "numba", "daqp")
 
@@ -39,6 +39,17 @@ def test_the_trace_has_the_estimate_and_every_place():
     assert {"x", "y", "yaw", "v", "path_error", "target_speed"} <= set(stack.trace)
     assert {f"net.{net.name}.{place}" for net in NETS for place in net.places} <= set(stack.trace)
     assert stack.trace["net.main.drive"] == 1.0
+
+
+def test_what_the_map_holds_ahead_is_published_with_the_signals_state():
+    stack = new_stack(PlaneMap([(300.0, 0.0)], crosswalk_at=80.0, signal_at=60.0))
+    assert stack.view is None
+    car = Car(TABBY, 5.0, -1.75, 0.0, 5.0)
+    stack.tick(observe(car, 0.0, signals=(SignalState("lamp", "red"),)))
+    stack.tick(observe(car, 0.05))
+    assert [(s.id, s.state) for s in stack.view.signals] == [("lamp", "red")]
+    assert stack.view.signals[0].distance == pytest.approx(55.0, abs=0.3)
+    assert stack.view.crossings[0].distance == pytest.approx(73.5, abs=0.3)
 
 
 def test_the_same_observations_give_the_same_commands():
