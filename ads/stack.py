@@ -15,7 +15,6 @@ from ads.perception.pipeline import Perception, TrackingPerception
 from ads.planning.behaviour import Behaviour, Planner
 from ads.planning.drawn import plain_net
 from ads.planning.navigator import Navigator
-from ads.planning.nets import NETS
 from ads.planning.route import Map
 from vehicle.messages import Command, Detection, FloatArray, Observation, VehicleDescription
 
@@ -63,7 +62,7 @@ class Stack:
     @property
     def nets(self) -> list[dict[str, Any]]:
         """The nets of the behaviour as plain data, for a report; a planner of another kind has none."""
-        return [plain_net(net) for net in NETS] if isinstance(self.planner, Behaviour) else []
+        return [plain_net(net) for net in self.planner.nets] if isinstance(self.planner, Behaviour) else []
 
     @property
     def path(self) -> FloatArray | None:

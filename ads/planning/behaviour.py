@@ -13,11 +13,12 @@ from ads.map_monitor import MapMonitor
 from ads.parameters import Parameters
 from ads.planning.crossing import CrossingRule
 from ads.planning.following import MARGIN, find_lead
+from ads.planning.junction import JunctionRule
 from ads.planning.memory import TrackMemory
 from ads.planning.navigator import Navigator
 from ads.planning.nets import NETS
 from ads.planning.overtaking import WAIT_GAP, Neighbour, Obstacle, Overtaking
-from ads.planning.petri_net import NetSystem
+from ads.planning.petri_net import Net, NetSystem
 from ads.planning.scene import first_contact, objects_of, place
 from vehicle.messages import Detection, FloatArray, SignalState, VehicleDescription
 
@@ -69,18 +70,20 @@ class Planner(Protocol):
 
 
 class Behaviour:
-    """Planner by hierarchical Petri nets (ads.planning.nets)."""
+    """Planner by hierarchical Petri nets; a net without transitions is a behaviour switched off."""
 
-    def __init__(self, parameters: Parameters, car: VehicleDescription) -> None:
+    def __init__(self, parameters: Parameters, car: VehicleDescription, nets: tuple[Net, ...] = NETS) -> None:
         self._parameters = parameters
         self._car = car
         self._front = car.center_x + 0.5 * car.length
-        self._nets = NetSystem(NETS)
+        self.nets = nets
+        self._nets = NetSystem(nets)
         self.trace = self._nets.trace
         self._overtaking = Overtaking(parameters, car)
         self._path: FloatArray | None = None
         self._memory = TrackMemory()
         self._crossing = CrossingRule(parameters, car)
+        self._junction = JunctionRule(car)
         self._signals: dict[str, str] = {}
         self._obstacle: Obstacle | None = None
         self._obstacle_seen = -math.inf
@@ -121,6 +124,7 @@ class Behaviour:
         needed = self._needed_deceleration(v, contact)
         lead = find_lead(s, v, self._car, self._overtaking.offset, detections, placed)
         crossing_near, crossing_stop = self._crossing.update(t, s, v, monitor, detections, placed)
+        junction_near, junction_taken = self._junction.update(t, s, v, navigator, detections, self._memory)
         stop_light = self._stop_light(s, v, monitor)
         self._find_obstacle(t, s, detections, placed, monitor)
         facts = {
@@ -131,6 +135,8 @@ class Behaviour:
             "light_stop": stop_light < FREE,
             "crossing_near": crossing_near,
             "crossing_occupied": crossing_stop,
+            "junction_near": junction_near,
+            "junction_taken": junction_taken,
             "lead": lead is not None,
             **self._overtaking_facts(t, s, v, navigator, detections, placed),
         }
@@ -287,12 +293,14 @@ class Behaviour:
             limits.append((navigator.goal_s - s, 0.0))
         if navigator.dead_end_s < FREE:
             limits.append((navigator.dead_end_s - s - self._front - END_GAP, 0.0))
-        if lead is not None:
+        if lead is not None and marked("following", "follow"):
             limits.append(lead)
         if marked("light", "stop") and stop_light < FREE:
             limits.append((stop_light, 0.0))
         if not marked("crossing", "clear"):
             limits.extend(self._crossing.limits(s, navigator.set_speed, marked("crossing", "stop")))
+        if not marked("junction", "clear"):
+            limits.extend(self._junction.limits(s, marked("junction", "give_way")))
         obstacle = self._obstacle
         if obstacle is not None:
             stuck = self._stuck and s + self._front < obstacle.s_from

@@ -28,7 +28,7 @@ class Navigator:
 
     def __init__(self, parameters: Parameters, network: Map) -> None:
         self._parameters = parameters
-        self._network = network
+        self.network = network
         self.task = Task()
         self.route = Route((), False)
         self.path: FloatArray | None = None
@@ -66,8 +66,8 @@ class Navigator:
 
     def heading_hint(self, x: float, y: float) -> float | None:
         """Direction of traffic at a place [rad]; None off the road."""
-        here = self._network.locate(x, y)
-        return lane_heading(self._network, here.road, here.lane, here.s) if here.on_road else None
+        here = self.network.locate(x, y)
+        return lane_heading(self.network, here.road, here.lane, here.s) if here.on_road else None
 
     def update(self, estimate: Estimate, may_replan: bool) -> bool:
         """Progress along the path; True if the reference path is a new one."""
@@ -88,7 +88,7 @@ class Navigator:
 
     def _plan(self, estimate: Estimate) -> None:
         asked, self._stale = self._stale, False  # a route already driven is not driven again
-        net = self._network
+        net = self.network
         here = net.locate(estimate.x, estimate.y, estimate.yaw)
         against = True
         if here.on_road:

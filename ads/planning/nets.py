@@ -1,4 +1,4 @@
-"""The nets of the behaviour: data only. Facts are made in ads.planning.facts, places act in ads.planning.behaviour."""
+"""The nets of the behaviour: data only. Facts are made and places act in ads.planning.behaviour."""
 
 from __future__ import annotations
 
@@ -50,6 +50,23 @@ CROSSING = Net(
     parent="main.drive",
 )
 
+JUNCTION = Net(
+    name="junction",
+    initial=("clear",),
+    actions={
+        "clear": "nothing",
+        "approach": "look who comes; slower at a sign",
+        "give_way": "stop before the way of who goes first, or at the line of the sign, and wait",
+    },
+    transitions=(
+        Transition("near", ("clear",), ("approach",), when=("junction_near",)),
+        Transition("passed", ("approach",), ("clear",), unless=("junction_near",)),
+        Transition("yield", ("approach",), ("give_way",), when=("junction_taken",)),
+        Transition("free", ("give_way",), ("approach",), unless=("junction_taken",)),
+    ),
+    parent="main.drive",
+)
+
 FOLLOWING = Net(
     name="following",
     initial=("free",),
@@ -86,4 +103,4 @@ OVERTAKING = Net(
     parent="main.drive",
 )
 
-NETS: tuple[Net, ...] = (MAIN, LIGHT, CROSSING, FOLLOWING, OVERTAKING)
+NETS: tuple[Net, ...] = (MAIN, LIGHT, CROSSING, JUNCTION, FOLLOWING, OVERTAKING)
