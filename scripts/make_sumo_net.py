@@ -4,7 +4,8 @@
 
 netconvert writes the time and its command line into the file; both go, so that the same road gives the same bytes.
 Only driving lanes are taken over (netconvert's defaults make sidewalks drivable), and who may use them is set here.
-Coordinates stay those of the OpenDRIVE file.
+Coordinates stay those of the OpenDRIVE file. Its traffic lights are left out: the storyboard switches them, and SUMO would
+run programs of its own.
 """
 
 from __future__ import annotations
@@ -34,7 +35,13 @@ def convert(xodr: Path, net: Path) -> None:
     import sumo  # type: ignore[import-untyped]
 
     home = Path(sumo.SUMO_HOME)
-    command = [str(home / "bin" / "netconvert"), "--opendrive-files", str(xodr), "-o", str(net)]
+    unlit = net.with_suffix(".xodr")
+    road = ET.parse(xodr)
+    for item in road.getroot().iter("road"):
+        for signals in item.findall("signals"):
+            item.remove(signals)
+    road.write(unlit)
+    command = [str(home / "bin" / "netconvert"), "--opendrive-files", str(unlit), "-o", str(net)]
     for name, value in OPTIONS.items():
         command += [name, value]
     subprocess.run(command, check=True, env={**os.environ, "SUMO_HOME": str(home)}, stdout=subprocess.DEVNULL)

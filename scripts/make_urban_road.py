@@ -23,6 +23,7 @@ WALK = 2.0  # m, width of a sidewalk
 SPEED = 30  # km/h, the paper's scenarios stay below it
 ARM = 14.0  # m, from the centre of the junction to where its roads begin
 CROSSWALK = ("north", 46.0, 3.0)  # street, s of its middle, extent along the road [m]
+LIGHT = ("south", 130.0)  # street, s of the traffic light for the right lane [m]
 JUNCTION_ID = "100"
 # Corner x, y [m], arc radius [m], length of each clothoid [m]. Counter-clockwise, so lane -1 is the outer one.
 CORNERS = (
@@ -247,6 +248,13 @@ def add_crosswalk(road: ET.Element, s: float, extent: float) -> None:
         add(outline, "cornerLocal", id=number, u=corner_u, v=corner_v, z=0.0, height=0.0)
 
 
+def add_light(road: ET.Element, s: float) -> None:
+    add(
+        add(road, "signals"), "signal", name="light", id="1", s=s, t=-1.5 * LANE, zOffset=2.5, dynamic="yes",
+        orientation="+", country="OpenDRIVE", type="1000001", subtype="-1", value=-1.0, height=0.9, width=0.3,
+    )  # fmt: skip
+
+
 def make() -> ET.Element:
     roads = streets()
     for pieces in [*roads.values(), *(turn.pieces for turn in turns())]:
@@ -276,6 +284,8 @@ def make() -> ET.Element:
         add_lanes(road, [(lane, dict.fromkeys(ends, lane)) for lane in (2, 1, -1, -2)], "broken")
         if name == CROSSWALK[0]:
             add_crosswalk(road, CROSSWALK[1], CROSSWALK[2])
+        if name == LIGHT[0]:
+            add_light(road, LIGHT[1])
     junction = ET.Element("junction", {"name": "Harbour corner", "id": JUNCTION_ID, "type": "default"})
     for number, turn in enumerate(turns()):
         road = add_road(root, f"way {turn.id}", turn.id, JUNCTION_ID, turn.pieces)

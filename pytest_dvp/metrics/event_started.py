@@ -1,0 +1,19 @@
+"""How often an event of the storyboard began: a scenario's own definition of what must, or must not, happen."""
+
+from __future__ import annotations
+
+from pytest_dvp.log import Log
+from pytest_dvp.metrics.base import Measured, Undefined, metric
+
+
+@metric(name="event_started", unit="-", bigger_is_worse=True)
+def event_started(log: Log, *, event: str) -> Measured:
+    """How often the storyboard event `event` began; `max = 0` for one that must not happen, `min = 1` for one that must.
+
+    Undefined if the scenario has no event of that name (meta `storyboard_events`).
+    """
+    declared = log.meta.get("storyboard_events")
+    if not isinstance(declared, list | tuple) or event not in declared:
+        raise Undefined(f"the scenario has no storyboard event {event!r}")
+    times = [e.t for e in log.events if e.kind == "story.event" and e.element == event and "running" in e.text.lower()]
+    return Measured(float(len(times)), times[0] if times else None, event)
