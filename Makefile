@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: demo demo-gap test lint types contract unit nightly conformance bench blind licences clean
+.PHONY: demo demo-gap test lint types contract unit nightly conformance bench blind licences ads-report clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -59,6 +59,10 @@ nightly: $(STAMP)
 conformance: $(STAMP)
 	$(BIN)/python -m scripts.conformance --least 0.95
 	$(BIN)/python -m pytest -q tests/conformance/test_roads.py
+
+# Measures every figure of the reference stack anew and writes docs/ads.md; minutes.
+ads-report: $(STAMP)
+	$(BIN)/python -m scripts.ads_report
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks

@@ -1,0 +1,102 @@
+"""Writes docs/ads.md: what the reference stack is made of, and every figure that it is held to, measured anew.
+
+`make ads-report`, or `python -m scripts.ads_report [--clean-seeds N] [--only SECTION...]`; with --only, the figures of
+the other sections stay as the page has them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import re
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ads.planning.nets import NETS
+
+TEXT = Path(__file__).with_name("ads_page.md")
+PAGE = Path(__file__).parents[1] / "docs" / "ads.md"
+Figure = dict[str, Any]
+
+SECTIONS: tuple[tuple[str, str, str], ...] = (
+    ("localization", "Localization", "scripts.ads_figures_localization"),
+    ("perception", "Mapping and perception", "scripts.ads_figures_perception"),
+    ("behaviour", "Planning and behaviour", "scripts.ads_figures_behaviour"),
+    ("control", "Control, and the stack as a whole", "scripts.ads_figures_control"),
+    ("faults", "Faults seeded into it", "scripts.ads_figures_faults"),
+)
+
+FAULTS = """
+### The faults
+
+`tests/faults/faults.toml` holds them as data: what is changed, where, and which gate of which scenario should see it.
+The bounds are those of the reference stack (`tests/faults/gates/`), tighter than the ones that ship. `make test` drives
+a sample, `make nightly` all of them and 1,000 seeds without a fault; urban is driven without background traffic there.
+
+| part | fault | scenario | gate | seen |
+|---|---|---|---|---|
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--clean-seeds", type=int, default=1000, help="drives without a fault")
+    parser.add_argument(
+        "--only", nargs="+", choices=[key for key, _, _ in SECTIONS], help="measure these sections only"
+    )
+    asked = parser.parse_args()
+    page = PAGE.read_text(encoding="utf-8") if PAGE.is_file() else ""
+    head = TEXT.read_text(encoding="utf-8").format(nets=", ".join(net.name for net in NETS))
+    parts = {key: kept(page, key) for key, _, _ in SECTIONS}
+    for key, title, module in SECTIONS:
+        if asked.only and key not in asked.only:
+            continue
+        try:
+            figures: Callable[..., Sequence[Figure]] = importlib.import_module(module).figures
+        except ModuleNotFoundError as error:
+            if error.name != module:
+                raise
+            continue
+        found = figures(asked.clean_seeds) if key == "faults" else figures()
+        parts[key] = section(key, title, found) + (fault_table() if key == "faults" else "")
+        PAGE.write_text((head + "".join(parts.values())).rstrip() + "\n", encoding="utf-8")
+        for figure in found:
+            print(f"{'met   ' if figure['met'] else 'MISSED'} {figure['name']}: {figure['found']} ({figure['goal']})")
+
+
+def section(key: str, title: str, figures: Sequence[Figure]) -> str:
+    """A table of figures; what is missed stands out."""
+    rows = [
+        f"| {cell(f['name'])} | {cell(f['found'])} | {cell(f['goal'])} | {'yes' if f['met'] else '**no**'} |"
+        for f in figures
+    ]
+    return "\n".join(
+        [f"\n<!-- {key} -->", f"### {title}", "", "| figure | found | goal | met |", "|---|---|---|---|", *rows, ""]
+    )
+
+
+def cell(text: object) -> str:
+    """`text` as a table's cell may hold it."""
+    return str(text).replace("|", "\\|").replace("\n", " ")
+
+
+def kept(page: str, key: str) -> str:
+    """The section that a page has already, or nothing."""
+    match = re.search(rf"\n<!-- {key} -->.*?(?=\n<!-- |\Z)", page, re.DOTALL)
+    return match[0].rstrip() + "\n" if match else ""
+
+
+def fault_table() -> str:
+    """Every fault, a row each."""
+    from scripts.ads_figures_faults import table
+
+    rows = []
+    for fault, gates in table():
+        seen = "yes" if fault.gate in gates else f"by {', '.join(gates)}" if gates else f"**no**: {cell(fault.missed)}"
+        rows.append(f"| {fault.part} | {cell(fault.name)} | {fault.scenario} | `{fault.gate}` | {seen} |")
+    return FAULTS + "\n".join(rows) + "\n"
+
+
+if __name__ == "__main__":
+    main()

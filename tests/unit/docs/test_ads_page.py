@@ -1,0 +1,35 @@
+"""The page of the reference stack: every fault is on it, a missed figure cannot be overlooked, old sections stay."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+from scripts.ads_report import PAGE, SECTIONS, kept, section
+
+FAULTS = Path(__file__).parents[2] / "faults" / "faults.toml"
+MET = {"name": "a|b", "found": "1 m", "goal": "<= 2 m", "met": True}
+
+
+def test_every_fault_is_on_the_page_and_no_other() -> None:
+    page = PAGE.read_text(encoding="utf-8").partition("### The faults")[2]
+    rows = [line.split(" | ")[1] for line in page.splitlines() if line.startswith("| ")][1:]
+    assert rows == [fault["name"] for fault in tomllib.loads(FAULTS.read_text())["fault"]]
+
+
+def test_a_figure_that_is_missed_stands_out() -> None:
+    rows = section("control", "Control", [MET, MET | {"met": False}]).splitlines()[-2:]
+    assert [row.split(" | ")[-1] for row in rows] == ["yes |", "**no** |"]
+    assert rows[0].startswith("| a\\|b | 1 m | <= 2 m |")
+
+
+def test_a_section_that_is_not_measured_stays_as_it_was() -> None:
+    one, two = section("localization", "L", [MET]), section("control", "C", [MET])
+    page = "# Head\n" + one + two
+    assert (kept(page, "localization"), kept(page, "control"), kept(page, "faults")) == (one, two, "")
+
+
+def test_sections_stand_in_their_order() -> None:
+    found = re.findall(r"<!-- (\w+) -->", PAGE.read_text(encoding="utf-8"))
+    assert found == [key for key, _, _ in SECTIONS if key in found]
