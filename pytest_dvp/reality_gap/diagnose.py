@@ -19,7 +19,7 @@ from pytest_dvp.reality_gap.fit import intervals, widened
 from pytest_dvp.reality_gap.held_out import ROUNDING, Fold, folds, own_setup, predicted, shows, step
 from pytest_dvp.reality_gap.input_map import MAP_TIES, input_map
 from pytest_dvp.reality_gap.perception_gap import diagnose_perceptions
-from pytest_dvp.reality_gap.search import MISFIT, PRACTICAL, Found, Search, Tick, Trial
+from pytest_dvp.reality_gap.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, Found, Search, Tick, Trial
 from pytest_dvp.reality_gap.signature import signature
 
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 OWN = 0.01  # of max(1, chi^2/N), that a run's own set-up must gain on the rest of it
 SLIGHT = 0.01  # of what an effect gains where it is fitted: a smaller loss elsewhere is no veto
-CHANNEL_MISFIT = 1.5  # of one channel
 
 
 def diagnose(

@@ -1,7 +1,7 @@
 """What belongs to a run and not to the car: where the zeros of sensors and steering stood that day, and the antenna.
 
-A gyroscope's bias found on one run says nothing of the next. Thrown out because it loses there, it leaves a fit that takes
-the first run's sensors for perfect; and the next run's own zeros count against a model that is right.
+A gyroscope's bias found on one run says nothing of the next. Thrown out because it loses there, it leaves a fit that
+takes the first run's sensors for perfect; and the next run's own zeros count against a model that is right.
 """
 
 from __future__ import annotations

@@ -34,6 +34,7 @@ PRICE = 0.005  # of max(1, chi^2/N), for a parameter
 _CONTAINS = {"steer_asymmetry": "steer_ratio"}  # effects that can do exactly what a simpler one does
 EQUAL = 5e-4  # of chi^2/N: sets that differ by less do the same
 MISFIT = 1.3  # chi^2/N over all channels, above which something is left
+CHANNEL_MISFIT = 1.5  # of one channel
 _RETURNS = 2  # times that a search begins again
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 _CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
@@ -191,9 +192,12 @@ class Search:
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
     def _next(self, now: Trial) -> list[Trial]:
-        """Sets with one more effect that pays, best first; of the finer effects only if no other one does."""
+        """Sets with one more effect that pays, best first; of the finer effects only if no other one does and a misfit
+        is left, for what a sensor's clock or a step of integration leaves looks like one."""
         full = sum(not self.tried[name].detail for name in now.names) >= MOST
         for detail in (True,) if full else (False, True):
+            if detail and not self._misfit(now):
+                break
             ranking = self._scan(now, [name for name, c in self.tried.items() if c.detail == detail])
             paying = [t for t in self._additions(now, ranking) if self.pays(now, t)]
             if paying and self._trifle(paying[0]):
@@ -204,6 +208,12 @@ class Search:
             if paying:
                 return paying
         return []
+
+    def _misfit(self, now: Trial) -> bool:
+        """True if more is left than noise, in all or in one channel."""
+        if now.chi2 > MISFIT * self.count:
+            return True
+        return max(self.target.by_channel(now.values).values(), default=0.0) > CHANNEL_MISFIT
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""

@@ -98,6 +98,16 @@ def test_dead_time_is_right_to_a_millisecond() -> None:
     assert min(late[0.149], late[0.151]) > 1e-4
 
 
+def test_brakes_do_not_push_a_standing_car_backward() -> None:
+    """Released brakes and a start that arrives within the next step: until then the accelerometer shows nothing."""
+    t = np.arange(0.0, 2.0, 0.02)
+    accel = np.where(t < 1.0, -1.5, 2.0)
+    commands = {"accel_cmd": accel, "steer_cmd": np.zeros_like(t)}
+    rows = Replay(baseline("drive_delay"), t, commands).run({("drive_delay", "T"): 0.07})
+    assert rows[t < 1.065, 5] == pytest.approx(0.0, abs=1e-9)
+    assert rows[t > 1.075, 5] == pytest.approx(2.0, rel=1e-9)
+
+
 @pytest.mark.parametrize("drive", ["rich", "urban"])
 def test_slip_of_both_axles_reproduces_a_truth_whose_tyres_slip(drive: str) -> None:
     """Its axles carry stiffness over load C/F_z, ours of the kinematic car 48/rad: D = (F_z/C - 1/48)/g."""

@@ -295,6 +295,8 @@ def _look(x: Any, blend: float, v1: float) -> None:
     rate = (v1 - x.vx) / x.dt
     if v1 != 0.0 and x.accel_lead != 0.0:
         rate += x.accel_lead * x.mass_ref / (x.mass + x.rotating_mass)
+        if x.vx == 0.0 and rate * v1 < 0.0:  # brakes hold a standing car, they do not push it
+            rate = 0.0
     x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
     x.meas_yaw_rate, x.meas_ay = r, ay + x.lean_y
     x.meas_ax = rate - blend * r * x.vy_rear - x.ax_x * r * r - _pull(x.grade)
