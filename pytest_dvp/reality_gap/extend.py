@@ -13,7 +13,6 @@ import numpy as np
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.candidates import Candidate, candidates
-from pytest_dvp.reality_gap.diagnose import CHANNEL_MISFIT
 from pytest_dvp.reality_gap.diagnosis import Estimate, Step
 from pytest_dvp.reality_gap.experiment import Campaign, Values, campaign
 from pytest_dvp.reality_gap.extend_perception import judge_perception
@@ -22,7 +21,7 @@ from pytest_dvp.reality_gap.fit import Coordinate
 from pytest_dvp.reality_gap.held_out import Fold, folds, step
 from pytest_dvp.reality_gap.input_map import MAP_TIES, input_map
 from pytest_dvp.reality_gap.judgement import estimates, judge_addition, judge_removal, rounded, worse_together
-from pytest_dvp.reality_gap.search import Search, Trial
+from pytest_dvp.reality_gap.search import CHANNEL_MISFIT, Search, Trial
 from pytest_dvp.reality_gap.words import NOTHING_LEFT
 from vehicle.model.errors import ModelError, nearest_name
 
