@@ -184,8 +184,9 @@ class Detection(msgspec.Struct, frozen=True):
     vx: float
     vy: float
     score: float = 1.0
-    position_variance: float = 0.0  # m^2
+    position_variance: float = 0.0  # m^2, along the axis that is less sure
     track: int = -1
+    covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m^2, of the centre: xx, xy, yy
 
 
 class Surroundings(msgspec.Struct, frozen=True):

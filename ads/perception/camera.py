@@ -6,11 +6,13 @@ import numpy as np
 
 from vehicle.messages import OBJECT_KINDS, CameraFrame, FloatArray, VehicleDescription
 
-SEEN = 6
-"""Columns of a camera object: x, y of its nearest ground point [m], width [m], kind, score, range sigma [m]."""
+SEEN = 7
+"""Columns of a camera object: x, y of its nearest ground point [m], width [m], kind, score, sigma of the range
+and across it [m]."""
 
 EDGE = 2.0  # px; a box at the border of the image is cut off there
 PIXEL_SIGMA = 1.5  # px, of a box's lower edge
+EXTENT = (2.8, 0.5, 1.2, 1.0)  # m across the view, of each kind, when its side is out of sight
 FARTHEST = 120.0  # m; beyond it a pixel is worth too much
 
 
@@ -19,7 +21,8 @@ def camera_objects(frame: CameraFrame, car: VehicleDescription) -> FloatArray:
 
     Pinhole with the principal point in the middle of the image, looking along x, no pitch: a ground point at depth d
     appears f h / d below the middle. Not valid on crests and dips. A box cut off
-    below is nearer than the nearest ground in sight; half way between is a guess.
+    below is nearer than the nearest ground in sight; half way between is a guess. One cut off at a side is taken to be
+    as wide as its kind is, from the edge in sight on: its middle in the image moves while the object stands.
     """
     rows = []
     f, h = car.camera_focal, car.camera_z
@@ -32,8 +35,14 @@ def camera_objects(frame: CameraFrame, car: VehicleDescription) -> FloatArray:
         cut = box.v_max > car.camera_height - EDGE  # its lower end is out of sight, so it is nearer than that
         if cut:
             depth *= 0.75
-        y = -(0.5 * (box.u_min + box.u_max) - middle_u) / f * depth
-        width = (box.u_max - box.u_min) / f * depth
+        kind = OBJECT_KINDS.index(box.kind)
+        left, right = (middle_u - box.u_min) / f * depth, (middle_u - box.u_max) / f * depth
+        across = 0.0
+        cut_left, cut_right = box.u_min < EDGE, box.u_max > car.camera_width - EDGE
+        if cut_left != cut_right:
+            hidden = max(EXTENT[kind] - (left - right), 0.0)
+            left, right = (left + hidden, right) if cut_left else (left, right - hidden)
+            across = 0.5 * EXTENT[kind]
         sigma = 0.25 * depth if cut else PIXEL_SIGMA * depth * depth / (f * h)
-        rows.append((car.camera_x + depth, y, width, float(OBJECT_KINDS.index(box.kind)), box.score, sigma))
+        rows.append((car.camera_x + depth, 0.5 * (left + right), left - right, float(kind), box.score, sigma, across))
     return np.array(rows, dtype=np.float64).reshape(-1, SEEN)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ads.compiled import compiled
 from ads.perception.assignment import FORBIDDEN, assign
@@ -31,7 +32,6 @@ def kind_by_size(length: float, width: float) -> int:
     return VEHICLE if longest < 8.0 else MISC
 
 
-@compiled
 def fuse(
     boxes: FloatArray,
     pose: tuple[float, float, float],
@@ -44,6 +44,21 @@ def fuse(
     `pose`, `camera_pose`: the car (x, y [m], yaw [rad]) when each was taken. A pair is one object if it is closer than
     `min_dist` [m], where along the line of sight the camera's range sigma is allowed for, and if they meet across it.
     """
+    out, rays, cost = pair_costs(boxes, pose, seen, camera_pose, min_dist)
+    measured: FloatArray = take_pairs(out, rays, seen, camera_pose[2], assign(cost))
+    return measured
+
+
+@compiled
+def pair_costs(
+    boxes: FloatArray,
+    pose: tuple[float, float, float],
+    seen: FloatArray,
+    camera_pose: tuple[float, float, float],
+    min_dist: float,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """LiDAR boxes in the map, with room for the camera's (n + m, MEASURE); where each camera object is and its line of
+    sight (m, 4); cost of each pair (n, m)."""
     n, m = len(boxes), len(seen)
     out = np.zeros((n + m, MEASURE))
     c, s = math.cos(pose[2]), math.sin(pose[2])
@@ -73,7 +88,15 @@ def fuse(
             widest = ACROSS + 0.5 * (seen[j, 2] + max(boxes[i, 3], boxes[i, 4]))
             if d <= min_dist and abs(across) <= widest:
                 cost[i, j] = d
-    pair = assign(cost)
+    return out, rays, cost
+
+
+@compiled
+def take_pairs(
+    out: FloatArray, rays: FloatArray, seen: FloatArray, camera_yaw: float, pair: NDArray[np.int64]
+) -> FloatArray:
+    """Measurements (k, MEASURE) once it is known which box goes with which camera object; `pair` (n,) from `assign`."""
+    n, m = len(pair), len(seen)
     taken = np.zeros(m, np.uint8)
     for i in range(n):
         j = pair[i]
@@ -85,9 +108,9 @@ def fuse(
         if taken[j] == 1:
             continue
         kind = int(seen[j, 3])
-        out[k, 0], out[k, 1], out[k, 2] = rays[j, 0], rays[j, 1], camera_pose[2]
+        out[k, 0], out[k, 1], out[k, 2] = rays[j, 0], rays[j, 1], camera_yaw
         out[k, 3], out[k, 4], out[k, 5] = TYPICAL[kind, 0], TYPICAL[kind, 1], kind
         out[k, 6], out[k, 7], out[k, 8] = seen[j, 4], 0.1 + seen[j, 5] ** 2, CAMERA
-        out[k, 9] = CAMERA_ACROSS
+        out[k, 9] = CAMERA_ACROSS + seen[j, 6] ** 2
         k += 1
     return out[:k]

@@ -29,6 +29,7 @@ from ads.perception.track import (
     VX,
     VY,
     axis_unknown,
+    sight,
     track_kind,
     turn_track,
 )
@@ -75,6 +76,7 @@ class TrackingPerception:
         self._n = 0
         self._next_id = 1
         self._t = -math.inf  # time that the tracks are at
+        self._sensor = (0.0, 0.0, 0.0)
         self._last_scan = -math.inf
         self._seen = np.zeros((0, SEEN))
         self._seen_t = -math.inf
@@ -113,6 +115,7 @@ class TrackingPerception:
             self._t = t
         lever = self._car.lidar_x
         sensor = (pose[0] + lever * math.cos(pose[2]), pose[1] + lever * math.sin(pose[2]), pose[2])
+        self._sensor = sensor
         if len(rows) or self._n:
             self._n, self._next_id = update_tracks(self._tracks, self._n, rows, sensor, self._next_id)
             if self._hint is not None:
@@ -148,6 +151,17 @@ class TrackingPerception:
                     row[SCORE] * max(1.0 - (row[UNSEEN] + dt) / LOST, 0.0),
                     max(row[AP], row[CP]),
                     int(row[ID]),
+                    self._covariance(row),
                 )
             )
         return tuple(found)
+
+    def _covariance(self, row: list[float]) -> tuple[float, float, float]:
+        """Covariance xx, xy, yy [m^2] of a track's middle from its variances along and across the line of sight."""
+        c, s = sight(row[TX] - self._sensor[0], row[TY] - self._sensor[1])
+        along, across = row[AP], row[CP]
+        return (
+            c * c * along + s * s * across,
+            c * s * (along - across),
+            s * s * along + c * c * across,
+        )

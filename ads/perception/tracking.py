@@ -6,6 +6,7 @@ Constant-velocity Kalman filter along and across the line of sight: a camera see
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ads.compiled import compiled
 from ads.ekf import copy_row
@@ -66,7 +67,6 @@ def predict_tracks(tracks: FloatArray, n: int, dt: float) -> int:
     return left
 
 
-@compiled
 def update_tracks(
     tracks: FloatArray, n: int, rows: FloatArray, sensor: tuple[float, float, float], next_id: int
 ) -> tuple[int, int]:
@@ -74,9 +74,20 @@ def update_tracks(
 
     `sensor`: x, y [m] of the sensor in the map and the yaw [rad] that objects are assumed to have when in doubt.
     """
-    m = len(rows)
-    used = np.zeros(m, np.uint8)
+    used = np.zeros(len(rows), np.uint8)
     owner = gather_fragments(tracks, n, rows, used)
+    pair = assign(match_costs(tracks, n, rows, sensor, used))
+    left: int
+    left, next_id = take_matches(tracks, n, rows, sensor, next_id, pair, owner, used)
+    return left, next_id
+
+
+@compiled
+def match_costs(
+    tracks: FloatArray, n: int, rows: FloatArray, sensor: tuple[float, float, float], used: NDArray[np.uint8]
+) -> FloatArray:
+    """Squared Mahalanobis distance (n, m) of each measurement to each track; FORBIDDEN outside the gate."""
+    m = len(rows)
     cost = np.full((n, m), FORBIDDEN)
     for i in range(n):
         track = tracks[i]
@@ -96,12 +107,26 @@ def update_tracks(
             if row[5] >= 0.0 and int(row[5]) != kind and track[VOTE_VEHICLE + kind] > 3.0:
                 d += OTHER_KIND
             cost[i, j] = d
-    pair = assign(cost)
+    return cost
+
+
+@compiled
+def take_matches(
+    tracks: FloatArray,
+    n: int,
+    rows: FloatArray,
+    sensor: tuple[float, float, float],
+    next_id: int,
+    pair: NDArray[np.int64],
+    owner: NDArray[np.int64],
+    used: NDArray[np.uint8],
+) -> tuple[int, int]:
+    """Correct matched tracks, begin new ones, drop doubles; returns the number of tracks and the next id."""
     for i in range(n):
         if pair[i] >= 0:
             used[pair[i]] = 1
             correct_track(tracks[i], rows[pair[i]], sensor[0], sensor[1])
-    for j in range(m):
+    for j in range(len(rows)):
         if used[j] == 1 or n == MOST_TRACKS:
             continue
         if owner[j] >= 0 and pair[owner[j]] >= 0:  # a piece of what was seen anyway

@@ -12,14 +12,13 @@ from scipy.optimize import linear_sum_assignment
 from ads.localization import Estimate
 from ads.parameters import Parameters
 from ads.perception.assignment import assign
-from ads.perception.camera import camera_objects
+from ads.perception.camera import SEEN, camera_objects
 from ads.perception.fusion import BOTH, CAMERA, LIDAR, fuse
 from ads.perception.lidar import ground_plane, lidar_boxes
 from ads.perception.pipeline import TrackingPerception
 from vehicle.messages import CameraBox, CameraFrame, LidarScan, Observation
 
 FOCAL, HEIGHT = TABBY.camera_focal, TABBY.camera_z
-NOWHERE = np.zeros((0, 6))
 
 
 def faces(x: float, y: float, yaw: float, length: float, width: float, pitch: float = math.radians(0.5)) -> np.ndarray:
@@ -117,6 +116,17 @@ class TestCamera:
         (row,) = camera_objects(CameraFrame(0.0, (CameraBox(300, 100, 900, 720, "vehicle", 0.9),)), TABBY)
         assert row[0] - TABBY.camera_x < FOCAL * HEIGHT / 360.0
 
+    @pytest.mark.parametrize("side", [1.0, -1.0])
+    def test_a_car_that_leaves_the_image_sideways_does_not_drift_into_the_lane(self, side):
+        """Cut off at a side, less and less of it is in sight; its middle is taken from the edge in sight."""
+        for x in (8.0, 7.0, 6.5):
+            whole = image_box(x, side * 6.0, 2.8, 1.5)
+            cut = CameraBox(max(whole.u_min, 0.0), whole.v_min, min(whole.u_max, 1280.0), whole.v_max, "vehicle", 0.9)
+            assert cut != whole
+            (row,) = camera_objects(CameraFrame(0.0, (cut,)), TABBY)
+            assert row[1] == pytest.approx(side * 6.0, abs=0.05)
+            assert row[6] > 1.0
+
 
 class TestAssignment:
     @pytest.mark.parametrize("shape", [(1, 1), (3, 5), (5, 3), (6, 6), (0, 3), (3, 0)])
@@ -140,7 +150,8 @@ class TestFusion:
 
     def fuse(self, seen, boxes=BOX, min_dist=4.5):
         pose = (100.0, 50.0, math.pi / 2)
-        return fuse(boxes, pose, np.array(seen).reshape(-1, 6), pose, min_dist)
+        rows = np.array([(*row, 0.0) for row in seen]).reshape(-1, SEEN)
+        return fuse(boxes, pose, rows, pose, min_dist)
 
     def test_a_pair_takes_place_from_the_lidar_and_kind_from_the_camera(self):
         (row,) = self.fuse([(18.5, 0.2, 1.8, 1.0, 0.8, 0.4)])
@@ -204,6 +215,19 @@ class TestTracking:
         (d,) = found
         assert (d.x, d.y) == pytest.approx((20.0, 0.0), abs=0.3)
         assert (d.length, d.width) == pytest.approx((4.0, 1.8), abs=0.2)
+
+    def test_the_covariance_lies_along_the_line_of_sight_of_a_camera(self):
+        """Far away a camera is sure of the side and unsure of the distance: here along the diagonal."""
+        perception, found = TrackingPerception(Parameters(), TABBY), ()
+        estimate = Estimate(0.0, 0.0, 0.0, math.pi / 4, 0.0, 0.0, 0.0, 0.1, 0.01)
+        for k in range(10):
+            frame = CameraFrame(0.1 * k, (image_box(45.0, 0.0, 1.8, 1.5),))
+            found = perception.update(Observation(0.1 * k, camera=frame), estimate._replace(t=0.1 * k))
+        (d,) = found
+        values, axes = np.linalg.eigh(np.array([d.covariance[:2], d.covariance[1:]]))
+        assert abs(axes[:, 1] @ (math.sqrt(0.5), math.sqrt(0.5))) == pytest.approx(1.0, abs=0.01)
+        assert values[1] > 5.0 * values[0] > 0.0
+        assert values[1] == pytest.approx(d.position_variance)
 
     def test_the_map_says_which_way_a_face_points(self):
         run, found = Run(heading_hint=lambda x, y: math.pi / 2), ()
