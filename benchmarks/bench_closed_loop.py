@@ -39,7 +39,7 @@ def closed_loop(name: str) -> Row:
     assert last is not None
     note = f"{last.status}, {last.log.duration:.0f} s simulated" + (", with SUMO" if name == "urban" else "")
     return Row(
-        f"closed loop, {name}", statistics.median(speeds), "s/s", ">= 100, then 200", "no peer has one", None, note
+        f"closed loop, {name}", statistics.median(speeds), "s/s", ">= 200, then 400", "no peer has one", None, note
     )
 
 

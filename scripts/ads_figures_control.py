@@ -11,42 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from ads.control.mpc import N, OffsetPlanner
 from ads.control.spline import SPEED, S, project
-from ads.parameters import Parameters
-from ads.planning.route import Map
 from ads.stack import Stack
-from benchmarks.measure import cpu_seconds
+from benchmarks.bench_ads import SCENARIOS, mpc_seconds, tick_seconds, timed_drive
 from pytest_dvp.run import RunResult, run
 from scenarios import path
-from vehicle.messages import Command, FloatArray, Observation, VehicleDescription
+from vehicle.messages import FloatArray
 
 SEEDS = range(10)
 FREE = ("ads.net.crossing.clear", "ads.net.following.free", "ads.net.overtaking.keep", "ads.net.main.drive")
 Figure = dict[str, Any]
 
 
-class Watched(Stack):
-    """The stack, which notes how long its ticks take [s of CPU time]."""
-
-    last: Watched | None = None
-
-    def __init__(self, parameters: Parameters, network: Map, vehicle: VehicleDescription) -> None:
-        super().__init__(parameters, network, vehicle)
-        self.ticks: list[float] = []
-        Watched.last = self
-
-    def tick(self, observation: Observation) -> Command:
-        begin = time.process_time_ns()
-        command = super().tick(observation)
-        self.ticks.append(1e-9 * (time.process_time_ns() - begin))
-        return command
-
-
-def drive(scenario: str, seed: int = 7, *, watched: bool = False) -> RunResult:
+def drive(scenario: str, seed: int = 7) -> RunResult:
     """One run with the 10th preset."""
     file = path(f"{scenario}.xosc")
-    return run(file, seed=seed, rootdir=file.parent, ads=Watched if watched else None)
+    return run(file, seed=seed, rootdir=file.parent)
 
 
 def figures() -> list[Figure]:
@@ -66,7 +46,7 @@ def _driving() -> list[Figure]:
         _at_most(f"lateral RMSE to the fixed lane, overtaking included ({seeds})", worst("lateral_rmse"), 0.58, "m"),
         _at_most(f"greatest jerk, zero-phase Butterworth of 1 Hz ({seeds})", worst("max_jerk"), 2.5, "m/s^3"),
     ]
-    whole, ideal, free = lateness(drive("urban", watched=True))
+    whole, ideal, free = lateness(*timed_drive("urban"))
     found.append(
         _within(
             f"time to the goal of urban, {whole:.1f} s, against the speed limits' {ideal:.1f} s", whole / ideal - 1.0
@@ -76,14 +56,13 @@ def _driving() -> list[Figure]:
     return found
 
 
-def lateness(result: RunResult) -> tuple[float, float, float]:
+def lateness(stack: Stack, result: RunResult) -> tuple[float, float, float]:
     """Time to the goal [s], that of the route's speed profile [s], and by what share a free stretch took longer.
 
     The profile: LQR_v_max, less in bends by LQR_rc_max, changes of speed by comfortable acceleration. A stretch is free
     while the nets see no crossing, no vehicle ahead and no obstacle.
     """
-    assert Watched.last is not None
-    navigator, log = Watched.last.navigator, result.log
+    navigator, log = stack.navigator, result.log
     line = navigator.path
     assert line is not None
     goal = next(event.t for event in log.events if event.kind == "goal")
@@ -101,19 +80,15 @@ def lateness(result: RunResult) -> tuple[float, float, float]:
 
 def _computing() -> list[Figure]:
     found = []
-    ticks, speeds = [], []
-    for scenario in ("overtaking", "pedestrian_crossing", "urban"):
-        drive(scenario, watched=True)
-        drive(scenario, watched=True)
-        assert Watched.last is not None
-        ticks += Watched.last.ticks
+    speeds = []
+    for scenario in SCENARIOS:
         once = []
         for _ in range(3):
             begin = time.process_time()
             duration = drive(scenario).log.duration
             once.append(duration / (time.process_time() - begin))
         speeds.append((scenario, statistics.median(once)))
-    milliseconds = np.array(ticks) * 1e3
+    milliseconds = np.array(tick_seconds()) * 1e3
     found.append(_at_most("tick of the stack, median", float(np.median(milliseconds)), 2.0, "ms"))
     found.append(_at_most("tick of the stack, 99 % of them", float(np.percentile(milliseconds, 99)), 2.0, "ms"))
     found.append(_at_most("MPC of the lateral offset, horizon 20, with condensing", mpc_seconds() * 1e6, 100.0, "us"))
@@ -127,15 +102,6 @@ def _computing() -> list[Figure]:
             }
         )
     return found
-
-
-def mpc_seconds() -> float:
-    """CPU time [s] of one plan around an obstacle, bounds active."""
-    planner, k = OffsetPlanner(), np.arange(1, N + 1)
-    middle = (k >= 7) & (k <= 13)
-    wanted, low, high = np.where(middle, 2.75, 0.0), np.where(middle, 2.0, -1e3), np.full(N, 3.2)
-    assert planner.solve((0.0, 0.0, 0.0), 3.0, wanted, low, high, 0.1) is not None
-    return cpu_seconds(lambda: planner.solve((0.0, 0.0, 0.0), 3.0, wanted, low, high, 0.1))
 
 
 def _at_most(name: str, value: float, bound: float, unit: str) -> Figure:
