@@ -17,17 +17,15 @@ def take(path: Path) -> Arming:
 
     Raises ArmingRefused, naming the file, if it is not there or not of this form.
     """
-    used = path.with_name(path.name + ".used")
     try:
-        path.replace(used)
-        text = used.read_text(encoding="utf-8")
-        written = used.stat().st_mtime_ns
-    except (OSError, UnicodeDecodeError) as error:
+        written = path.stat().st_mtime_ns
+        keys = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ArmingRefused(f"{path}: no arming file: {error}") from None
-    try:
-        keys = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ArmingRefused(f"{path}: {error}") from None
     if set(keys) != {"vehicle", "scenario"} or not all(isinstance(value, str) for value in keys.values()):
         raise ArmingRefused(f"{path}: found {sorted(keys)}, allowed: vehicle and scenario, both strings")
+    try:
+        path.replace(path.with_name(path.name + ".used"))
+    except OSError as error:
+        raise ArmingRefused(f"{path}: cannot be used up: {error}") from None
     return Arming(keys["vehicle"], keys["scenario"], written)

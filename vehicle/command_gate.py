@@ -27,6 +27,7 @@ from math import atan, atan2, copysign, cos, inf, sin, tan
 
 from vehicle.gate_messages import (
     COMMAND,
+    HARDEST,
     MOTION,
     Area,
     Arming,
@@ -46,7 +47,6 @@ MAX_AGE = 0.1  # s; a command or a measurement this old is stale
 LATERAL_ACCELERATION = 3.0  # m/s^2, ISO 11270
 LATERAL_JERK = 5.0  # m/s^3, ISO 11270
 JERK = 5.0  # m/s^3, ISO 15622, 5 m/s and slower: how fast traction may come and braking may go
-HARDEST = 20.0  # m/s^2; no road car brakes harder: a bound for what encodes it, not for the car
 OVERSPEED = 1.1  # of the highest speed: without traction, and still faster: brake
 STANDING = 1e-3  # m/s; slower, any angle of the wheel is free of lateral jerk
 
@@ -87,7 +87,7 @@ class Gate:
         Two keys, the vehicle's name and an arming, each newer than the last: for a real vehicle always, for others
         after a latch. No command from before counts.
         """
-        if not numbers(measured, MOTION) or not -CYCLE <= now - measured.t < MAX_AGE:
+        if not number(now) or not numbers(measured, MOTION) or not -CYCLE <= now - measured.t < MAX_AGE:
             raise ArmingRefused("the car's own measurement is missing or stale")
         if measured.emergency_stop is not False or measured.override is not False:
             raise ArmingRefused("the emergency stop is pressed or the driver overrides")
@@ -111,7 +111,7 @@ class Gate:
             self.state = State.STOPPED
 
     def cycle(self, now: float, request: Request | None, measured: Measured | None) -> Decision:
-        """Decide at `now` [s]. Never raises, whatever stands in the messages."""
+        """Decide at `now` [s]. Never raises, whatever numbers or None stand in the messages."""
         dt = self._elapsed(now)
         reasons: list[str] = []
         self._watch(measured)
@@ -128,7 +128,7 @@ class Gate:
         if self.state is State.DRY:
             reasons.append("not_armed")
         self._out = output
-        decision = Decision(now, request, output, outcome, tuple(reasons), self.state)
+        decision = Decision(now, request, output, outcome, tuple(dict.fromkeys(reasons)), self.state)
         self._record(decision)
         return decision
 

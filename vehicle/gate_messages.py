@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+HARDEST = 20.0  # m/s^2; no road car brakes harder: a bound for what encodes it, not for the car
 BEYOND = 1e12  # no time, place or command is larger in its unit
 COMMAND = ("t", "sequence", "steer", "accel", "throttle", "brake")
 MOTION = ("t", "x", "y", "yaw", "v", "steer")
@@ -64,10 +65,14 @@ class Limits:
                 raise ValueError(f"{name} = {getattr(self, name)!r}: a positive number is needed")
         if self.max_steer >= 1.5:
             raise ValueError(f"max_steer = {self.max_steer!r} rad: no wheel turns as far; degrees?")
+        if self.max_deceleration > HARDEST:
+            raise ValueError(f"max_deceleration = {self.max_deceleration!r} m/s^2 is more than {HARDEST}")
         if self.stop_deceleration > self.max_deceleration:
             raise ValueError(f"stop_deceleration = {self.stop_deceleration!r} is more than the car can do")
-        if self.area is not None and len(self.area) < 3:
-            raise ValueError("area: a polygon has three corners at least")
+        if self.area is None:
+            return
+        if len(self.area) < 3 or not all(number(value) for corner in self.area for value in corner):
+            raise ValueError(f"area = {self.area!r}: three corners at least, of two numbers each")
 
 
 @dataclass(frozen=True, slots=True)

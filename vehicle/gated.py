@@ -124,6 +124,8 @@ class Gated:
 
     def step(self, dt: float) -> FloatArray:
         """Let `dt` [s] pass, in cycles of 20 ms at most; the gate is asked between them."""
+        if dt <= 0.0:
+            raise ValueError(f"dt = {dt!r} s is not positive")
         rows: list[FloatArray] = []
         left = dt
         while left > 1e-9:
