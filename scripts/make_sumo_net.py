@@ -4,8 +4,8 @@
 
 netconvert writes the time and its command line into the file; both go, so that the same road gives the same bytes.
 Only driving lanes are taken over (netconvert's defaults make sidewalks drivable), and who may use them is set here.
-Coordinates stay those of the OpenDRIVE file. Its traffic lights are left out: the storyboard switches them, and SUMO would
-run programs of its own.
+Coordinates stay those of the OpenDRIVE file. Its traffic lights are left out: the storyboard switches them, and SUMO
+would run programs of its own.
 """
 
 from __future__ import annotations

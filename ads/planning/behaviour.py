@@ -122,9 +122,9 @@ class Behaviour:
         )  # fmt: skip
         monitor = navigator.monitor
         needed = self._needed_deceleration(v, contact)
-        lead = find_lead(s, v, self._car, self._overtaking.offset, detections, placed)
         crossing_near, crossing_stop = self._crossing.update(t, s, v, monitor, detections, placed)
         junction_near, junction_taken = self._junction.update(t, s, v, navigator, detections, self._memory)
+        lead = find_lead(s, v, self._car, self._overtaking.offset, detections, placed, self._junction.passing)
         stop_light = self._stop_light(s, v, monitor)
         self._find_obstacle(t, s, detections, placed, monitor)
         facts = {

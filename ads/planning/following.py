@@ -16,11 +16,12 @@ LOOK_AHEAD = 1.0  # s; a vehicle that will be in the path so soon is in it
 
 def find_lead(
     s: float, v: float, car: VehicleDescription, offset: Callable[[float], float],
-    detections: tuple[Detection, ...], placed: list[list[float]],
+    detections: tuple[Detection, ...], placed: list[list[float]], passing: frozenset[int] = frozenset(),
 ) -> tuple[float, float] | None:  # fmt: skip
     """Distance left to keep [m] and speed [m/s] of what limits the car most in its planned path, None if nothing.
 
-    `s` [m], `v` [m/s] of the car; `offset(s)` [m] of the planned path; `placed` as scene.place gives it.
+    `s` [m], `v` [m/s] of the car; `offset(s)` [m] of the planned path; `placed` as scene.place gives it;
+    tracks `passing` only cross the path.
     """
     half = 0.5 * car.width + MARGIN
     front = car.center_x + 0.5 * car.length
@@ -28,7 +29,7 @@ def find_lead(
     worst = math.inf
     for row, detection in zip(placed, detections, strict=True):
         s_from, s_to, l_from, l_to, along, across = row
-        if s_to < s + front or s_from > s + REACH:
+        if s_to < s + front or s_from > s + REACH or detection.track in passing:
             continue
         o = offset(s_from)
         low, high = l_from - o, l_to - o

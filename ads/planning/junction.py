@@ -43,6 +43,7 @@ class JunctionRule:
         self._stopped = False
         self._stop_s: float | None = None
         self.priority: Priority | None = None
+        self.passing: frozenset[int] = frozenset()  # tracks that drive on a way that goes first: no leads of ours
 
     def update(
         self, t: float, s: float, v: float, navigator: Navigator, detections: tuple[Detection, ...], memory: TrackMemory
@@ -53,7 +54,7 @@ class JunctionRule:
         if here is None or before is None or here.line != before.line:
             self._stopped, self._stop_s, self._seen = False, None, -math.inf
         if here is None or s + self._front > here.first:  # on the others' way there is no waiting
-            self._stop_s = None
+            self._stop_s, self.passing = None, frozenset()
             return here is not None, False
         wait = here.line - self._front - LINE_GAP if here.sign else here.first - self._front - GAP
         if v < STANDS and abs(wait - s) < AT_LINE:
@@ -106,8 +107,10 @@ class JunctionRule:
         memory: TrackMemory,
     ) -> bool:  # fmt: skip
         """Whether somebody who goes first comes before the car has gone by."""
-        leaves = self._time_to(here.last + self._rear - s, v, self._speed(here, path))
-        comes = self._time_to(here.first - self._front - s, v, self._speed(here, path))
+        speed = self._speed(here, path)
+        leaves = self._time_to(here.last + self._rear - s, v, speed)
+        comes = self._time_to(here.first - self._front - s, v, max(v, speed))  # at the earliest
+        taken, passing = False, set()
         for d in detections:
             if d.kind not in ("vehicle", "bicycle", "misc"):
                 continue
@@ -115,16 +118,18 @@ class JunctionRule:
                 span = _on_way(way, d)
                 if span is None:
                     continue
-                first, last, speed = span
-                if last < way.first - 0.5 and speed < MOVING and memory.stood(t, d.track) > WAITS_TOO:
+                rear, front, pace = span
+                if front < way.first - 0.5 and pace < MOVING and memory.stood(t, d.track) > WAITS_TOO:
                     continue
-                if last > way.last:
+                if rear > way.last:
                     continue
-                pace = max(speed, 0.1)
-                his_coming, his_leaving = (way.first - last) / pace, (way.last - first) / pace
-                if his_coming < leaves + AFTER and his_leaving > comes - BEFORE:
-                    return True
-        return False
+                if pace > MOVING:
+                    passing.add(d.track)
+                pace = max(pace, 0.1)
+                his_coming, his_leaving = (way.first - front) / pace, (way.last - rear) / pace
+                taken = taken or (his_coming < leaves + AFTER and his_leaving > comes - BEFORE)
+        self.passing = frozenset(passing)
+        return taken
 
     def _speed(self, here: Priority, path: FloatArray) -> float:
         i, j = np.searchsorted(path[:, S], (here.first, here.last))

@@ -97,7 +97,7 @@ def priority_of(network: Map, before: LaneSpan, span: LaneSpan, path: FloatArray
     for connection in junction.connections:
         if connection.connecting == span.leg.road or connection.incoming == before.leg.road:
             continue
-        for come, go in connection.links:
+        for come, go in connection.lane_links:
             line = _line(network, connection, come, go)
             if line is None:
                 continue

@@ -8,12 +8,12 @@ from pytest_dvp.metrics.base import Measured, Undefined, metric
 
 @metric(name="event_started", unit="-", bigger_is_worse=True)
 def event_started(log: Log, *, event: str) -> Measured:
-    """How often the storyboard event `event` began; `max = 0` for one that must not happen, `min = 1` for one that must.
+    """How often the storyboard event `event` began: bound it with `max = 0` or `min = 1`.
 
     Undefined if the scenario has no event of that name (meta `storyboard_events`).
     """
     declared = log.meta.get("storyboard_events")
     if not isinstance(declared, list | tuple) or event not in declared:
         raise Undefined(f"the scenario has no storyboard event {event!r}")
-    times = [e.t for e in log.events if e.kind == "story.event" and e.element == event and "running" in e.text.lower()]
+    times = [e.t for e in log.events if e.kind == "story.event" and e.element == event and e.text.endswith("> runningState")]
     return Measured(float(len(times)), times[0] if times else None, event)
