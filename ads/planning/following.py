@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 from vehicle.messages import Detection, VehicleDescription
 
-GAP = 3.0  # m between bumpers at standstill
-TIME = 1.5  # s behind a moving vehicle
+GAP = 4.0  # m between bumpers at standstill
+TIME = 2.0  # s behind a moving vehicle
 MARGIN = 0.35  # m beside the car that belongs to its path
 REACH = 150.0  # m
 LOOK_AHEAD = 1.0  # s; a vehicle that will be in the path so soon is in it
