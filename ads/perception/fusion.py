@@ -67,8 +67,8 @@ def pair_costs(
         out[i, 0] = pose[0] + c * boxes[i, 0] - s * boxes[i, 1]
         out[i, 1] = pose[1] + s * boxes[i, 0] + c * boxes[i, 1]
         out[i, 2] = pose[2] + boxes[i, 2]
-        out[i, 3], out[i, 4], out[i, 5] = boxes[i, 3], boxes[i, 4], -1.0
-        out[i, 6], out[i, 7], out[i, 8] = min(0.5 + 0.05 * boxes[i, 6], 0.9), LIDAR_VARIANCE, LIDAR
+        out[i, 3], out[i, 4], out[i, 5] = boxes[i, 3], boxes[i, 4], boxes[i, 5]
+        out[i, 6], out[i, 7], out[i, 8] = boxes[i, 6], LIDAR_VARIANCE, LIDAR
         out[i, 9] = LIDAR_VARIANCE
     cost = np.full((n, m), FORBIDDEN)
     rays = np.empty((m, 4))

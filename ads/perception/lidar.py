@@ -28,7 +28,8 @@ MOST_POINTS = 40  # of a cluster in the fit, evenly picked
 CLOSENESS_FLOOR = 0.05  # m
 MOST_BOXES = 64
 BOX = 7
-"""Columns of a box: x, y [m], yaw [rad], length (along yaw), width, top [m], number of points."""
+"""Columns of a box: x, y [m], yaw [rad], length (along yaw), width [m], kind (index into messages.OBJECT_KINDS, or
+-1 where the detector cannot tell), score."""
 
 
 @compiled
@@ -261,13 +262,13 @@ def lidar_boxes(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: float, 
             angle = box_angle(few[:take])
         c, s = math.cos(angle), math.sin(angle)
         low1 = low2 = 1e300
-        high1 = high2 = top = -1e300
+        high1 = high2 = -1e300
         for j in range(m):
             p, q = member[j, 0] * c + member[j, 1] * s, -member[j, 0] * s + member[j, 1] * c
             low1, high1, low2, high2 = min(low1, p), max(high1, p), min(low2, q), max(high2, q)
-            top = max(top, member[j, 2])
         p, q = 0.5 * (low1 + high1), 0.5 * (low2 + high2)
         boxes[k, 0], boxes[k, 1], boxes[k, 2] = p * c - q * s, p * s + q * c, angle
-        boxes[k, 3], boxes[k, 4], boxes[k, 5], boxes[k, 6] = high1 - low1, high2 - low2, top, m
+        boxes[k, 3], boxes[k, 4] = high1 - low1, high2 - low2
+        boxes[k, 5], boxes[k, 6] = -1.0, min(0.5 + 0.05 * m, 0.9)
         k += 1
     return boxes[:k]

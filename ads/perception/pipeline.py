@@ -56,11 +56,31 @@ class Perception(Protocol):
         """Objects known at `observation.t`."""
 
 
+class LidarDetector(Protocol):
+    """Finds objects in one scan; whoever has a better one gives it to TrackingPerception."""
+
+    def boxes(self, scan: LidarScan) -> FloatArray:
+        """Boxes (k, lidar.BOX) in the base frame."""
+
+
+class ClusterDetector:
+    """The reference: crop, ground removal, clusters, L-shapes (ads.perception.lidar)."""
+
+    def __init__(self, parameters: Parameters, car: VehicleDescription) -> None:
+        self._parameters, self._car = parameters, car
+
+    def boxes(self, scan: LidarScan) -> FloatArray:
+        """See LidarDetector."""
+        p, car = self._parameters, self._car
+        found: FloatArray = lidar_boxes(scan.points, car.lidar_x, car.lidar_z, p.LIDAR_x_max, p.LIDAR_abs_y_max)
+        return found
+
+
 class TrackingPerception:
     """LiDAR clusters and camera boxes, late fusion, tracking.
 
     `heading_hint(x, y)` gives the direction of traffic [rad] at a place, None off the road: a face does not show which
-    way a car points. Without it, objects are taken to point as the car does.
+    way a car points. Without it, objects are taken to point as the car does. `detector` finds the boxes in a scan.
     """
 
     def __init__(
@@ -68,7 +88,9 @@ class TrackingPerception:
         parameters: Parameters,
         car: VehicleDescription,
         heading_hint: Callable[[float, float], float | None] | None = None,
+        detector: LidarDetector | None = None,
     ) -> None:
+        self._detector: LidarDetector = detector or ClusterDetector(parameters, car)
         self._hint = heading_hint
         self._parameters = parameters
         self._car = car
@@ -100,8 +122,7 @@ class TrackingPerception:
         self._seen_pose = estimate.pose_at(frame.t)
 
     def _take_scan(self, scan: LidarScan, estimate: Estimate) -> None:
-        p, car = self._parameters, self._car
-        boxes = lidar_boxes(scan.points, car.lidar_x, car.lidar_z, p.LIDAR_x_max, p.LIDAR_abs_y_max)
+        boxes = self._detector.boxes(scan)
         self._last_scan = scan.t
         self._fuse(boxes, estimate.pose_at(scan.t), scan.t)
 

@@ -146,7 +146,7 @@ class TestAssignment:
 
 
 class TestFusion:
-    BOX = np.array([[20.0, 0.0, 0.0, 0.1, 1.8, 1.4, 30.0]])
+    BOX = np.array([[20.0, 0.0, 0.0, 0.1, 1.8, -1.0, 0.9]])
 
     def fuse(self, seen, boxes=BOX, min_dist=4.5):
         pose = (100.0, 50.0, math.pi / 2)
