@@ -119,7 +119,7 @@ class Log:
     detections  what the perception reported
     paths       (t [s], array (k, 2) of x, y [m]) of the planned path whenever it changed
     reference   array (m, 2) of x, y [m]: centre line of the task's lane or route, in driving direction
-    road        {"kind": "edge"|"lane"|"centre", "points": array (k, 2)} lines for pictures
+    road        {"kind": "edge"|"lane"|"centre"|"crosswalk", "points": array (k, 2)} lines for pictures
     events      in the order in which they happened
     meta        JSON-able conditions of the run: no wall clock, host or absolute path
 

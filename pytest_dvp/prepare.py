@@ -119,6 +119,7 @@ def prepare(request: Request) -> Ready:
     if driver.nets:
         meta["nets"] = driver.nets
     road = [{"kind": border.kind, "points": border.points} for border in network.boundaries(1.0)]
+    road += [{"kind": "crosswalk", "points": crosswalk.outline} for crosswalk in network.crosswalks]
     recorder = LogRecorder(meta, reference=_reference(network, task, gates.file), road=road)
     traffic = None
     if gates.traffic is not None:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reports.figures import BLUE, ORANGE, PURPLE, Figure, curve, numbers, thin
+from reports.figures import BLUE, GREEN, PURPLE, Figure, curve, numbers, thin
 
 
 class ChartRow(NamedTuple):
@@ -39,7 +39,9 @@ def belief_rows(
         traces = [curve(pose["t"], pose["value"], "estimated − true position", "y8", colour=BLUE, unit="m")]
         if "ads.position_sigma" in columns and np.isfinite(columns["ads.position_sigma"]).any():
             sigma = columns["ads.position_sigma"]
-            traces.insert(0, curve(columns["t"], sigma, "its own 1 σ", "y8", colour=ORANGE, dash="dash", unit="m"))
+            words = "1 σ that the ADS states"
+            stated = curve(columns["t"], sigma, words, "y8", colour=GREEN, dash="dot", unit="m", legend=words)
+            traces.insert(0, stated)
         rows.append(ChartRow("y8", "estimated −<br>true [m]", 84.0, traces))
     seen = _series(metrics, "detection_error")
     if seen is not None:

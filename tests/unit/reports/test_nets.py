@@ -94,7 +94,7 @@ def test_every_metric_with_a_course_gets_a_row() -> None:
     rows = belief_rows(metrics, columns)
     assert [[trace["name"] for trace in row.traces] for row in rows] == [
         ["left of the planned path"],
-        ["its own 1 σ", "estimated − true position"],
+        ["1 σ that the ADS states", "estimated − true position"],
         ["detected − true"],
     ]
     shown = timeline(columns, more=rows)["layout"]
