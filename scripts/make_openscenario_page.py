@@ -71,6 +71,26 @@ is varied automatically never drives a real car.
 In Python: `openscenario.read.read_cases(path)` gives `count`, `cases[n]` and an iterator.
 """
 
+OPEN = """
+## Where the standard leaves the meaning open
+
+What the widely used tools do, where they agree with each other or nothing speaks against it:
+
+- `SynchronizeAction` names no speed profile: ramps of constant acceleration, one if it fits, else two. The master's
+  pace is that of its last motion; being put somewhere is none. So at t = 0, and in the instant in which a trajectory
+  takes the master over, the master stands; who has a final speed stands as well, until the last ramp fits.
+- `LightStateAction`: flashing has no regular ending, as an animation in a loop has none; an action on the same light of
+  the same entity stops it. On and off end with the transition time.
+- `alongRoute` (deprecated): the distance with turns of the road straightened out; what lies to the side counts, as in
+  the straight line that `false` means.
+- NURBS with time stamps: a control point's time is that of the place of its greatest influence, or of the last whole
+  metre of the control polygon before it; between, time runs evenly in the curve's parameter.
+- Following mode `follow`: constant acceleration between the time stamps of a polyline, and even turning; `position`:
+  constant speed between them, turning at the vertices.
+
+Where the standard is explicit it is followed, whatever other tools do; `docs/conformance.md` quotes the clauses.
+"""
+
 MEANING: Mapping[type[Element], tuple[str, str]] = {
     model.FileHeader: (RUN, "decides the version; license and properties are kept"),
     model.ParameterDeclaration: (RUN, "with constraint groups, expressions and scopes; set from outside by `--set`"),
@@ -112,7 +132,7 @@ MEANING: Mapping[type[Element], tuple[str, str]] = {
     ),
     model.DynamicConstraints: (RUN, ""),
     model.Route: (RUN, ""),
-    model.Trajectory: (RUN, "with and without time stamps"),
+    model.Trajectory: (RUN, "with and without time stamps; see below"),
     model.Environment: (ACCEPTED, "kept for whoever wants to know; motion does not depend on it"),
     model.ParameterValueDistribution: (RUN, "see below"),
     model.UserDefinedDistribution: (REFUSED, "its meaning is known to its own tool only"),
@@ -289,7 +309,7 @@ def page() -> str:
             below = ", ".join(name(part) for part in parts(cls, own))
             out.append(f"| `{name(cls)}` | {verdict} | {meaning} | {below} |".replace("  |", " |"))
         out.append("")
-    return "\n".join(out) + DISTRIBUTIONS
+    return "\n".join(out) + OPEN + DISTRIBUTIONS
 
 
 if __name__ == "__main__":

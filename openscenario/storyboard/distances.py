@@ -82,12 +82,14 @@ def measure(
 ) -> Measure:
     """How to measure from `entity` to another one or to a place.
 
-    kind: longitudinal, lateral, euclidianDistance (cartesianDistance) or None (euclidian); system: entity, lane,
-    road, trajectory, world or None (entity). Trajectory coordinates count as road coordinates; lane ones too along
-    the road.
+    kind: longitudinal, lateral, euclidianDistance (cartesianDistance), None (euclidian) or alongRoute (euclidian in
+    road coordinates: turns of the road lengthen it); system: entity, lane, road, trajectory, world or None (entity).
+    Trajectory coordinates count as road coordinates; lane ones too along the road.
     """
     if kind in (None, "euclidianDistance", "cartesianDistance"):
         return _euclidian(entity, target, free)
+    if kind == "alongRoute":
+        return _along_route(board, entity, target, free)
     lateral = kind == "lateral"
     if system in ("road", "lane", "trajectory") and board.network is not None:
         return _along_road(board.ground, entity, target, lateral, free)
@@ -122,6 +124,22 @@ def _euclidian(entity: Entity, target: Entity | Callable[[], Place], free: bool)
     return run
 
 
+def _along_route(board: Storyboard, entity: Entity, target: Entity | Callable[[], Place], free: bool) -> Measure:
+    if board.network is None:
+        return _euclidian(entity, target, free)
+    ahead = _along_road(board.ground, entity, target, False, free)
+    aside = _along_road(board.ground, entity, target, True, free)
+
+    def run() -> float | None:
+        along, across = ahead(), aside()
+        if along is None or across is None:
+            return None
+        apart = math.hypot(along, across)
+        return -apart if along < 0.0 else apart
+
+    return run
+
+
 def _along_axis(entity: Entity, target: Entity | Callable[[], Place], free: bool, axis: Callable[[], float]) -> Measure:
     now = _now(target)
 
@@ -147,8 +165,10 @@ def _along_road(
         here = ground.position(entity)
         goal = ground.position(there) if isinstance(there, Entity) else ground.position_of(there)
         sign = entity.sense
+        # the other road may run the other way: what counts is its direction as seen from here
+        same = here.road == goal.road or math.cos(goal.h_road - here.h_road) >= 0.0
         if lateral:
-            apart = goal.t - here.t
+            apart = (goal.t if same else -goal.t) - here.t
         else:
             apart = ground.distance(here, goal)
             if apart != apart:
@@ -159,8 +179,6 @@ def _along_road(
         turn = 0.5 * math.pi if lateral else 0.0
         facing = 0.0 if sign > 0.0 else math.pi
         ours = Span(*entity.extent(here.h_road + facing + turn))
-        # the other road may run the other way: what counts is its direction as seen from here
-        same = here.road == goal.road or math.cos(goal.h_road - here.h_road) >= 0.0
         low, high = _extent(there, goal.h_road + facing + turn + (0.0 if same else math.pi))
         return gap(ours, Span(apart + low, apart + high))
 

@@ -306,18 +306,18 @@ class Storyboard:
     def _hold(self, entity: Entity | None, runner: Runner) -> None:
         if entity is not None:
             for domain in runner.domains:
-                setattr(entity, domain, runner)
+                entity.hold(domain, runner)
 
     def _release(self, held: Held) -> None:
         if held.entity is not None:
             for domain in held.runner.domains:
-                if getattr(held.entity, domain) is held.runner:
-                    setattr(held.entity, domain, None)
+                if held.entity.holder(domain) is held.runner:
+                    held.entity.hold(domain, None)
 
     def _displace(self, entity: Entity, runner: Runner) -> None:
         """A new action in a domain ends the one that runs there."""
         for domain in runner.domains:
-            old = getattr(entity, domain)
+            old = entity.holder(domain)
             if old is None:
                 continue
             for node, held in list(self._active):

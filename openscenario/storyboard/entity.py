@@ -46,6 +46,7 @@ class Entity:
         "lateral",
         "leads",
         "length",
+        "lights",
         "longitudinal",
         "max_acceleration",
         "max_deceleration",
@@ -128,6 +129,24 @@ class Entity:
         self.route_lanes: tuple[RouteLane, ...] = ()  # the way along the route, in driving order
         self.longitudinal: Runner | None = None
         self.lateral: Runner | None = None
+        self.lights: dict[str, Runner] = {}  # kind of light -> the action that has it
+
+    def holder(self, domain: str) -> Runner | None:
+        """The action that has hold of a domain: longitudinal, lateral, or a kind of light."""
+        if domain == "longitudinal":
+            return self.longitudinal
+        return self.lateral if domain == "lateral" else self.lights.get(domain)
+
+    def hold(self, domain: str, runner: Runner | None) -> None:
+        """Give a domain to an action, or to none."""
+        if domain == "longitudinal":
+            self.longitudinal = runner
+        elif domain == "lateral":
+            self.lateral = runner
+        elif runner is not None:
+            self.lights[domain] = runner
+        else:
+            self.lights.pop(domain, None)
 
     def jump_to_speed(self, speed: float) -> None:
         """A step in speed: holds from the beginning of the step on."""

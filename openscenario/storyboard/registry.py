@@ -47,7 +47,7 @@ class Unsupported(Exception):
 
 
 class Runner(Protocol):
-    """A running action of one actor. `domains`: what it takes hold of, of "longitudinal" and "lateral"."""
+    """A running action of one actor. `domains`: what it holds, of "longitudinal", "lateral" and kinds of light."""
 
     domains: tuple[str, ...]
 

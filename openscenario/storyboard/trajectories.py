@@ -285,8 +285,9 @@ def _clothoid_spline(shape: model.ClothoidSpline, resolve: Resolve, start: Place
 def _nurbs(shape: model.Nurbs, resolve: Resolve) -> Course:
     """Rational B-spline by de Boor's algorithm; tangent headings.
 
-    The time of a control point is that of the place where its influence is greatest, looked for each metre; time
-    changes evenly over each metre between. (The standard does not say where on the curve the time stamps belong.)
+    The time of a control point is that of the place where its influence is greatest, or of the last whole metre of the
+    control polygon before; time changes evenly over each metre. (The standard does not say where on the curve the time
+    stamps belong; this is how the field's tools drive it.)
     """
     places = [resolve(point.position) for point in shape.control_points]
     knots = [knot.value for knot in shape.knots]
@@ -322,15 +323,17 @@ def _nurbs(shape: model.Nurbs, resolve: Resolve) -> Course:
 
 
 def _peaks(knots: Sequence[float], degree: int, count: int, places: Sequence[float]) -> list[float]:
-    """Of each control point: of some places, the one where its influence on the curve is greatest."""
-    best = [0.0] * count
-    where = [places[0]] * count
-    for u in places:
-        for i in range(count):
-            control = [(1.0 if j == i else 0.0, 0.0, 0.0, 1.0) for j in range(count)]
-            influence = _de_boor(control, knots, degree, u)[0]
-            if influence > best[i]:
-                best[i], where[i] = influence, u
+    """Of each control point: of some places, the last one before its influence on the curve is greatest, or there."""
+    where = []
+    for i in range(count):
+        control = [(1.0 if j == i else 0.0, 0.0, 0.0, 1.0) for j in range(count)]
+        influence = [_de_boor(control, knots, degree, u)[0] for u in places]
+        k = max(range(len(places)), key=influence.__getitem__)
+        if k > 0:
+            shortly = places[k] - 1e-3 * (places[k] - places[k - 1])
+            if _de_boor(control, knots, degree, shortly)[0] > influence[k]:
+                k -= 1  # it has been greater
+        where.append(places[k])
     return where
 
 

@@ -20,6 +20,7 @@ FIRST = (
 )
 # what else agrees so far; kept short enough for every run of the tests, the rest is for `make conformance`
 MORE = (
+    "NCAP_AEB_C2C_CCFhol_2023",
     "NCAP_AEB_C2C_CCR_2023",
     "NCAP_AEB_VRU_CPNCO_2023",
     "alks_scenario_4_1_2_swerving_lead_vehicle_template",
@@ -30,12 +31,16 @@ MORE = (
     "lane-change_trajectory_wp",
     "lane_change_crest",
     "left-hand-traffic_using_road_rule",
+    "light_state",
     "ltap-od",
+    "pedestrian_traj_synch",
     "slow-lead-vehicle",
     "speed-profile",
     "synch_with_steady_state",
     "trailers",
+    "trajectory-test",
     "ut_condition_delay",
+    "ut_emergency_vehicle",
     "ut_lateral_maneuvers_test",
     "ut_position_types",
     "ut_relative_lane_offset",

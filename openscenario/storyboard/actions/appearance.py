@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 class Wait:
     """Over after `duration` [s]."""
 
-    __slots__ = ("_left",)
-    domains: tuple[str, ...] = ()
+    __slots__ = ("_left", "domains")
 
-    def __init__(self, duration: float) -> None:
+    def __init__(self, duration: float, domains: tuple[str, ...] = ()) -> None:
         self._left = duration
+        self.domains = domains
 
     def start(self) -> bool:
         return self._left <= 0.0
@@ -33,13 +33,36 @@ class Wait:
         return None
 
 
+class Flash:
+    """A light that flashes until another action takes it (annex A has the like: an animation in a loop has no regular
+    ending)."""
+
+    __slots__ = ("domains",)
+
+    def __init__(self, light: str) -> None:
+        self.domains: tuple[str, ...] = (light,)
+
+    def start(self) -> bool:
+        return False
+
+    def step(self, dt: float) -> bool:
+        return False
+
+    def stop(self) -> None:
+        return None
+
+
 @action(model.AppearanceAction)
 def appearance(element: model.AppearanceAction, entity: Entity, board: Storyboard) -> Runner:
-    """No sensor model here sees lights and animations. A change of lights lasts its transition time (flashing begins
-    when it is over), an animation its duration, one in a loop until it is stopped."""
+    """No sensor model here sees lights and animations. A change of lights lasts its transition time, flashing until
+    another action takes the same light, an animation its duration, one in a loop until it is stopped."""
     light, animation = element.light_state_action, element.animation_action
     if light is not None:
-        return Wait(light.transition_time)
+        kind = light.light_type
+        name = kind.vehicle_light_type if isinstance(kind, model.VehicleLight) else kind.user_defined_light_type
+        if light.light_state.mode == "flashing":
+            return Flash(name)
+        return Wait(light.transition_time, (name,))
     if animation is not None:
         return Wait(math.inf if animation.loop else animation.animation_duration or 0.0)
     return Instant()

@@ -10,9 +10,9 @@ now (v0) and the target (v1) consists of ramps of constant acceleration:
 A steady state takes its distance off s and its time off t. Without final speed the one ramp that arrives in time is
 taken.
 
-The master's pace is that of its last motion. An action that begins with the scenario has seen none: to it the master
-stands and there is time; it begins as one that is to linger, and if there is none to lose it goes straight to the last
-ramp. (The standard names no profile. This is how the field's tools drive it, down to that first step.)
+The master's pace is that of its last motion; being put somewhere is none. To an action that begins with the scenario,
+or with the master's trajectory, the master stands: who has a final speed stands as well, for that instant, and starts
+when the last ramp fits. (The standard names no profile. This is how the field's tools drive it.)
 """
 
 from __future__ import annotations
@@ -70,8 +70,9 @@ class Synchronize:
         self._last = self._last_master = math.inf
 
     def start(self) -> bool:
-        if self._board.steps == 0:
-            self._phase, self._linger = "two ramps", True
+        if self._board.steps == 0 and self._final is not None:
+            self._phase = "stopped"
+            self._entity.jump_to_speed(0.0)
         return False
 
     def stop(self) -> None:
@@ -188,4 +189,5 @@ def _corner(way: float, time: float, speed: float, final: float) -> tuple[float,
 
 @action(model.SynchronizeAction)
 def synchronize(element: model.SynchronizeAction, entity: Entity, board: Storyboard) -> Runner:
+    """Ramps of constant acceleration; see below."""
     return Synchronize(element, entity, board)

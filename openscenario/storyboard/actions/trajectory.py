@@ -16,6 +16,8 @@ from openscenario.storyboard.trajectories import Course, course
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
 
+JUMP = 1e-3  # m
+
 
 class FollowTrajectory:
     """Moves the reference point along the trajectory.
@@ -75,7 +77,10 @@ class FollowTrajectory:
         self._s = min(self._element.initial_distance_offset, along.length)
         if len(self.domains) > 1:
             self._s = max(self._s, along.s_at(self._trajectory_time()))
+        x, y = entity.x, entity.y
         self._go(along)
+        if math.hypot(entity.x - x, entity.y - y) > JUMP:
+            entity.vx = entity.vy = 0.0  # being put there is no motion
         return along.length <= 0.0 and len(self.domains) == 1
 
     def _trajectory_time(self) -> float:
@@ -186,4 +191,5 @@ def _stamped(shape: model.Shape) -> bool:
 
 @action(model.FollowTrajectoryAction)
 def follow_trajectory(element: model.FollowTrajectoryAction, entity: Entity, board: Storyboard) -> Runner:
+    """In the time of the time stamps, or at the own speed; see below."""
     return FollowTrajectory(element, entity, board)

@@ -25,9 +25,10 @@ def _other(name: str, scope: Scope) -> Entity:
 
 
 def _dimension(kind: str | None, system: str | None, along_route: bool | None) -> tuple[str, str | None]:
-    """What to measure, in which system. `alongRoute` (deprecated since 1.1): along the road, or straight."""
+    """What to measure, in which system. `alongRoute` (deprecated since 1.1), if nothing else is said: whether the turns
+    of the road lengthen what is else the straight line."""
     if along_route is not None and kind is None and system is None:
-        return ("longitudinal", "road") if along_route else ("euclidianDistance", None)
+        return ("alongRoute", "road") if along_route else ("euclidianDistance", None)
     return kind or "euclidianDistance", system
 
 
@@ -56,6 +57,7 @@ def relative_distance(element: model.RelativeDistanceCondition, entity: Entity, 
 
 @condition(model.DistanceCondition)
 def distance_to(element: model.DistanceCondition, entity: Entity, scope: Scope) -> Test:
+    """`alongRoute`: see below."""
     kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
     where = resolver(element.position, scope.board)
     distance = measure(scope.board, entity, where, kind=kind, system=system, free=element.freespace)
@@ -76,7 +78,8 @@ def reach_position(element: model.ReachPositionCondition, entity: Entity, scope:
 
 @condition(model.TimeHeadwayCondition)
 def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Scope) -> Test:
-    """Distance to the other over the own speed; not defined if the other is behind, infinite while standing."""
+    """Distance to the other over the own speed; not defined if the other is behind, infinite while standing.
+    `alongRoute`: see below."""
     kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
     distance = measure(
         scope.board, entity, _other(element.entity_ref, scope), kind=kind, system=system, free=element.freespace
@@ -94,7 +97,7 @@ def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Sco
 
 @condition(model.TimeToCollisionCondition)
 def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, scope: Scope) -> Test:
-    """Distance over closing speed; not defined while the two do not close in."""
+    """Distance over closing speed; not defined while the two do not close in. `alongRoute`: see below."""
     target = element.time_to_collision_condition_target
     other: Entity | Callable[[], Place]
     if target.entity_ref is not None:
@@ -120,8 +123,8 @@ def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, s
 
 def _closing(entity: Entity, other: Entity | Callable[[], Place], kind: str) -> Callable[[float], float]:
     """Rate [m/s] at which the distance shrinks; to something behind, that at which it catches up."""
-    if kind == "longitudinal" or kind == "lateral":
-        turn = 0.0 if kind == "longitudinal" else 0.5 * math.pi
+    if kind in ("longitudinal", "lateral", "alongRoute"):
+        turn = 0.5 * math.pi if kind == "lateral" else 0.0
 
         def along(apart: float) -> float:
             axis = entity.h + turn

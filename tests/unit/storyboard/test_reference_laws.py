@@ -15,6 +15,7 @@ from .conftest import (
     XODR,
     Make,
     at_time,
+    by_entity,
     condition,
     event,
     group,
@@ -30,6 +31,7 @@ from .conftest import (
 WIDTH = '<width sOffset="0" a="3.5" b="0" c="0" d="0"/>'
 HERE = [teleport(lane_position(100.0)), speed(10.0)]
 NOW = group(condition(at_time(0.0)))
+ROAD = '<RoadPosition roadId="1" s="{s}" t="0"/>'
 
 
 def test_in_a_lane_change_the_speed_is_that_along_the_oblique_path(make: Make) -> None:
@@ -248,6 +250,115 @@ def test_a_change_of_lights_lasts_its_transition(make: Make) -> None:
     run(board, 3.0)
     ((time, _, _),) = [each for each in log(board, "action") if each[2] == "endTransition"]
     assert time == pytest.approx(1.5, abs=1e-6)
+
+
+def light(kind: str, mode: str) -> str:
+    return (
+        "<PrivateAction><AppearanceAction><LightStateAction><LightType>"
+        f'<VehicleLight vehicleLightType="{kind}"/></LightType><LightState mode="{mode}"/></LightStateAction>'
+        "</AppearanceAction></PrivateAction>"
+    )
+
+
+def test_a_light_flashes_until_another_action_takes_it(make: Make) -> None:
+    """Another light does not; what is taken over is stopped, as by a stop trigger, and its event goes on."""
+    board = make(
+        A=HERE,
+        stories=story(
+            event("blink", light("indicatorLeft", "flashing"), start=NOW),
+            event("brake", light("brakeLights", "on"), start=group(condition(at_time(1.0)))),
+            event("off", light("indicatorLeft", "off"), start=group(condition(at_time(2.0)))),
+        ),
+    )
+    run(board, 3.0)
+    over = [(time, name, how) for time, name, how in log(board, "action") if how in ("endTransition", "stopTransition")]
+    assert over == [
+        (1.0, "brake-0", "endTransition"),
+        (2.0, "blink-0", "stopTransition"),
+        (2.0, "off-0", "endTransition"),
+    ]
+    assert (2.0, "blink", "endTransition") in log(board, "event")
+
+
+def headway(value: float, along_route: bool) -> str:
+    attributes = f'value="{value}" freespace="false" rule="greaterThan" alongRoute="{str(along_route).lower()}"'
+    return group(condition(by_entity(f'<TimeHeadwayCondition entityRef="B" {attributes}/>', "A")))
+
+
+@pytest.mark.parametrize(("value", "fires"), [(3.0, True), (3.02, True), (3.03, False)])
+def test_a_distance_along_the_route_counts_what_lies_to_the_side(make: Make, value: float, fires: bool) -> None:
+    """30 m ahead and 3.5 m to the side: hypot(30, 3.5) / 10 m/s = 3.0203 s. The standard speaks of turns only."""
+    ahead = [teleport(lane_position(130.0, -2)), speed(10.0)]
+    board = make(A=HERE, B=ahead, stories=story(event("e", speed(10.0), start=headway(value, True))))
+    run(board, 0.1)
+    assert bool([each for each in log(board, "event") if each[2] == "startTransition"]) is fires
+
+
+@pytest.mark.parametrize(("along_route", "seconds"), [(True, 5.0 * math.pi), (False, 10.0 * math.sqrt(2.0))])
+def test_turns_make_a_distance_along_the_route_longer(
+    make: Make, tmp_path: Path, along_route: bool, seconds: float
+) -> None:
+    """A quarter of a circle of 100 m radius at 10 m/s: the arc, or the chord."""
+    road = tmp_path / "arc.xodr"
+    line = '<geometry s="0" x="0" y="0" hdg="0" length="1000"><line/>'
+    arc = line.replace("1000", "400").replace("<line/>", '<arc curvature="0.01"/>')
+    road.write_text(XODR.replace(line, arc).replace('length="1000"', 'length="400"'))
+    quarter = 50.0 * math.pi
+    for off, fires in ((-0.02, True), (0.02, False)):
+        board = make(
+            A=[teleport(ROAD.format(s=10.0)), speed(10.0)],
+            B=[teleport(ROAD.format(s=10.0 + quarter)), speed(10.0)],
+            stories=story(event("e", speed(10.0), start=headway(seconds + off, along_route))),
+            on=load_network(road),
+        )
+        board.start()
+        board.settle()
+        assert bool([each for each in log(board, "event") if each[2] == "startTransition"]) is fires
+
+
+def synchronize(master_s: float, own_s: float, final: float) -> str:
+    return (
+        '<PrivateAction><SynchronizeAction masterEntityRef="B">'
+        f"<TargetPositionMaster>{lane_position(master_s)}</TargetPositionMaster>"
+        f"<TargetPosition>{lane_position(own_s, -2)}</TargetPosition>"
+        f'<FinalSpeed><AbsoluteSpeed value="{final}"/></FinalSpeed></SynchronizeAction></PrivateAction>'
+    )
+
+
+def test_who_synchronizes_from_the_start_stands_until_it_has_seen_the_master_move(make: Make) -> None:
+    """100 m at 10 m/s for the master, 50 m to a final 8 m/s: the one ramp that fits begins with 2 * 50 / 10 - 8 m/s."""
+    board = make(
+        A=[teleport(lane_position(100.0, -2)), speed(5.0)],
+        B=[teleport(lane_position(100.0)), speed(10.0)],
+        stories=story(event("e", synchronize(200.0, 150.0, 8.0))),
+    )
+    board.start()
+    board.settle()
+    assert board.entities["A"].speed == 0.0
+    run(board, 0.01)
+    assert board.entities["A"].speed == pytest.approx(2.0, abs=0.01)
+
+
+def test_a_master_that_is_put_on_its_trajectory_has_not_moved(make: Make) -> None:
+    """Its trajectory begins where it came from: for that instant it stands, and so does who synchronizes with it."""
+    vertices = "".join(f'<Vertex><Position><WorldPosition x="{x}" y="-1.75"/></Position></Vertex>' for x in (100, 300))
+    follow = (
+        '<PrivateAction><RoutingAction><FollowTrajectoryAction><TrajectoryRef><Trajectory name="t" closed="false">'
+        f"<Shape><Polyline>{vertices}</Polyline></Shape></Trajectory></TrajectoryRef><TimeReference><None/>"
+        '</TimeReference><TrajectoryFollowingMode followingMode="position"/></FollowTrajectoryAction></RoutingAction>'
+        "</PrivateAction>"
+    )
+    later = group(condition(at_time(1.0)))
+    board = make(
+        A=[teleport(lane_position(100.0, -2)), speed(0.0)],
+        B=[teleport(lane_position(100.0)), speed(10.0)],
+        stories=story(event("s", synchronize(200.0, 150.0, 8.0), start=later))
+        + story(event("t", follow, start=later), actor="B").replace('"story"', '"other"'),
+    )
+    run(board, 1.01)
+    assert board.entities["A"].speed == 0.0
+    run(board, 0.01)
+    assert board.entities["A"].speed == pytest.approx(2.0, abs=0.03)
 
 
 def test_headings_that_look_back_make_a_vehicle_reverse(make: Make) -> None:

@@ -73,6 +73,17 @@ def test_a_nurbs_point_s_time_is_where_its_influence_is_greatest() -> None:
     assert curve.at(curve.s_at(1.0))[0] == pytest.approx(10.0, abs=0.5)
 
 
+@pytest.mark.parametrize(("reach", "parameter"), [(6.0, 6 / 13), (9.0, 9 / 19)])
+def test_a_nurbs_point_s_time_counts_from_the_whole_metre_before(reach: float, parameter: float) -> None:
+    """A control polygon of 2 * reach m has 2 * reach + 1 parts; the middle, at u = 1/2, lies between two of them."""
+    control = tuple(
+        model.ControlPoint(position=at(x, 0), time=time) for x, time in ((0.0, 0.0), (reach, 1.0), (2.0 * reach, 10.0))
+    )
+    knots = tuple(model.Knot(value=value) for value in (0.0, 0.0, 0.0, 1.0, 1.0, 1.0))
+    curve = along(model.Nurbs(order=3, control_points=control, knots=knots))
+    assert curve.at(curve.s_at(1.0))[0] == pytest.approx(2.0 * reach * parameter, abs=1e-6)
+
+
 def test_closed_polyline_returns_to_its_start() -> None:
     square = along(polyline((None, 0, 0), (None, 10, 0), (None, 10, 10), (None, 0, 10)), closed=True)
     assert square.length == pytest.approx(40.0)
