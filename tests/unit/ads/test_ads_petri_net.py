@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from ads.planning.nets import CROSSING, FOLLOWING, LIGHT, MAIN, NETS, OVERTAKING
+from ads.planning.nets import CROSSING, FOLLOWING, JUNCTION, LIGHT, MAIN, NETS, OVERTAKING
 from ads.planning.petri_net import Net, NetSystem, Transition
 
-HOME = {"main": "drive", "light": "go", "crossing": "clear", "following": "free", "overtaking": "keep"}
+HOME = {"main": "drive", "light": "go", "crossing": "clear", "junction": "clear", "following": "free", "overtaking": "keep"}
 
 
 def successors(net: Net, marking: frozenset[str]) -> set[frozenset[str]]:
@@ -45,7 +45,7 @@ def test_every_marking_can_come_back_to_driving(net):
 
 def test_children_run_while_the_car_drives_and_only_then():
     assert MAIN.parent == ""
-    assert {net.parent for net in (LIGHT, CROSSING, FOLLOWING, OVERTAKING)} == {"main.drive"}
+    assert {net.parent for net in (LIGHT, CROSSING, JUNCTION, FOLLOWING, OVERTAKING)} == {"main.drive"}
 
 
 def toggle(parent: str = "") -> Net:
