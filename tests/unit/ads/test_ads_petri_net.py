@@ -7,7 +7,9 @@ import pytest
 from ads.planning.nets import CROSSING, FOLLOWING, JUNCTION, LIGHT, MAIN, NETS, OVERTAKING
 from ads.planning.petri_net import Net, NetSystem, Transition
 
-HOME = {"main": "drive", "light": "go", "crossing": "clear", "junction": "clear", "following": "free", "overtaking": "keep"}
+HOME = {
+    "main": "drive", "light": "go", "crossing": "clear", "junction": "clear", "following": "free", "overtaking": "keep",
+}  # fmt: skip
 
 
 def successors(net: Net, marking: frozenset[str]) -> set[frozenset[str]]:

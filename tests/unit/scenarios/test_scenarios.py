@@ -11,11 +11,15 @@ from lxml import etree
 
 import scenarios
 
-NAMES = ("overtaking", "pedestrian_crossing", "urban")
+OF_THE_PAPER = ("overtaking", "pedestrian_crossing", "urban")
+NAMES = (*OF_THE_PAPER, "follow", "traffic_light", "junction")
 PARAMETERS = {
     "overtaking": {"ego_speed", "target_position", "target_lateral_offset", "trigger_distance"},
     "pedestrian_crossing": {"ego_speed", "pedestrian_speed", "trigger_distance"},
     "urban": {"ego_speed", "target_position", "target_lateral_offset", "pedestrian_speed", "trigger_distance"},
+    "follow": {"ego_speed", "lead_speed", "lead_gap", "lead_deceleration", "stop_time"},
+    "traffic_light": {"ego_speed", "trigger_distance", "red_time"},
+    "junction": {"ego_speed", "oncoming_speed", "oncoming_position"},
 }
 CATALOGUES = ("catalogs/vehicles/vehicle_catalog.xosc", "catalogs/pedestrians/pedestrian_catalog.xosc")
 
@@ -47,7 +51,7 @@ def test_ego_is_called_ego(name: str) -> None:
     assert read(f"{name}.xosc").find("Entities/ScenarioObject").get("name") == "Ego"
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", OF_THE_PAPER)
 def test_gates_bound_what_the_issue_fixes(name: str) -> None:
     gates = tomllib.loads(scenarios.path(f"{name}.gates.toml").read_text())
     bounds = {gate["metric"]: gate.get("max", gate.get("min")) for gate in gates["gate"]}
