@@ -13,7 +13,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "faults"))
 from mutation import Fault, failed, faults, seeded
 
-SCENARIOS = ("overtaking", "pedestrian_crossing", "urban")
+SCENARIOS = ("overtaking", "pedestrian_crossing", "urban", "follow", "traffic_light", "junction")
 CLEAN_SEEDS = 1000
 SEED = 7
 Figure = dict[str, Any]

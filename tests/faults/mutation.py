@@ -10,7 +10,7 @@ A fault is a table of `faults.toml`. `where` names a function, constant or prope
     returns_argument = K    a function returns its argument K as it is
     result = K              number, column K, or field "K" of what a function returns: times, plus or set
     argument = K            the same for its argument K (without self)
-    without = "TRANSITION"  a transition of a Petri net is missing
+    without = "NET.NAME"    a transition is missing in the Petri nets that are argument K
 """
 
 from __future__ import annotations
@@ -98,8 +98,6 @@ def place(where: str) -> tuple[Any, str]:
 def _mutant(raw: Any, change: dict[str, Any]) -> Any:
     if "value" in change:
         return change["value"]
-    if "without" in change:
-        return tuple(_without(net, change["without"]) for net in raw)
     if isinstance(raw, property):
         assert raw.fget is not None
         return property(_function(raw.fget, change))
@@ -108,8 +106,11 @@ def _mutant(raw: Any, change: dict[str, Any]) -> Any:
     return _function(raw, change)
 
 
-def _without(net: Any, transition: str) -> Any:
-    return dataclasses.replace(net, transitions=tuple(t for t in net.transitions if t.name != transition))
+def _without(nets: tuple[Any, ...], transition: str) -> tuple[Any, ...]:
+    of, _, name = transition.partition(".")
+    assert any(net.name == of and name in {t.name for t in net.transitions} for net in nets), transition
+    less = [tuple(t for t in net.transitions if (net.name, t.name) != (of, name)) for net in nets]
+    return tuple(dataclasses.replace(net, transitions=left) for net, left in zip(nets, less, strict=True))
 
 
 def _function(raw: Callable[..., Any], change: dict[str, Any]) -> Callable[..., Any]:
@@ -121,7 +122,8 @@ def _function(raw: Callable[..., Any], change: dict[str, Any]) -> Callable[..., 
         arguments = list(given)
         if "argument" in change:
             k = change["argument"] + is_method
-            arguments[k] = _changed(arguments[k], change.get("of"), change)
+            nets = change.get("without")
+            arguments[k] = _without(arguments[k], nets) if nets else _changed(arguments[k], None, change)
         result = raw(*arguments, **named)
         if "returns" in change:
             return {"none": None, "[]": ()}.get(str(change["returns"]), change["returns"])
