@@ -77,6 +77,7 @@ class Behaviour:
         self._car = car
         self._front = car.center_x + 0.5 * car.length
         self.nets = nets
+        self.nets = nets
         self._nets = NetSystem(nets)
         self.trace = self._nets.trace
         self._overtaking = Overtaking(parameters, car)
