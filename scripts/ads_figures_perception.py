@@ -46,6 +46,8 @@ APART = 0.3  # m between road users, at least
 VEHICLE, PEDESTRIAN = 0, 1
 RMSE = 0.25  # m
 FALSE = 5.0  # in 100 scans
+OCCLUDED = 0.2, 1.0  # s, least and longest time out of view of a track that is to be kept
+KEPT = 0.9  # share
 
 Figure = dict[str, object]
 
@@ -160,12 +162,15 @@ def _entry(box: FloatArray, x: float, y: float, angle: float) -> float:
 class Score(NamedTuple):
     """One row a road user and scan: kind, distance [m], error of its middle [m] (inf: not found).
 
-    `false`: detections within PEDESTRIAN_RANGE that have no road user within PAIRED, in `ticks` scans.
+    `false`: detections within PEDESTRIAN_RANGE that have no road user within PAIRED, in `ticks` scans. `kept` of
+    `hidden` road users that came into view again within OCCLUDED still had their track's number.
     """
 
     rows: FloatArray
     false: int
     ticks: int
+    kept: int
+    hidden: int
 
 
 def drive(
@@ -184,7 +189,9 @@ def drive(
     names = tuple(str(k) for k in range(len(users.kinds)))
     since = np.full(len(names), -math.inf)
     rows: list[tuple[float, float, float]] = []
-    false = ticks = 0
+    false = ticks = kept = hidden = 0
+    number: dict[int, int] = {}  # track of each road user when last counted
+    last = np.full(len(names), -math.inf)  # when that was
     for k in range(round(DURATION / TICK)):
         t = k * TICK
         boxes = users.at(t)
@@ -195,10 +202,15 @@ def drive(
         if k % 2 == 0:
             counted = _counting(boxes, users.kinds, state, car, parameters, since, t)
             near = tuple(d for d in found if math.hypot(d.x - state.x, d.y - state.y) < PEDESTRIAN_RANGE)
-            errors, _ = _pair(boxes, users.kinds, found)
-            _, extra = _pair(boxes, users.kinds, near)
+            errors, tracks, _ = _pair(boxes, users.kinds, found)
+            *_, extra = _pair(boxes, users.kinds, near)
             for i in counted:
                 rows.append((float(users.kinds[i]), _distance(boxes[i], state), errors[i]))
+                if tracks[i] >= 0:
+                    if i in number and OCCLUDED[0] + SEEN < t - last[i] < OCCLUDED[1] + SEEN:
+                        hidden += 1
+                        kept += number[i] == tracks[i]
+                    number[i], last[i] = tracks[i], t
             false += extra
             ticks += 1
         yaw_error = state.yaw + 0.05 * state.y
@@ -206,7 +218,7 @@ def drive(
         steer = max(min(-yaw_error, 0.1), -0.1)
         twin.apply(Command(t, steer, accel, max(accel, 0.0) / 3.5, max(-accel, 0.0) / 7.0))
         twin.step(TICK)
-    return Score(np.array(rows), false, ticks)
+    return Score(np.array(rows), false, ticks, kept, hidden)
 
 
 def _traffic_goes(x: float, y: float) -> float | None:
@@ -242,11 +254,13 @@ def _counting(
     return counted
 
 
-def _pair(boxes: FloatArray, kinds: NDArray[np.int64], found: tuple[Detection, ...]) -> tuple[FloatArray, int]:
-    """Error [m] for each road user, inf if not found, and how many detections are of none at all."""
-    errors = np.full(len(boxes), np.inf)
+def _pair(
+    boxes: FloatArray, kinds: NDArray[np.int64], found: tuple[Detection, ...]
+) -> tuple[FloatArray, list[int], int]:
+    """Error [m] and track (inf, -1: not found) of each road user, and how many detections are of none at all."""
+    errors, tracks = np.full(len(boxes), np.inf), [-1] * len(boxes)
     if not found:
-        return errors, 0
+        return errors, tracks, 0
     apart = np.array([[math.hypot(d.x - b[0], d.y - b[1]) for d in found] for b in boxes])
     cost = apart.copy()
     for i, kind in enumerate(kinds):
@@ -255,8 +269,8 @@ def _pair(boxes: FloatArray, kinds: NDArray[np.int64], found: tuple[Detection, .
                 cost[i, j] = 1e3
     for i, j in zip(*linear_sum_assignment(cost), strict=True):
         if cost[i, j] < 1e3:
-            errors[i] = apart[i, j]
-    return errors, int(np.sum(apart.min(axis=0) > PAIRED))
+            errors[i], tracks[i] = apart[i, j], found[j].track
+    return errors, tracks, int(np.sum(apart.min(axis=0) > PAIRED))
 
 
 def figures(drives: int = 10) -> list[Figure]:
@@ -282,6 +296,15 @@ def figures(drives: int = 10) -> list[Figure]:
                 "found": f"{false:.1f} in 100 scans",
                 "goal": f"<= {FALSE:.0f} in 100 scans (ours)",
                 "met": bool(false <= FALSE),
+            }
+        )
+        kept, hidden = sum(score.kept for score in scores), sum(score.hidden for score in scores)
+        found.append(
+            {
+                "name": f"tracks that keep their number through {OCCLUDED[0]} to {OCCLUDED[1]} s out of view, {label}",
+                "found": f"{kept} of {hidden}",
+                "goal": f">= {KEPT:.2f} (ours)",
+                "met": kept >= KEPT * hidden,
             }
         )
     return found
