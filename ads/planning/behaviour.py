@@ -29,6 +29,7 @@ MERGE_LENGTH = 45.0  # m
 ABORT_GAP = 8.0  # m
 ABORT_DECELERATION = 1.5  # m/s^2
 CONFLICT_FOR = 0.4  # s of conflict until the car gives up
+BLOCKED_FOR = 2.0  # s without room to pass until another way is looked for
 STUCK_GAP = 4.0  # m before an obstacle without a way around it
 SURE = 0.5  # score; an object less sure, or unseen for a while, is no reason for an emergency
 DANGER_HORIZON = 3.5  # s
@@ -90,6 +91,8 @@ class Behaviour:
         self._obstacle_seen = -math.inf
         self._free_at = -math.inf
         self._stuck = False
+        self._passable_at = -math.inf
+        self._tried: int | None = None  # track of the obstacle for which another way was looked for
         self._stop_s: float | None = None
 
     def may_replan(self) -> bool:
@@ -128,6 +131,7 @@ class Behaviour:
         lead = find_lead(s, v, self._car, self._overtaking.offset, detections, placed, self._junction.passing)
         stop_light = self._stop_light(s, v, monitor)
         self._find_obstacle(t, s, detections, placed, monitor)
+        self._look_for_another_way(estimate, navigator)
         facts = {
             "located": True,
             "danger": needed > DANGER_DECELERATION,
@@ -212,6 +216,16 @@ class Behaviour:
         if self._passing() and self._obstacle is not None and merged.s_from > self._obstacle.s_to + MERGE_GAP:
             return  # the next one, after this
         self._obstacle, self._obstacle_seen = merged, t
+
+    def _look_for_another_way(self, estimate: Estimate, navigator: Navigator) -> None:
+        """Have the route changed once when the road is too narrow beside what stands in it."""
+        o, monitor, t = self._obstacle, navigator.monitor, estimate.t
+        if o is None or monitor is None or self._overtaking.wanted_offset(o, monitor) is not None:
+            self._passable_at = t
+        elif t - self._passable_at > BLOCKED_FOR and self._tried != o.track:
+            self._tried = o.track
+            if navigator.avoid(o.s_from, estimate):
+                self._obstacle = None
 
     def _passing(self) -> bool:
         marked = self._nets.marked

@@ -9,6 +9,7 @@ from ads.control.spline import project
 from ads.localization import Estimate
 from ads.map_monitor import MapMonitor
 from ads.parameters import Parameters
+from ads.planning.lane_graph import router_of
 from ads.planning.route import Leg, Map, Route, continued, follow, lane_heading, to_goal
 from ads.planning.waypoints import BEHIND, BEYOND, STEP, reference_path, straight_path
 from ads.transforms import wrap_angle
@@ -29,6 +30,8 @@ class Navigator:
     def __init__(self, parameters: Parameters, network: Map) -> None:
         self._parameters = parameters
         self.network = network
+        self._router = router_of(network)
+        self.blocked: tuple[RoadPoint, ...] = ()  # places that no way leads by
         self.task = Task()
         self.route = Route((), False)
         self.path: FloatArray | None = None
@@ -53,12 +56,36 @@ class Navigator:
         old = self.task
         if task.goal is not None or task.route:
             self.unreachable = False
+            self.blocked = ()
             self.task = Task(task.set_speed if task.set_speed is not None else old.set_speed, task.goal, task.route)
             self._stale = True
         else:
             self.task = Task(task.set_speed, old.goal, old.route)
             if self.path is not None:
                 self.fill(self.path)
+
+    def avoid(self, s: float, estimate: Estimate) -> bool:
+        """Take another way to the goal than over arc length `s` [m] of the path; False if there is none.
+
+        A route whose points the task prescribes is not left.
+        """
+        task, monitor = self.task, self.monitor
+        if monitor is None or task.goal is None or task.route or not self.route.to_goal or s > self.goal_s:
+            return False
+        span = next((span for span in monitor.spans if span.s_from <= s <= span.s_to), None)
+        here = self.network.locate(estimate.x, estimate.y, estimate.yaw)
+        if span is None or not here.on_road:
+            return False
+        share = (s - span.s_from) / max(span.s_to - span.s_from, 1e-6)
+        leg = span.leg
+        point = RoadPoint(leg.road, leg.lane, leg.s_from + share * (leg.s_to - leg.s_from))
+        blocked = (*self.blocked, point)
+        try:
+            self._router(RoadPoint(str(here.road), int(here.lane), float(here.s)), task.goal, blocked)
+        except RouteError:
+            return False
+        self.blocked, self._stale = blocked, True
+        return True
 
     def fill(self, path: FloatArray) -> None:
         """Write the speed column of a path for the present set speed."""
@@ -100,7 +127,7 @@ class Navigator:
         legs: tuple[Leg, ...] = ()
         if asked and (self.task.goal is not None or self.task.route):
             try:
-                legs = to_goal(net, start, self.task)
+                legs = to_goal(lambda a, b: self._router(a, b, self.blocked), start, self.task)
             except RouteError:  # no way there: keep the lane and say so
                 self.unreachable = True
         self.route = Route(legs, bool(legs))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from vehicle.messages import FloatArray, RoadPoint, Task
@@ -104,7 +105,7 @@ def _ends(network: Map, road: str, lane: int, s: float) -> tuple[float, float]:
     return (0.0, length) if network.driving_sign(road, lane, s) > 0 else (length, 0.0)
 
 
-def to_goal(network: Map, start: RoadPoint, task: Task) -> tuple[Leg, ...]:
+def to_goal(route: Callable[[RoadPoint, RoadPoint], Sequence[Any]], start: RoadPoint, task: Task) -> tuple[Leg, ...]:
     """Legs from `start` over the route's points, those already behind left out, to the goal (or the last point)."""
     points = list(task.route)
     if task.goal is not None:
@@ -114,8 +115,7 @@ def to_goal(network: Map, start: RoadPoint, task: Task) -> tuple[Leg, ...]:
     for point in points:
         if _same_place(at, point):
             continue
-        piece = [Leg(str(leg.road), int(leg.lane), float(leg.s_from), float(leg.s_to)) for leg in
-                 network.route(tuple(at), tuple(point))]  # fmt: skip
+        piece = [Leg(str(leg.road), int(leg.lane), float(leg.s_from), float(leg.s_to)) for leg in route(at, point)]
         if legs and piece and (legs[-1].road, legs[-1].lane) == (piece[0].road, piece[0].lane):
             first = piece.pop(0)
             legs[-1] = legs[-1]._replace(s_to=first.s_to)

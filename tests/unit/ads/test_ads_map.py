@@ -44,7 +44,7 @@ class TestRoute:
     def test_points_of_the_route_are_visited_in_order(self):
         network = PlaneMap([(100.0, 0.0)])
         task = Task(goal=RoadPoint("1", -1, 90.0), route=(RoadPoint("1", -1, 40.0),))
-        assert to_goal(network, RoadPoint("1", -1, 5.0), task) == (Leg("1", -1, 5.0, 90.0),)
+        assert to_goal(network.route, RoadPoint("1", -1, 5.0), task) == (Leg("1", -1, 5.0, 90.0),)
 
 
 class TestWaypoints:
