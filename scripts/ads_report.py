@@ -1,7 +1,7 @@
 """Writes docs/ads.md: what the reference stack is made of, and every figure that it is held to, measured anew.
 
-`make ads-report`, or `python -m scripts.ads_report [--clean-seeds N] [--only SECTION...]`; with --only, the figures of
-the other sections stay as the page has them.
+`make ads-report`, or `python -m scripts.ads_report [--clean-seeds N] [--variants N] [--only SECTION...]`; with --only,
+the figures of the other sections stay as the page has them.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def main() -> None:
             if error.name != module:
                 raise
             continue
-        found = figures(asked.clean_seeds) if key == "faults" else figures()
+        found = figures(*{"faults": [asked.clean_seeds], "behaviour": [asked.variants]}.get(key, []))
         parts[key] = section(key, title, found) + (fault_table() if key == "faults" else "")
         PAGE.write_text((head + "".join(parts.values())).rstrip() + "\n", encoding="utf-8")
         for figure in found:
