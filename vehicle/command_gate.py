@@ -23,6 +23,7 @@ its commands stay away.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from math import atan, atan2, copysign, cos, inf, sin, tan
 
 from vehicle.gate_messages import (
@@ -203,9 +204,10 @@ class Gate:
         steer = clamp(steer, last.steer - turn, last.steer + turn, "steer_rate")
         accel = clamp(accel, -inf, last.accel + JERK * dt, "jerk")
         throttle = clamp(throttle, 0.0, last.throttle + JERK / car.max_acceleration * dt, "jerk")
-        brake = clamp(brake, last.brake - JERK / car.max_deceleration * dt, 1.0, "brake_release")
-        if brake > 0.0:
-            throttle = clamp(throttle, 0.0, 0.0, "brake_wins")
+        brake = clamp(brake, last.brake - JERK / car.max_deceleration * dt, inf, "brake_release")
+        if brake > 0.0 and throttle > 0.0:
+            throttle = 0.0
+            reasons.append("brake_wins")
         steer = self._bend(steer, v, turn, dt, clamp)
         return Output(steer, accel, throttle, brake)
 
@@ -213,13 +215,13 @@ class Gate:
         """Lateral acceleration v^2 tan(steer)/wheelbase and its jerk, at the measured speed."""
         last, base = self._out.steer, self.limits.wheelbase
         widest = atan2(LATERAL_ACCELERATION * base, v * v)
-        if abs(last) > widest:  # the car became faster within the bend: back as fast as the wheel turns
-            back = copysign(max(abs(last) - turn, widest), last)
-            return clamp(steer, back, back, "lateral_acceleration")
+        # a car that became faster within the bend: the wheel goes back as fast as it turns, until that is enough
+        start = copysign(max(abs(last) - turn, min(abs(last), widest)), last)
+        most = max(abs(start), widest)
+        steer = clamp(steer, -most, most, "lateral_acceleration")
         swing = LATERAL_JERK * base * dt / max(v * v, STANDING * STANDING)
-        low, high = atan(tan(last) - swing), atan(tan(last) + swing)
-        steer = clamp(steer, min(low, last), max(high, last), "lateral_jerk")  # min, max: atan(tan(last)) is rounded
-        return clamp(steer, -widest, widest, "lateral_acceleration")
+        low, high = atan(tan(start) - swing), atan(tan(start) + swing)
+        return clamp(steer, min(low, start), max(high, start), "lateral_jerk")  # atan(tan(start)) is rounded
 
     def _stop_profile(self) -> Output:
         """No traction, at least the stop brake, never less brake than before, the wheel as it was."""
@@ -239,7 +241,7 @@ class Gate:
 def _inside(area: Area, x: float, y: float) -> bool:
     """Whether a ray from the point to the right crosses the outline an odd number of times."""
     odd = False
-    for (x0, y0), (x1, y1) in zip(area, area[1:] + area[:1], strict=True):
+    for (x0, y0), (x1, y1) in pairwise((*area, area[0])):
         if (y0 > y) != (y1 > y) and x < x0 + (y - y0) * (x1 - x0) / (y1 - y0):
             odd = not odd
     return odd

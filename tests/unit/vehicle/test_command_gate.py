@@ -13,7 +13,7 @@ from command_gate_drive import FIELD, KEY, LIMITS, NOT_NUMBERS, Drive, is_stop, 
 
 import vehicle.command_gate
 import vehicle.gate_messages
-from vehicle.gate_messages import Decision, Limits, Outcome, Output, Request, State
+from vehicle.gate_messages import Decision, Limits, Outcome, Output, Request, State, number
 
 # --- what it is made of
 
@@ -22,7 +22,15 @@ from vehicle.gate_messages import Decision, Limits, Outcome, Output, Request, St
 def test_it_needs_the_standard_library_only_and_fits_a_head(module: object) -> None:
     text = Path(str(module.__file__)).read_text(encoding="utf-8")
     imported = {n.module for n in ast.walk(ast.parse(text)) if isinstance(n, ast.ImportFrom)}
-    assert imported <= {"__future__", "collections.abc", "dataclasses", "enum", "math", "vehicle.gate_messages"}
+    assert imported <= {
+        "__future__",
+        "collections.abc",
+        "dataclasses",
+        "enum",
+        "itertools",
+        "math",
+        "vehicle.gate_messages",
+    }
     assert not [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Import)]
     assert len(text.splitlines()) <= 300
 
@@ -32,6 +40,11 @@ def test_messages_cannot_be_changed() -> None:
     for thing in (LIMITS, KEY, decision, decision.output, decision.request, Drive().motion):
         with pytest.raises(AttributeError):
             setattr(thing, thing.__slots__[0], 1.0)
+
+
+def test_what_a_log_shows_of_states_and_outcomes() -> None:
+    assert [state.value for state in State] == ["dry", "armed", "overridden", "stopped"]
+    assert [outcome.value for outcome in Outcome] == ["passed", "clamped", "stop", "handed_over"]
 
 
 # --- pass
@@ -115,11 +128,24 @@ def test_after_a_bad_command_nothing_is_repeated_until_a_good_one_comes() -> Non
     assert drive.ask(0.08, brake=1.0).outcome is not Outcome.STOP
 
 
+def test_numbers_end_below_1e12() -> None:
+    below = math.nextafter(1e12, 0.0)
+    assert [number(value) for value in (-1e12, -below, 0, below, 1e12)] == [False, True, True, True, False]
+
+
 # --- fresh
 
 
 def test_without_a_command_there_is_a_stop() -> None:
     assert is_stop(Drive().wait(0.0), "no_command")
+
+
+def test_a_gate_that_was_never_asked_or_disarmed_holds_no_command() -> None:
+    drive = Drive(armed=False)
+    assert is_stop(drive.wait(0.0), "no_command")
+    drive.ask(0.02)
+    drive.gate.disarm()
+    assert is_stop(drive.wait(0.04), "no_command")
 
 
 def test_a_command_holds_for_less_than_100_ms_and_the_stop_comes_within_one_cycle_of_20_ms() -> None:
@@ -220,6 +246,15 @@ def test_outside_its_area_the_car_stops(x: float, y: float) -> None:
 @pytest.mark.parametrize(("x", "y"), [(49.0, 0.0), (-49.0, 0.0), (0.0, 49.0), (0.0, -49.0), (-49.0, -49.0)])
 def test_inside_it_does_not(x: float, y: float) -> None:
     assert place(x, y).outcome is Outcome.PASSED
+
+
+def test_a_car_outside_stops_even_where_it_would_come_in() -> None:
+    assert is_stop(place(-51.0, 0.0, v=10.0), "area")
+
+
+def test_of_two_opposite_sides_one_belongs_to_the_area() -> None:
+    assert place(-50.0, 0.0).outcome is Outcome.PASSED
+    assert place(50.0, 0.0).outcome is Outcome.STOP
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.5, 1.5708, 3.1416, -1.5708])

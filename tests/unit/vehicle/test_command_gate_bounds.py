@@ -33,6 +33,10 @@ def test_at_the_highest_speed_braking_passes() -> None:
     assert Drive(v=21.0).ask(0.0, accel=-3.0, brake=0.4).output == Output(0.0, -3.0, 0.0, 0.4)
 
 
+def test_a_pedal_below_zero_is_not_blamed_on_the_speed() -> None:
+    assert Drive(v=21.0).ask(0.0, throttle=-0.1).reasons == ("traction",)
+
+
 def test_ten_percent_above_it_the_car_brakes() -> None:
     assert Drive(v=22.0).ask(0.0).outcome is Outcome.PASSED
     assert is_stop(Drive(v=22.01).ask(0.0), "overspeed")
@@ -182,7 +186,23 @@ def test_opening_a_bend_lets_no_stack_swing_to_the_other_side() -> None:
     drive = Drive(v=5.0)
     drive.hold(1.0, steer=0.1)
     drive.motion = replace(drive.motion, v=8.75)  # 0.0977 rad would be 3 m/s^2
-    assert near(drive.ask(1.02, steer=-0.3), steer=atan(7.5 / 8.75**2))
+    decision = drive.ask(1.02, steer=-0.3)
+    assert 8.75**2 * tan(decision.output.steer) / 2.5 == pytest.approx(3.0 - 5.0 * 0.02)
+    assert decision.reasons == ("steer_rate", "lateral_jerk")
+
+
+def test_at_the_bound_of_a_bend_it_may_be_opened() -> None:
+    drive = Drive(v=8.0)
+    drive.hold(2.0, steer=0.3)
+    decision = drive.ask(2.02, steer=0.0)
+    assert 64.0 * tan(decision.output.steer) / 2.5 == pytest.approx(3.0 - 5.0 * 0.02)
+
+
+@pytest.mark.parametrize(("v", "dt", "swing"), [(0.5, 1e-3, 0.05), (0.0, 1e-8, 0.125), (1e-3, 1e-8, 0.125)])
+def test_with_a_very_fast_wheel_jerk_counts_down_to_1_mm_s(v: float, dt: float, swing: float) -> None:
+    drive = Drive(replace(LIMITS, max_steer_rate=1e9), v=v)
+    drive.ask(0.0)
+    assert tan(drive.ask(dt, steer=0.3).output.steer) == pytest.approx(swing)  # 5 m/s^3 * 2.5 m * dt/v^2
 
 
 # --- limits
