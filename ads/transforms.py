@@ -77,8 +77,8 @@ def sensor_frames(car: VehicleDescription) -> Mapping[str, Pose]:
     return {
         "gnss": Pose(car.gnss_x, car.gnss_y, 0.0),
         "imu": Pose(car.imu_x, 0.0, 0.0),
-        "lidar": Pose(car.lidar_x, 0.0, 0.0),
-        "camera": Pose(car.camera_x, 0.0, 0.0),
+        "lidar": Pose(car.lidar_x, car.lidar_y, car.lidar_yaw),
+        "camera": Pose(car.camera_x, car.camera_y, car.camera_yaw),
     }
 
 

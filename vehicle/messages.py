@@ -55,6 +55,10 @@ class VehicleDescription(msgspec.Struct, frozen=True):
     camera_width: int = 1280  # px
     camera_height: int = 720  # px
     gnss_y: float = 0.0  # antenna left of the middle
+    lidar_y: float = 0.0
+    lidar_yaw: float = 0.0  # of its x axis, counter-clockwise from ahead
+    camera_y: float = 0.0
+    camera_yaw: float = 0.0
 
 
 class VehicleState(msgspec.Struct, frozen=True):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from vehicle.messages import OBJECT_KINDS, CameraFrame, FloatArray, VehicleDescription
@@ -19,13 +21,14 @@ FARTHEST = 120.0  # m; beyond it a pixel is worth too much
 def camera_objects(frame: CameraFrame, car: VehicleDescription) -> FloatArray:
     """Objects (k, SEEN) in the base frame.
 
-    Pinhole with the principal point in the middle of the image, looking along x, no pitch: a ground point at depth d
-    appears f h / d below the middle. Not valid on crests and dips. A box cut off
-    below is nearer than the nearest ground in sight; half way between is a guess. One cut off at a side is taken to be
-    as wide as its kind is, from the edge in sight on: its middle in the image moves while the object stands.
+    Pinhole with the principal point in the middle of the image, looking along its mount's x axis, no pitch: a ground
+    point at depth d appears f h / d below the middle. Not valid on crests and dips. A box cut off below is nearer than
+    the nearest ground in sight; half way between is a guess. One cut off at a side is taken to be as wide as its kind
+    is, from the edge in sight on: its middle in the image moves while the object stands.
     """
     rows = []
     f, h = car.camera_focal, car.camera_z
+    c, s = math.cos(car.camera_yaw), math.sin(car.camera_yaw)
     middle_u, middle_v = 0.5 * car.camera_width, 0.5 * car.camera_height
     for box in frame.boxes:
         below = box.v_max - middle_v
@@ -44,5 +47,7 @@ def camera_objects(frame: CameraFrame, car: VehicleDescription) -> FloatArray:
             left, right = (left + hidden, right) if cut_left else (left, right - hidden)
             across = 0.5 * EXTENT[kind]
         sigma = 0.25 * depth if cut else PIXEL_SIGMA * depth * depth / (f * h)
-        rows.append((car.camera_x + depth, 0.5 * (left + right), left - right, float(kind), box.score, sigma, across))
+        y = 0.5 * (left + right)
+        place = (car.camera_x + c * depth - s * y, car.camera_y + s * depth + c * y)
+        rows.append((*place, left - right, float(kind), box.score, sigma, across))
     return np.array(rows, dtype=np.float64).reshape(-1, SEEN)

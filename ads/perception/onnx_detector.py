@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ads.perception.lidar import BOX
+from ads.transforms import sensor_frames
 from vehicle.messages import OBJECT_KINDS, FloatArray, LidarScan, VehicleDescription
 
 
@@ -49,7 +50,7 @@ class OnnxDetector:
         if len(inputs) != 1:
             raise DetectorError(f"{model}: {len(inputs)} inputs, expected 1, the points")
         self._file, self._input, self._output = model, inputs[0].name, outputs[0].name
-        self._car, self._least = car, least_score
+        self._mount, self._least = sensor_frames(car)["lidar"], least_score
 
     def boxes(self, scan: LidarScan) -> FloatArray:
         """Boxes (k, BOX) in the base frame. Raises DetectorError if the model returns another shape."""
@@ -58,8 +59,8 @@ class OnnxDetector:
         if not _fits(found.shape, BOX):
             raise DetectorError(f"{self._file}: returned {found.shape}, expected (k, {BOX})")
         found = found[np.isfinite(found).all(axis=1) & (found[:, 6] >= self._least)]
-        found[:, 0] += self._car.lidar_x
-        found[:, 2] %= 2.0 * math.pi
+        found[:, :2] = self._mount.apply(found[:, :2])
+        found[:, 2] = (found[:, 2] + self._mount.yaw) % (2.0 * math.pi)
         found[:, 3:5] = np.maximum(found[:, 3:5], 0.0)
         known = (found[:, 5] >= 0.0) & (found[:, 5] < len(OBJECT_KINDS))
         found[:, 5] = np.where(known, np.floor(found[:, 5]), -1.0)

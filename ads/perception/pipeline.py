@@ -34,6 +34,7 @@ from ads.perception.track import (
     turn_track,
 )
 from ads.perception.tracking import CONFIRM, MOST_TRACKS, predict_tracks, update_tracks
+from ads.transforms import Pose
 from vehicle.messages import (
     OBJECT_KINDS,
     CameraFrame,
@@ -72,7 +73,12 @@ class ClusterDetector:
     def boxes(self, scan: LidarScan) -> FloatArray:
         """See LidarDetector."""
         p, car = self._parameters, self._car
-        found: FloatArray = lidar_boxes(scan.points, car.lidar_x, car.lidar_z, p.LIDAR_x_max, p.LIDAR_abs_y_max)
+        points = scan.points
+        if car.lidar_yaw != 0.0:  # into a frame at the sensor that looks ahead
+            points = points.copy()
+            points[:, :2] = Pose(0.0, 0.0, car.lidar_yaw).apply(points[:, :2])
+        found: FloatArray = lidar_boxes(points, car.lidar_x, car.lidar_z, p.LIDAR_x_max, p.LIDAR_abs_y_max)
+        found[:, 1] += car.lidar_y
         return found
 
 
@@ -98,6 +104,7 @@ class TrackingPerception:
         self._n = 0
         self._next_id = 1
         self._t = -math.inf  # time that the tracks are at
+        self._lidar = Pose(car.lidar_x, car.lidar_y, 0.0)
         self._sensor = (0.0, 0.0, 0.0)
         self._last_scan = -math.inf
         self._seen = np.zeros((0, SEEN))
@@ -134,9 +141,8 @@ class TrackingPerception:
             if self._n:
                 self._n = predict_tracks(self._tracks, self._n, t - self._t)
             self._t = t
-        lever = self._car.lidar_x
-        sensor = (pose[0] + lever * math.cos(pose[2]), pose[1] + lever * math.sin(pose[2]), pose[2])
-        self._sensor = sensor
+        at = Pose(*pose).then(self._lidar)
+        self._sensor = sensor = (at.x, at.y, pose[2])
         if len(rows) or self._n:
             self._n, self._next_id = update_tracks(self._tracks, self._n, rows, sensor, self._next_id)
             if self._hint is not None:

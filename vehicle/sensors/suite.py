@@ -60,10 +60,13 @@ class SensorSuite:
         if self.imu:
             found["imu_x"] = self.imu.mount.x
         if self.lidar:
-            found |= {"lidar_x": self.lidar.mount.x, "lidar_z": self.lidar.mount.z}
+            mount = self.lidar.mount
+            found |= {"lidar_x": mount.x, "lidar_y": mount.y, "lidar_z": mount.z, "lidar_yaw": mount.yaw}
         if self.camera:
             camera = self.camera
-            found |= {"camera_x": camera.mount.x, "camera_z": camera.mount.z, "camera_focal": camera.focal}
+            mount = camera.mount
+            found |= {"camera_x": mount.x, "camera_y": mount.y, "camera_z": mount.z, "camera_yaw": mount.yaw}
+            found |= {"camera_focal": camera.focal}
             found |= {"camera_width": camera.width, "camera_height": camera.height}
         return msgspec.structs.replace(car, **found)
 

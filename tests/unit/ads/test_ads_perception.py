@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 from ads_loop import TABBY
@@ -15,8 +17,10 @@ from ads.perception.assignment import assign
 from ads.perception.camera import SEEN, camera_objects
 from ads.perception.fusion import BOTH, CAMERA, LIDAR, fuse
 from ads.perception.lidar import ground_plane, lidar_boxes
-from ads.perception.pipeline import TrackingPerception
+from ads.perception.pipeline import ClusterDetector, TrackingPerception
+from ads.transforms import Pose, sensor_frames
 from vehicle.messages import CameraBox, CameraFrame, LidarScan, Observation
+from vehicle.sensors import Mount, default_sensors
 
 FOCAL, HEIGHT = TABBY.camera_focal, TABBY.camera_z
 
@@ -126,6 +130,40 @@ class TestCamera:
             (row,) = camera_objects(CameraFrame(0.0, (cut,)), TABBY)
             assert row[1] == pytest.approx(side * 6.0, abs=0.05)
             assert row[6] > 1.0
+
+
+class TestMounting:
+    """A sensor beside the middle that looks askew sees the same world."""
+
+    CAR = msgspec.structs.replace(TABBY, lidar_y=0.4, lidar_yaw=0.5, camera_y=-0.3, camera_yaw=0.6)
+
+    def test_lidar(self):
+        car = self.CAR
+        at = Pose(car.lidar_x, car.lidar_y, car.lidar_yaw).inverse()
+        x, y, yaw = at.then(Pose(14.0, 2.0, 0.7))
+        (box,) = ClusterDetector(Parameters(), car).boxes(LidarScan(0.0, scan((x, y, yaw, 4.4, 1.8))))
+        assert box[:2] == pytest.approx([14.0, 2.0], abs=0.3)
+        assert math.sin(2 * (box[2] - 0.7)) == pytest.approx(0.0, abs=math.sin(math.radians(6)))
+
+    def test_camera(self):
+        car = self.CAR
+        at = Pose(car.camera_x, car.camera_y, car.camera_yaw).inverse()
+        x, y, _ = at.then(Pose(20.0, 9.0, 0.0))
+        (row,) = camera_objects(CameraFrame(0.0, (image_box(x, y, 1.8, 1.5),)), car)
+        assert row[:2] == pytest.approx([20.0, 9.0])
+
+    def test_the_car_tells_its_stack_where_its_sensors_sit(self):
+        suite = default_sensors()
+        suite = replace(
+            suite,
+            lidar=replace(suite.lidar, mount=Mount(1.0, 0.4, 1.6, 0.5)),
+            camera=replace(suite.camera, mount=Mount(0.9, -0.3, 1.3, 0.6)),
+            gnss=replace(suite.gnss, mount=Mount(0.2, 0.5, 1.5)),
+        )
+        frames = sensor_frames(suite.describe(TABBY))
+        assert frames["lidar"] == Pose(1.0, 0.4, 0.5)
+        assert frames["camera"] == Pose(0.9, -0.3, 0.6)
+        assert frames["gnss"] == Pose(0.2, 0.5, 0.0)
 
 
 class TestAssignment:
