@@ -42,6 +42,7 @@ a sample, `make nightly` all of them and 1,000 seeds without a fault; urban is d
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--clean-seeds", type=int, default=1000, help="drives without a fault")
+    parser.add_argument("--variants", type=int, default=500, help="variants of each scenario")
     parser.add_argument(
         "--only", nargs="+", choices=[key for key, _, _ in SECTIONS], help="measure these sections only"
     )
