@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+from pytest_dvp.event_names import means
 from pytest_dvp.gate_file import check_gates, read_gates
 from pytest_dvp.gate_model import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.log import Log
@@ -76,19 +78,17 @@ def judge(gates: GateFile | Sequence[Gate], log: Log, others: Mapping[str, Log] 
     """Verdicts of the gates that apply to the log's stage (meta `stage`), in the order of the file.
 
     `others` holds logs of other stages for the gates across stages; without the other log such a gate is INCONCLUSIVE.
-    No gate at all, or none for this stage, is one INCONCLUSIVE verdict. So is a storyboard of whose events none ever
-    fired where all gates pass: what should have happened did not, and a drive in an empty world proves nothing.
+    No gate at all, or none for this stage, is one INCONCLUSIVE verdict. So is a storyboard with an event that never
+    fired where all gates pass: what should have happened did not, and a drive in an empty world proves nothing. A gate
+    on `events_fired` decides instead of this, one on `event_started` for its event.
     """
     chosen = gates.gates if isinstance(gates, GateFile) else tuple(gates)
     name = str(log.meta.get("stage", "dt"))
     stage = name.split("-")[0]  # "rw-surrogate" is judged by the gates of "rw"
-    verdicts = [
-        _judge(gate, stage, log, others or {})
-        for gate in chosen
-        if stage in (gate.between if gate.between is not None else gate.stages)
-    ]
+    here = [gate for gate in chosen if stage in (gate.between if gate.between is not None else gate.stages)]
+    verdicts = [_judge(gate, stage, log, others or {}) for gate in here]
     if verdicts:
-        return [*verdicts, *_nothing_happened(log, verdicts)]
+        return [*verdicts, *_never_fired(log, here, verdicts)]
     file = gates.file if isinstance(gates, GateFile) else ""
     text = f"no gate applies to stage {name}: nothing was judged"
     return [Verdict("", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, file, None)]
@@ -112,13 +112,22 @@ def unjudged(verdicts: Sequence[Verdict], log: Log) -> list[str]:
     ]
 
 
-def _nothing_happened(log: Log, verdicts: Sequence[Verdict]) -> list[Verdict]:
-    names, missing = storyboard_events(log)
-    if not names or len(missing) < len(names) or overall(verdicts) != "PASS":
+def _never_fired(log: Log, gates: Sequence[Gate], verdicts: Sequence[Verdict]) -> list[Verdict]:
+    """The verdict that keeps a scenario whose manoeuvre did not take place from passing."""
+    if overall(verdicts) != "PASS" or any(gate.metric == "events_fired" for gate in gates):
         return []
-    which = f"none of its {len(names)} events" if len(names) > 1 else f"its only event {_printable(names[0])!r} never"
-    text = f"storyboard INCONCLUSIVE: {which} {'ever ' if len(names) > 1 else ''}fired"
-    return [Verdict("storyboard", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, "", None)]
+    judged = [str(gate.options.get("event", "")) for gate in gates if gate.metric == "event_started"]
+    names, silent = storyboard_events(log)
+    missing = [name for name in silent if not any(means(reference, name) for reference in judged)]
+    if not missing:
+        return []
+    which = ", ".join(repr(_printable(name)) for name in missing[:3]) + (", ..." if len(missing) > 3 else "")
+    many = f"{len(missing)} of {len(names)} events never fired: " if len(missing) > 1 else "event "
+    short = f"storyboard INCONCLUSIVE: {many}{which}{' never fired' if len(missing) == 1 else ''}"
+    cure = f"{short}; if that is meant: a gate on events_fired with max = 0 and optional = {json.dumps(missing[:3])}"
+    return [
+        Verdict("storyboard", "", "INCONCLUSIVE", None, "", None, None, None, "", _printable(cure), short, "", None)
+    ]
 
 
 def _judge(gate: Gate, stage: str, log: Log, others: Mapping[str, Log]) -> Verdict:

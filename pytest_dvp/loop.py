@@ -20,6 +20,7 @@ import msgspec
 from openscenario.road.route import RouteError
 from pytest_dvp.driving_stack import AdsFault
 from pytest_dvp.ego import route_from_here
+from pytest_dvp.event_names import EventNames
 from pytest_dvp.terrain import Grounded, Terrain
 from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPoint, SignalState, Surroundings, Task
 
@@ -78,6 +79,7 @@ class Loop:
         self._recorder, self._first, self._limits = ready.recorder, ready.first_row, limits
         self._folder = ready.scenario.path.parent.absolute()
         self._goal = Zone(ready.network, ready.task.goal) if ready.task.goal is not None else None
+        self._events = EventNames(ready.scenario)
         self._start = Zone(ready.network, ready.task.start, at_once=True)
         self._task: Task | None = ready.task.message()
         d = ready.vehicle.description
@@ -173,7 +175,9 @@ class Loop:
             step = transitions[self._transitions]
             self._transitions += 1
             text = f"{step.from_state} -> {step.to_state}"
-            self._recorder.event(step.time, f"story.{step.kind}", step.element, text, self._file(step.file), step.line)
+            self._recorder.event(
+                step.time, f"story.{step.kind}", self._events.of(step), text, self._file(step.file), step.line
+            )
         if self._storyboard.requests:
             for request in self._storyboard.requests:
                 said = _said(request.values)

@@ -23,6 +23,7 @@ from openscenario.storyboard.engine import Storyboard
 from pytest_dvp.body import fitted_model
 from pytest_dvp.driving_stack import find_ads, make_driver
 from pytest_dvp.ego import EgoTask, find_ego, task_of
+from pytest_dvp.event_names import EventNames
 from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
 from pytest_dvp.paths import shown
@@ -112,7 +113,8 @@ def prepare(request: Request) -> Ready:
         "seed": request.seed,
         "stage": request.stage,
         "versions": versions(),
-        "storyboard_events": event_names(scenario),
+        "storyboard_events": list(EventNames(scenario)),
+        "collision_events": EventNames(scenario).of_collisions(ego.name),
         "task": _task_meta(task),
         **about,
     }
@@ -179,18 +181,6 @@ def check_place(network: RoadNetwork, place: RoadPoint, file: str) -> None:
     except KeyError as error:
         text = f"a place of the task is not on the road: {error.args[0]}"
         raise ScenarioError([Finding("dvp.task", "error", file, None, "task", text=text)]) from None
-
-
-def event_names(scenario: Scenario) -> list[str]:
-    """Names of all storyboard events, in file order."""
-    return [
-        event.name
-        for story in scenario.storyboard.stories
-        for act in story.acts
-        for group in act.maneuver_groups
-        for maneuver in group.maneuvers
-        for event in maneuver.events
-    ]
 
 
 def masses(scenario: Scenario) -> dict[str, float]:

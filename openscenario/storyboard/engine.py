@@ -206,7 +206,7 @@ class Storyboard:
     def _change(self, node: Node, transition: str, state: str) -> None:
         at = node.at
         self.transitions.append(
-            Transition(self.time, node.name, node.kind, transition, node.state, state, at.file, at.line)
+            Transition(self.time, node.name, node.kind, transition, node.state, state, at.file, at.line, node.path)
         )
         node.state = state
         node.changes[transition] = (self.steps, len(self.transitions))

@@ -26,7 +26,8 @@ TO_STANDBY, START, END, STOP, SKIP = (
 
 
 class Transition(NamedTuple):
-    """One change of state: time [s], element and its kind, transition (`kind_of_change`), states, place in the file."""
+    """One change of state: time [s], element and its kind, transition (`kind_of_change`), states, place in the
+    file; names from the story down to the element, which tell apart what has the same name."""
 
     time: float
     element: str
@@ -36,6 +37,7 @@ class Transition(NamedTuple):
     to_state: str
     file: str
     line: int
+    path: tuple[str, ...] = ()
 
 
 class Node:

@@ -61,12 +61,13 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _summary(scenario: Scenario, played: Played) -> dict[str, Any]:
     """How it ended, the first start of each event (None: never), and each entity's way."""
-    from pytest_dvp.prepare import event_names
+    from pytest_dvp.event_names import EventNames
 
-    fired: dict[str, float | None] = dict.fromkeys(event_names(scenario))
+    names = EventNames(scenario)
+    fired: dict[str, float | None] = dict.fromkeys(names)
     for step in played.transitions:
-        if step.kind == "event" and step.to_state == "runningState" and fired.get(step.element) is None:
-            fired[step.element] = step.time
+        if step.kind == "event" and step.to_state == "runningState" and fired.get(names.of(step)) is None:
+            fired[names.of(step)] = step.time
     ways: dict[str, dict[str, float]] = {}
     last: dict[str, Row] = {}
     for row in played.rows:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pytest_dvp.event_names import means
 from pytest_dvp.log import Log
 from pytest_dvp.metrics.base import Measured, Undefined, metric
 
@@ -10,10 +11,12 @@ from pytest_dvp.metrics.base import Measured, Undefined, metric
 def event_started(log: Log, *, event: str) -> Measured:
     """How often the storyboard event `event` began: bound it with `max = 0` or `min = 1`.
 
-    Undefined if the scenario has no event of that name (meta `storyboard_events`).
+    `event` is its name, or the end of it where several have the same (`Start` of `GroupOfB::CutIn::Start`: all are
+    counted). Undefined if the scenario has no event of that name (meta `storyboard_events`).
     """
     declared = log.meta.get("storyboard_events")
-    if not isinstance(declared, list | tuple) or event not in declared:
+    if not isinstance(declared, list | tuple) or not any(means(event, str(name)) for name in declared):
         raise Undefined(f"the scenario has no storyboard event {event!r}")
-    times = [e.t for e in log.events if e.kind == "story.event" and e.element == event and e.text.endswith("> runningState")]
+    began = [e for e in log.events if e.kind == "story.event" and e.text.endswith("> runningState")]
+    times = [e.t for e in began if means(event, e.element)]
     return Measured(float(len(times)), times[0] if times else None, event)

@@ -72,6 +72,10 @@ def check_options(chosen: Metric, options: Mapping[str, Any]) -> None:
             raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a finite number, found {value!r}")
         if isinstance(default, str) and not isinstance(value, str):
             raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a word, found {value!r}")
+        if isinstance(default, tuple) and not (
+            isinstance(value, list | tuple) and all(isinstance(v, str) for v in value)
+        ):
+            raise MetricError(f"option {key!r} of metric {chosen.name!r} must be a list of words, found {value!r}")
     missing = [key for key, default in chosen.options.items() if default is REQUIRED and key not in options]
     if missing:
         raise MetricError(f"metric {chosen.name!r} needs the option {missing[0]!r}")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from pytest_dvp.event_names import means
 from pytest_dvp.log import Log
-from pytest_dvp.metrics.base import Measured, Undefined, metric
+from pytest_dvp.metrics.base import Measured, MetricError, Undefined, metric
 
 
 def first_time(log: Log, kind: str) -> float | None:
@@ -12,11 +15,19 @@ def first_time(log: Log, kind: str) -> float | None:
 
 
 def storyboard_events(log: Log) -> tuple[list[str], list[str]]:
-    """Names of the scenario's events as meta `storyboard_events` lists them, and of those that never fired."""
-    declared = log.meta.get("storyboard_events")
-    names = [str(name) for name in declared] if isinstance(declared, list | tuple) else []
+    """Names of the scenario's events as meta `storyboard_events` lists them, and of those that never fired.
+
+    Those that wait for the ego's collision (meta `collision_events`) are not missed: to fire is what they must not.
+    """
+    names = _listed(log, "storyboard_events")
     fired = {e.element for e in log.events if e.kind == "story.event" and "running" in e.text.lower()}
+    fired.update(_listed(log, "collision_events"))
     return names, [name for name in names if name not in fired]
+
+
+def _listed(log: Log, key: str) -> list[str]:
+    declared = log.meta.get(key)
+    return [str(name) for name in declared] if isinstance(declared, list | tuple) else []
 
 
 @metric(name="completion_time", unit="s", bigger_is_worse=True)
@@ -52,8 +63,8 @@ def scenario_ended(log: Log) -> Measured:
 
 
 @metric(name="events_fired", unit="-", bigger_is_worse=True, miss="INCONCLUSIVE")
-def events_fired(log: Log) -> Measured:
-    """Number of storyboard events that never fired; bound it with `max = 0`.
+def events_fired(log: Log, *, optional: Sequence[str] = ()) -> Measured:
+    """Number of storyboard events that never fired, those named in `optional` left out; bound it with `max = 0`.
 
     The scenario's events are those that meta `storyboard_events` lists (names as in the log's "story.event" events);
     one fired if it was running once. Undefined if the scenario has none.
@@ -61,4 +72,10 @@ def events_fired(log: Log) -> Measured:
     names, missing = storyboard_events(log)
     if not names:
         raise Undefined("the scenario has no storyboard events (meta: storyboard_events)")
+    for reference in optional:
+        if not any(means(reference, name) for name in names):
+            raise MetricError(
+                f"optional: the scenario has no storyboard event {reference!r}; it has: {', '.join(names)}"
+            )
+    missing = [name for name in missing if not any(means(reference, name) for reference in optional)]
     return Measured(float(len(missing)), None, missing[0] if missing else "")

@@ -64,11 +64,13 @@ def test_the_metric_of_ones_own_works_as_printed(tmp_path: Path) -> None:
 
 def test_the_gate_file_is_read_as_printed(tmp_path: Path) -> None:
     path = tmp_path / "x.gates.toml"
-    whole, further = blocks("your-project.md", "toml")
+    whole, meant, further = blocks("your-project.md", "toml")
     path.write_text(whole)
     gates = read_gates(path)
     assert gates.task is not None
     assert [gate.metric for gate in gates.gates] == ["collision", "max_ttc_inverse", "max_jerk", "goal_reached"]
+    path.write_text(meant)
+    assert [gate.metric for gate in read_gates(path).gates] == ["events_fired", "event_started"]
     assert [table.get("metric") for table in tomllib.loads(further)["gate"]] == ["mncc", None]
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 from results_logs import drive_straight, log_of
 
+from pytest_dvp.event_names import unique_names
 from pytest_dvp.gates import Gate, default_gates, judge, overall, unjudged
 from pytest_dvp.log import LogEvent
-from pytest_dvp.metrics import known_metrics
+from pytest_dvp.metrics import compute, known_metrics
 
 EVENTS = {"storyboard_events": ["Brake", "Swerve"]}
 FIRED = LogEvent(1.0, "story.event", "Brake", "standbyState -> runningState", "a.xosc", 12)
@@ -33,12 +34,57 @@ def test_a_storyboard_of_which_nothing_fired_never_passes() -> None:
     verdicts = judge([Gate("collision", max=0.0)], drive_straight(5.0, meta=EVENTS))
     assert [verdict.status for verdict in verdicts] == ["PASS", "INCONCLUSIVE"]
     assert overall(verdicts) == "INCONCLUSIVE"
-    assert verdicts[-1].short == "storyboard INCONCLUSIVE: none of its 2 events ever fired"
+    assert verdicts[-1].short == "storyboard INCONCLUSIVE: 2 of 2 events never fired: 'Brake', 'Swerve'"
 
 
-def test_one_event_that_fired_is_enough_for_gates_to_decide() -> None:
-    verdicts = judge([Gate("collision", max=0.0)], drive_straight(5.0, meta=EVENTS, events=(FIRED,)))
-    assert overall(verdicts) == "PASS"
+@pytest.mark.parametrize("gates", [default_gates().gates, (Gate("collision", max=0.0),)], ids=["default", "own"])
+def test_one_event_that_never_fired_is_no_pass(gates: tuple[Gate, ...]) -> None:
+    """The manoeuvre is what the scenario is for: without it the run proves nothing, whatever else held."""
+    log = log_of(columns={"on_road": 1.0}, meta=EVENTS, events=(FIRED, LogEvent(10.0, "stop", "storyboard")))
+    verdict = judge(gates, log)[-1]
+    assert verdict.status == overall(judge(gates, log)) == "INCONCLUSIVE"
+    assert verdict.short == "storyboard INCONCLUSIVE: event 'Swerve' never fired"
+    assert verdict.message.endswith('a gate on events_fired with max = 0 and optional = ["Swerve"]')
+
+
+@pytest.mark.parametrize(
+    "meant",
+    [
+        Gate("events_fired", max=0.0, options={"optional": ["Swerve"]}),
+        Gate("events_fired", max=1.0),
+        Gate("event_started", max=0.0, options={"event": "Swerve"}),
+    ],
+    ids=["optional", "bound", "must_not_happen"],
+)
+def test_an_event_that_need_not_fire_is_said_so_by_a_gate(meant: Gate) -> None:
+    assert (
+        overall(judge([Gate("collision", max=0.0), meant], drive_straight(5.0, meta=EVENTS, events=(FIRED,)))) == "PASS"
+    )
+
+
+def test_what_is_optional_must_exist_and_the_rest_must_still_fire() -> None:
+    log = drive_straight(5.0, meta=EVENTS, events=(FIRED,))
+    (wrong,) = judge([Gate("events_fired", max=0.0, options={"optional": ["Swirl"]})], log)
+    assert (wrong.status, "no storyboard event 'Swirl'; it has: Brake, Swerve" in wrong.message) == ("ERROR", True)
+    (missed,) = judge([Gate("events_fired", max=0.0, options={"optional": ["Brake"]})], log)
+    assert (missed.status, missed.object) == ("INCONCLUSIVE", "Swerve")
+
+
+def test_an_event_that_waits_for_a_collision_of_the_ego_need_not_fire() -> None:
+    log = drive_straight(5.0, meta={**EVENTS, "collision_events": ["Swerve"]}, events=(FIRED,))
+    assert overall(judge([Gate("collision", max=0.0)], log)) == "PASS"
+
+
+def test_events_of_one_name_are_counted_one_by_one() -> None:
+    """A catalogue manoeuvre that two groups use: the cut-in of B does not stand for that of C."""
+    paths = [("Story", "Act", group, "CutIn", "Start") for group in ("GroupOfB", "GroupOfC")]
+    names = unique_names([*paths, ("Story", "Act", "GroupOfC", "CutIn", "End")])
+    assert list(names.values()) == ["GroupOfB::CutIn::Start", "GroupOfC::CutIn::Start", "End"]
+    fired = [LogEvent(1.0, "story.event", name, "standbyState -> runningState") for name in (names[paths[0]], "End")]
+    log = drive_straight(5.0, meta={"storyboard_events": list(names.values())}, events=tuple(fired))
+    assert judge([Gate("collision", max=0.0)], log)[-1].short.endswith("event 'GroupOfC::CutIn::Start' never fired")
+    assert compute("event_started", log, event="Start").value == 1.0
+    assert compute("event_started", log, event="GroupOfC::CutIn::Start").value == 0.0
 
 
 def test_a_default_gate_that_is_missed_and_not_judged_is_said() -> None:
