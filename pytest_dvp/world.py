@@ -45,11 +45,10 @@ class World:
     ) -> None:
         self._storyboard = storyboard
         self._ego = storyboard.entities[ego]
-        self._actors = [entity for name, entity in storyboard.entities.items() if name != ego]
-        self._kind = {entity.name: _kind_index(entity.kind, entity.category) for entity in self._actors}
+        actors = [entity for name, entity in storyboard.entities.items() if name != ego]
         self._description = description
         self._traffic = traffic
-        known = {actor.name: masses.get(actor.name, ROUTINE_MASS.get(actor.kind, 1500.0)) for actor in self._actors}
+        known = {actor.name: masses.get(actor.name, ROUTINE_MASS.get(actor.kind, 1500.0)) for actor in actors}
         d = description
         self._detector = ContactDetector(d.length, d.width, d.center_x, d.mass, known)
         self._names: tuple[str, ...] = ()
@@ -60,9 +59,11 @@ class World:
         """All boxes at time `t` [s]."""
         names: list[str] = []
         rows: list[tuple[float, ...]] = []
-        for e in self._actors:
-            if not e.active:
+        kinds: dict[str, int] = {}
+        for e in self._storyboard.entities.values():  # those of its traffic come and go
+            if not e.active or e is self._ego:
                 continue
+            kinds[e.name] = _kind_index(e.kind, e.category)
             cos, sin = math.cos(e.h), math.sin(e.h)
             x = e.x + cos * e.center_x - sin * e.center_y
             y = e.y + sin * e.center_x + cos * e.center_y
@@ -81,7 +82,7 @@ class World:
                 names.append(car.name)
         if tuple(names) != self._names:
             self._names = tuple(names)
-            self._kinds = np.array([self._kind.get(name, _TRAFFIC_KIND) for name in names], dtype=np.int64)
+            self._kinds = np.array([kinds.get(name, _TRAFFIC_KIND) for name in names], dtype=np.int64)
         boxes = np.array(rows, dtype=np.float64) if rows else np.zeros((0, 9))
         self._seen = Surroundings(boxes=boxes, kinds=self._kinds, names=self._names, signals=signals)
         return self._seen

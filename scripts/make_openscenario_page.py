@@ -91,6 +91,29 @@ What the widely used tools do, where they agree with each other or nothing speak
 Where the standard is explicit it is followed, whatever other tools do; `docs/conformance.md` quotes the clauses.
 """
 
+TRAFFIC = """
+## Traffic that comes and goes
+
+`TrafficAction` puts entities called `NAME-1`, `NAME-2`, ... (`traffic-1` without a `trafficName`) on driving lanes, in
+the direction of the lane, where there is room behind and ahead: fewer than asked for if there is none, 300 at most.
+Everything is drawn from the seed: the same seed, the same traffic. They are entities like others: in `dvp play`'s rows,
+before the sensors of the stack under test, in conditions on any entity or on a type.
+
+- **How they drive** the standard leaves to controllers, which are not run here: in the middle of their lane, straight
+  on where roads part, behind others by the intelligent driver model (Treiber et al. 2000; 1.5 m/s², 2 m/s², 1.5 s, 2 m)
+  with the speed they came with. No lane changes, no right of way. At the end of their lane they are gone.
+- **What they are**: templates of a `TrafficDistribution` by weight (1.3), categories of a `TrafficDefinition` by weight
+  (until 1.2) as vehicles of usual size, else cars. Roles and controllers change nothing.
+- `TrafficSourceAction`: one more every 1 / `rate` seconds within the radius, all lanes in it, or on the nearest lane;
+  with the speed given, else the limit of the lane, else 50 km/h.
+- `TrafficSinkAction`: takes such traffic out of its radius; an entity that the file names stays.
+- `TrafficSwarmAction`: keeps the number in the ellipse that moves with the central entity; nobody appears in the inner
+  circle, who leaves the ellipse is gone.
+- `TrafficAreaAction`: fills a polygon or a stretch of a road once, or keeps the number in it (`continuous`). A
+  `RoadRange` over several roads is refused.
+- `TrafficStopAction`: nobody comes or goes any more by the action of that name, or by any; who is there drives on.
+"""
+
 MEANING: Mapping[type[Element], tuple[str, str]] = {
     model.FileHeader: (RUN, "decides the version; license and properties are kept"),
     model.ParameterDeclaration: (RUN, "with constraint groups, expressions and scopes; set from outside by `--set`"),
@@ -309,7 +332,7 @@ def page() -> str:
             below = ", ".join(name(part) for part in parts(cls, own))
             out.append(f"| `{name(cls)}` | {verdict} | {meaning} | {below} |".replace("  |", " |"))
         out.append("")
-    return "\n".join(out) + OPEN + DISTRIBUTIONS
+    return "\n".join(out) + OPEN + TRAFFIC + DISTRIBUTIONS
 
 
 if __name__ == "__main__":

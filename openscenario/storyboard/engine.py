@@ -16,6 +16,7 @@ from openscenario import model
 from openscenario.findings import Finding, ScenarioError
 from openscenario.road.network import RoadNetwork
 from openscenario.storyboard.build import Builder
+from openscenario.storyboard.crowd import Crowd
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.ground import Ground
 from openscenario.storyboard.motion import move
@@ -70,6 +71,7 @@ class Storyboard:
         self.done = False
         self.running = False  # Init is over
         self._settled = False  # the triggers of this instant have been evaluated
+        self._crowd: Crowd | None = None
         self.entities: dict[str, Entity] = {}
         for entity, ahead in trains(scenario, external):
             self.entities[entity.name] = entity
@@ -109,6 +111,8 @@ class Storyboard:
         for node, entity in self._init:
             self._begin(node, [entity])
         self.running = True
+        if self._crowd is not None:
+            self._crowd.come_and_go()
         self._draw(0.0)
         self._enter(self.root)
         self._end_finished()
@@ -136,6 +140,8 @@ class Storyboard:
         if not self._settled and self._stops():
             return
         self._settled = False
+        if self._crowd is not None:
+            self._crowd.come_and_go()
         if self.steps == 0:
             for entity in self._movers:  # no motion has been seen yet: that of the speed they begin with
                 entity.vx, entity.vy = entity.speed * math.cos(entity.h), entity.speed * math.sin(entity.h)
@@ -146,6 +152,8 @@ class Storyboard:
             entity.moved = False
         if self._active:
             self._step_actions(dt)
+        if self._crowd is not None:
+            self._crowd.drive(dt)
         ground = self.ground
         for entity in self._movers:
             if entity.active:
@@ -185,6 +193,23 @@ class Storyboard:
                 entity.end_since = self.time
         elif entity.end_since != math.inf:
             entity.end_since = math.inf
+
+    def crowd(self) -> Crowd:
+        """The traffic that comes and goes."""
+        if self._crowd is None:
+            self._crowd = Crowd(self)
+        return self._crowd
+
+    def admit(self, entity: Entity) -> None:
+        """One more entity from now on."""
+        self.entities[entity.name] = entity
+        self._movers.append(entity)
+
+    def dismiss(self, entity: Entity) -> None:
+        """An entity that came is gone."""
+        entity.active = False
+        del self.entities[entity.name]
+        self._movers.remove(entity)
 
     def report(self) -> tuple[Finding, ...]:
         """Doubts about the scenario: events that never fired, edges true from the start, acts that never ended."""

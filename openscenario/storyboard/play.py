@@ -26,7 +26,8 @@ class Row(NamedTuple):
 
 
 class Played(NamedTuple):
-    """What a storyboard did: rows at multiples of 0.05 s, entities in file order; transitions; doubts afterwards."""
+    """What a storyboard did: rows at multiples of 0.05 s, entities in file order, then
+    traffic as it came; transitions; doubts afterwards."""
 
     rows: list[Row]
     transitions: list[Transition]
@@ -45,11 +46,10 @@ def play(
     board = Storyboard(scenario, network, seed=seed)
     board.start()
     board.settle()
-    entities = tuple(board.entities.values())
     rows: list[Row] = []
 
     def record(time: float) -> None:
-        for entity in entities:
+        for entity in board.entities.values():
             if entity.active:
                 rows.append(Row(time, entity.name, entity.x, entity.y, turned(entity.h), entity.speed))
 

@@ -11,7 +11,7 @@ import math
 from openscenario import model
 from openscenario.road.network import RoadNetwork
 from openscenario.road.positions import RoadPosition
-from openscenario.storyboard.distances import measure
+from openscenario.storyboard.distances import Measure, measure
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.positions import shifted_lane
 from openscenario.storyboard.registry import Scope, Unsupported, condition
@@ -28,14 +28,19 @@ def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity
     network = board.network
     if network is None:
         raise Unsupported("the scenario has no road network")
-    names = [reference.entity_ref for reference in element.entity_refs] or list(board.entities)
-    for name in names:
+    named = [reference.entity_ref for reference in element.entity_refs]
+    for name in named:
         if name not in board.entities:
             raise Unsupported("no entity of this name", name, ", ".join(board.entities))
-    others = [board.entities[name] for name in names if board.entities[name] is not entity]
-    distances = [
-        measure(board, entity, other, kind="longitudinal", system="road", free=element.free_space) for other in others
-    ]
+    distances: dict[str, Measure] = {}
+
+    def distance_to(other: Entity) -> Measure:
+        found = distances.get(other.name)
+        if found is None:
+            found = measure(board, entity, other, kind="longitudinal", system="road", free=element.free_space)
+            distances[other.name] = found
+        return found
+
     ranges = [
         (each.from_ if each.from_ is not None else -math.inf, each.to if each.to is not None else math.inf)
         for each in element.relative_lane_ranges
@@ -47,8 +52,9 @@ def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity
         if not any(_exists(network, here, entity.sense, first, last, element.opposite_lanes) for first, last in ranges):
             return False
         way = network.driving_sign(here.road, here.lane, here.s)
-        for other, distance in zip(others, distances, strict=True):
-            if not other.active:
+        for name in named or tuple(board.entities):  # traffic comes and goes
+            other = board.entities[name]
+            if not other.active or other is entity:
                 continue
             there = board.ground.position(other)
             # lanes of another road that runs the other way count the other way round
@@ -61,7 +67,7 @@ def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity
             apart = (_number(lane) - _number(here.lane)) * entity.sense
             if not any(first <= apart <= last for first, last in ranges):
                 continue
-            gap = distance()
+            gap = distance_to(other)()
             if gap is not None and low <= gap <= high:
                 return False
         return True

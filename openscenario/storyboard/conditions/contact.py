@@ -21,14 +21,15 @@ def collision(element: model.CollisionCondition, entity: Entity, scope: Scope) -
     if isinstance(target, model.EntityRef):
         if target.entity_ref not in entities:
             raise Unsupported("no entity of this name", target.entity_ref, ", ".join(entities), target)
-        others = [entities[target.entity_ref]]
+        name, kind = target.entity_ref, ""
     else:
-        kind = "misc" if target.type == "miscellaneous" else target.type
-        others = [other for other in entities.values() if other is not entity and other.kind == kind]
+        name, kind = "", "misc" if target.type == "miscellaneous" else target.type
 
     def test() -> bool:
         reach = entity.length + entity.width + abs(entity.center_x)
-        for other in others:
+        for other in (entities[name],) if name else entities.values():  # traffic comes and goes
+            if other is entity or (not name and other.kind != kind):
+                continue
             near = reach + other.length + other.width + abs(other.center_x)
             if not other.active or abs(other.x - entity.x) > near or abs(other.y - entity.y) > near:
                 continue

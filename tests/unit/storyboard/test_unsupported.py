@@ -17,18 +17,30 @@ def refused(make: Make, **scenario: object) -> ScenarioError:
     return caught.value
 
 
-SWARM = "<GlobalAction><TrafficAction><TrafficStopAction/></TrafficAction></GlobalAction>"
+TEMPLATE = (
+    '<ScenarioObjectTemplate><MiscObject name="m" mass="1" miscObjectCategory="obstacle"><BoundingBox>'
+    '<Center x="0" y="0" z="0"/><Dimensions width="1" length="1" height="1"/></BoundingBox><Properties/></MiscObject>'
+    "</ScenarioObjectTemplate>"
+)
+AREA = (
+    '<GlobalAction><TrafficAction><TrafficAreaAction continuous="false" numberOfEntities="1"><TrafficDistribution>'
+    '<TrafficDistributionEntry weight="1"><EntityDistribution>'
+    f'<EntityDistributionEntry weight="1">{TEMPLATE}</EntityDistributionEntry></EntityDistribution>'
+    "</TrafficDistributionEntry></TrafficDistribution><TrafficArea>"
+    '<RoadRange><RoadCursor roadId="1" s="0"/><RoadCursor roadId="2" s="10"/></RoadRange>'
+    "</TrafficArea></TrafficAreaAction></TrafficAction></GlobalAction>"
+)
 
 
 def test_an_unsupported_action_is_a_finding_with_its_place(make: Make) -> None:
-    (finding,) = refused(make, A=HERE, stories=story(event("e", SWARM))).findings
+    (finding,) = refused(make, A=HERE, stories=story(event("e", AREA))).findings
     assert finding.file.endswith("scenario.xosc")
     assert finding.line is not None
-    assert "TrafficAction" in finding.message
+    assert "several roads" in finding.message
 
 
 def test_all_findings_come_at_once(make: Make) -> None:
-    assert len(refused(make, A=HERE, stories=story(event("e", SWARM), event("f", SWARM))).findings) == 2
+    assert len(refused(make, A=HERE, stories=story(event("e", AREA), event("f", AREA))).findings) == 2
 
 
 def test_without_time_stamps_a_trajectory_is_followed_at_the_own_speed_and_said_so(make: Make) -> None:
