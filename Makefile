@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: demo demo-gap test lint types contract unit nightly conformance bench blind licences ads-report clean
+.PHONY: demo demo-gap test lint types contract unit nightly conformance reliability bench blind licences ads-report clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -66,6 +66,10 @@ ads-report: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
+
+# The command gate: coverage, every mutant, a million commands, its states; writes its part of docs/reliability.md.
+reliability: $(STAMP)
+	$(BIN)/python -m scripts.make_reliability_page
 
 blind: $(STAMP)
 	$(BIN)/python -m scripts.blind_answers $${DVP_SHARED:-../shared}/blind
