@@ -1,8 +1,12 @@
-"""Scenario files as pytest items: `overtaking.xosc::dt`, `::pe`, `::rw`; of a distribution `::dt[07-EgoSpeed=70]`."""
+"""Scenario files as pytest items: `overtaking.xosc::dt`, `::pe-surrogate`, `::rw-surrogate`.
+
+Of a distribution `::dt[07-EgoSpeed=70]`.
+"""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,12 +16,7 @@ import pytest
 from pytest_dvp.cases import choose
 from pytest_dvp.fixtures import Gate, GateFailed, Run, settings_of
 from pytest_dvp.settings import STAGES, SettingError, Settings, is_users_mistake, unknown
-
-NOT_YET = {
-    "pe": "parallel execution needs a vehicle adapter, and none exists yet",
-    "rw": "the real world needs a vehicle adapter, and none exists yet",
-}
-
+from pytest_dvp.stages import label
 
 DISTRIBUTION = "a parameter distribution"
 
@@ -45,11 +44,11 @@ class ScenarioFile(pytest.File):
                 raise self.CollectError(f"{self.path}:{sight.line}: {sight.what}: it has no storyboard that could run")
             return
         for stage in STAGES:
-            item = ScenarioItem.from_parent(self, name=stage, callobj=case(self.path, stage))
+            item = ScenarioItem.from_parent(self, name=label(stage), callobj=case(self.path, stage))
             item.dvp_stage, item.dvp_line = stage, sight.line
             item.add_marker(stage)
-            if stage in NOT_YET:
-                item.add_marker(pytest.mark.skip(reason=NOT_YET[stage]))
+            if stage != "dt" and not asked_stage(stage, self.config):
+                item.add_marker(pytest.mark.skip(reason=f"drives a car of its own: ask for it with -m {stage}"))
             yield item
 
     def _cases(self, settings: Settings, line: int) -> Iterator[ScenarioItem]:
@@ -144,6 +143,13 @@ def asked_for(path: Path, config: pytest.Config, settings: Settings) -> tuple[bo
     return named, any(real.is_relative_to(folder.resolve()) for folder in folders)
 
 
+def asked_stage(stage: str, config: pytest.Config) -> bool:
+    """Whether `-m`, `-k` or a node id names a stage: what takes a car, if only a surrogate, is not run unasked."""
+    words = f"{config.option.markexpr} {config.option.keyword}"
+    named = any(f"::{stage}" in argument for argument in config.args)
+    return named or re.search(rf"\b{stage}\b", words) is not None
+
+
 def explicit_arguments(config: pytest.Config) -> bool:
     """True if a user wrote the paths on the command line (and not `testpaths` or the current folder)."""
     told = getattr(config, "workerinput", {}).get("dvp_explicit")
@@ -200,13 +206,18 @@ def header(items: Sequence[pytest.Item], settings: Settings) -> str:
     files = len({item.path for item in scenarios})
     words = [f"dvp: {files} scenario{'s' if files != 1 else ''}", *_case_words(scenarios), f"stage {', '.join(stages)}"]
     words += [
-        "vehicle twin",
+        f"vehicle {_vehicles(stages, settings)}",
         f"ADS {shown_name(settings.ads)}",
         f"seed {settings.seed}",
         f"model {model}",
         *settings.set.words(),
     ]
     return ", ".join(words)
+
+
+def _vehicles(stages: Sequence[str], settings: Settings) -> str:
+    names = ["twin"] if "dt" in stages else []
+    return ", ".join([*names, settings.vehicle] if any(stage != "dt" for stage in stages) else names)
 
 
 def _case_words(scenarios: Iterable[ScenarioItem]) -> Iterator[str]:

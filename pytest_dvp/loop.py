@@ -22,6 +22,8 @@ from pytest_dvp.driving_stack import AdsFault
 from pytest_dvp.ego import route_from_here
 from pytest_dvp.event_names import EventNames
 from pytest_dvp.terrain import Grounded, Terrain
+from vehicle.adapter import VehicleLost
+from vehicle.adapters.mirror import SAME, Mirror
 from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPoint, SignalState, Surroundings, Task
 
 if TYPE_CHECKING:
@@ -77,9 +79,9 @@ class Loop:
         self._storyboard, self._ego, self._world = ready.storyboard, ready.ego, ready.world
         self._vehicle, self._driver, self._network = ready.vehicle, ready.driver, ready.network
         self._recorder, self._first, self._limits = ready.recorder, ready.first_row, limits
+        self._events = EventNames(ready.scenario)
         self._folder = ready.scenario.path.parent.absolute()
         self._goal = Zone(ready.network, ready.task.goal) if ready.task.goal is not None else None
-        self._events = EventNames(ready.scenario)
         self._start = Zone(ready.network, ready.task.start, at_once=True)
         self._task: Task | None = ready.task.message()
         d = ready.vehicle.description
@@ -90,6 +92,7 @@ class Loop:
         self._hints: list[RoadPosition | None] = [None] * 4
         self._lights: tuple[dict[str, str], tuple[SignalState, ...]] = ({}, ())
         self._transitions = 0
+        self._mirror = Mirror()
         self.error: str | None = None
 
     def drive(self) -> Ending:
@@ -102,6 +105,7 @@ class Loop:
         self._recorder.ego_rows(rows)
         for k in range(ticks + 1):
             t = k / RATE  # the nearest double, not a sum of rounded steps
+            rows = self._mirror.show(t, rows)
             state = rows[-1]
             self._place(state)
             around = self._world.look(t, self._signals())
@@ -114,7 +118,8 @@ class Loop:
             try:
                 rows = self._advance(t, around, state)
             except Exception as error:  # the thing under test broke: a finding of this run, not of the harness
-                self.error = str(error) if isinstance(error, AdsFault) else traceback.format_exc()
+                plain = isinstance(error, AdsFault | VehicleLost)
+                self.error = str(error) if plain else traceback.format_exc()
                 self._recorder.event(t, "fault", type(error).__name__, str(error).split("\n")[0])
                 self._vehicle.stop()
                 return self._end(t, "fault")
@@ -147,7 +152,7 @@ class Loop:
             surroundings=around,
             detections=driver.detections,
             path=driver.path,
-            held={"on_road": 1.0 if self._on_road(state) else 0.0},
+            held=self._held(state),
         )
         self._storyboard.step(TICK)
         self._drain(t)
@@ -156,6 +161,12 @@ class Loop:
         rows = self._vehicle.step(TICK)
         self._recorder.ego_rows(rows)
         return rows
+
+    def _held(self, state: FloatArray) -> dict[str, float]:
+        held = {"on_road": 1.0 if self._on_road(state) else 0.0}
+        if self._mirror.latency > SAME:
+            held |= {"mirror_error": self._mirror.error, "mirror_latency": self._mirror.latency}
+        return held
 
     def _on_road(self, state: FloatArray) -> bool:
         """Whether all corners of the ego's box are on drivable lanes."""

@@ -28,13 +28,16 @@ from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
 from pytest_dvp.paths import shown
 from pytest_dvp.recorder import LogRecorder
+from pytest_dvp.stages import SURROGATE, StageError, label, open_vehicle
 from pytest_dvp.world import World
 from vehicle.adapter import Vehicle
-from vehicle.messages import FloatArray, RoadPoint, VehicleState
+from vehicle.messages import FloatArray, RoadPoint, VehicleDescription, VehicleState
 
 if TYPE_CHECKING:
+    from ads.parameters import Parameters
     from pytest_dvp.driving_stack import Ads
     from pytest_dvp.loop import Driver
+    from vehicle.gate_messages import Decision
 
 KEPT_LANE = 2000  # m of reference line ahead of an ego without a goal, a point every metre
 
@@ -56,6 +59,7 @@ class Request:
     ego: str | None
     ads: Ads | None = None  # None: the reference stack
     effects: tuple[Path, ...] = ()
+    vehicle: str = SURROGATE  # of stages pe and rw
 
 
 @dataclasses.dataclass(frozen=True)
@@ -90,6 +94,25 @@ def prepare(request: Request) -> Ready:
     ego = find_ego(scenario, request.ego)
     P = preset(10, request.stage).with_values(request.P)  # type: ignore[arg-type]
     vehicle, about = _vehicle(request, ego)
+    try:
+        return _ready(request, scenario, network, gates, gate_folder, ego, P, vehicle, about)
+    except BaseException:
+        vehicle.close()
+        raise
+
+
+def _ready(
+    request: Request,
+    scenario: Scenario,
+    network: RoadNetwork,
+    gates: GateFile,
+    gate_folder: Path,
+    ego: ScenarioObject,
+    P: Parameters,
+    vehicle: Vehicle,
+    about: Mapping[str, Any],
+) -> Ready:
+    """The run, its vehicle at its start."""
     storyboard = Storyboard(scenario, network, external=[ego.name], seed=request.seed)
     storyboard.start()
     entity = storyboard.entities[ego.name]
@@ -111,7 +134,7 @@ def prepare(request: Request) -> Ready:
         "S": {name: str(value) for name, value in request.S.items()},
         "ads": chosen.name,
         "seed": request.seed,
-        "stage": request.stage,
+        "stage": label(request.stage),
         "versions": versions(),
         "storyboard_events": list(EventNames(scenario)),
         "collision_events": EventNames(scenario).of_collisions(ego.name),
@@ -213,6 +236,8 @@ def _of_the_scenario(request: Request) -> dict[str, str]:
 
 
 def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]]:
+    if request.stage != "dt":
+        return _car(request, ego)
     from vehicle.model.parameters import apply_s
     from vehicle.sensors import default_sensors
     from vehicle.twin import Twin
@@ -220,9 +245,26 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
     model, about = fitted_model(request.model, ego, request.effects)
     model, sensors = apply_s(model, default_sensors(car=model.car), request.S)
     twin = Twin(model, sensors, request.seed)
-    d = twin.description
-    size = {"length": d.length, "width": d.width, "height": d.height, "center_x": d.center_x, "wheelbase": d.wheelbase}
-    return twin, {"model": about, "ego": {"name": ego.name, **size}}
+    return twin, {"model": about, "ego": {"name": ego.name, **_size(twin.description)}}
+
+
+def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]]:
+    """The car of stages pe and rw behind the command gate; its body is its own, not the scenario's."""
+    from vehicle.gated import Gated, limits_of
+    from vehicle.model.parameters import scenario_parameters
+
+    if refused := sorted(set(request.S) - set(scenario_parameters(request.S))):
+        raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.stage} is what it is")
+    car = open_vehicle(request.stage, request.vehicle, request.seed)
+    decisions: list[Decision] = []
+    gated = Gated(car, limits_of(car.description), name=SURROGATE, scenario=request.path.name, record=decisions.append)
+    hidden = request.vehicle.partition(":")[2]
+    about = {"name": SURROGATE, "hidden_sha256": _sha256(Path(hidden)) if hidden else ""}
+    return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}
+
+
+def _size(d: VehicleDescription) -> dict[str, float]:
+    return {"length": d.length, "width": d.width, "height": d.height, "center_x": d.center_x, "wheelbase": d.wheelbase}
 
 
 def _sha256(file: Path | None) -> str:

@@ -15,7 +15,7 @@ from pytest_dvp.log import Log
 from pytest_dvp.loop import Ending, Limits, Loop
 from pytest_dvp.paths import shown
 from pytest_dvp.settings import REFERENCE, Assignments
-from pytest_dvp.stages import check_stage
+from pytest_dvp.stages import SURROGATE, check_stage
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters
@@ -102,6 +102,8 @@ def run(
     wall_limit: float = 600.0,
     after_collision: float = 1.0,
     ads: DriverFactory | str | None = None,
+    vehicle: str = SURROGATE,
+    require_real: bool = False,
     log_dir: Path | None = None,
 ) -> RunResult:
     """Drive one scenario with the ADS in the loop and judge it.
@@ -116,12 +118,15 @@ def run(
     ads              another driving stack: an entry point of `pytest_dvp.ads`, "module:Class", "file.py:Class", or
                      the class or function itself; called with (parameters, network, description) if it takes them,
                      else with nothing; needs `tick(observation) -> Command`, may have trace, path, detections
+    vehicle          of stages "pe" and "rw": "surrogate", or "surrogate:FILE" with what is hidden in it
+    require_real     a surrogate is refused
     log_dir          folder for a numbered run folder; None writes nothing
 
-    Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError: one line each about
-    a user's file or value, before anything runs or is written. A stack that breaks while it drives is an ERROR verdict.
+    Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost: one
+    line each about a user's file or value, before anything runs or is written. A stack or a car that breaks while it
+    drives is an ERROR verdict.
     """
-    check_stage(stage)
+    check_stage(stage, vehicle, require_real=require_real)
     from pytest_dvp.prepare import Request, prepare
 
     request = Request(
@@ -138,6 +143,7 @@ def run(
         effects=tuple(Path(file) for file in effects),
         ego=ego,
         ads=find_ads(ads, [rootdir] if rootdir is not None else []),
+        vehicle=vehicle,
     )
     ready = prepare(request)
     limit = duration if duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
@@ -167,7 +173,7 @@ def _judged(
         folder=None,
         scenario=shown(request.path),
         line=ready.scenario.storyboard.at.line or 1,
-        stage=request.stage,
+        stage=log.meta["stage"],
         ads=log.meta["ads"],
         seed=request.seed,
         ending=end[0],
@@ -226,6 +232,9 @@ def replay_command(request: Any, duration: float | None) -> str:
     if request.ads is not None and request.ads.word is None:
         return f"no command line can name the ADS {request.ads.name}; repeat the test or script that made it"
     words = ["dvp", "run", shown(request.path), "--seed", str(request.seed)]
+    if request.stage != "dt":
+        words += ["--stage", request.stage]
+        words += ["--vehicle", request.vehicle] if request.vehicle != SURROGATE else []
     if request.ads is not None and request.ads.word != REFERENCE:
         words += ["--ads", request.ads.word]
     for name, value in sorted(assigned(request).items()):

@@ -55,6 +55,8 @@ class Session:
             "rootdir": settings.rootdir,
             "ego": settings.ego,
             "ads": settings.ads,
+            "vehicle": settings.vehicle,
+            "require_real": settings.require_real,
             "duration": settings.duration,
             "wall_limit": settings.wall_limit,
             "after_collision": settings.after_collision,

@@ -79,6 +79,7 @@ SETTINGS: tuple[Setting, ...] = (
     Setting(
         "after-collision", "float", 1.0, "simulated time from a collision to the end of the run [s]", "SECONDS", 0.0
     ),
+    Setting("vehicle", "str", "surrogate", "car of stages pe and rw: surrogate or surrogate:HIDDEN.toml", "NAME"),
     Setting("runs", "path", None, "folder of the run folders; default: ROOTDIR/runs", "DIR"),
     Setting("require-real", "flag", False, "a surrogate in the place of a real vehicle is an ERROR"),
 )
@@ -124,6 +125,7 @@ class Settings:
     duration: float | None = None
     wall_limit: float = 600.0
     after_collision: float = 1.0
+    vehicle: str = "surrogate"
     runs: Path | None = None
     require_real: bool = False
     scenarios: tuple[Path, ...] = ()

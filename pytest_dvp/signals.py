@@ -54,6 +54,10 @@ _COMMANDS = (
     Signal("speed_cmd", "m/s", "body", "wanted speed", held=True),
 )
 _WORLD = (Signal("on_road", "-", "", "1 while all corners of the ego's box are on a drivable lane, else 0", held=True),)
+_MIRROR = (
+    Signal("mirror_error", "m", "map", "distance of the pose shown in the simulator from the measured one", held=True),
+    Signal("mirror_latency", "s", "", "age of the measurement that the shown pose is extrapolated from", held=True),
+)
 _ADS = (
     Signal("ads.x", "m", "map", "position as the ADS estimates it", held=True),
     Signal("ads.y", "m", "map", "position as the ADS estimates it", held=True),
@@ -64,7 +68,7 @@ _ADS = (
     Signal("ads.solve_time", "s", "", "CPU time of its solver; only recorded when asked for", held=True),
 )
 
-SIGNALS: Mapping[str, Signal] = MappingProxyType({s.name: s for s in _EGO + _COMMANDS + _WORLD + _ADS})
+SIGNALS: Mapping[str, Signal] = MappingProxyType({s.name: s for s in _EGO + _COMMANDS + _WORLD + _MIRROR + _ADS})
 """Every known column by name, in the order in which a table shows them."""
 
 COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd")

@@ -7,6 +7,10 @@ from typing import Protocol, runtime_checkable
 from vehicle.messages import Command, FloatArray, Observation, Surroundings, VehicleDescription, VehicleState
 
 
+class VehicleLost(ValueError):
+    """A car that died, hangs or never came; one line."""
+
+
 @runtime_checkable
 class Vehicle(Protocol):
     """A car: the digital twin, a real one, or a recording of one.

@@ -31,6 +31,8 @@ SETTINGS = (
     "duration",
     "wall-limit",
     "after-collision",
+    "vehicle",
+    "require-real",
     "runs",
 )
 
@@ -41,7 +43,7 @@ FIRST_RUN = "  still at it; the first run after an installation compiles for abo
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenarios", nargs="+", metavar="X.xosc")
-    parser.add_argument("--stage", default="dt", help="dt (pe and rw need a vehicle adapter)")
+    parser.add_argument("--stage", default="dt", help="dt, pe or rw (these two against --vehicle)")
     parser.add_argument("--no-report", action="store_true", help="judge only, write no run folder")
     parser.add_argument(
         "--gate", action="append", metavar="METRIC", help="let only the gates on this metric decide; may be repeated"
@@ -59,7 +61,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.stages import StageError, check_stage
 
     try:
-        check_stage(arguments.stage)
+        check_stage(arguments.stage, settings.vehicle, require_real=settings.require_real)
     except StageError as error:
         raise SettingError(f"--stage {arguments.stage}: {error}") from None
     _check_gates(arguments.gate or ())
@@ -144,6 +146,8 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
             rootdir=settings.rootdir,
             ego=settings.ego,
             ads=settings.ads,
+            vehicle=settings.vehicle,
+            require_real=settings.require_real,
             duration=settings.duration,
             wall_limit=settings.wall_limit,
             after_collision=settings.after_collision,

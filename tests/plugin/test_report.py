@@ -10,10 +10,17 @@ import pytest
 from tests.plugin.conftest import FAKE_RUN, write_scenario
 
 
-def test_pe_and_rw_are_skipped_with_a_reason(project: pytest.Pytester) -> None:
+def test_pe_and_rw_are_skipped_unless_asked_for(project: pytest.Pytester) -> None:
     result = project.runpytest_inprocess("-rs", "good.xosc")
     result.assert_outcomes(passed=1, skipped=2)
-    result.stdout.fnmatch_lines(["SKIPPED*vehicle adapter*"])
+    result.stdout.fnmatch_lines(["SKIPPED*ask for it with -m pe"])
+
+
+@pytest.mark.parametrize(
+    "asked", [("-m", "rw", "good.xosc"), ("-k", "good and rw", "good.xosc"), ("good.xosc::rw-surrogate",)]
+)
+def test_rw_runs_when_asked_for(project: pytest.Pytester, asked: tuple[str, ...]) -> None:
+    project.runpytest_inprocess(*asked).assert_outcomes(passed=1, deselected=0 if len(asked) == 1 else 2)
 
 
 def test_the_short_summary_says_why(project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -50,7 +57,7 @@ def test_a_session_without_scenarios_says_nothing_of_dvp(pytester: pytest.Pytest
 def test_the_header_tells_the_conditions(project: pytest.Pytester) -> None:
     result = project.runpytest_inprocess("good.xosc", "--dvp-seed", "11")
     result.stdout.fnmatch_lines(
-        ["dvp: 1 scenario, stage dt, pe, rw, vehicle twin, ADS reference, seed 11, model tabby_evo.toml"]
+        ["dvp: 1 scenario, stage dt, pe, rw, vehicle twin, surrogate, ADS reference, seed 11, model tabby_evo.toml"]
     )
 
 

@@ -34,7 +34,9 @@ def collected(project: pytest.Pytester, *arguments: str) -> list[str]:
 
 
 def test_every_scenario_is_an_item_of_every_stage_and_catalogues_are_none(shipped: pytest.Pytester) -> None:
-    assert collected(shipped) == [f"scenarios/{name}.xosc::{stage}" for name in NAMES for stage in ("dt", "pe", "rw")]
+    assert collected(shipped) == [
+        f"scenarios/{name}.xosc::{stage}" for name in NAMES for stage in ("dt", "pe-surrogate", "rw-surrogate")
+    ]
     assert not (shipped.path / "runs").exists()
 
 

@@ -1,6 +1,7 @@
 """Drive the surrogate and write a measured log.
 
 python -m vehicle.surrogate --drive rich --hidden F.toml --out log.csv
+python -m vehicle.surrogate --dds 42 --hidden F.toml           as a car on the wire, for pytest -m rw
 """
 
 from __future__ import annotations
@@ -14,18 +15,23 @@ from vehicle.surrogate.hidden import Hidden, HiddenError, read_hidden
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Returns the exit code: 0 written, 2 a wrong option or file."""
+    """Returns the exit code: 0 written or served, 2 a wrong option or file."""
     parser = argparse.ArgumentParser(prog="python -m vehicle.surrogate", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--drive", choices=("rich", "urban"), default="rich", help="programme: 120 s or 45 s")
     parser.add_argument("--hidden", type=Path, metavar="F.toml", help="what is hidden in the car; default: nothing")
     parser.add_argument("--seed", type=int, default=0, help="of drive and sensor noise")
-    parser.add_argument("--out", type=Path, required=True, metavar="LOG.csv")
+    parser.add_argument("--out", type=Path, metavar="LOG.csv")
+    parser.add_argument("--dds", type=int, metavar="DOMAIN", help="be a car on this DDS domain (0 to 232) instead")
     args = parser.parse_args(argv)
+    if (args.out is None) == (args.dds is None):
+        parser.error("one of --out LOG.csv and --dds DOMAIN is needed")
     try:
         hidden = read_hidden(args.hidden) if args.hidden else Hidden()
     except HiddenError as error:
         print(error, file=sys.stderr)
         return 2
+    if args.dds is not None:
+        return _serve(args.dds, hidden, args.seed)
     from vehicle.surrogate.recorder import record, write_csv  # compiles; not before the file is known to be good
 
     columns = record(hidden, args.drive, args.seed)
@@ -35,6 +41,14 @@ def main(argv: list[str] | None = None) -> int:
         print(f"{args.out}: cannot be written: {error.strerror}", file=sys.stderr)
         return 2
     print(f"{args.out}: {Driver(args.drive, 1.0, args.seed).length:g} s, 50 Hz", file=sys.stderr)
+    return 0
+
+
+def _serve(domain: int, hidden: Hidden, seed: int) -> int:
+    from vehicle.surrogate.node import Node, end_with_parent
+
+    end_with_parent()
+    Node(domain, hidden, seed).serve()
     return 0
 
 

@@ -1,0 +1,138 @@
+"""The surrogate over DDS as a process: same bytes on repeat, one line when it is lost, nothing left behind."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cyclonedds")
+
+from vehicle.adapter import Vehicle, VehicleLost
+from vehicle.adapters.process import CarProcess, Lease, surrogate
+from vehicle.messages import Command, Surroundings, VehicleState
+
+START = VehicleState(t=0.0, x=10.0, y=5.0, yaw=0.3, v=3.0)
+BOXES = np.array([[25.0, 9.0, 0.75, 0.3, 4.0, 1.8, 1.5, 0.0, 0.0]])
+AROUND = Surroundings(BOXES, np.zeros(1, dtype=np.int64), ("Target",))
+
+
+@pytest.fixture(scope="module")
+def car() -> Iterator[CarProcess]:
+    car = surrogate(seed=7)
+    yield car
+    car.close()
+
+
+def drive(car: Vehicle, ticks: int = 40) -> str:
+    """A digest of every observation and every row of motion of a short drive."""
+    digest = hashlib.sha256()
+    car.reset(START)
+    for k in range(ticks):
+        seen = car.observe(AROUND)
+        for part in (seen.gnss, seen.odometry, seen.imu, seen.camera):
+            digest.update(repr(part).encode())
+        if seen.lidar is not None:
+            digest.update(seen.lidar.points.tobytes())
+        car.apply(Command(t=0.05 * k, steer=0.05, accel=1.0, throttle=0.0, brake=0.0))
+        digest.update(car.step(0.05).tobytes())
+    return digest.hexdigest()
+
+
+def test_stepped_time_gives_the_same_bytes_again_and_in_another_process(car: CarProcess) -> None:
+    first = drive(car)
+    assert drive(car) == first
+    other = surrogate(seed=7)
+    try:
+        assert drive(other) == first
+    finally:
+        other.close()
+
+
+def test_it_obeys_and_says_where_it_is(car: CarProcess) -> None:
+    """1 m/s^2 for 2 s from 3 m/s, less 0.108 m/s^2 of rolling and the motor's lag of some 20 ms."""
+    car.reset(START)
+    rows = []
+    for k in range(40):
+        car.apply(Command(t=0.05 * k, steer=0.0, accel=1.0, throttle=0.0, brake=0.0))
+        rows.append(car.step(0.05))
+    motion = np.concatenate(rows)
+    assert np.diff(motion[:, 0]) == pytest.approx(0.01)
+    assert motion[-1, 0] == pytest.approx(1.98)  # its reference system is 20 ms late
+    assert motion[-1, 5] == pytest.approx(3.0 + 1.98 * (1.0 - 0.108), abs=0.15)
+    assert motion[:, 4] == pytest.approx(0.3, abs=1e-3)
+
+
+def test_its_lidar_meets_the_box_it_was_sent(car: CarProcess) -> None:
+    """Standing at (10, 5) with yaw 0.3, the rear of the box is 2 m before its centre, 15.5 m away."""
+    car.reset(VehicleState(t=0.0, x=10.0, y=5.0, yaw=0.3, v=0.0))
+    car.observe(AROUND)
+    car.apply(Command(t=0.0, steer=0.0, accel=-3.0, throttle=0.0, brake=0.0))
+    car.step(0.05)
+    scan = car.observe(AROUND).lidar
+    assert scan is not None
+    along = 15.0 * np.cos(0.3) + 4.0 * np.sin(0.3) - car.description.lidar_x
+    assert scan.points[:, 0].min() == pytest.approx(along - 2.0, abs=0.1)
+
+
+def test_a_killed_car_is_one_line_and_leaves_nothing() -> None:
+    car = surrogate()
+    car.reset(START)
+    os.kill(car.process.pid, signal.SIGKILL)
+    with pytest.raises(VehicleLost, match=r"^the car's process ended \(killed by SIGKILL\)$"):
+        car.step(0.05)
+    car.stop()
+    car.close()
+    car.close()
+    with pytest.raises(ProcessLookupError):
+        os.killpg(car.process.pid, 0)
+
+
+def test_a_car_that_hangs_is_given_up_after_the_declared_time() -> None:
+    car = surrogate(timeout=0.3)
+    car.reset(START)
+    os.kill(car.process.pid, signal.SIGSTOP)
+    with pytest.raises(VehicleLost, match=r"^the car did not answer within 0\.3 s at t = 0\.05 s$"):
+        car.step(0.05)
+    car.close()
+    assert car.process.returncode == -signal.SIGKILL
+
+
+def test_a_car_that_cannot_start_says_why(tmp_path: Path) -> None:
+    hidden = tmp_path / "hidden.toml"
+    hidden.write_text("[hidden.steer_dellay]\nT = 0.2\n")
+    with pytest.raises(VehicleLost, match=r"exit code 2\): .*hidden\.toml.*did you mean steer_delay\?"):
+        surrogate(hidden=hidden)
+
+
+def test_a_car_ends_with_the_process_that_started_it() -> None:
+    started = "from vehicle.adapters.process import surrogate; import os; c = surrogate(); print(c.process.pid)\n"
+    parent = subprocess.run(
+        [sys.executable, "-c", started + "import sys; sys.stdout.flush(); os.kill(os.getpid(), 9)"],
+        stdout=subprocess.PIPE, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert parent.returncode == -signal.SIGKILL
+    pid = int(parent.stdout)
+    for _ in range(2000):  # until it is gone; the test's own time limit ends the wait
+        if not Path(f"/proc/{pid}").exists() or "Z (zombie)" in Path(f"/proc/{pid}/status").read_text():
+            return
+        os.sched_yield()
+        subprocess.run(["true"], check=True)
+    pytest.fail(f"process {pid} is still there")
+
+
+def test_two_runs_never_share_a_domain() -> None:
+    first, second = Lease(), Lease()
+    assert first.domain != second.domain
+    first.release()
+    third = Lease()
+    assert third.domain != second.domain
+    second.release()
+    third.release()

@@ -1,0 +1,1 @@
+"""Adapters: cars that are reached over a wire, behind the Vehicle protocol."""

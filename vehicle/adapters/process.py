@@ -1,0 +1,91 @@
+"""A car that is a process of this machine: started for a run, heard of when it dies, gone when the run is over."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO
+
+from vehicle.adapter import VehicleLost
+from vehicle.adapters.ros2 import STEP_TIMEOUT, Ros2Vehicle
+
+DOMAINS = range(1, 101)  # of DDS; ROS 2 advises against more than 101 on Linux, and 0 is everybody's
+
+
+class Lease:
+    """A DDS domain number that no other run on this machine has, until it is released or this process ends."""
+
+    def __init__(self) -> None:
+        for number in DOMAINS:
+            path = Path(tempfile.gettempdir()) / f"pytest-dvp-dds-{os.getuid()}-{number}.lock"
+            lock = path.open("w")
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                lock.close()
+                continue
+            self.domain, self._lock = number, lock
+            return
+        raise VehicleLost(f"all {len(DOMAINS)} DDS domains of this machine are in use")
+
+    def release(self) -> None:
+        """Give the number back."""
+        self._lock.close()
+
+
+class CarProcess(Ros2Vehicle):
+    """The car that `python -m MODULE --dds DOMAIN ARGUMENTS` is; `timeout` [s] wall time for a step.
+
+    It leads a process group of its own, is killed with it, and ends by itself when this process does: its standard
+    input is a pipe from here. Raises VehicleLost if it does not come.
+    """
+
+    def __init__(self, module: str, arguments: Sequence[str] = (), *, timeout: float = STEP_TIMEOUT) -> None:
+        self._lease = Lease()
+        self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  (lives as long as the car)
+        command = [sys.executable, "-m", module, "--dds", str(self._lease.domain), *arguments]
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self._errors, start_new_session=True
+        )
+        try:
+            super().__init__(self._lease.domain, self._alive, timeout=timeout)
+        except BaseException:
+            self._end_process()
+            raise
+
+    def close(self) -> None:
+        """End the process, and leave the domain."""
+        super().close()
+        self._end_process()
+
+    def _alive(self) -> None:
+        code = self.process.poll()
+        if code is None:
+            return
+        self._errors.seek(0)
+        said = self._errors.read().decode(errors="replace").strip().splitlines()
+        how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        raise VehicleLost(f"the car's process ended ({how})" + (f": {said[-1][:200]}" if said else ""))
+
+    def _end_process(self) -> None:
+        if self.process.stdin is not None and not self.process.stdin.closed:
+            with contextlib.suppress(OSError):
+                self.process.stdin.close()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)  # nothing in it needs a last word
+        self.process.wait()
+        self._errors.close()
+        self._lease.release()
+
+
+def surrogate(seed: int = 0, hidden: Path | None = None, *, timeout: float = STEP_TIMEOUT) -> CarProcess:
+    """The surrogate car in a process of its own; `hidden` what is hidden in it, `seed` of its sensors' noise."""
+    extra = ["--hidden", str(hidden)] if hidden is not None else []
+    return CarProcess("vehicle.surrogate", ["--seed", str(seed), *extra], timeout=timeout)

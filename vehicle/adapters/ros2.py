@@ -1,0 +1,200 @@
+"""A car on ROS 2 topics behind the Vehicle protocol, in stepped time: harness and car move in lock-step.
+
+Motion in the log is what the car's reference system (`/vehicle/odom`, `/reference/imu`) measured, late as it comes;
+the driving stack gets wheel odometry, IMU, GNSS, LiDAR and camera. Needs the extra `ros2`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from vehicle.adapter import VehicleLost
+from vehicle.messages import (
+    Command,
+    FloatArray,
+    GnssFix,
+    Observation,
+    Odometry,
+    Surroundings,
+    VehicleDescription,
+    VehicleState,
+)
+from vehicle.wire import convert, ros2_types, topics
+from vehicle.wire.dds import End, Silence
+
+CALL = 0.2  # s between two calls to a car that does not answer yet
+STEP_TIMEOUT = 20.0  # s of wall time that a car has for one step
+
+
+class Ros2Vehicle:
+    """A car on DDS domain `domain`.
+
+    alive     raises VehicleLost if the car is known to be gone; asked while waiting
+    ready     [s] wall time until it must have answered for the first time
+    timeout   [s] wall time it has for one step
+    is_real   whether actuators of a real car hang on it
+
+    Raises VehicleLost if it does not come.
+    """
+
+    def __init__(
+        self,
+        domain: int,
+        alive: Callable[[], None],
+        *,
+        ready: float = 60.0,
+        timeout: float = STEP_TIMEOUT,
+        is_real: bool = False,
+    ) -> None:
+        self._real, self._timeout = is_real, timeout
+        self._number, self._now, self._lost = 0, 0, False
+        self._yaw = 0.0
+        self._steers: list[Odometry] = [Odometry(0.0, 0.0, 0.0)]  # feedback from the newest row of motion on
+        self._wheels: list[Odometry] = []  # feedback that no observation has had yet
+        self._headings: dict[int, Any] = {}
+        self._end: End | None = End(domain, topics.TO_CAR, topics.FROM_CAR, (topics.STEP, topics.DONE), alive)
+        try:
+            self._description = self._call(ready)
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def description(self) -> VehicleDescription:
+        """As the car says it."""
+        return self._description
+
+    @property
+    def is_real(self) -> bool:
+        """Whether actuators of a real car hang on it."""
+        return self._real
+
+    def reset(self, state: VehicleState) -> None:
+        """Ask the car to stand or roll at `state`."""
+        self._now = round(state.t * convert.SECOND)
+        self._send(topics.RESET, convert.state_to_ros(state, self._now))
+        self._yaw = state.yaw
+        self._go_on()
+        self._rows(), self._observed()  # what was under way belongs to the time before
+        self._steers = [Odometry(state.t, state.v, state.steer)]
+
+    def observe(self, surroundings: Surroundings) -> Observation:
+        """Everything that came since the last call; `surroundings` go to what renders a simulated car's sensors."""
+        if not self._real:
+            self._send(topics.OBJECTS, convert.objects_to_ros(surroundings, self._now))
+            if surroundings.signals:
+                self._send(topics.SIGNALS, convert.signals_to_ros(surroundings.signals))
+            self._go_on()
+        return self._observed()
+
+    def apply(self, command: Command) -> None:
+        """Send the command. Raises ValueError if it is not finite."""
+        if not np.isfinite([command.steer, command.accel]).all():
+            raise ValueError(f"command at t = {command.t:.3f} s is not finite")
+        self._send(topics.COMMAND, convert.command_to_ros(command, self._now))
+
+    def step(self, dt: float) -> FloatArray:
+        """Let `dt` [s], a multiple of 10 ms, pass. Returns the rows of motion that have come, (n, 12), n may be 0."""
+        self._now += round(dt * convert.SECOND)
+        self._send(topics.CLOCK, ros2_types.Clock(convert.stamp(self._now)))
+        self._go_on()
+        return self._rows()
+
+    def stop(self) -> None:
+        """Ask for full braking, steering as it is; a car that is lost is asked nothing."""
+        if not self._lost and self._end is not None:
+            hard = -self._description.max_deceleration
+            self.apply(Command(self._now / convert.SECOND, self._steers[-1].steer, hard, 0.0, 1.0))
+
+    def close(self) -> None:
+        """Leave the domain."""
+        end, self._end = self._end, None
+        if end is not None:
+            end.close()
+
+    def _call(self, ready: float) -> VehicleDescription:
+        end, waited = self._wire(), 0.0
+        while True:
+            if end.matched():
+                end.step(0, 0)
+            try:
+                end.next_step(CALL)
+            except Silence:
+                waited += CALL
+                if waited >= ready:
+                    raise VehicleLost(f"no car answered on the wire within {ready:g} s") from None
+                continue
+            said = end.take(topics.DESCRIPTION)[-1].data
+            return msgspec.json.decode(said, type=VehicleDescription)
+
+    def _wire(self) -> End:
+        if self._end is None:
+            raise VehicleLost("the vehicle is closed")
+        return self._end
+
+    def _send(self, topic: topics.Topic, message: Any) -> None:
+        self._wire().send(topic, message)
+
+    def _go_on(self) -> None:
+        end = self._wire()
+        self._number += 1
+        end.step(self._number, self._now)
+        try:
+            number, reached = end.next_step(self._timeout, at_least=self._number)
+        except Silence:
+            self._lost = True
+            raise VehicleLost(
+                f"the car did not answer within {self._timeout:g} s at t = {self._now / convert.SECOND:.2f} s"
+            ) from None
+        except VehicleLost:
+            self._lost = True
+            raise
+        if (number, reached) != (self._number, self._now):
+            raise VehicleLost(f"the car answered step {number} at {reached} ns, expected {self._number} at {self._now}")
+
+    def _observed(self) -> Observation:
+        take = self._wire().take
+        for heading in take(topics.HEADING):
+            self._headings[convert.nanoseconds(heading.header)] = heading
+        fixes: tuple[GnssFix, ...] = tuple(
+            convert.fix_from_ros(place, self._headings.pop(convert.nanoseconds(place.header), None))
+            for place in take(topics.FIX)
+        )
+        self._take_feedback()
+        wheels, self._wheels = tuple(self._wheels), []
+        clouds, frames, lights = take(topics.POINTS), take(topics.CAMERA), take(topics.SEEN_SIGNALS)
+        take(topics.TF)
+        return Observation(
+            self._now / convert.SECOND,
+            gnss=fixes,
+            odometry=wheels,
+            imu=tuple(map(convert.imu_from_ros, take(topics.IMU))),
+            lidar=convert.points_from_ros(clouds[-1]) if clouds else None,
+            camera=convert.camera_from_ros(frames[-1]) if frames else None,
+            signals=convert.signals_from_ros(lights[-1]) if lights else (),
+        )
+
+    def _take_feedback(self) -> None:
+        for message in self._wire().take(topics.FEEDBACK):
+            report = convert.feedback_from_ros(message)
+            self._wheels.append(report)
+            self._steers.append(report)
+
+    def _rows(self) -> FloatArray:
+        """Reference motion that has come, with the steering angle reported last before each row."""
+        self._take_feedback()
+        motions, forces = self._wire().take(topics.ODOMETRY), self._wire().take(topics.REFERENCE_IMU)
+        rows = np.zeros((len(motions), 12))
+        for row, motion, felt in zip(rows, motions, forces, strict=True):
+            now = convert.state_from_ros(motion)
+            self._yaw = convert.unwrapped(now.yaw, self._yaw)
+            while len(self._steers) > 1 and self._steers[1].t <= now.t + 1e-9:
+                self._steers.pop(0)
+            force = felt.linear_acceleration
+            steer = self._steers[0].steer
+            row[:] = now.t, now.x, now.y, now.z, self._yaw, now.v, now.vx, now.vy, now.yaw_rate, force.x, force.y, steer
+        return rows

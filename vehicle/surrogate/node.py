@@ -1,0 +1,136 @@
+"""The surrogate on the wire: it goes on when the harness says so, and sends what its sensors showed.
+
+Ends with its parent: the pipe on its standard input closes when the parent dies, however it dies.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections import deque
+from typing import Any
+
+import msgspec
+
+from vehicle.messages import CameraFrame, GnssFix, Imu, Odometry, VehicleDescription, VehicleState, no_surroundings
+from vehicle.surrogate.hidden import Hidden
+from vehicle.surrogate.scanner import Scanner
+from vehicle.surrogate.sensors import FACTOR, SIGMA
+from vehicle.surrogate.surrogate import DoubleTrack
+from vehicle.wire import convert, topics
+from vehicle.wire.dds import End, Silence
+from vehicle.wire.ros2_types import String
+
+MS = 1_000_000  # ns
+SUBSTEP = 10 * MS  # the reference system's period
+MOTION, GNSS, LOOK = 20 * MS, 100 * MS, 100 * MS  # periods of wheel odometry and IMU; of GNSS; of LiDAR and camera
+REFERENCE_LATENCY, LIDAR_LATENCY, CAMERA_LATENCY = 20 * MS, 50 * MS, 100 * MS
+IDLE = 3600.0  # s without a word after which it gives up
+
+
+class Node:
+    """A surrogate car that serves DDS domain `domain`. Same seed and same messages in, same messages out."""
+
+    def __init__(self, domain: int, hidden: Hidden, seed: int) -> None:
+        self._car = DoubleTrack(hidden, seed=seed)
+        self._seed, self._sigma = seed, FACTOR[hidden.noise]
+        self.description: VehicleDescription = msgspec.structs.replace(
+            self._car.description, lidar_x=1.18, lidar_z=1.5, camera_x=1.58, camera_z=1.4
+        )
+        self._end = End(domain, topics.FROM_CAR, topics.TO_CAR, (topics.DONE, topics.STEP), lambda: None)
+        self._place(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+
+    def serve(self) -> None:
+        """Answer steps until nothing comes any more."""
+        while True:
+            try:
+                number, until = self._end.next_step(IDLE)
+            except Silence:
+                return
+            if number == 0:  # a call to see whether somebody is there: answered once every topic is
+                if self._end.matched():
+                    self._end.send(topics.DESCRIPTION, String(msgspec.json.encode(self.description).decode()))
+                    self._end.step(0, until)
+                continue
+            self._obey()
+            self._advance(until)
+            self._deliver()
+            self._end.step(number, self._now)
+
+    def _place(self, state: VehicleState) -> None:
+        self._car.reset(state)
+        self._scanner = Scanner(self.description, self._seed)
+        self._around, self._signals = no_surroundings(), None
+        self._now = self._start = round(state.t * convert.SECOND)
+        self._looked = -1
+        self._late: dict[Any, deque[tuple[int, Any]]] = {}
+
+    def _obey(self) -> None:
+        """Take what came with this step, and look around if new surroundings are among it."""
+        take = self._end.take
+        take(topics.CLOCK)
+        for message in take(topics.RESET):
+            self._place(convert.state_from_ros(message))
+        for message in take(topics.SIGNALS):
+            self._queue(topics.SEEN_SIGNALS, message, 0)
+        for message in take(topics.COMMAND):
+            self._car.apply(convert.command_from_ros(message))
+        for message in take(topics.OBJECTS):
+            self._around = convert.objects_from_ros(message)
+            self._look()
+
+    def _look(self) -> None:
+        due = (self._now - self._start) % LOOK == 0
+        if not due or self._looked == self._now:
+            return
+        self._looked = self._now
+        now, state = self._now, self._car.state
+        cloud = self._scanner.points(state.x, state.y, state.yaw, self._around)
+        frame = CameraFrame(state.t, self._scanner.boxes(state.x, state.y, state.yaw, self._around))
+        self._queue(topics.POINTS, convert.points_to_ros(cloud, now), LIDAR_LATENCY)
+        self._queue(topics.CAMERA, convert.camera_to_ros(frame, now), CAMERA_LATENCY)
+
+    def _advance(self, until: int) -> None:
+        while self._now + SUBSTEP <= until:
+            self._car.step(SUBSTEP / convert.SECOND)
+            self._now += SUBSTEP
+            now, state, ran = self._now, self._car.state, self._now - self._start
+            self._queue(topics.ODOMETRY, convert.state_to_ros(state, now), REFERENCE_LATENCY)
+            felt = Imu(state.t, state.ax, state.ay, state.yaw_rate)
+            self._queue(topics.REFERENCE_IMU, convert.imu_to_ros(felt, now), REFERENCE_LATENCY)
+            self._queue(topics.TF, convert.transform(state, now), REFERENCE_LATENCY)
+            if ran % MOTION == 0:
+                self._measure(now, ran % GNSS == 0)
+
+    def _measure(self, now: int, with_gnss: bool) -> None:
+        shown = self._car.measure()
+        wheels = Odometry(0.0, shown["v"] if self._car.state.v != 0.0 else 0.0, self._car.state.steer)
+        self._queue(topics.FEEDBACK, convert.feedback_to_ros(wheels, now), 0)
+        felt = Imu(0.0, shown["ax"], shown["ay"], shown["yaw_rate"])
+        self._queue(topics.IMU, convert.imu_to_ros(felt, now), 0)
+        if with_gnss:
+            sigma = max(SIGMA["x"] * self._sigma, 0.005), max(SIGMA["yaw"] * self._sigma, 0.001)
+            fix = GnssFix(0.0, shown["x"], shown["y"], sigma[0], shown["yaw"], sigma[1])
+            place, heading = convert.fix_to_ros(fix, now)
+            self._queue(topics.FIX, place, 0)
+            self._queue(topics.HEADING, heading, 0)
+
+    def _queue(self, topic: topics.Topic, message: Any, latency: int) -> None:
+        self._late.setdefault(topic, deque()).append((self._now + latency, message))
+
+    def _deliver(self) -> None:
+        for topic, waiting in self._late.items():
+            while waiting and waiting[0][0] <= self._now:
+                self._end.send(topic, waiting.popleft()[1])
+
+
+def end_with_parent() -> None:
+    """Leave at once when standard input closes."""
+
+    def watch() -> None:
+        while sys.stdin.buffer.read(1):
+            pass
+        os._exit(0)
+
+    threading.Thread(target=watch, daemon=True).start()

@@ -1,0 +1,237 @@
+"""Between `vehicle.messages` and the ROS 2 messages of the wire. Angles go as quaternions about z; time as stamps [ns].
+
+GNSS goes as latitude and longitude of `Origin`; its heading as a sensor_msgs/Imu of which only the orientation counts.
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, pi, sin, sqrt
+from typing import Any
+
+import numpy as np
+
+from vehicle.messages import (
+    OBJECT_KINDS,
+    CameraBox,
+    CameraFrame,
+    Command,
+    FloatArray,
+    GnssFix,
+    Imu,
+    LidarScan,
+    ObjectKind,
+    Odometry,
+    SignalState,
+    Surroundings,
+    VehicleState,
+)
+from vehicle.wire import ros2_types as ros
+from vehicle.wire.geodetic import DEFAULT_ORIGIN, Origin, to_geodetic, to_map
+
+SECOND = 1_000_000_000  # ns
+FLOAT32 = 7  # PointField.FLOAT32
+KNOWN = 2  # NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+
+
+def stamp(ns: int) -> Any:
+    """builtin_interfaces/Time of `ns` [ns]."""
+    return ros.Time(ns // SECOND, ns % SECOND)
+
+
+def nanoseconds(header: Any) -> int:
+    """Stamp of a header [ns]."""
+    return int(header.stamp.sec) * SECOND + int(header.stamp.nanosec)
+
+
+def seconds(header: Any) -> float:
+    """Stamp of a header [s]."""
+    return nanoseconds(header) / SECOND
+
+
+def header(ns: int, frame: str) -> Any:
+    """std_msgs/Header."""
+    return ros.Header(stamp(ns), frame)
+
+
+def quaternion(yaw: float) -> Any:
+    """A turn about z by `yaw` [rad]."""
+    return ros.Quaternion(0.0, 0.0, sin(0.5 * yaw), cos(0.5 * yaw))
+
+
+def yaw_of(q: Any) -> float:
+    """Yaw [rad, -pi to pi] of a quaternion of any attitude."""
+    return atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z))
+
+
+def unwrapped(yaw: float, near: float) -> float:
+    """`yaw` [rad] plus the whole turns that bring it next to `near`."""
+    return yaw + 2.0 * pi * round((near - yaw) / (2.0 * pi))
+
+
+def command_to_ros(command: Command, ns: int) -> Any:
+    """AckermannDriveStamped: steering angle and wanted acceleration; it has no pedals."""
+    drive = ros.AckermannDrive(steering_angle=command.steer, acceleration=command.accel)
+    return ros.AckermannDriveStamped(header(ns, "base_link"), drive)
+
+
+def command_from_ros(message: Any) -> Command:
+    """The command; pedals 0, as the message has none."""
+    drive = message.drive
+    return Command(seconds(message.header), drive.steering_angle, drive.acceleration, 0.0, 0.0)
+
+
+def state_to_ros(state: VehicleState, ns: int) -> Any:
+    """nav_msgs/Odometry of base_link, the rear axle's ground point, in the map."""
+    pose = ros.Pose(ros.Point(state.x, state.y, state.z), quaternion(state.yaw))
+    twist = ros.Twist(ros.Vector3(state.v, state.vy, 0.0), ros.Vector3(0.0, 0.0, state.yaw_rate))
+    return ros.Odometry(header(ns, "map"), "base_link", ros.PoseWithCovariance(pose), ros.TwistWithCovariance(twist))
+
+
+def state_from_ros(message: Any) -> VehicleState:
+    """Pose and velocity; ax, ay and steer, which the message lacks, are 0."""
+    place, twist = message.pose.pose, message.twist.twist
+    return VehicleState(
+        t=seconds(message.header), x=place.position.x, y=place.position.y, z=place.position.z,
+        yaw=yaw_of(place.orientation), v=twist.linear.x, vx=twist.linear.x, vy=twist.linear.y,
+        yaw_rate=twist.angular.z,
+    )  # fmt: skip
+
+
+def transform(state: VehicleState, ns: int) -> Any:
+    """tf2_msgs/TFMessage map -> base_link."""
+    where = ros.Transform(ros.Vector3(state.x, state.y, state.z), quaternion(state.yaw))
+    return ros.TFMessage([ros.TransformStamped(header(ns, "map"), "base_link", where)])
+
+
+def feedback_to_ros(odometry: Odometry, ns: int) -> Any:
+    """Wheel speed and steering angle as the car reports them."""
+    drive = ros.AckermannDrive(steering_angle=odometry.steer, speed=odometry.v)
+    return ros.AckermannDriveStamped(header(ns, "base_link"), drive)
+
+
+def feedback_from_ros(message: Any) -> Odometry:
+    """Wheel odometry."""
+    return Odometry(seconds(message.header), message.drive.speed, message.drive.steering_angle)
+
+
+def imu_to_ros(imu: Imu, ns: int) -> Any:
+    """Specific force and yaw rate; the orientation is not measured (covariance -1, as sensor_msgs says)."""
+    return ros.Imu(
+        header(ns, "imu"),
+        orientation_covariance=[-1.0] + [0.0] * 8,
+        angular_velocity=ros.Vector3(0.0, 0.0, imu.yaw_rate),
+        linear_acceleration=ros.Vector3(imu.ax, imu.ay, 9.80665),
+    )
+
+
+def imu_from_ros(message: Any) -> Imu:
+    """Specific force along x and y, yaw rate."""
+    force = message.linear_acceleration
+    return Imu(seconds(message.header), force.x, force.y, message.angular_velocity.z)
+
+
+def fix_to_ros(fix: GnssFix, ns: int, origin: Origin = DEFAULT_ORIGIN) -> tuple[Any, Any | None]:
+    """NavSatFix, and the heading of two antennas as an Imu message if there is one."""
+    latitude, longitude, height = to_geodetic(fix.x, fix.y, 0.0, origin)
+    variance = fix.sigma**2
+    place = ros.NavSatFix(
+        header(ns, "gnss"), ros.NavSatStatus(2, 1), latitude, longitude, height,
+        [variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, 4.0 * variance], KNOWN,
+    )  # fmt: skip
+    if fix.yaw is None:
+        return place, None
+    spread = [0.0] * 8 + [fix.yaw_sigma**2]
+    return place, ros.Imu(header(ns, "gnss"), quaternion(fix.yaw), spread)
+
+
+def fix_from_ros(place: Any, heading: Any | None, origin: Origin = DEFAULT_ORIGIN) -> GnssFix:
+    """The fix in the map frame; `heading` is that of the same stamp."""
+    x, y, _ = to_map(place.latitude, place.longitude, place.altitude, origin)
+    sigma = sqrt(0.5 * (place.position_covariance[0] + place.position_covariance[4]))
+    if heading is None:
+        return GnssFix(seconds(place.header), x, y, sigma)
+    spread = sqrt(heading.orientation_covariance[8])
+    return GnssFix(seconds(place.header), x, y, sigma, yaw_of(heading.orientation), spread)
+
+
+def points_to_ros(points: FloatArray, ns: int) -> Any:
+    """PointCloud2 of x, y, z in float32, which is what drivers of scanners send (0.01 mm at 100 m)."""
+    fields = [ros.PointField(name, 4 * k, FLOAT32, 1) for k, name in enumerate("xyz")]
+    data = np.ascontiguousarray(points, dtype="<f4").tobytes()
+    return ros.PointCloud2(header(ns, "lidar"), 1, len(points), fields, False, 12, 12 * len(points), data, True)
+
+
+def points_from_ros(message: Any) -> LidarScan:
+    """The scan; raises ValueError on a cloud whose x, y, z are not float32 of the machine's usual byte order."""
+    at = {field.name: field.offset for field in message.fields if field.datatype == FLOAT32}
+    if message.is_bigendian or not {"x", "y", "z"} <= set(at):
+        found = ", ".join(f"{field.name} (datatype {field.datatype})" for field in message.fields)
+        raise ValueError(f"point cloud with {found}: expected little-endian float32 x, y, z")
+    count = message.width * message.height
+    raw = np.frombuffer(bytes(message.data), dtype=np.uint8).reshape(count, message.point_step)
+    columns = [raw[:, at[name] : at[name] + 4].copy().view("<f4")[:, 0] for name in "xyz"]
+    return LidarScan(seconds(message.header), np.column_stack(columns).astype(np.float64).reshape(-1, 3))
+
+
+def camera_to_ros(frame: CameraFrame, ns: int) -> Any:
+    """Detection2DArray; boxes by centre and size [px]."""
+    found = []
+    for box in frame.boxes:
+        result = ros.ObjectHypothesisWithPose(ros.ObjectHypothesis(box.kind, box.score))
+        centre = ros.Pose2D(ros.Point2D(0.5 * (box.u_min + box.u_max), 0.5 * (box.v_min + box.v_max)))
+        outline = ros.BoundingBox2D(centre, box.u_max - box.u_min, box.v_max - box.v_min)
+        found.append(ros.Detection2D(header(ns, "camera"), [result], outline))
+    return ros.Detection2DArray(header(ns, "camera"), found)
+
+
+def camera_from_ros(message: Any) -> CameraFrame:
+    """Boxes of the classes that are known; others count as "misc"."""
+    boxes = []
+    for found in message.detections:
+        best = max((r.hypothesis for r in found.results), key=lambda h: h.score, default=None)
+        if best is None:
+            continue
+        u, v = found.bbox.center.position.x, found.bbox.center.position.y
+        du, dv = 0.5 * found.bbox.size_x, 0.5 * found.bbox.size_y
+        kind = _kind(best.class_id)
+        boxes.append(CameraBox(u - du, v - dv, u + du, v + dv, kind, best.score))
+    return CameraFrame(seconds(message.header), tuple(boxes))
+
+
+def objects_to_ros(around: Surroundings, ns: int) -> Any:
+    """Detection3DArray of everything around, in the map; velocities have no place in it."""
+    found = []
+    for row, kind, name in zip(around.boxes.tolist(), around.kinds.tolist(), around.names, strict=True):
+        x, y, z, yaw, length, width, height, _, _ = row
+        result = ros.ObjectHypothesisWithPose(ros.ObjectHypothesis(OBJECT_KINDS[kind], 1.0))
+        box = ros.BoundingBox3D(ros.Pose(ros.Point(x, y, z), quaternion(yaw)), ros.Vector3(length, width, height))
+        found.append(ros.Detection3D(header(ns, "map"), [result], box, name))
+    return ros.Detection3DArray(header(ns, "map"), found)
+
+
+def objects_from_ros(message: Any) -> Surroundings:
+    """Boxes with velocity 0."""
+    rows, kinds, names = [], [], []
+    for found in message.detections:
+        centre, size = found.bbox.center, found.bbox.size
+        place = centre.position
+        rows.append((place.x, place.y, place.z, yaw_of(centre.orientation), size.x, size.y, size.z, 0.0, 0.0))
+        kinds.append(OBJECT_KINDS.index(_kind(found.results[0].hypothesis.class_id)))
+        names.append(found.id)
+    boxes = np.array(rows, dtype=np.float64).reshape(-1, 9)
+    return Surroundings(boxes, np.array(kinds, dtype=np.int64), tuple(names))
+
+
+def signals_to_ros(signals: tuple[SignalState, ...]) -> Any:
+    """std_msgs/String, a line `id<TAB>state` a signal."""
+    return ros.String("\n".join(f"{signal.id}\t{signal.state}" for signal in signals))
+
+
+def signals_from_ros(message: Any) -> tuple[SignalState, ...]:
+    """States of signals."""
+    pairs = (line.split("\t", 1) for line in message.data.splitlines() if "\t" in line)
+    return tuple(SignalState(name, state) for name, state in pairs)
+
+
+def _kind(name: str) -> ObjectKind:
+    return next((known for known in OBJECT_KINDS if known == name), "misc")
