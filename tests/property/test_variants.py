@@ -37,3 +37,21 @@ def test_the_standing_vehicle_is_passed_without_a_conflict(run: Run, gate: Gate,
 @given(variant=scenario_variants("urban.xosc"))
 def test_the_whole_drive_is_safe(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
+
+
+@settings(FEW, max_examples=6)
+@given(variant=scenario_variants("follow.xosc"))
+def test_a_vehicle_that_stops_and_goes_is_followed_at_a_distance(run: Run, gate: Gate, variant: Variant) -> None:
+    gate(run(variant))
+
+
+@settings(FEW, max_examples=6)
+@given(variant=scenario_variants("traffic_light.xosc"))
+def test_a_red_light_is_waited_for(run: Run, gate: Gate, variant: Variant) -> None:
+    gate(run(variant))
+
+
+@settings(FEW, max_examples=6)
+@given(variant=scenario_variants("junction.xosc"))
+def test_who_comes_towards_us_is_let_pass(run: Run, gate: Gate, variant: Variant) -> None:
+    gate(run(variant))

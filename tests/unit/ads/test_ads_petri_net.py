@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from ads.planning.nets import CROSSING, FOLLOWING, JUNCTION, LIGHT, MAIN, NETS, OVERTAKING
 from ads.planning.petri_net import Net, NetSystem, Transition
 
+FACTS = sorted({fact for net in NETS for fact in net.facts})
 HOME = {
     "main": "drive", "light": "go", "crossing": "clear", "junction": "clear", "following": "free", "overtaking": "keep",
 }  # fmt: skip
@@ -43,6 +46,31 @@ def test_every_marking_can_come_back_to_driving(net):
                     seen.add(after)
                     todo.append(after)
         assert home in seen
+
+
+@pytest.mark.parametrize("net", NETS, ids=lambda net: net.name)
+def test_every_guard_can_hold(net):
+    assert [t.name for t in net.transitions if set(t.when) & set(t.unless)] == []
+
+
+@given(st.lists(st.frozensets(st.sampled_from(FACTS)), max_size=30))
+def test_nets_at_work_hold_one_token_each_whatever_happens(history):
+    system = NetSystem(NETS)
+    for true in history:
+        system.step({fact: fact in true for fact in FACTS})
+        for net in NETS:
+            assert sum(system.trace[f"net.{net.name}.{place}"] for place in net.places) == 1
+
+
+@given(st.lists(st.frozensets(st.sampled_from(FACTS)), max_size=30))
+def test_an_undisturbed_drive_comes_back_to_driving(history):
+    system = NetSystem(NETS)
+    for true in history:
+        system.step({fact: fact in true for fact in FACTS})
+    calm = {"located", "averted", "standing", "in_lane", "beside", "passed"}  # nothing ahead, in the lane again
+    for _ in range(8):
+        system.step({fact: fact in calm for fact in FACTS})
+    assert {net.name for net in NETS if not system.marked(net.name, HOME[net.name])} == set()
 
 
 def test_children_run_while_the_car_drives_and_only_then():
