@@ -104,7 +104,7 @@ class Source:
         apart = np.hypot(crowd.spots.x - place.x, crowd.spots.y - place.y)
         near = apart <= max(element.radius, float(apart.min(initial=math.inf)))
         speed = element.speed if element.speed is not None else limit(crowd, near)
-        if crowd.admit(self, self._name, self._kinds.draw(crowd), near, lambda: speed):
+        while time >= self._due - 1e-9 and crowd.admit(self, self._name, self._kinds.draw(crowd), near, lambda: speed):
             self._due += 1.0 / element.rate
 
 

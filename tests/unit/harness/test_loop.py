@@ -60,6 +60,17 @@ def test_a_run_that_only_the_duration_ended_does_not_pass_the_default_gates(scen
     assert [v.metric for v in result.verdicts if v.status == "FAIL"] == ["scenario_ended"]
 
 
+def test_traffic_of_the_storyboard_is_in_the_log_as_it_comes(scenario: Write) -> None:
+    """A car every 4 s: two of them within 5 s."""
+    source = (
+        '<GlobalAction><TrafficAction trafficName="flow"><TrafficSourceAction rate="0.25" radius="1" velocity="10">'
+        '<Position><LanePosition roadId="1" laneId="-1" s="60"/></Position></TrafficSourceAction></TrafficAction>'
+        "</GlobalAction></Actions></Init>"
+    )
+    result = run(scenario(NO_STOP, ("</Actions></Init>", source)), duration=5.0, ads=OneTrick(coast))
+    assert set(result.log.objects) == {"flow-1", "flow-2"}
+
+
 def test_the_wall_limit_is_an_error(scenario: Write) -> None:
     result = run(scenario(NO_STOP), wall_limit=0.0, ads=OneTrick(coast))
     assert (result.ending, result.status) == ("wall", "ERROR")
