@@ -2,8 +2,9 @@
 
     python -m scripts.third_party_licences > THIRD_PARTY_LICENCES.md
 
-Walks the requirements of pytest-dvp (no extras) through the metadata of the installed packages. Versions come from
-constraints.txt, so that the list does not depend on the machine it was made on.
+Walks the requirements of pytest-dvp through the metadata of the installed packages; what only an extra needs names
+that extra, and is missing if the extra is not installed. Versions come from constraints.txt, so that the list does not
+depend on the machine it was made on.
 """
 
 from __future__ import annotations
@@ -36,23 +37,33 @@ Made by `python -m scripts.third_party_licences`; do not edit. What pytest-dvp n
 others, with the versions of `constraints.txt`. Nothing of it is part of this repository, but each report of a run
 carries a copy of plotly.js (MIT, its notice at the head of the script).
 
-| package | version | licence | home page |
-|---|---|---|---|
+| package | version | licence | home page | only with extra |
+|---|---|---|---|---|
 """
 
 
-def closure(root: str) -> list[str]:
-    """Canonical names of all that `root` requires here, without extras, sorted; `root` left out."""
+def closure(root: str, extra: str = "") -> list[str]:
+    """Canonical names of all that `root` requires here, with an extra of its own or none, sorted; `root` left out.
+
+    What is not installed, though a package of an extra would require it, is left out.
+    """
     found: set[str] = set()
-    waiting = [root]
+    waiting = [(root, extra)]
     while waiting:
-        for text in metadata.requires(waiting.pop()) or ():
+        package, wanted = waiting.pop()
+        for text in metadata.requires(package) or ():
             requirement = Requirement(text)
             name = canonicalize_name(requirement.name)
-            if name in found or (requirement.marker and not requirement.marker.evaluate({"extra": ""})):
+            if name in found or (requirement.marker and not requirement.marker.evaluate({"extra": wanted})):
+                continue
+            try:
+                metadata.metadata(name)
+            except metadata.PackageNotFoundError:
+                if not extra:
+                    raise
                 continue
             found.add(name)
-            waiting.append(name)
+            waiting.append((name, ""))
     return sorted(found)
 
 
@@ -92,10 +103,22 @@ def pinned(constraints: Path) -> dict[str, str]:
 
 def main() -> None:
     versions = pinned(CONSTRAINTS)
+    core = closure(ROOT)
+    needed: dict[str, list[str]] = {name: [] for name in core}
+    for extra in sorted(metadata.metadata(ROOT).get_all("Provides-Extra") or ()):
+        for name in closure(ROOT, extra) if extra != "dev" else ():
+            if name not in core:
+                needed.setdefault(name, []).append(extra)
     lines = []
-    for name in closure(ROOT):
+    for name in sorted(needed):
         package = metadata.metadata(name)
-        cells = (str(package["Name"]), versions.get(name, "any"), licence(package), home_page(package))
+        cells = (
+            str(package["Name"]),
+            versions.get(name, "any"),
+            licence(package),
+            home_page(package),
+            ", ".join(needed[name]),
+        )
         lines.append("| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |\n")
     sys.stdout.write(HEADER + "".join(lines))
 
