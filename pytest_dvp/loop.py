@@ -92,7 +92,7 @@ class Loop:
         self._hints: list[RoadPosition | None] = [None] * 4
         self._lights: tuple[dict[str, str], tuple[SignalState, ...]] = ({}, ())
         self._transitions = 0
-        self._mirror = Mirror()
+        self._mirror, self._gate_log = Mirror(), ready.gate_log
         self.error: str | None = None
 
     def drive(self) -> Ending:
@@ -145,6 +145,7 @@ class Loop:
         driver = self._driver
         command = driver.tick(observation)
         self._vehicle.apply(command)
+        self._gate_log.drain(self._recorder)
         self._recorder.tick(
             t,
             command=command,
@@ -164,6 +165,7 @@ class Loop:
 
     def _held(self, state: FloatArray) -> dict[str, float]:
         held = {"on_road": 1.0 if self._on_road(state) else 0.0}
+        held |= self._gate_log.output
         if self._mirror.latency > SAME:
             held |= {"mirror_error": self._mirror.error, "mirror_latency": self._mirror.latency}
         return held

@@ -24,6 +24,7 @@ from pytest_dvp.body import fitted_model
 from pytest_dvp.driving_stack import find_ads, make_driver
 from pytest_dvp.ego import EgoTask, find_ego, task_of
 from pytest_dvp.event_names import EventNames
+from pytest_dvp.gate_log import GateLog
 from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
 from pytest_dvp.paths import shown
@@ -37,7 +38,6 @@ if TYPE_CHECKING:
     from ads.parameters import Parameters
     from pytest_dvp.driving_stack import Ads
     from pytest_dvp.loop import Driver
-    from vehicle.gate_messages import Decision
 
 KEPT_LANE = 2000  # m of reference line ahead of an ego without a goal, a point every metre
 
@@ -77,6 +77,7 @@ class Ready:
     driver: Driver
     recorder: LogRecorder
     first_row: FloatArray  # (1, 12) TRACE_COLUMNS at t = 0
+    gate_log: GateLog = dataclasses.field(default_factory=GateLog)  # of stages pe and rw
 
     def close(self) -> None:
         self.vehicle.close()
@@ -93,9 +94,10 @@ def prepare(request: Request) -> Ready:
     network = network_of(scenario)
     ego = find_ego(scenario, request.ego)
     P = preset(10, request.stage).with_values(request.P)  # type: ignore[arg-type]
-    vehicle, about = _vehicle(request, ego)
+    vehicle, about, gate_log = _vehicle(request, ego)
     try:
-        return _ready(request, scenario, network, gates, gate_folder, ego, P, vehicle, about)
+        ready = _ready(request, scenario, network, gates, gate_folder, ego, P, vehicle, about)
+        return dataclasses.replace(ready, gate_log=gate_log)
     except BaseException:
         vehicle.close()
         raise
@@ -143,7 +145,7 @@ def _ready(
     }
     if driver.nets:
         meta["nets"] = driver.nets
-    road = [{"kind": border.kind, "points": border.points} for border in network.boundaries(1.0)]
+    road: list[dict[str, Any]] = [{"kind": border.kind, "points": border.points} for border in network.boundaries(1.0)]
     road += [{"kind": "crosswalk", "points": crosswalk.outline} for crosswalk in network.crosswalks]
     recorder = LogRecorder(meta, reference=_reference(network, task, gates.file), road=road)
     traffic = None
@@ -235,7 +237,7 @@ def _of_the_scenario(request: Request) -> dict[str, str]:
     return {name: repr(value) for name, value in values.items() if name in declared}
 
 
-def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]]:
+def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
     if request.stage != "dt":
         return _car(request, ego)
     from vehicle.model.parameters import apply_s
@@ -245,10 +247,10 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
     model, about = fitted_model(request.model, ego, request.effects)
     model, sensors = apply_s(model, default_sensors(car=model.car), request.S)
     twin = Twin(model, sensors, request.seed)
-    return twin, {"model": about, "ego": {"name": ego.name, **_size(twin.description)}}
+    return twin, {"model": about, "ego": {"name": ego.name, **_size(twin.description)}}, GateLog()
 
 
-def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]]:
+def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
     """The car of stages pe and rw behind the command gate; its body is its own, not the scenario's."""
     from vehicle.gated import Gated, limits_of
     from vehicle.model.parameters import scenario_parameters
@@ -256,11 +258,11 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     if refused := sorted(set(request.S) - set(scenario_parameters(request.S))):
         raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.stage} is what it is")
     car = open_vehicle(request.stage, request.vehicle, request.seed)
-    decisions: list[Decision] = []
-    gated = Gated(car, limits_of(car.description), name=SURROGATE, scenario=request.path.name, record=decisions.append)
+    gate_log = GateLog()
+    gated = Gated(car, limits_of(car.description), name=SURROGATE, scenario=request.path.name, record=gate_log.record)
     hidden = request.vehicle.partition(":")[2]
     about = {"name": SURROGATE, "hidden_sha256": _sha256(Path(hidden)) if hidden else ""}
-    return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}
+    return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
 
 
 def _size(d: VehicleDescription) -> dict[str, float]:

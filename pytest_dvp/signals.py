@@ -58,6 +58,10 @@ _MIRROR = (
     Signal("mirror_error", "m", "map", "distance of the pose shown in the simulator from the measured one", held=True),
     Signal("mirror_latency", "s", "", "age of the measurement that the shown pose is extrapolated from", held=True),
 )
+_GATE = (
+    Signal("gate.steer_cmd", "rad", "body", "road-wheel angle that the command gate let out", held=True),
+    Signal("gate.accel_cmd", "m/s^2", "body", "acceleration that the command gate let out", held=True),
+)
 _ADS = (
     Signal("ads.x", "m", "map", "position as the ADS estimates it", held=True),
     Signal("ads.y", "m", "map", "position as the ADS estimates it", held=True),
@@ -68,7 +72,9 @@ _ADS = (
     Signal("ads.solve_time", "s", "", "CPU time of its solver; only recorded when asked for", held=True),
 )
 
-SIGNALS: Mapping[str, Signal] = MappingProxyType({s.name: s for s in _EGO + _COMMANDS + _WORLD + _MIRROR + _ADS})
+SIGNALS: Mapping[str, Signal] = MappingProxyType(
+    {s.name: s for s in _EGO + _COMMANDS + _WORLD + _MIRROR + _GATE + _ADS}
+)
 """Every known column by name, in the order in which a table shows them."""
 
 COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd")

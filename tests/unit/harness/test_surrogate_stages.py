@@ -1,0 +1,121 @@
+"""PE and RW against the surrogate: named as such, the same bytes again, an ERROR with its log if the car is lost."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cyclonedds")
+
+from pytest_dvp.run import RunResult, run
+from pytest_dvp.stages import StageError
+from tests.unit.harness.conftest import OneTrick, coast
+from tests.unit.harness.test_loop import WITH_TARGET
+from vehicle.adapters import process
+from vehicle.messages import Command, Observation
+
+Write = Callable[..., Path]
+
+
+def drive(path: Path, stage: str, **options: object) -> RunResult:
+    return run(path, stage=stage, duration=1.5, **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("stage", ["pe", "rw"])
+def test_a_result_says_that_it_is_of_a_surrogate(scenario: Write, stage: str, tmp_path: Path) -> None:
+    result = drive(scenario(), stage, ads=OneTrick(coast), log_dir=tmp_path / "runs")
+    assert (result.stage, result.log.meta["stage"]) == (f"{stage}-surrogate", f"{stage}-surrogate")
+    assert result.folder is not None
+    assert result.folder.name.endswith(f"-{stage}-surrogate")
+
+
+@pytest.mark.parametrize("stage", ["pe", "rw"])
+def test_the_same_seed_gives_the_same_bytes(scenario: Write, stage: str, tmp_path: Path) -> None:
+    path = scenario(*WITH_TARGET)
+    results = [drive(path, stage, log_dir=tmp_path / "runs") for _ in range(2)]
+    first, second = (result.folder and (result.folder / "log.mcap").read_bytes() for result in results)
+    assert first == second
+    assert f" --stage {stage} " in results[0].replay
+
+
+@pytest.mark.parametrize("stage", ["pe", "rw"])
+def test_the_stack_sees_the_target_through_the_cars_sensors(scenario: Write, stage: str) -> None:
+    """In RW the surrogate's own LiDAR meets it; in PE it is rendered into the LiDAR of a car on an empty place."""
+    seen: list[Observation] = []
+
+    def watch(observation: Observation) -> Command:
+        seen.append(observation)
+        return coast(observation)
+
+    result = drive(scenario(*WITH_TARGET), stage, ads=OneTrick(watch))
+    assert result.error is None
+    scans = [observation.lidar for observation in seen if observation.lidar is not None]
+    assert len(scans) == 15  # 10 Hz for 1.5 s, 50 ms late
+    target, ego = result.log.objects["Target"], result.log.columns
+    scan = scans[-1]
+    rear = target.x[0] - 2.0 - float(np.interp(scan.t, ego["t"], ego["x"])) - 1.18
+    assert scan.points[:, 0].min() == pytest.approx(rear, abs=0.15)
+
+
+def test_the_mirror_follows_the_measured_pose_to_a_millimetre(scenario: Write) -> None:
+    log = drive(scenario(), "pe", ads=OneTrick(coast)).log
+    error, latency = log.columns["mirror_error"], log.columns["mirror_latency"]
+    assert np.nanmax(latency) == pytest.approx(0.02)
+    assert np.nanmax(error) < 0.001
+
+
+def test_a_car_that_dies_is_an_error_with_its_log_so_far(scenario: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    cars: list[process.CarProcess] = []
+    start = process.surrogate
+
+    def started(*arguments: object, **options: object) -> process.CarProcess:
+        cars.append(start(*arguments, **options))  # type: ignore[arg-type]
+        return cars[-1]
+
+    monkeypatch.setattr(process, "surrogate", started)
+
+    def kill(observation: Observation) -> Command:
+        if observation.t >= 0.5:
+            os.kill(cars[0].process.pid, signal.SIGKILL)
+        return coast(observation)
+
+    result = drive(scenario(), "rw", ads=OneTrick(kill))
+    assert result.status == "ERROR"
+    assert result.error == "the car's process ended (killed by SIGKILL)"
+    assert result.log.duration == pytest.approx(0.5, abs=0.06)
+    assert cars[0].process.returncode == -signal.SIGKILL
+    assert drive(scenario(), "rw", ads=OneTrick(coast)).error is None  # the next one is untouched
+
+
+def test_a_command_beyond_the_gate_is_clamped_and_logged(scenario: Write) -> None:
+    """0.4 rad/s of the road wheel are 0.02 rad in a tick of 50 ms."""
+
+    def jerk(observation: Observation) -> Command:
+        return Command(t=observation.t, steer=0.3, accel=0.0, throttle=0.0, brake=0.0)
+
+    log = drive(scenario(), "rw", ads=OneTrick(jerk)).log
+    findings = [event for event in log.events if event.kind == "gate"]
+    assert findings[0].element == "clamped"
+    assert np.nanmax(log.columns["steer_cmd"]) == pytest.approx(0.3)
+    assert np.nanmax(np.diff(log.columns["gate.steer_cmd"])) == pytest.approx(0.4 * 0.05)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"require_real": True}, r"^rw-surrogate ERROR: a real vehicle is required"),
+        ({"vehicle": "surogate"}, r"^unknown vehicle 'surogate', did you mean 'surrogate'\?"),
+        ({"vehicle": "surrogate:no.toml"}, r"no file no\.toml$"),
+        ({"S": {"EGO_mass": 900.0}}, r"^S\.EGO_mass changes the twin"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_anything_starts(
+    scenario: Write, options: dict[str, object], says: str
+) -> None:
+    with pytest.raises(StageError, match=says):
+        drive(scenario(), "rw", **options)
