@@ -84,8 +84,9 @@ class Roots:
         return PathError(
             "path.outside_root",
             "the path leaves the allowed folders",
-            "below the scenario's folder or a declared library folder",
-            f"{_COPY}permit its folder with --library DIR",
+            f"below {listed([str(folder) for folder in dict.fromkeys(self.folders)], most=6)}",
+            f"{_COPY}permit its folder with --library DIR (dvp_library in the ini file), or put a pytest.ini into the "
+            "folder above both",
         )
 
     def _missing(self, place: Path, what: str) -> PathError:

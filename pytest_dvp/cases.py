@@ -32,13 +32,22 @@ class Case:
 
 @dataclasses.dataclass(frozen=True)
 class Chosen:
-    """The cases of a file that run. `count`: how many the file has; iterating makes the chosen ones, one by one."""
+    """The cases of a file that run. `count`: how many the file has; iterating makes the chosen ones, one by one.
+
+    gates  the gate file beside the distribution, which stands before that of the scenario; None if there is none
+    """
 
     scenario: Path
     count: int
     size: int
+    gates: Path | None
+    _stem: str
     _cases: Cases
     _seed: int
+
+    def folder_name(self, case: Case) -> str:
+        """`my_sweep-07`: what the run folder of a case is called."""
+        return f"{self._stem}-{case.number:0{len(str(self.count))}}"
 
     def __iter__(self) -> Iterator[Case]:
         digits = len(str(self.count))
@@ -82,7 +91,9 @@ def choose(path: Path, settings: Settings, option: str = "--cases") -> Chosen:
             raise SettingError(f"{option.removesuffix('cases')}set {name}: {path.name} varies it")
     if cases.scenario is None:
         raise SettingError(f"{path}: names no scenario")
-    return Chosen(cases.scenario, cases.count, wanted, cases, settings.seed)
+    beside = path.with_name(f"{path.stem}.gates.toml")
+    gates = beside if beside.is_file() else None
+    return Chosen(cases.scenario, cases.count, wanted, gates, path.stem, cases, settings.seed)
 
 
 def _name(number: int, digits: int, values: Mapping[str, str], varied: tuple[str, ...]) -> str:

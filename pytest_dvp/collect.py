@@ -72,9 +72,11 @@ class ScenarioFile(pytest.File):
                     )
                 except ScenarioError as error:
                     raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
-            item = ScenarioItem.from_parent(
-                self, name=f"dt[{each.name}]", callobj=case(chosen.scenario, "dt", each.values)
-            )
+            options: dict[str, Any] = {"folder_name": chosen.folder_name(each)}
+            if settings.gates is None and chosen.gates is not None:
+                options["gates"] = chosen.gates
+            drive = case(chosen.scenario, "dt", each.values, options)
+            item = ScenarioItem.from_parent(self, name=f"dt[{each.name}]", callobj=drive)
             item.dvp_stage, item.dvp_line = "dt", line
             item.dvp_scenario, item.dvp_values, item.dvp_count = chosen.scenario, each.values, chosen.count
             item.add_marker("dt")
@@ -119,12 +121,15 @@ class Sight:
         self.line = line
 
 
-def case(path: Path, stage: str, values: Mapping[str, str] | None = None) -> Callable[[Run, Gate], None]:
-    """The test function of one scenario and stage, with the values of its parameters in a case of a distribution."""
+def case(
+    path: Path, stage: str, values: Mapping[str, str] | None = None, options: Mapping[str, Any] | None = None
+) -> Callable[[Run, Gate], None]:
+    """The test function of one scenario and stage; in a case of a distribution with the values of its parameters and
+    further options of `run`."""
 
     def drive(run: Run, gate: Gate) -> None:
         __tracebackhide__ = True
-        gate(run(path, stage=stage, parameters=dict(values or {})))
+        gate(run(path, stage=stage, parameters=dict(values or {}), **(options or {})))
 
     drive.__doc__ = f"{path.name} on stage {stage}"
     return drive

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from openscenario.findings import Finding, ScenarioError, listed, nearest
 from openscenario.model.scenario import Scenario
-from openscenario.read import read_scenario
+from openscenario.read import read_cases, read_scenario
 from openscenario.read.road import RoadFacts, road_facts
+from openscenario.xml import read_xml
 from pytest_dvp.gate_file import read_gates
 from pytest_dvp.gate_lines import Lines, locate_lines
 from pytest_dvp.gate_model import GateError, GateFile
@@ -29,13 +30,21 @@ def check_beside(path: Path, *, library: Sequence[Path] = (), rootdir: Path | No
     try:
         gates = read_gates(path)
         lines = locate_lines(path.read_text(encoding="utf-8"))
+        scenario_path = _driven(scenario_path, library, rootdir)
         scenario = read_scenario(scenario_path, library=library, rootdir=rootdir)
         road = scenario.road_network.logic_file
         facts = None if road is None else road_facts(road)
     except (GateError, ScenarioError):
         return ()  # each file's own check tells
     found = [*_places(gates, facts, lines, str(path), scenario_path.name)] if facts is not None else []
-    return (*found, *_without_goal(gates, scenario, str(path), scenario_path.name))
+    return (*found, *_without_goal(gates, scenario, facts, str(path), scenario_path.name))
+
+
+def _driven(path: Path, library: Sequence[Path], rootdir: Path | None) -> Path:
+    """The scenario that a run of the file drives: of a distribution the one that it varies."""
+    if read_xml(path).root.find("ParameterValueDistribution") is None:
+        return path
+    return read_cases(path, library=library, rootdir=rootdir).scenario or path
 
 
 def _wrong_name(path: Path) -> Iterator[Finding]:
@@ -113,7 +122,9 @@ def _off_road(place: RoadPoint, facts: RoadFacts) -> tuple[str, str, str, str, s
     return None
 
 
-def _without_goal(gates: GateFile, scenario: Scenario, file: str, name: str) -> Iterator[Finding]:
+def _without_goal(
+    gates: GateFile, scenario: Scenario, facts: RoadFacts | None, file: str, name: str
+) -> Iterator[Finding]:
     if (gates.task is not None and gates.task.goal is not None) or _has_route(scenario):
         return
     for number, gate in enumerate(gates.gates, start=1):
@@ -125,9 +136,21 @@ def _without_goal(gates: GateFile, scenario: Scenario, file: str, name: str) -> 
                 gate.line,
                 f"gate[{number}].metric",
                 text=f"{gate.metric} needs a goal, and neither this file nor the Init of {name} names one",
-                allowed='[task] goal = { road = "1", lane = -1, s = 420.0 }',
+                allowed=f"[task] goal = {_a_place(facts)}",
                 hint="without a goal the verdict is INCONCLUSIVE",
             )
+
+
+def _a_place(facts: RoadFacts | None) -> str:
+    """A place that exists, as a gate file writes it: the middle of the longest road."""
+    if facts is None or not facts.lengths:
+        return '{ road = "1", lane = -1, s = 420.0 }'
+    road = max(facts.lengths, key=lambda name: facts.lengths[name])
+    s = round(0.5 * facts.lengths[road], 1)
+    here = [numbers for start, numbers in facts.lanes[road] if start <= s]
+    lanes = [number for number in (here[-1] if here else ()) if number]
+    lane = min(lanes, key=lambda number: (abs(number), number), default=-1)
+    return f'{{ road = "{road}", lane = {lane}, s = {s} }}'
 
 
 def _has_route(scenario: Scenario) -> bool:

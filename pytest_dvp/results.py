@@ -43,10 +43,10 @@ class FinishedRun(Protocol):
     def as_dict(self) -> dict[str, Any]: ...
 
 
-def save_run(run: FinishedRun, root: Path | str) -> Path:
-    """Write the numbered run folder of a finished run and return it; named after the scenario file. See `write_run`."""
+def save_run(run: FinishedRun, root: Path | str, name: str | None = None) -> Path:
+    """Write the numbered run folder of a finished run, called `name` or like the scenario; return it. See `write_run`."""
     more = {key: value for key, value in run.as_dict().items() if key not in ("folder", "metrics", "verdicts")}
-    return write_run(root, Path(run.scenario).stem, run.log, run.verdicts, status=run.status, more=more)
+    return write_run(root, name or Path(run.scenario).stem, run.log, run.verdicts, status=run.status, more=more)
 
 
 def measure(log: Log) -> dict[str, MetricValue]:

@@ -105,6 +105,7 @@ def run(
     vehicle: str = SURROGATE,
     require_real: bool = False,
     log_dir: Path | None = None,
+    folder_name: str | None = None,
 ) -> RunResult:
     """Drive one scenario with the ADS in the loop and judge it.
 
@@ -121,6 +122,7 @@ def run(
     vehicle          of stages "pe" and "rw": "surrogate", or "surrogate:FILE" with what is hidden in it
     require_real     a surrogate is refused
     log_dir          folder for a numbered run folder; None writes nothing
+    folder_name      what is between number and stage in its name; default the scenario's
 
     Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost: one
     line each about a user's file or value, before anything runs or is written. A stack or a car that breaks while it
@@ -153,11 +155,17 @@ def run(
     finally:
         ready.close()
     ended = _ended(ending, limit, "default " if duration is None else "", wall_limit)
-    return _judged(request, ready, (ending, ended), loop.error, replay_command(request, duration), log_dir)
+    return _judged(request, ready, (ending, ended), loop.error, replay_command(request, duration), log_dir, folder_name)
 
 
 def _judged(
-    request: Any, ready: Any, end: tuple[Ending, str], error: str | None, replay: str, log_dir: Path | None
+    request: Any,
+    ready: Any,
+    end: tuple[Ending, str],
+    error: str | None,
+    replay: str,
+    log_dir: Path | None,
+    folder_name: str | None,
 ) -> RunResult:
     from pytest_dvp.gates import judge, overall, unjudged
     from pytest_dvp.results import measure
@@ -191,7 +199,7 @@ def _judged(
         return result
     from pytest_dvp.results import save_run
 
-    return dataclasses.replace(result, folder=save_run(result, log_dir))
+    return dataclasses.replace(result, folder=save_run(result, log_dir, folder_name))
 
 
 def _note(finding: Finding) -> str:

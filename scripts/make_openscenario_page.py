@@ -47,10 +47,26 @@ of the standard, and an error finding. OpenSCENARIO DSL (`.osc`), lanelet2, Comm
 DISTRIBUTIONS = """
 ## Parameter distributions
 
-A file with a `ParameterValueDistribution` is a set of runs of its `ScenarioFile`:
+A file with a `ParameterValueDistribution` is a set of runs of its `ScenarioFile`. This one, `speeds.xosc`, is five runs of
+`overtaking.xosc` with its parameter `oncoming_speed` at 2, 3, 4, 5 and 6:
+
+```xml
+<?xml version="1.0" encoding="UTF-8"?>
+<OpenSCENARIO>
+  <FileHeader revMajor="1" revMinor="2" date="2026-01-01T00:00:00" author="" description=""/>
+  <ParameterValueDistribution>
+    <ScenarioFile filepath="overtaking.xosc"/>
+    <Deterministic>
+      <DeterministicSingleParameterDistribution parameterName="oncoming_speed">
+        <DistributionRange stepWidth="1"><Range lowerLimit="2" upperLimit="6"/></DistributionRange>
+      </DeterministicSingleParameterDistribution>
+    </Deterministic>
+  </ParameterValueDistribution>
+</OpenSCENARIO>
+```
 
 ```
-pytest speeds.xosc                    # an item a case: speeds.xosc::dt[07-EgoSpeed=70]
+pytest speeds.xosc                    # an item a case: speeds.xosc::dt[3-oncoming_speed=4]
 pytest speeds.xosc --dvp-cases 50     # a random sample of 50, the same for the same --dvp-seed
 dvp run speeds.xosc --cases 50
 dvp check speeds.xosc                 # how many cases; unknown parameters, values outside constraints, step 0, ...
@@ -65,8 +81,9 @@ a case depends on the seed, the parameter's name and the number of the case alon
 expected value and variance of the log-normal distribution itself, not of its logarithm. Drawn values for whole
 parameters are rounded to the nearest.
 
-Each case is judged by the gates of the scenario (`NAME.gates.toml` beside it). Cases run on the digital twin only: what
-is varied automatically never drives a real car.
+Each case is judged by the gates beside the distribution (`speeds.gates.toml`), else by those beside its scenario, and its
+run folder is called after the distribution and the number of the case (`runs/0012-speeds-07-dt`). Cases run on the
+digital twin only: what is varied automatically never drives a real car.
 
 In Python: `openscenario.read.read_cases(path)` gives `count`, `cases[n]` and an iterator.
 """

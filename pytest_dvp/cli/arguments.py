@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import configparser
 import math
+import shlex
+import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,6 +14,7 @@ from typing import Any
 from pytest_dvp.settings import LISTS, SETTINGS, Setting, Settings, environment_lookup, from_sources
 
 ROOT_MARKS = ("pytest.ini", ".pytest.ini", "pyproject.toml", "tox.ini", "setup.cfg", ".git")
+INI_SECTIONS = {"pytest.ini": "pytest", ".pytest.ini": "pytest", "tox.ini": "pytest", "setup.cfg": "tool:pytest"}
 
 
 class WrongArgument(ValueError):
@@ -34,8 +38,12 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def settings_from(arguments: argparse.Namespace) -> Settings:
-    """Settings of a command: command line before environment. Raises SettingError."""
-    here = Path.cwd()
+    """Settings of a command: command line before environment, the folders of `dvp_library` also from the ini file.
+
+    Of an ini file nothing else counts here: what may be read belongs to a project, the rest to one run. Raises
+    SettingError.
+    """
+    here, root = Path.cwd(), root_here()
 
     def given(setting: Setting) -> object:
         return getattr(arguments, setting.key, None)
@@ -43,8 +51,13 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     sources = [
         (given, lambda setting: f"--{setting.name}", here),
         (environment_lookup(), lambda setting: f"environment {setting.environment}", here),
+        (
+            lambda setting: _ini_folders(root, setting.ini) if setting.name == "library" else None,
+            lambda setting: f"ini {setting.ini}",
+            root,
+        ),
     ]
-    return from_sources(SETTINGS, sources, root_here())
+    return from_sources(SETTINGS, sources, root)
 
 
 def root_here() -> Path:
@@ -57,6 +70,27 @@ def root_here() -> Path:
         if any((folder / mark).exists() for mark in ROOT_MARKS):
             return folder
     return here
+
+
+def _ini_folders(root: Path, key: str) -> list[str]:
+    """The folders that the configuration of pytest in `root` lists under `key`; none if it cannot be read."""
+    for name, section in INI_SECTIONS.items():
+        file = root / name
+        if not file.is_file():
+            continue
+        ini = configparser.ConfigParser(interpolation=None)
+        try:
+            ini.read(file, encoding="utf-8")
+        except (configparser.Error, UnicodeDecodeError):
+            continue  # pytest says what is wrong with it
+        if ini.has_section(section):
+            return shlex.split(ini.get(section, key, fallback=""))
+    try:
+        table = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+        told = table["tool"]["pytest"]["ini_options"][key]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    return shlex.split(told) if isinstance(told, str) else [str(folder) for folder in told]
 
 
 def existing(text: str, what: str) -> Path:

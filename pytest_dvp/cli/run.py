@@ -93,11 +93,16 @@ def execute(arguments: argparse.Namespace) -> int:
 
 @dataclasses.dataclass(frozen=True)
 class Job:
-    """One run: a scenario with values for its parameters; `label`: which case of which distribution it is."""
+    """One run: a scenario with values for its parameters; `label`: which case of which distribution it is.
+
+    gates: the gate file of the distribution; folder_name: of its run folder
+    """
 
     path: Path
     parameters: Mapping[str, str]
     label: str = ""
+    gates: Path | None = None
+    folder_name: str | None = None
 
 
 def _jobs(named: Sequence[Path], settings: Settings, stage: str) -> list[Job]:
@@ -111,7 +116,10 @@ def _jobs(named: Sequence[Path], settings: Settings, stage: str) -> list[Job]:
                 raise SettingError(f"--stage {stage}: {path} is a distribution, and its cases run on dt alone")
             chosen = choose(path, settings)
             print(f"dvp run: {path}: {chosen.size} of {chosen.count} cases of {chosen.scenario}", file=sys.stderr)
-            cases[path] = [Job(chosen.scenario, case.values, f"{path.name}[{case.name}]") for case in chosen]
+            cases[path] = [
+                Job(chosen.scenario, case.values, f"{path.name}[{case.name}]", chosen.gates, chosen.folder_name(case))
+                for case in chosen
+            ]
     scenarios = [cases[path][0].path if path in cases else path for path in named]
     shares = _shares(scenarios, settings)
     jobs: list[Job] = []
@@ -141,7 +149,7 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
             S=settings.set.S,
             model=settings.model,
             effects=settings.effects,
-            gates=settings.gates,
+            gates=settings.gates or job.gates,
             library=settings.library,
             rootdir=settings.rootdir,
             ego=settings.ego,
@@ -152,6 +160,7 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
             wall_limit=settings.wall_limit,
             after_collision=settings.after_collision,
             log_dir=None if arguments.no_report else settings.runs_folder,
+            folder_name=job.folder_name,
         )
     except ScenarioError as error:
         if settings.ego is None or [finding.code for finding in error.findings] != ["dvp.ego"]:

@@ -80,3 +80,28 @@ def test_names_of_cases_are_unique_and_cut(speeds: Callable[[str], Path]) -> Non
     names = [case.name for case in chosen]
     assert chosen.count == len(set(names)) == 401
     assert names[0] == "001-ego_speed=2"
+
+
+def test_the_gates_beside_a_distribution_judge_its_cases(
+    speeds: Callable[[str], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They stand before the scenario's own; --gates stands before both. The run folder tells the case."""
+    path = speeds("4")
+    path.with_name("x.gates.toml").write_text('[[gate]]\nmetric = "max_jerk"\nmax = 100\n')
+    path.with_name("speeds.gates.toml").write_text('[[gate]]\nmetric = "collision"\nmax = 0\n')
+    assert main(["run", str(path), "--duration", "0.2", "--json"]) == 0
+    documents = json.loads(capsys.readouterr().out)
+    assert [[verdict["metric"] for verdict in document["verdicts"]] for document in documents] == [["collision"]] * 2
+    assert [Path(document["folder"]).name for document in documents] == ["0001-speeds-1-dt", "0002-speeds-2-dt"]
+    assert "--gates speeds.gates.toml" in documents[0]["replay"]
+    main(["run", str(path), "--duration", "0.2", "--json", "--no-report", "--gates", "x.gates.toml"])
+    assert [v["metric"] for v in json.loads(capsys.readouterr().out)[0]["verdicts"]] == ["max_jerk"]
+
+
+def test_the_check_holds_such_a_gate_file_against_the_scenario_that_is_varied(
+    speeds: Callable[[str], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = speeds("4").with_name("speeds.gates.toml")
+    path.write_text('[task]\ngoal = { road = "7", lane = -1, s = 20.0 }\n[[gate]]\nmetric = "collision"\nmax = 0\n')
+    assert main(["check", str(path)]) == 1
+    assert f"{path}:2: error dvp.task task.goal.road: no road 7 in x.xosc; allowed: 1" in capsys.readouterr().out

@@ -110,6 +110,7 @@ def test_a_gate_on_reaching_a_goal_that_nobody_names_is_found(scenario: Write, c
     scenario().with_name("x.gates.toml").write_text(GATE + NEEDS_GOAL)
     code, (found,) = check(".")
     assert (code, found["line"], found["code"]) == (1, 4, "dvp.gates.no_goal")
+    assert 'goal = { road = "1", lane = -1, s = 500.0 }' in found["message"]  # a place of that road: its middle
 
 
 def test_a_gate_on_reaching_the_goal_of_the_task_is_fine(scenario: Write, check: Callable[..., Any]) -> None:
