@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: demo demo-gap test lint types contract unit nightly conformance reliability bench blind licences ads-report clean
+.PHONY: demo demo-gap test lint types contract unit stages nightly conformance reliability bench blind licences ads-report clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -54,6 +54,10 @@ nightly: $(STAMP)
 	DVP_FUZZ=$${DVP_FUZZ:-100000} $(BIN)/python -m pytest -q -n 2 tests/robust/test_mutated_scenarios.py \
 	    tests/robust/test_mutated_roads.py tests/property/test_written_models.py
 	DVP_FAULTS=all DVP_CLEAN_SEEDS=$${DVP_CLEAN_SEEDS:-1000} $(BIN)/python -m pytest -q -n 2 tests/faults
+
+# The same scenarios on the surrogate car over ROS 2 messages: about a minute each.
+stages: $(STAMP)
+	$(BIN)/python -m pytest -q -n 2 -m "pe or rw" scenarios
 
 # All reference trajectories, storyboard events and roads; writes docs/conformance.md.
 conformance: $(STAMP)
