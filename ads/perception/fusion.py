@@ -19,6 +19,7 @@ LIDAR, CAMERA, BOTH = 1.0, 2.0, 3.0
 LIDAR_VARIANCE = 0.03  # m^2, per axis
 CAMERA_ACROSS = 0.06  # m^2
 ACROSS = 0.5  # m between the edges of a pair across the line of sight, at most
+LONGEST_VEHICLE = 18.75  # m, of a road train by directive 96/53/EC
 VEHICLE, PEDESTRIAN, BICYCLE, MISC = 0, 1, 2, 3  # as in messages.OBJECT_KINDS
 TYPICAL = np.array([[4.0, 1.75], [0.5, 0.5], [1.8, 0.6], [1.0, 1.0]])  # m, length and width of each kind
 
@@ -29,7 +30,7 @@ def kind_by_size(length: float, width: float) -> int:
     longest = max(length, width)
     if longest < 1.0:
         return PEDESTRIAN
-    return VEHICLE if longest < 8.0 else MISC
+    return VEHICLE if longest < LONGEST_VEHICLE else MISC
 
 
 def fuse(

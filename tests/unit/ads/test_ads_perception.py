@@ -306,6 +306,15 @@ class TestTracking:
         assert len(numbers) == 1
         assert found[0].vx == pytest.approx(-5.0, abs=0.4)
 
+    def test_a_bus_beside_the_camera_is_a_vehicle_of_its_length(self):
+        run, found = Run(), ()
+        for _ in range(10):
+            found = run.tick((3.0, 3.5, 0.0, 12.0, 2.55))
+        (d,) = found
+        assert d.kind == "vehicle"
+        assert d.length == pytest.approx(12.0, abs=0.5)
+        assert (d.x, d.y) == pytest.approx((3.0, 3.5), abs=0.5)
+
     def test_a_fast_car_is_known_within_half_a_second(self):
         run, found = Run(), ()
         for k in range(10):
