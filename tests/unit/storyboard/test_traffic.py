@@ -9,7 +9,7 @@ import pytest
 from openscenario.storyboard.crowd import HEADWAY, STANDSTILL, following
 from openscenario.storyboard.engine import Storyboard
 
-from .conftest import Make, at_time, condition, event, group, lane_position, run, speed, story, teleport
+from .conftest import Make, at_time, by_entity, condition, event, group, lane_position, log, run, speed, story, teleport
 
 EGO = [teleport(lane_position(500.0)), speed(20.0)]
 CARS = (
@@ -139,3 +139,17 @@ def test_the_seed_decides(make: Make) -> None:
         return [(each.x, each.y) for each in board.entities.values()]
 
     assert places() == places()
+
+
+@pytest.mark.parametrize("came", [False, True])
+def test_conditions_on_any_entity_see_traffic_too(make: Make, came: bool) -> None:
+    clear = (
+        '<RelativeClearanceCondition distanceForward="0" distanceBackward="60" freeSpace="false" oppositeLanes="false">'
+    )
+    clear += '<RelativeLaneRange from="0" to="0"/></RelativeClearanceCondition>'
+    start = group(condition(by_entity(clear, "A"), "c"), condition(at_time(1.0), "t"))
+    wait = story(event("clear", speed(0.0), start=start)).replace('name="story"', 'name="other"')
+    here = [teleport(lane_position(300.0)), speed(0.0)]
+    board = make(A=here, stories=(now(traffic(source(0.01, 260.0))) if came else "") + wait)
+    run(board, 2.0)
+    assert bool([each for each in log(board, "event") if each[1:] == ("clear", "startTransition")]) is not came
