@@ -44,7 +44,7 @@ class FinishedRun(Protocol):
 
 
 def save_run(run: FinishedRun, root: Path | str, name: str | None = None) -> Path:
-    """Write the numbered run folder of a finished run, called `name` or like the scenario, and return it: `write_run`."""
+    """Write and return the numbered run folder of a finished run, called `name` or like the scenario: `write_run`."""
     more = {key: value for key, value in run.as_dict().items() if key not in ("folder", "metrics", "verdicts")}
     return write_run(root, name or Path(run.scenario).stem, run.log, run.verdicts, status=run.status, more=more)
 

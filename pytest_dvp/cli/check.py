@@ -14,6 +14,7 @@ from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, sett
 from pytest_dvp.cli.doctor import add_log_options, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.found_files import Kind, files_of, kind_of
+from pytest_dvp.cli.runnable import runnable, said
 from pytest_dvp.settings import Settings
 
 if TYPE_CHECKING:
@@ -40,8 +41,10 @@ def execute(arguments: argparse.Namespace) -> int:
     found: list[dict[str, Any]] = []
     for path in paths:
         found.extend(_checker(path, effects, options)(path, settings))
+    folders = any(Path(text).is_dir() for text in arguments.paths)
+    rows = runnable(paths, found, settings) if folders else []
     if arguments.json:
-        print(json.dumps({"findings": found}, ensure_ascii=False))
+        print(json.dumps({"findings": found, **({"scenarios": rows} if folders else {})}, ensure_ascii=False))
     else:
         for finding in found:
             place = finding["file"] if finding["line"] is None else f"{finding['file']}:{finding['line']}"
@@ -50,6 +53,8 @@ def execute(arguments: argparse.Namespace) -> int:
         for path in paths:
             if path.suffix.lower() == ".xosc" and str(path) not in wrong:
                 _say_cases(path, settings)
+        for row in rows:
+            print(said(row), file=sys.stderr)
         errors = sum(finding["severity"] == "error" for finding in found)
         print(f"{len(paths)} files, {errors} errors, {len(found) - errors} warnings", file=sys.stderr)
     return 1 if any(finding["severity"] == "error" for finding in found) else 0

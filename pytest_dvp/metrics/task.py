@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from pytest_dvp.event_names import means
@@ -38,9 +39,18 @@ def completion_time(log: Log) -> Measured:
     """
     goal = first_time(log, "goal")
     if goal is None:
-        raise Undefined("the goal was never reached")
+        raise Undefined(f"the goal was never reached{_away(log)}")
     start = first_time(log, "start")
     return Measured(goal - (float(log.t[0]) if start is None else start), goal)
+
+
+def _away(log: Log) -> str:
+    """How far from the goal the ego ended: the reference line of a task with a goal ends there."""
+    task = log.meta.get("task")
+    if not isinstance(task, dict) or not task.get("goal") or not len(log.reference):
+        return ""
+    x, y = log.reference[-1]
+    return f": the ego ended {math.hypot(log['x'][-1] - x, log['y'][-1] - y):.1f} m from it at t={log.t[-1]:.2f} s"
 
 
 @metric(name="goal_reached", unit="-", bigger_is_worse=False, miss="INCONCLUSIVE")

@@ -31,6 +31,13 @@ def test_completion_is_undefined_without_goal() -> None:
     assert compute("completion_time", drive_straight(5.0)).reason == "the goal was never reached"
 
 
+def test_completion_without_goal_says_how_far_away_the_ego_ended() -> None:
+    """At 5 m/s for 10 s it is at x = 50 m; the line to the goal ends at x = 110 m."""
+    log = drive_straight(5.0, reference=STRAIGHT, meta={"task": {"goal": {"road": "1", "lane": -1, "s": 110.0}}})
+    reason = compute("completion_time", log).reason
+    assert reason == "the goal was never reached: the ego ended 60.0 m from it at t=10.00 s"
+
+
 @pytest.mark.parametrize(("events", "value"), [((LogEvent(8.5, "goal", "Ego"),), 1.0), ((), 0.0)])
 def test_goal_reached(events: tuple[LogEvent, ...], value: float) -> None:
     log = drive_straight(5.0, events=events, meta={"task": {"goal": ["1", -1, 420.0]}})

@@ -1,0 +1,67 @@
+"""Which scenario files of a folder run, and why the others do not: the last lines of `dvp check FOLDER`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pytest_dvp.settings import Settings
+
+
+def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings: Settings) -> list[dict[str, Any]]:
+    """A row for each scenario and distribution: file, runs, why ("" if it runs), line of what is wrong. No catalogues.
+
+    Other than the findings this asks the storyboard itself, so an element that only it refuses shows. It compiles what
+    drives on the road, which is why it is done for folders alone.
+    """
+    rows = []
+    for path in paths:
+        if path.suffix.lower() != ".xosc" or _is_catalogue(path):
+            continue
+        errors = [each for each in found if each["file"] == str(path) and each["severity"] == "error"]
+        why, line = (errors[0]["message"], errors[0]["line"]) if errors else _refusal(path, settings)
+        more = f" (and {len(errors) - 1} more errors)" if len(errors) > 1 else ""
+        rows.append({"file": str(path), "runs": not why, "why": why + more, "line": line})
+    return rows
+
+
+def said(row: Mapping[str, Any]) -> str:
+    """`a.xosc: runs`, or `a.xosc:12: refused: the scenario names no road network`."""
+    place = row["file"] if row["line"] is None else f"{row['file']}:{row['line']}"
+    return f"{place}: runs" if row["runs"] else f"{place}: refused: {row['why']}"
+
+
+def _is_catalogue(path: Path) -> bool:
+    from openscenario.findings import ScenarioError
+    from openscenario.xml import read_xml
+
+    try:
+        return read_xml(path).root.find("Catalog") is not None
+    except ScenarioError:
+        return False
+
+
+def _refusal(path: Path, settings: Settings) -> tuple[str, int | None]:
+    """Why `dvp run` would refuse a file that has no error finding, and the line; empty if it would not."""
+    from openscenario.findings import ScenarioError
+    from openscenario.read import read_cases, read_scenario
+    from openscenario.storyboard.engine import Storyboard
+    from pytest_dvp.cases import is_distribution
+    from pytest_dvp.ego import find_ego
+    from pytest_dvp.prepare import network_of
+
+    values: Mapping[str, str] = {}
+    driven = path
+    try:
+        if is_distribution(path):
+            cases = read_cases(path, library=settings.library, rootdir=settings.rootdir)
+            driven, values = cases.scenario or path, cases[0]
+        scenario = read_scenario(driven, library=settings.library, rootdir=settings.rootdir, parameters=values)
+        network = network_of(scenario)
+        Storyboard(scenario, network, external=[find_ego(scenario, settings.ego).name], seed=settings.seed)
+    except ScenarioError as error:
+        first = error.findings[0]
+        elsewhere = "" if first.file == str(path) else f"{first.file}: "
+        return elsewhere + first.message, first.line
+    return "", None
