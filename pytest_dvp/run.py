@@ -167,6 +167,7 @@ def _judged(
     log_dir: Path | None,
     folder_name: str | None,
 ) -> RunResult:
+    from openscenario.no_effect import without_effect
     from pytest_dvp.gates import judge, overall, unjudged
     from pytest_dvp.results import measure
 
@@ -193,7 +194,7 @@ def _judged(
             **{name: metric.value for name, metric in measure(log).items()},
         },
         error=error,
-        notes=(*unjudged(verdicts, log), *map(_note, ready.storyboard.report())),
+        notes=(*unjudged(verdicts, log), *map(_note, (*ready.storyboard.report(), *without_effect(ready.scenario)))),
     )
     if log_dir is None:
         return result

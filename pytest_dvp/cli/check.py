@@ -41,10 +41,15 @@ def execute(arguments: argparse.Namespace) -> int:
     found: list[dict[str, Any]] = []
     for path in paths:
         found.extend(_checker(path, effects, options)(path, settings))
+    notes = [note for path in paths if path.suffix.lower() == ".xosc" for note in _without_effect(path, settings)]
     folders = any(Path(text).is_dir() for text in arguments.paths)
     rows = runnable(paths, found, settings) if folders else []
     if arguments.json:
-        print(json.dumps({"findings": found, **({"scenarios": rows} if folders else {})}, ensure_ascii=False))
+        print(
+            json.dumps(
+                {"findings": found, "notes": notes, **({"scenarios": rows} if folders else {})}, ensure_ascii=False
+            )
+        )
     else:
         for finding in found:
             place = finding["file"] if finding["line"] is None else f"{finding['file']}:{finding['line']}"
@@ -53,6 +58,8 @@ def execute(arguments: argparse.Namespace) -> int:
         for path in paths:
             if path.suffix.lower() == ".xosc" and str(path) not in wrong:
                 _say_cases(path, settings)
+        for note in notes:
+            print(f"{note['file']}:{note['line']}: note: {note['message']}", file=sys.stderr)
         for row in rows:
             print(said(row), file=sys.stderr)
         errors = sum(finding["severity"] == "error" for finding in found)
@@ -69,6 +76,19 @@ def _say_cases(path: Path, settings: Settings) -> None:
 
         cases = read_cases(path, library=settings.library, rootdir=settings.rootdir)
         print(f"{path}: {cases.count} cases of {cases.scenario}", file=sys.stderr)
+
+
+def _without_effect(path: Path, settings: Settings) -> Findings:
+    """What the scenario asks for and does not get: nothing is wrong with it, so it is no finding."""
+    from openscenario.findings import ScenarioError
+    from openscenario.no_effect import without_effect
+    from openscenario.read import read_scenario
+
+    try:
+        scenario = read_scenario(path, library=settings.library, rootdir=settings.rootdir)
+    except ScenarioError:
+        return []  # it has findings, or is a catalogue or a distribution
+    return [note.as_dict() for note in without_effect(scenario)]
 
 
 def _files(text: str) -> list[Path]:

@@ -35,6 +35,7 @@ def execute(arguments: argparse.Namespace) -> int:
     path = existing(arguments.scenario, "scenario")
     settings = settings_from(arguments)
     dt = _step(arguments.dt)
+    from openscenario.no_effect import without_effect
     from openscenario.read import read_scenario
     from openscenario.storyboard.play import play
     from pytest_dvp.override import check_overrides
@@ -54,7 +55,7 @@ def execute(arguments: argparse.Namespace) -> int:
         print(json.dumps(_summary(scenario, played), ensure_ascii=False))
     elif not arguments.csv and not arguments.events:
         print(_text(path, _summary(scenario, played)))
-    for finding in played.findings:
+    for finding in (*played.findings, *without_effect(scenario)):
         print(finding, file=sys.stderr)
     return 0
 
