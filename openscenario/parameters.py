@@ -53,6 +53,7 @@ class Scope:
 
     parent: Scope | None = None
     texts: dict[str, str | None] = field(default_factory=dict)
+    places: dict[str, At] = field(default_factory=dict)  # where each got its value
     lent: Callable[[str], str | None] | None = None
 
     def text(self, name: str) -> str:
@@ -73,6 +74,15 @@ class Scope:
                 return lent
             scope = scope.parent
         raise undefined(name, self.names())
+
+    def place(self, name: str) -> At | None:
+        """Where a parameter got its value: its declaration, or the assignment of a catalogue reference."""
+        scope: Scope | None = self
+        while scope is not None:
+            if name in scope.texts:
+                return scope.places.get(name)
+            scope = scope.parent
+        return None
 
     def names(self) -> list[str]:
         """All names that can be seen, sorted."""
@@ -167,6 +177,7 @@ def declare(
     def settle(declaration: ParameterDeclaration) -> None:
         open_names.append(declaration.name)
         try:
+            scope.places[declaration.name] = _given_at(given.get(declaration.name)) or declaration.at
             scope.texts[declaration.name] = _value(declaration, given.get(declaration.name), text_of, findings, strict)
         finally:
             open_names.pop()

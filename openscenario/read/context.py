@@ -23,12 +23,13 @@ OfPhase: TypeAlias = TrafficSignalControllerAction | TrafficSignalControllerCond
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A name that an attribute refers to."""
+    """A name that an attribute refers to; `origin`: the parameter that it came from, with its place, or ""."""
 
     kind: RefKind
     name: str
     at: At
     attribute: str
+    origin: str = ""
 
 
 @dataclass(slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, Final
 
 from openscenario.catalogs import CatalogError
@@ -119,7 +120,7 @@ class ElementReader:
                 )
                 continue
             if attribute.ref is not None:
-                self.context.references.append(Reference(attribute.ref, text, at, name))
+                self.context.references.append(Reference(attribute.ref, text, at, name, _origin(raw, text, scope, at)))
         for field_name, name in plan.required_attributes:
             if field_name not in values:
                 whole = False
@@ -289,3 +290,13 @@ class ElementReader:
                 )
             given[name] = Given(assignment.value, assignment.at)
         return given
+
+
+def _origin(raw: str, text: str, scope: Scope, at: At) -> str:
+    """`from $owner, line 76`, of a value that is not written where it is used."""
+    if raw == text:
+        return ""
+    place = scope.place(raw[1:])
+    if place is None:
+        return f"from {raw}"
+    return f"from {raw}, line {place.line}" + (f" of {Path(place.file).name}" if place.file != at.file else "")

@@ -45,7 +45,7 @@ def check_references(context: Context) -> None:
                 f"no such {what}",
                 found=reference.name,
                 allowed=listed(sorted(names)) or "none is declared",
-                hint=nearest(_last(reference), names),
+                hint="; ".join(filter(None, (reference.origin, nearest(_last(reference), names)))),
             )
     _check_types(context)
 

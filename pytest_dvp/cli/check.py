@@ -15,12 +15,14 @@ from pytest_dvp.cli.doctor import add_log_options, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.found_files import Kind, files_of, kind_of
 from pytest_dvp.cli.runnable import runnable, said
+from pytest_dvp.paths import shown
 from pytest_dvp.settings import Settings
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
 
 Findings = Iterable[dict[str, Any]]
+_BY = "_by"  # key of the file whose check told a finding
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +42,8 @@ def execute(arguments: argparse.Namespace) -> int:
     effects = effects_from(arguments) if arguments.effects else {}
     found: list[dict[str, Any]] = []
     for path in paths:
-        found.extend(_checker(path, effects, options)(path, settings))
+        found.extend({**each, _BY: path} for each in _checker(path, effects, options)(path, settings))
+    found = _once(found)
     notes = [note for path in paths if path.suffix.lower() == ".xosc" for note in _without_effect(path, settings)]
     folders = any(Path(text).is_dir() for text in arguments.paths)
     rows = runnable(paths, found, settings) if folders else []
@@ -53,7 +56,8 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         for finding in found:
             place = finding["file"] if finding["line"] is None else f"{finding['file']}:{finding['line']}"
-            print(f"{place}: {finding['severity']} {finding['code']} {finding['element']}: {finding['message']}")
+            used = f" (used by {', '.join(finding['used_by'])})" if "used_by" in finding else ""
+            print(f"{place}: {finding['severity']} {finding['code']} {finding['element']}: {finding['message']}{used}")
         wrong = {finding["file"] for finding in found if finding["severity"] == "error"}
         for path in paths:
             if path.suffix.lower() == ".xosc" and str(path) not in wrong:
@@ -65,6 +69,20 @@ def execute(arguments: argparse.Namespace) -> int:
         errors = sum(finding["severity"] == "error" for finding in found)
         print(f"{len(paths)} files, {errors} errors, {len(found) - errors} warnings", file=sys.stderr)
     return 1 if any(finding["severity"] == "error" for finding in found) else 0
+
+
+def _once(found: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Each finding once: one of a catalogue that scenarios share, with those that use it (`used_by`)."""
+    merged: dict[tuple[Any, ...], dict[str, Any]] = {}
+    for each in found:
+        file, by = Path(each["file"]), each[_BY]
+        attribute = each["element"].rpartition("@")[2]  # the path to it depends on who read the file
+        key = (file.resolve(), each["line"], each["code"], attribute, each["message"])
+        one = merged.setdefault(key, {name: value for name, value in each.items() if name != _BY})
+        if file.resolve() != by.resolve():
+            one["file"] = shown(file)
+            one["used_by"] = list(dict.fromkeys([*one.get("used_by", ()), str(by)]))
+    return list(merged.values())
 
 
 def _say_cases(path: Path, settings: Settings) -> None:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
+import subprocess
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,18 +16,39 @@ from pytest_dvp.settings import Settings
 def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings: Settings) -> list[dict[str, Any]]:
     """A row for each scenario and distribution: file, runs, why ("" if it runs), line of what is wrong. No catalogues.
 
-    Other than the findings this asks the storyboard itself, so an element that only it refuses shows. It compiles what
-    drives on the road, which is why it is done for folders alone.
+    Other than the findings this asks the storyboard itself, so an element that only it refuses shows. That loads what
+    drives on the road, which takes longer than a check should: for folders alone, in a process of its own.
     """
+    files = [path for path in paths if path.suffix.lower() == ".xosc" and not _is_catalogue(path)]
+    wrong: dict[str, list[Mapping[str, Any]]] = {str(path): [] for path in files}
+    for each in found:
+        if each["severity"] == "error" and each["file"] in wrong:
+            wrong[each["file"]].append(each)
+    refused = _ask([file for file, errors in wrong.items() if not errors], settings)
     rows = []
-    for path in paths:
-        if path.suffix.lower() != ".xosc" or _is_catalogue(path):
-            continue
-        errors = [each for each in found if each["file"] == str(path) and each["severity"] == "error"]
-        why, line = (errors[0]["message"], errors[0]["line"]) if errors else _refusal(path, settings)
+    for file, errors in wrong.items():
+        why, line = (errors[0]["message"], errors[0]["line"]) if errors else refused[file]
         more = f" (and {len(errors) - 1} more errors)" if len(errors) > 1 else ""
-        rows.append({"file": str(path), "runs": not why, "why": why + more, "line": line})
+        rows.append({"file": file, "runs": not why, "why": why + more, "line": line})
     return rows
+
+
+def _ask(files: Sequence[str], settings: Settings) -> dict[str, tuple[str, int | None]]:
+    """Why each file is refused, and where; "" and None if it runs."""
+    if not files:
+        return {}
+    question = {
+        "files": files,
+        "library": [str(folder) for folder in settings.library],
+        "rootdir": str(settings.rootdir),
+        "ego": settings.ego,
+    }
+    words = [sys.executable, "-m", "pytest_dvp.cli.runnable"]
+    child = subprocess.run(words, input=json.dumps(question), capture_output=True, text=True, check=False)
+    if child.returncode:
+        last = (child.stderr.strip().splitlines() or [f"exit code {child.returncode}"])[-1]
+        return dict.fromkeys(files, (f"it cannot be told: {last}", None))
+    return {file: (why, line) for file, (why, line) in json.loads(child.stdout).items()}
 
 
 def said(row: Mapping[str, Any]) -> str:
@@ -65,3 +90,19 @@ def _refusal(path: Path, settings: Settings) -> tuple[str, int | None]:
         elsewhere = "" if first.file == str(path) else f"{first.file}: "
         return elsewhere + first.message, first.line
     return "", None
+
+
+def _answer() -> None:
+    """The child of `_ask`: question on stdin, answer on stdout."""
+    question = json.load(sys.stdin)
+    settings = dataclasses.replace(
+        Settings(),
+        library=tuple(Path(folder) for folder in question["library"]),
+        rootdir=Path(question["rootdir"]),
+        ego=question["ego"],
+    )
+    json.dump({file: _refusal(Path(file), settings) for file in question["files"]}, sys.stdout)
+
+
+if __name__ == "__main__":
+    _answer()

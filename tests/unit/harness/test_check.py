@@ -129,3 +129,26 @@ def test_a_scenario_without_an_ego_is_a_warning_because_it_can_be_played(
     assert (code, found["severity"], found["line"]) == (0, "warning", line)
     assert "call the vehicle under test Ego" in found["message"]
     assert check(".", "--ego", "Hero") == (0, [])
+
+
+def test_what_is_wrong_in_a_catalogue_is_said_once_with_the_scenarios_that_use_it(
+    scenario: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = scenario(name="a.xosc").read_text()
+    start, end = text.index("<Vehicle "), text.index("</Vehicle>") + len("</Vehicle>")
+    folder = Path("catalogs")
+    folder.mkdir()
+    head = text[: text.index("<ParameterDeclarations>")]
+    entry = text[start:end].replace('vehicleCategory="car"', 'vehicleCategory="cart"')
+    (folder / "cars.xosc").write_text(f'{head}<Catalog name="cars">\n{entry}</Catalog></OpenSCENARIO>')
+    used = text.replace(text[start:end], '<CatalogReference catalogName="cars" entryName="car"/>').replace(
+        "<CatalogLocations/>",
+        '<CatalogLocations><VehicleCatalog><Directory path="catalogs"/></VehicleCatalog></CatalogLocations>',
+    )
+    for name in ("a.xosc", "b.xosc"):
+        Path(name).write_text(used)
+    assert main(["check", "."]) == 1
+    said = [line for line in capsys.readouterr().out.splitlines() if "cart" in line]
+    assert len(said) == 1
+    assert said[0].startswith("catalogs/cars.xosc:")
+    assert said[0].endswith("(used by a.xosc, b.xosc)")

@@ -251,3 +251,15 @@ def test_a_missing_road_shows_what_is_there_and_both_ways_out(spoil: Spoil) -> N
     assert f"looked in {path.parent.resolve()} only, there: road.xodr" in finding.message
     assert "copy the file beside the scenario" in finding.hint
     assert "--library" in finding.hint
+
+
+def test_a_wrong_name_that_came_in_through_a_parameter_says_from_where(spoil: Spoil) -> None:
+    """It shows where it is used, and is mended where the parameter got it."""
+    path = spoil('<Private entityRef="Ego">', '<Private entityRef="$owner">')
+    text = path.read_text()
+    declared = '<ParameterDeclaration name="owner" parameterType="string" value="Eco"/>\n'
+    at = "<ParameterDeclarations>"
+    path.write_text(text.replace(at, f"{at}\n{declared}", 1))
+    line = next(n for n, row in enumerate(path.read_text().splitlines(), start=1) if declared.strip() in row)
+    found = next(each for each in check_scenario(path) if each.element.endswith("Private@entityRef"))
+    assert f"(from $owner, line {line}; did you mean 'Ego'?)" in found.message
