@@ -87,7 +87,7 @@ def _of_variants(scenario: str, outcomes: list[Outcome]) -> list[Figure]:
             {
                 "name": f"{scenario}: variants {what}",
                 "found": f"{sum(good)} of {n}",
-                "goal": f">= {100.0 * least:g} %",
+                "goal": "all" if least == 1.0 else f">= {100.0 * least:g} %",
                 "met": sum(good) >= least * n,
                 "failed": [o.replay for o, fine in zip(outcomes, good, strict=True) if not fine],
             }
