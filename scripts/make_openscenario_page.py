@@ -47,8 +47,8 @@ of the standard, and an error finding. OpenSCENARIO DSL (`.osc`), lanelet2, Comm
 DISTRIBUTIONS = """
 ## Parameter distributions
 
-A file with a `ParameterValueDistribution` is a set of runs of its `ScenarioFile`. This one, `speeds.xosc`, is five runs of
-`overtaking.xosc` with its parameter `oncoming_speed` at 2, 3, 4, 5 and 6:
+A file with a `ParameterValueDistribution` is a set of runs of its `ScenarioFile`. This one, `speeds.xosc`, is five runs
+of `overtaking.xosc` with its parameter `oncoming_speed` at 2, 3, 4, 5 and 6:
 
 ```xml
 <?xml version="1.0" encoding="UTF-8"?>
@@ -81,8 +81,8 @@ a case depends on the seed, the parameter's name and the number of the case alon
 expected value and variance of the log-normal distribution itself, not of its logarithm. Drawn values for whole
 parameters are rounded to the nearest.
 
-Each case is judged by the gates beside the distribution (`speeds.gates.toml`), else by those beside its scenario, and its
-run folder is called after the distribution and the number of the case (`runs/0012-speeds-07-dt`). Cases run on the
+Each case is judged by the gates beside the distribution (`speeds.gates.toml`), else by those beside its scenario, and
+its run folder is called after the distribution and the number of the case (`runs/0012-speeds-07-dt`). Cases run on the
 digital twin only: what is varied automatically never drives a real car.
 
 In Python: `openscenario.read.read_cases(path)` gives `count`, `cases[n]` and an iterator.

@@ -108,7 +108,7 @@ def test_error_of_speed_is_not_told_as_an_error_of_steering(model: VehicleModel)
 
 
 def test_sliding_car_is_told(model: VehicleModel) -> None:
-    """With 4 m/s^2 asked of tyres that give 1.2, those behind first, the car leaves its heading by more than 0.1 rad."""
+    """Of tyres that give 1.2 m/s^2, those behind first, 4 is asked: the car leaves its heading by more than 0.1 rad."""
     found = told(model, {"tyre_saturation": {"limit": 1.2}, "understeer": {"K": -0.002}})
     assert found["axes"][0]["slip"] > 0.12
 
