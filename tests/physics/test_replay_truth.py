@@ -106,6 +106,7 @@ def test_brakes_do_not_push_a_standing_car_backward() -> None:
     rows = Replay(baseline("drive_delay"), t, commands).run({("drive_delay", "T"): 0.07})
     assert rows[t < 1.065, 5] == pytest.approx(0.0, abs=1e-9)
     assert rows[t > 1.075, 5] == pytest.approx(2.0, rel=1e-9)
+    assert rows[:, 3] == pytest.approx(2.0 * np.maximum(t - 1.07, 0.0), abs=1e-9)
 
 
 @pytest.mark.parametrize("drive", ["rich", "urban"])

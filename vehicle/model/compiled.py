@@ -32,6 +32,7 @@ for _helper in (
     maths.lag,
     maths.limit_rate,
     maths.delayed,
+    maths.arrived,
     maths.remember,
     maths.recall,
 ):

@@ -94,6 +94,15 @@ def delayed(m: Any, u: float, lead: float, delay: float, t: float, dt: float) ->
     return mean, start - mean
 
 
+def arrived(m: Any, delay: float, t: float, dt: float) -> float:
+    """Input of `delay` [s] ago at the end of the step t..t+dt [s]; asked after `delayed`, of inputs that are held."""
+    n = int(m.head)
+    j = max(int(m.tail), n - DELAY_LINE)
+    while j < n - 1 and m.ends[j % DELAY_LINE] < t + dt - delay - CLOCK:
+        j += 1
+    return float(m.ring[j % DELAY_LINE])
+
+
 def remember(m: Any, t: float) -> int:
     """Place in a record of the past for what is seen at time t [s]; its fields are those of HISTORY_MEMORY."""
     n = int(m.head)

@@ -6,7 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import DELAY_MEMORY, Key, Memory, effect
-from vehicle.model.maths import delayed
+from vehicle.model.maths import arrived, delayed
 
 
 @effect(
@@ -24,3 +24,5 @@ from vehicle.model.maths import delayed
 )
 def drive_delay(x: Bus, p: Any, m: Any) -> None:
     x.accel, x.accel_lead = delayed(m, x.accel, x.accel_lead, p.T, x.t, x.dt)
+    if x.vx == 0.0:
+        x.jump_lead, x.jump_to = x.accel_lead, arrived(m, p.T, x.t, x.dt)
