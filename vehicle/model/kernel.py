@@ -78,7 +78,7 @@ def _slot(index: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory
 def _wish(x: Any, mode: int) -> None:
     """Inputs of the model file -> wanted acceleration and road-wheel angle."""
     x.steer = x.steer_zero + x.steer_scale * x.steer_cmd
-    x.accel_lead = x.jump_lead = 0.0
+    x.accel_lead = x.accel_jump = 0.0
     x.steer_lead = -0.5 * x.steer_scale * x.steer_slope
     x.steer_glides = 0.0 if x.steer_slope == 0.0 else 1.0
     if mode == ACCELERATION:
@@ -117,8 +117,9 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     kinematic = math.tan(steer) / x.wheelbase
     x.curvature = x.yaw_rate / x.vx if kind == DYNAMIC and x.vx > 2.0 * x.slow else kinematic
     start = x.accel + x.accel_lead
-    if x.vx == 0.0 and x.accel_lead == x.jump_lead and start < 0.0 < x.jump_to:
-        x.accel = (x.accel - start) / (x.jump_to - start) * x.jump_to  # brakes hold it until the drive arrives
+    if x.vx == 0.0 and x.accel_lead == x.accel_jump and start < 0.0 < x.accel_arrived:
+        share = (x.accel - start) / (x.accel_arrived - start)
+        x.accel = share * x.accel_arrived  # brakes hold the car until the drive arrives
         x.accel_lead = start - x.accel
     x.traction = x.mass_ref * max(x.accel, 0.0)
     x.brake = x.mass_ref * max(-x.accel, 0.0)

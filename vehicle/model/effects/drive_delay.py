@@ -24,5 +24,4 @@ from vehicle.model.maths import arrived, delayed
 )
 def drive_delay(x: Bus, p: Any, m: Any) -> None:
     x.accel, x.accel_lead = delayed(m, x.accel, x.accel_lead, p.T, x.t, x.dt)
-    if x.vx == 0.0:
-        x.jump_lead, x.jump_to = x.accel_lead, arrived(m, p.T, x.t, x.dt)
+    x.accel_jump, x.accel_arrived = x.accel_lead, arrived(m, p.T, x.t, x.dt)
