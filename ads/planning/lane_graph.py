@@ -7,69 +7,21 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
-from ads.compiled import compiled
 from ads.planning.route import Leg, Map
 from openscenario.road.route import RouteError, find_place, stretches
-from vehicle.messages import FloatArray, RoadPoint
+from vehicle.messages import RoadPoint
 
-IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
 
 CHANGE_TIME = 5.0  # s that a lane change is worth
 FASTEST = 40.0  # m/s on a lane without a limit
+NOTHING = 1e-9  # s on a lane without length: in a sparse matrix an edge that costs 0 is none
 ROOM_TO_CHANGE = 12.0  # m before a blocked place that the car must be in the other lane
 
 Router: TypeAlias = Callable[[RoadPoint, RoadPoint, Sequence[RoadPoint]], Sequence[Any]]
-
-
-@compiled
-def quickest(
-    first: IntArray, target: IntArray, cost: FloatArray, source: int, goal: int, before: IntArray, far: FloatArray
-) -> float:
-    """Cost of the cheapest way from `source` to `goal`, inf if there is none; Dijkstra with a binary heap.
-
-    Edges of node `i` are `first[i]` to `first[i + 1]` of `target` and `cost` >= 0. `before` (n,) takes the node before
-    each, `far` (n,) its cost; both are written.
-    Source: Dijkstra, Numerische Mathematik 1 (1959) 269-271.
-    """
-    for i in range(len(far)):
-        far[i] = np.inf
-        before[i] = -1
-    size = len(target) + 1
-    keys, nodes = np.empty(size), np.empty(size, np.int64)
-    keys[0], nodes[0], n = 0.0, source, 1
-    far[source] = 0.0
-    while n > 0:
-        key, node = keys[0], nodes[0]
-        n -= 1
-        last_key, last_node, i = keys[n], nodes[n], 0
-        while True:  # the last sinks to its place
-            child = 2 * i + 1
-            if child >= n:
-                break
-            if child + 1 < n and keys[child + 1] < keys[child]:
-                child += 1
-            if keys[child] >= last_key:
-                break
-            keys[i], nodes[i] = keys[child], nodes[child]
-            i = child
-        keys[i], nodes[i] = last_key, last_node
-        if key > far[node]:
-            continue
-        if node == goal:
-            return float(key)
-        for e in range(first[node], first[node + 1]):
-            way, there = key + cost[e], target[e]
-            if way < far[there]:
-                far[there], before[there] = way, node
-                i = n
-                n += 1
-                while i > 0 and keys[(i - 1) // 2] > way:  # rises to its place
-                    keys[i], nodes[i] = keys[(i - 1) // 2], nodes[(i - 1) // 2]
-                    i = (i - 1) // 2
-                keys[i], nodes[i] = way, there
-    return np.inf
 
 
 class LaneGraphPlanner:
@@ -141,9 +93,11 @@ class LaneGraphPlanner:
         order = np.argsort(pairs[:, 0], kind="stable")
         total = n + len(twins)
         first = np.searchsorted(pairs[order, 0], np.arange(total + 1))
-        before, far = np.empty(total, np.int64), np.empty(total)
         source, target = int(twin[node]), int(twin[end]) if ahead else end
-        if not np.isfinite(quickest(first, pairs[order, 1], costs[order], source, target, before, far)):
+        some = costs[order] + NOTHING
+        matrix = csr_matrix((some, pairs[order, 1], first), shape=(total, total))
+        far, before = dijkstra(matrix, indices=source, return_predecessors=True)
+        if not np.isfinite(far[target]):
             return None
         path = [target]
         while path[-1] != source:

@@ -57,10 +57,10 @@ class Bus(Protocol):
     accel: Annotated[float, "m/s^2", "mean over the step"]
     steer: Annotated[float, "rad", "at the road wheel, mean over the step"]
     accel_lead: Annotated[float, "m/s^2", "value at the start of the step minus its mean: nought while it is constant"]
-    accel_jump: Annotated[float, "m/s^2", "accel_lead as a dead time made it: nought where none did"]
-    accel_arrived: Annotated[float, "m/s^2", "value that the dead time lets through by the end of the step"]
     steer_lead: Annotated[float, "rad", "the same; a gain may leave both alone: half a step is lost in what is logged"]
     steer_glides: Annotated[float, "-", "1 if the angle moves on straight within the step, 0 if it jumps"]
+    accel_jump: Annotated[float, "m/s^2", "accel_lead as a dead time made it: nought where none did"]
+    accel_arrived: Annotated[float, "m/s^2", "value that the dead time lets through by the end of the step"]
     settle: Annotated[float, "-", "1 in the long steps that bring actuators to rest before a log begins, else 0"]
 
     # Slot force
