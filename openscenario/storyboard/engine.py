@@ -278,7 +278,10 @@ class Storyboard:
         maneuver = node.parent
         assert maneuver is not None
         if node.priority == "skip" and maneuver.event_running():
-            self._change(node, SKIP, STANDBY)
+            # a skip counts as an execution (8.4.2.1)
+            node.executions += 1
+            self._change(node, SKIP, STANDBY if node.executions < node.maximum else COMPLETE)
+            self._completed(maneuver)
             return
         if node.priority == "override":
             for sibling in maneuver.children:

@@ -7,9 +7,10 @@ or `delay` seconds after that of the controller that `reference` names; after th
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from openscenario import model
+from openscenario.storyboard.registry import Unsupported
 from openscenario.storyboard.world import World
 
 ROUNDING = 1e-9  # s
@@ -74,3 +75,17 @@ def programs(controllers: Sequence[model.TrafficSignalController]) -> dict[str, 
         return controller.delay + start(other, seen | {other.name})
 
     return {name: Program(each, start(each, frozenset((name,)))) for name, each in named.items()}
+
+
+def program_with(known: Mapping[str, Program], controller: str, phase: str) -> Program:
+    """The program of `controller`, which has a phase of that name.
+
+    Raises:
+        Unsupported: no such controller, or it has no such phase.
+    """
+    program = known.get(controller)
+    if program is None:
+        raise Unsupported("no traffic signal controller of this name", controller, ", ".join(known))
+    if phase not in program.names():
+        raise Unsupported("the controller has no such phase", phase, ", ".join(program.names()))
+    return program

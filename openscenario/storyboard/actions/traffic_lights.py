@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from openscenario import model
-from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
+from openscenario.storyboard.registry import Instant, Runner, action
+from openscenario.storyboard.signals import program_with
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -20,12 +21,7 @@ def signal_state(element: model.TrafficSignalStateAction, entity: None, board: S
 @action(model.TrafficSignalControllerAction)
 def signal_controller(element: model.TrafficSignalControllerAction, entity: None, board: Storyboard) -> Runner:
     """The controller goes on from the beginning of that phase."""
-    program = board.programs.get(element.traffic_signal_controller_ref)
-    if program is None:
-        name = element.traffic_signal_controller_ref
-        raise Unsupported("no traffic signal controller of this name", name, ", ".join(board.programs))
-    if element.phase not in program.names():
-        raise Unsupported("the controller has no such phase", element.phase, ", ".join(program.names()))
+    program = program_with(board.programs, element.traffic_signal_controller_ref, element.phase)
 
     def begin() -> None:
         program.begin(element.phase, board.time)

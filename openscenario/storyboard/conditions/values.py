@@ -5,6 +5,7 @@ from __future__ import annotations
 from openscenario import model
 from openscenario.storyboard.nodes import COMPLETE, RUNNING, STANDBY, find
 from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.signals import program_with
 from openscenario.storyboard.triggers import Test
 from openscenario.storyboard.values import COMPARISONS, Values, compare
 
@@ -79,12 +80,7 @@ def traffic_signal(element: model.TrafficSignalCondition, entity: None, scope: S
 @condition(model.TrafficSignalControllerCondition)
 def signal_phase(element: model.TrafficSignalControllerCondition, entity: None, scope: Scope) -> Test:
     board = scope.board
-    program = board.programs.get(element.traffic_signal_controller_ref)
-    if program is None:
-        name = element.traffic_signal_controller_ref
-        raise Unsupported("no traffic signal controller of this name", name, ", ".join(board.programs))
-    if element.phase not in program.names():
-        raise Unsupported("the controller has no such phase", element.phase, ", ".join(program.names()))
+    program = program_with(board.programs, element.traffic_signal_controller_ref, element.phase)
 
     def test() -> bool:
         phase = program.phase(board.time)

@@ -87,6 +87,31 @@ def test_skip_does_not_start_while_another_event_runs(make: Make) -> None:
     assert board.entities["A"].speed == 20.0
 
 
+def test_a_skipped_event_with_executions_left_waits_for_its_next_trigger(make: Make) -> None:
+    """8.4.2.1 (1.3): executions are the sum of startTransitions and skipTransitions."""
+    again = group(condition(at_time(1.0), edge="rising")) + group(condition(at_time(2.5), edge="rising"))
+    late = event("late", speed(5.0), start=again, priority="skip", count=2)
+    board = make(A=HERE, stories=story(event("first", RAMP), late))
+    run(board, 3.0)
+    assert log(board, "event")[-3:] == [
+        (2.0, "first", "endTransition"),
+        (2.5, "late", "startTransition"),
+        (2.5, "late", "endTransition"),
+    ]
+
+
+def test_a_skipped_event_without_executions_left_is_complete(make: Make) -> None:
+    late = event("late", speed(5.0), start=when(1.0), priority="skip")
+    board = make(A=HERE, stories=story(event("first", RAMP), late))
+    run(board, 3.0)
+    skipped = [each for each in board.transitions if each.element == "late"][1:]
+    assert [(each.time, each.transition, each.to_state) for each in skipped] == [
+        (1.0, "skipTransition", "completeState")
+    ]
+    assert board.entities["A"].speed == 20.0
+    assert (2.0, "maneuver", "endTransition") in log(board, "maneuver")
+
+
 def test_parallel_events_of_different_domains_run_together(make: Make) -> None:
     again = event("again", speed(15.0, "linear", "time", 1.0), start=when(2.5))
     board = make(A=HERE, stories=story(event("first", RAMP), again))
