@@ -12,7 +12,7 @@ from openscenario.model.entities import ScenarioObject, Vehicle
 from scenarios import path as shipped
 from vehicle.model.catalogue import effects_of_files
 from vehicle.model.model import VehicleModel
-from vehicle.model.model_file import read_model
+from vehicle.model.model_file import model_text, read_model
 
 SAME_CAR = 0.03  # relative difference of wheelbase and mass up to which the model is taken as one of this car
 
@@ -48,6 +48,11 @@ def fitted_model(
         return model.with_car(body), about
     about.update(scaled=True, wheelbase=wheelbase, mass=mass, to=vehicle.name)
     return _scaled(model, vehicle, body, wheelbase, mass), about
+
+
+def told(model: VehicleModel, about: dict[str, Any]) -> dict[str, Any]:
+    """`about` with the whole model as text, so that a log can be held against another one without any file."""
+    return {**about, "toml": model_text(model)}
 
 
 def _scaled(

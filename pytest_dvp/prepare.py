@@ -20,7 +20,7 @@ from openscenario.read import read_scenario
 from openscenario.road.network import RoadNetwork, load_network
 from openscenario.road.route import RouteError
 from openscenario.storyboard.engine import Storyboard
-from pytest_dvp.body import fitted_model
+from pytest_dvp.body import fitted_model, told
 from pytest_dvp.driving_stack import find_ads, make_driver
 from pytest_dvp.ego import EgoTask, find_ego, task_of
 from pytest_dvp.event_names import EventNames
@@ -247,7 +247,7 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
     model, about = fitted_model(request.model, ego, request.effects)
     model, sensors = apply_s(model, default_sensors(car=model.car), request.S)
     twin = Twin(model, sensors, request.seed)
-    return twin, {"model": about, "ego": {"name": ego.name, **_size(twin.description)}}, GateLog()
+    return twin, {"model": told(model, about), "ego": {"name": ego.name, **_size(twin.description)}}, GateLog()
 
 
 def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:

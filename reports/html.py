@@ -31,6 +31,8 @@ from reports.verdicts import Row, headline, pretty_unit, rows
 
 MAX_SCENE_BYTES = 2_600_000  # leaves the whole page below 8 MB beside 4.8 MB of plotly.js
 
+_TOO_LONG = {("model", "toml")}  # conditions that are whole files
+
 STATUS_SIGNS = {"PASS": "✓", "FAIL": "✗", "INCONCLUSIVE": "?", "ERROR": "!"}
 
 
@@ -145,7 +147,7 @@ def conditions(meta: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]
     for key in [*(key for key in names if key in meta), *shown]:
         value = meta[key]
         if isinstance(value, Mapping):
-            entries = [(str(name), _text(entry)) for name, entry in value.items()]
+            entries = [(str(name), _text(entry)) for name, entry in value.items() if (key, name) not in _TOO_LONG]
             groups.append((names.get(key, key), entries or [("all at their defaults", "")]))
         else:
             single.append((names.get(key, key), _text(value)))

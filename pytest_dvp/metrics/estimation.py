@@ -33,6 +33,25 @@ def localization_error(log: Log) -> Measured:
     return Measured(rms, float(t[worst]), "", Series(t, error), {"greatest": float(error[worst])})
 
 
+@metric(name="heading_error", unit="rad", bigger_is_worse=True, note="root mean square")
+def heading_error(log: Log) -> Measured:
+    """Root mean square of the difference between the heading the stack estimates (`ads.yaw`) and the true one.
+
+    Its mean, which a wrongly mounted antenna shifts, is in `extra`. Undefined if the stack tells no estimate.
+    """
+    if "ads.yaw" not in log.columns:
+        raise Undefined("the stack tells no estimate of its heading (ads.yaw)")
+    fresh = np.flatnonzero(np.diff(log["ads.yaw"], prepend=np.nan) != 0.0)
+    error = np.remainder(log["ads.yaw"][fresh] - log["yaw"][fresh] + np.pi, 2.0 * np.pi) - np.pi
+    known = np.isfinite(error)
+    if not known.any():
+        raise Undefined("the stack never had an estimate of its heading")
+    t = log.t[fresh]
+    worst = int(np.argmax(np.where(known, np.abs(error), -1.0)))
+    rms = float(np.sqrt(np.mean(error[known] ** 2)))
+    return Measured(rms, float(t[worst]), "", Series(t, error), {"mean": float(np.mean(error[known]))})
+
+
 @metric(name="detection_error", unit="m", bigger_is_worse=True, note="root mean square of the position")
 def detection_error(log: Log, *, reach: float = 20.0, beside: float = 4.0, within: float = 3.0) -> Measured:
     """Root mean square of the distance between road users ahead and the nearest detection of the same kind.

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import TypeAlias
 
 import numpy as np
 
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.metrics.base import Measured, Series, Undefined, metric
+from pytest_dvp.signals import describe
 
 MAX_LAG = 5.0  # s
+SEEN = {"objects.x": "ahead", "objects.y": "left"}  # of the ego, where the stack saw road users
+Course: TypeAlias = tuple[FloatArray, FloatArray]  # times [s] and values
 _NOTE = "lag within +-{max_lag} s"
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Likeness:
-    """Result of `likeness`: mncc in [-1, 1], lag [s] (> 0: the measurement comes later), gain measured/model.
+    """Result of `likeness`: mncc in [-1, 1], lag [s] (> 0: the measurement comes later), gain measured/model, bias
+    measured - model at that lag.
 
     lags, correlation: the normalised cross-correlation (m,) over the lag [s].
     """
@@ -26,6 +31,7 @@ class Likeness:
     gain: float
     lags: FloatArray
     correlation: FloatArray
+    bias: float = 0.0
 
 
 def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: float = MAX_LAG) -> Likeness:
@@ -49,10 +55,11 @@ def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: floa
     best = int(np.argmax(correlation))
     k = int(lags[best])
     a, b = model[max(0, -k) : n - max(0, k)], measured[max(0, k) : n - max(0, -k)]
+    off = float(b.mean() - a.mean())
     a, b = a - a.mean(), b - b.mean()
     power = _dot(a, a)
     gain = _dot(a, b) / power if power > 0.0 else float("nan")
-    return Likeness(float(correlation[best]), k * step, gain, lags.astype(np.float64) * step, correlation)
+    return Likeness(float(correlation[best]), k * step, gain, lags.astype(np.float64) * step, correlation, off)
 
 
 def _dot(a: FloatArray, b: FloatArray) -> float:
@@ -85,10 +92,20 @@ def _correlate(x: FloatArray, y: FloatArray, reach: int) -> FloatArray:
 def mncc(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) -> Measured:
     """Maximum normalised cross-correlation of a signal in two logs. Blind to gain, delay and bias: see lag and gain.
 
-    `signal` is a column, or `object.NAME.x` (x, y, yaw, vx, vy) for the motion of an object.
+    `signal` is a column, `object.NAME.x` (x, y, yaw, vx, vy) for the true motion of an object, or `objects.x`,
+    `objects.y` for all that the stack detected: ahead and to the left of the ego, tracks matched by assignment first,
+    each figure the mean over the matched tracks, weighted by their duration.
     """
     result = _compare(model, measured, signal, max_lag)
     return _measured(result, result.mncc, {"lag": result.lag, "gain": result.gain})
+
+
+@metric(name="bias", unit="-", bigger_is_worse=None, note=_NOTE)
+def bias(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) -> Measured:
+    """Mean of the measured signal less the model's at the lag at which they are most alike, in the signal's unit."""
+    result = _compare(model, measured, signal, max_lag)
+    extra = {"mncc": result.mncc, "lag": result.lag, "gain": result.gain}
+    return Measured(result.bias, None, "", Series(result.lags, result.correlation), extra, _unit(signal))
 
 
 @metric(name="lag", unit="s", bigger_is_worse=None, note=_NOTE)
@@ -110,9 +127,14 @@ def _measured(result: Likeness, value: float, extra: dict[str, float]) -> Measur
 
 
 def _compare(model: Log, measured: Log, signal: str, max_lag: float) -> Likeness:
+    if signal in SEEN:
+        return _compare_seen(model, measured, signal, max_lag)
+    return _on_one_base(_signal(model, signal), _signal(measured, signal), max_lag)
+
+
+def _on_one_base(model: Course, measured: Course, max_lag: float) -> Likeness:
     """Both on the finer time base, over the time they have in common."""
-    t1, x1 = _signal(model, signal)
-    t2, x2 = _signal(measured, signal)
+    (t1, x1), (t2, x2) = model, measured
     start, end = max(t1[0], t2[0]), min(t1[-1], t2[-1])
     step = float(min(np.median(np.diff(t1)), np.median(np.diff(t2))))
     if step <= 0.0 or end - start < step:
@@ -121,7 +143,41 @@ def _compare(model: Log, measured: Log, signal: str, max_lag: float) -> Likeness
     return likeness(np.interp(grid, t1, x1), np.interp(grid, t2, x2), step, max_lag)
 
 
-def _signal(log: Log, name: str) -> tuple[FloatArray, FloatArray]:
+def _compare_seen(model: Log, measured: Log, signal: str, max_lag: float) -> Likeness:
+    """Mean over the matched tracks; they are moved onto one clock first, so that short ones keep their time in common.
+
+    The lag is that of the clocks, as two drives meet a road user, plus what is left.
+    """
+    from pytest_dvp.seen_tracks import matched_tracks
+
+    found: list[tuple[float, Likeness]] = []
+    side = SEEN[signal]
+    for one, other, shift in matched_tracks(model, measured):
+        try:
+            alike = _on_one_base((one.t, getattr(one, side)), (other.t - shift, getattr(other, side)), max_lag)
+        except Undefined:
+            continue  # a road user that keeps its place beside the ego: nothing varies
+        found.append((min(one.duration, other.duration), dataclasses.replace(alike, lag=alike.lag + shift)))
+    if not found:
+        raise Undefined("no road user was seen in both logs whose place varied")
+    weights = np.array([weight for weight, _ in found])
+    mean = (weights / weights.sum()) @ np.array([(a.mncc, a.lag, a.gain, a.bias) for _, a in found])
+    longest = max(found, key=lambda pair: pair[0])[1]
+    mncc, lag, gain, bias = mean.tolist()
+    return Likeness(mncc, lag, gain, longest.lags, longest.correlation, bias)
+
+
+def _unit(signal: str) -> str:
+    """Unit of a signal of `mncc` as far as it is known."""
+    if signal in SEEN:
+        return "m"
+    if signal.startswith("object."):
+        return {"x": "m", "y": "m", "yaw": "rad", "vx": "m/s", "vy": "m/s"}.get(signal.rpartition(".")[2], "-")
+    unit = describe(signal).unit
+    return unit if unit != "?" else "-"
+
+
+def _signal(log: Log, name: str) -> Course:
     if name.startswith("object."):
         who, _, what = name.removeprefix("object.").rpartition(".")
         track = log.objects.get(who)

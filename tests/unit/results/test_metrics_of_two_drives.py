@@ -1,0 +1,142 @@
+"""What two drives of one scenario differ in: line on the ground, commands it took, road users seen on the way."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from results_logs import drive_straight, log_of, times
+
+from pytest_dvp.log import DetectionTable, FloatArray, Log
+from pytest_dvp.metrics import compute
+from pytest_dvp.seen_tracks import matched, seen_tracks
+
+WHEELBASE, SPEED, ANGLE = 2.5, 5.0, 0.1
+
+CIRCLE = f"""
+[model]
+base = "kinematic_bicycle"
+[inputs]
+steer = "steer_cmd"
+longitudinal = "accel_cmd"
+[parameters]
+wheelbase = {WHEELBASE}
+[[effect]]
+name = "steer_ratio"
+[effect.parameters.g]
+value = {{gain}}
+unit = "-"
+"""
+
+
+def circle(gain: float = 1.0) -> Log:
+    """Twenty seconds of a circle at a constant wheel angle; its meta holds a twin whose steering gain is `gain`."""
+    t = times(20.0)
+    rate = SPEED * math.tan(ANGLE) / WHEELBASE
+    columns: dict[str, FloatArray | float] = {
+        "x": SPEED / rate * np.sin(rate * t),
+        "y": SPEED / rate * (1.0 - np.cos(rate * t)),
+        "yaw": rate * t,
+        "v": SPEED,
+        "yaw_rate": rate,
+        "steer_cmd": ANGLE,
+        "accel_cmd": 0.0,
+    }
+    return log_of(20.0, columns=columns, meta={"model": {"toml": CIRCLE.format(gain=gain)}})
+
+
+def test_the_twin_that_is_the_car_has_no_open_loop_error() -> None:
+    assert compute("twin_error", circle(), circle()).value == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_twin_that_steers_a_quarter_too_much_turns_a_quarter_too_fast() -> None:
+    """Both cars are on their circles at once: r = v tan(g d) / L."""
+    found = compute("twin_error", circle(1.25), circle(), signal="yaw_rate")
+    assert found.value == pytest.approx(SPEED / WHEELBASE * (math.tan(1.25 * ANGLE) - math.tan(ANGLE)), rel=0.02)
+    assert found.unit == "rad/s"
+    position = compute("twin_error", circle(1.25), circle())
+    assert position.value is not None
+    assert position.value > 0.1
+    assert position.unit == "m"
+
+
+def test_a_log_that_holds_no_model_tells_no_open_loop_error() -> None:
+    found = compute("twin_error", drive_straight(5.0), circle())
+    assert not found.valid
+    assert "holds no model" in found.reason
+
+
+def test_the_distance_of_two_paths_does_not_ask_when() -> None:
+    """One drives at 5 m/s, the other half a metre beside it at 4 m/s and stands for the last two seconds."""
+    t = times()
+    slow = log_of(columns={"x": np.minimum(4.0 * t, 32.0), "y": 0.5, "v": 4.0})
+    found = compute("path_distance", drive_straight(5.0), slow)
+    assert found.value == pytest.approx(0.5)
+    assert found.extra["mean"] == pytest.approx(0.5)  # to the left
+
+
+def test_a_path_elsewhere_has_no_distance() -> None:
+    t = times()
+    behind = log_of(columns={"x": -5.0 * t, "v": -5.0})
+    assert not compute("path_distance", drive_straight(5.0), behind).valid
+
+
+def test_bias_is_what_is_left_at_the_best_lag() -> None:
+    t = times(40.0)
+    wave = np.exp(-(((t - 20.0) / 2.0) ** 2))
+    late = np.exp(-(((t - 20.4) / 2.0) ** 2))
+    model, measured = log_of(40.0, columns={"v": wave}), log_of(40.0, columns={"v": late + 0.25})
+    found = compute("bias", model, measured, signal="v")
+    assert (found.value, found.unit) == (pytest.approx(0.25, abs=1e-6), "m/s")
+
+
+TICKS = times(30.0)[::10]  # 10 Hz
+
+
+def seen(*courses: tuple[str, FloatArray, FloatArray, FloatArray]) -> Log:
+    """A standing ego's log that saw (kind, t, x, y) each; two at one time are told in the order of the courses."""
+    rows = sorted(
+        (t, k, kind, x, y) for k, (kind, ts, xs, ys) in enumerate(courses) for t, x, y in zip(ts, xs, ys, strict=True)
+    )
+    table = {name: np.array([row[i] for row in rows]) for i, name in ((0, "t"), (3, "x"), (4, "y"))}
+    flat = {name: np.zeros(len(rows)) for name in ("yaw", "length", "width", "vx", "vy")}
+    kinds = tuple(str(row[2]) for row in rows)
+    return log_of(30.0, detections=DetectionTable(kind=kinds, **table, **flat))
+
+
+def walker(speed: float, since: float = 5.0, y: float = 0.0) -> tuple[str, FloatArray, FloatArray, FloatArray]:
+    """Along y = const from x = 10 m at `since`, for 15 s."""
+    t = TICKS[(since - 1e-6 <= TICKS) & (since + 15.0 + 1e-6 >= TICKS)]
+    return "pedestrian", t, 10.0 + speed * (t - since), np.full(len(t), y)
+
+
+def test_detections_become_tracks_that_a_gap_does_not_end() -> None:
+    kind, t, x, y = walker(1.0)
+    hole = (t < 10.0) | (t > 10.6)
+    tracks = seen_tracks(seen((kind, t[hole], x[hole], y[hole]), walker(1.0, y=8.0)))
+    assert [(len(track.t), track.kind) for track in tracks] == [(int(hole.sum()), kind), (151, kind)]
+
+
+def test_tracks_of_two_logs_are_matched_by_place_not_by_order() -> None:
+    near, far = walker(1.0, y=0.0), walker(1.0, y=8.0)
+    one, other = seen_tracks(seen(near, far)), seen_tracks(seen(far, near))
+    assert [(a.y[0], b.y[0]) for a, b, _ in matched(one, other)] == [(0.0, 0.0), (8.0, 8.0)]
+
+
+def test_a_walker_met_a_second_later_is_the_same_one_and_its_likeness_says_so() -> None:
+    first, later = seen(walker(1.5)), seen(walker(1.5, since=6.0))
+    found = compute("mncc", first, later, signal="objects.x")
+    assert found.value == pytest.approx(1.0, abs=1e-6)
+    assert found.extra["lag"] == pytest.approx(1.0, abs=0.06)
+    assert found.extra["gain"] == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_car_is_no_walker() -> None:
+    _, t, x, y = walker(1.5)
+    assert not compute("mncc", seen(walker(1.5)), seen(("vehicle", t, x, y)), signal="objects.x").valid
+
+
+def test_without_a_common_road_user_the_likeness_is_undefined() -> None:
+    found = compute("mncc", seen(walker(1.5)), seen(walker(1.5, y=30.0)), signal="objects.x")
+    assert found.reason == "no road user was seen in both logs whose place varied"
