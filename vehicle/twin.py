@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import isfinite
 
+import numpy as np
+
 from vehicle.messages import (
     Command,
     FloatArray,
@@ -23,6 +25,9 @@ from vehicle.sensors.suite import SensorSuite
 class Twin:
     """A simulated car. Same model, sensors, seed and calls: same bytes.
 
+    What the model's sensor effects do to pose, speed, yaw rate and accelerations, its GNSS, odometry and IMU show too:
+    they measure what the effects make of the motion, at its stamp. LiDAR and camera look around from the true pose.
+
     It integrates at 1 kHz and returns motion at 100 Hz. `seed` starts the generators of the sensors, one each.
     Raises ModelError if the model cannot run at this step or takes other inputs than a Command has.
     """
@@ -41,6 +46,7 @@ class Twin:
             )
         self.model, self.sensors, self.seed = model, sensors, seed
         self._plant = Plant(model)
+        self._shows = any(a.effect.slot == "sensor" and not a.effect.is_off(a.values) for a in model.effects)
         self._description = sensors.describe(model.description())
         self._task: Task | None = None
         self.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
@@ -94,11 +100,23 @@ class Twin:
         steps = round(dt / STEP)
         if steps < 1 or abs(steps * STEP - dt) > 1e-9:
             raise ValueError(f"dt = {dt!r} s is not a positive multiple of {STEP} s")
-        rows = self._plant.advance(steps)
-        listed = rows.tolist()
-        self._running.feed(listed)
+        rows = self._shown(steps) if self._shows else self._plant.advance(steps)
+        if not self._shows:
+            self._running.feed(rows.tolist())
         self._t = self._plant.time
         return rows
+
+    def _shown(self, steps: int) -> FloatArray:
+        """Advance from trace row to trace row, as what the sensor effects show of a moment is gone after it."""
+        plant, parts = self._plant, []
+        while steps:
+            part = min(plant.until_row, steps)
+            rows = plant.advance(part)
+            parts.append(rows)
+            if len(rows):
+                self._running.feed([plant.shown_row().tolist()], rows[-1].tolist())
+            steps -= part
+        return np.concatenate(parts)
 
     def stop(self) -> None:
         """Brake with all the model has, steering as last commanded."""

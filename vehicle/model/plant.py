@@ -121,11 +121,24 @@ class Plant:
         """Time now [s]."""
         return float(self._bus[0]["t"])
 
+    @property
+    def until_row(self) -> int:
+        """Steps to the next trace row, at least 1."""
+        return self.every - int(self._bus[0]["count"]) % self.every
+
     def row(self) -> FloatArray:
         """The present motion as one row of TRACE_COLUMNS."""
         b: Any = self._bus[0]
         names = ("t", "x", "y", "z", "yaw", "vx", "vx", "vy_rear", "yaw_rate", "ax", "ay", "steer")
         return np.array([b[name] for name in names])
+
+    def shown_row(self) -> FloatArray:
+        """The present motion as the model's sensor effects show it, as one row of TRACE_COLUMNS."""
+        b: Any = self._bus[0]
+        row = self.row()
+        row[[1, 2, 4, 5, 6]] = b["meas_x"], b["meas_y"], b["meas_yaw"], b["meas_v"], b["meas_v"]
+        row[8:11] = b["meas_yaw_rate"], b["meas_ax"], b["meas_ay"]
+        return row
 
     @property
     def state(self) -> VehicleState:

@@ -90,13 +90,16 @@ class RunningSensors:
         self._row = row
         self.feed([row])
 
-    def feed(self, rows: Sequence[Sequence[float]]) -> None:
-        """Let the sensors of motion measure along trace rows (TRACE_COLUMNS), oldest first."""
+    def feed(self, rows: Sequence[Sequence[float]], place: Sequence[float] | None = None) -> None:
+        """Let the sensors of motion measure along trace rows (TRACE_COLUMNS), oldest first.
+
+        `place`: the row from which LiDAR and camera look around, where it is not the last of `rows`.
+        """
         for measure in self._moving:
             for row in rows:
                 measure(row)
         if rows:
-            self._row = rows[-1]
+            self._row = rows[-1] if place is None else place
 
     def observe(self, t: float, surroundings: Surroundings, task: Task | None = None) -> Observation:
         """Let LiDAR and camera look around, then collect everything that has arrived by `t` [s]."""

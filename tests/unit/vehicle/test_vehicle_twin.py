@@ -164,3 +164,43 @@ def test_same_bytes_in_other_processes_whatever_the_hash_seed() -> None:
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=env)
         found.add(done.stdout.strip())
     assert found == {drive(7)}
+
+
+def shown_by(model: VehicleModel, seconds: float = 5.0) -> tuple[float, float, float, float]:
+    """Straight along x at about 5 m/s: mean of GNSS x - true x, of heading, of odometry speed / true speed, and the
+    step in which the true motion went, from a twin of sensors without noise."""
+    suite = default_sensors()
+    assert suite.gnss is not None
+    assert suite.odometry is not None
+    quiet = replace(
+        suite,
+        gnss=replace(suite.gnss, sigma=0.0, drift=0.0, yaw_sigma=0.0),
+        odometry=replace(suite.odometry, sigma=0.0),
+    )
+    car = Twin(model, quiet)
+    car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=5.0))
+    rows, fixes, speeds = [car.step(0.05)], [], []
+    for _ in range(round(seconds / 0.05)):
+        seen = car.observe(no_surroundings())
+        fixes += [(fix.t, fix.x, fix.yaw) for fix in seen.gnss]
+        speeds += [(speed.t, speed.v) for speed in seen.odometry]
+        rows.append(car.step(0.05))
+    motion = np.concatenate(rows)
+    fix, speed = np.array(fixes[2:]), np.array(speeds[2:])
+    ahead = fix[:, 1] - np.interp(fix[:, 0], motion[:, 0], motion[:, 1])
+    ratio = speed[:, 1] / np.interp(speed[:, 0], motion[:, 0], motion[:, 5])
+    return float(ahead.mean()), float(fix[:, 2].mean()), float(ratio.mean()), float(motion[-1, 1])
+
+
+def test_its_sensors_show_what_the_models_sensor_effects_do_and_the_car_drives_as_before(tabby: VehicleModel) -> None:
+    """A pose 0.2 s old is 0.2 s of driving behind; the heading is 2 deg off; wheels say 5 % more."""
+    wrong = (
+        tabby.with_effect("gnss_latency", {"T": 0.2})
+        .with_effect("heading_bias", {"b": 0.035})
+        .with_effect("wheel_radius", {"ratio": 1.05})
+    )
+    right, shown = shown_by(tabby), shown_by(wrong)
+    assert shown[0] - right[0] == pytest.approx(-0.2 * right[3] / 5.05, rel=0.02)
+    assert shown[1] - right[1] == pytest.approx(0.035, abs=1e-6)
+    assert shown[2] / right[2] == pytest.approx(1.05, abs=1e-6)
+    assert shown[3] == right[3]
