@@ -29,7 +29,7 @@ from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
 from pytest_dvp.paths import shown
 from pytest_dvp.recorder import LogRecorder
-from pytest_dvp.stages import SURROGATE, StageError, label, open_vehicle
+from pytest_dvp.stages import CAN, SURROGATE, StageError, label, open_vehicle
 from pytest_dvp.world import World
 from vehicle.adapter import Vehicle
 from vehicle.messages import FloatArray, RoadPoint, VehicleDescription, VehicleState
@@ -60,6 +60,7 @@ class Request:
     ads: Ads | None = None  # None: the reference stack
     effects: tuple[Path, ...] = ()
     vehicle: str = SURROGATE  # of stages pe and rw
+    dbc: Path | None = None  # of a vehicle on CAN
 
 
 @dataclasses.dataclass(frozen=True)
@@ -257,11 +258,13 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
 
     if refused := sorted(set(request.S) - set(scenario_parameters(request.S))):
         raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.stage} is what it is")
-    car = open_vehicle(request.stage, request.vehicle, request.seed)
+    car = open_vehicle(request.stage, request.vehicle, request.seed, request.dbc)
     gate_log = GateLog()
     gated = Gated(car, limits_of(car.description), name=SURROGATE, scenario=request.path.name, record=gate_log.record)
     hidden = request.vehicle.partition(":")[2]
     about = {"name": SURROGATE, "hidden_sha256": _sha256(Path(hidden)) if hidden else ""}
+    if request.vehicle.partition(":")[0] == CAN:
+        about |= {"wire": CAN, "dbc_sha256": _sha256(request.dbc) if request.dbc is not None else ""}
     return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
 
 

@@ -103,6 +103,7 @@ def run(
     after_collision: float = 1.0,
     ads: DriverFactory | str | None = None,
     vehicle: str = SURROGATE,
+    dbc: Path | None = None,
     require_real: bool = False,
     log_dir: Path | None = None,
     folder_name: str | None = None,
@@ -119,7 +120,9 @@ def run(
     ads              another driving stack: an entry point of `pytest_dvp.ads`, "module:Class", "file.py:Class", or
                      the class or function itself; called with (parameters, network, description) if it takes them,
                      else with nothing; needs `tick(observation) -> Command`, may have trace, path, detections
-    vehicle          of stages "pe" and "rw": "surrogate", or "surrogate:FILE" with what is hidden in it
+    vehicle          of stages "pe" and "rw": "surrogate", "can" (the same with its drive-by-wire on CAN), each with
+                     ":FILE" behind if something is hidden in it
+    dbc              messages of a vehicle on CAN, with a signal map of the same name beside it; default our own
     require_real     a surrogate is refused
     log_dir          folder for a numbered run folder; None writes nothing
     folder_name      what is between number and stage in its name; default the scenario's
@@ -128,7 +131,7 @@ def run(
     line each about a user's file or value, before anything runs or is written. A stack or a car that breaks while it
     drives is an ERROR verdict.
     """
-    check_stage(stage, vehicle, require_real=require_real)
+    check_stage(stage, vehicle, require_real=require_real, dbc=dbc)
     from pytest_dvp.prepare import Request, prepare
 
     request = Request(
@@ -146,6 +149,7 @@ def run(
         ego=ego,
         ads=find_ads(ads, [rootdir] if rootdir is not None else []),
         vehicle=vehicle,
+        dbc=dbc,
     )
     ready = prepare(request)
     limit = duration if duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
@@ -244,6 +248,7 @@ def replay_command(request: Any, duration: float | None) -> str:
     if request.stage != "dt":
         words += ["--stage", request.stage]
         words += ["--vehicle", request.vehicle] if request.vehicle != SURROGATE else []
+        words += ["--dbc", shown(request.dbc)] if request.dbc is not None else []
     if request.ads is not None and request.ads.word != REFERENCE:
         words += ["--ads", request.ads.word]
     for name, value in sorted(assigned(request).items()):

@@ -56,6 +56,7 @@ class Session:
             "ego": settings.ego,
             "ads": settings.ads,
             "vehicle": settings.vehicle,
+            "dbc": settings.dbc,
             "require_real": settings.require_real,
             "duration": settings.duration,
             "wall_limit": settings.wall_limit,

@@ -79,7 +79,10 @@ SETTINGS: tuple[Setting, ...] = (
     Setting(
         "after-collision", "float", 1.0, "simulated time from a collision to the end of the run [s]", "SECONDS", 0.0
     ),
-    Setting("vehicle", "str", "surrogate", "car of stages pe and rw: surrogate or surrogate:HIDDEN.toml", "NAME"),
+    Setting(
+        "vehicle", "str", "surrogate", "car of stages pe and rw: surrogate or can, either with :HIDDEN.toml", "NAME"
+    ),
+    Setting("dbc", "file", None, "messages of a vehicle on CAN, its signal map beside it; default: our own", "F.dbc"),
     Setting("runs", "path", None, "folder of the run folders; default: ROOTDIR/runs", "DIR"),
     Setting("require-real", "flag", False, "a surrogate in the place of a real vehicle is an ERROR"),
 )
@@ -126,6 +129,7 @@ class Settings:
     wall_limit: float = 600.0
     after_collision: float = 1.0
     vehicle: str = "surrogate"
+    dbc: Path | None = None
     runs: Path | None = None
     require_real: bool = False
     scenarios: tuple[Path, ...] = ()

@@ -2,7 +2,8 @@
 
 DT is the digital twin in simulated time. In PE a car drives and the simulator supplies the road users; in RW everything
 is the car's own. Both need a vehicle, and without a real one they take the surrogate: a car in a process of its own,
-with other physics than the twin, on the other side of ROS 2 topics. A result of it says so: "rw-surrogate".
+with other physics than the twin, on the other side of ROS 2 topics, and of a CAN bus if it is to have a drive-by-wire
+there. A result of it says so: "rw-surrogate".
 """
 
 from __future__ import annotations
@@ -17,31 +18,50 @@ if TYPE_CHECKING:
     from vehicle.adapter import Vehicle
 
 SURROGATE = "surrogate"
+CAN = "can"  # the surrogate with its drive-by-wire on CAN
+VEHICLES = (SURROGATE, CAN)
 MISSING = "needs ROS 2 messages on DDS: pip install 'pytest-dvp[ros2]'"
+MISSING_CAN = "needs python-can and cantools: pip install 'pytest-dvp[ros2,can]'"
 
 
 class StageError(ValueError):
     """A stage that does not exist, or for which nothing can stand in for the car."""
 
 
-def check_stage(stage: str, vehicle: str = SURROGATE, *, require_real: bool = False) -> None:
+def check_stage(stage: str, vehicle: str = SURROGATE, *, require_real: bool = False, dbc: Path | None = None) -> None:
     """Raises StageError unless a vehicle for `stage` exists and may stand in.
 
-    `vehicle` is "surrogate" or "surrogate:HIDDEN.toml"; `require_real` refuses a surrogate.
+    `vehicle` is "surrogate" or "can", with ":HIDDEN.toml" behind if something is hidden in it; `require_real` refuses a
+    surrogate; `dbc` is read, for a vehicle on CAN.
     """
     if stage not in STAGES:
         raise StageError(unknown("stage", stage, STAGES))
     if stage == "dt":
         return
     name, colon, hidden = vehicle.partition(":")
-    if name != SURROGATE:
-        raise StageError(f"{unknown('vehicle', name, [SURROGATE])}; a real car needs real time, which is not built yet")
+    if name not in VEHICLES:
+        raise StageError(f"{unknown('vehicle', name, VEHICLES)}; a real car needs real time, which is not built yet")
     if colon and not Path(hidden).is_file():
         raise StageError(f"vehicle {vehicle!r}: no file {hidden}")
     if require_real:
         raise StageError(f"{label(stage)} ERROR: a real vehicle is required, a surrogate is no evidence about a car")
     if not wire_installed():
         raise StageError(f"stage {stage!r} {MISSING}")
+    if name == CAN:
+        _check_can(dbc)
+    elif dbc is not None:
+        raise StageError(f"--dbc {dbc} is for a vehicle on CAN: --vehicle {CAN}; found {vehicle}")
+
+
+def _check_can(dbc: Path | None) -> None:
+    from vehicle.wire.can_map import CanMapError, find_map
+
+    if not all(importlib.util.find_spec(module) for module in ("can", "cantools", "msgpack")):
+        raise StageError(f"vehicle {CAN!r} {MISSING_CAN}")
+    try:
+        find_map(dbc)
+    except CanMapError as error:
+        raise StageError(str(error)) from None
 
 
 def wire_installed() -> bool:
@@ -54,11 +74,19 @@ def label(stage: str) -> str:
     return stage if stage == "dt" else f"{stage}-{SURROGATE}"
 
 
-def open_vehicle(stage: str, vehicle: str, seed: int) -> Vehicle:
-    """The car of stage "pe" or "rw", running and waiting. Raises VehicleLost if it does not come."""
+def open_vehicle(stage: str, vehicle: str, seed: int, dbc: Path | None = None) -> Vehicle:
+    """The car of stage "pe" or "rw", running and waiting; arguments as of `check_stage`, which comes before.
+
+    Raises VehicleLost if it does not come.
+    """
     from vehicle.adapters.mirror import Parallel
     from vehicle.adapters.process import surrogate
 
-    hidden = vehicle.partition(":")[2]
-    car = surrogate(seed, Path(hidden) if hidden else None)
+    name, _, hidden = vehicle.partition(":")
+    can = None
+    if name == CAN:
+        from vehicle.wire.can_map import find_map
+
+        can = find_map(dbc)
+    car = surrogate(seed, Path(hidden) if hidden else None, can=can)
     return Parallel(car, seed) if stage == "pe" else car

@@ -32,6 +32,7 @@ SETTINGS = (
     "wall-limit",
     "after-collision",
     "vehicle",
+    "dbc",
     "require-real",
     "runs",
 )
@@ -61,7 +62,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.stages import StageError, check_stage
 
     try:
-        check_stage(arguments.stage, settings.vehicle, require_real=settings.require_real)
+        check_stage(arguments.stage, settings.vehicle, require_real=settings.require_real, dbc=settings.dbc)
     except StageError as error:
         raise SettingError(f"--stage {arguments.stage}: {error}") from None
     _check_gates(arguments.gate or ())
@@ -155,6 +156,7 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
             ego=settings.ego,
             ads=settings.ads,
             vehicle=settings.vehicle,
+            dbc=settings.dbc,
             require_real=settings.require_real,
             duration=settings.duration,
             wall_limit=settings.wall_limit,

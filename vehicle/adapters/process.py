@@ -14,8 +14,12 @@ from pathlib import Path
 from typing import IO
 
 from vehicle.adapter import VehicleLost
+from vehicle.adapters.can_bus import CanActuators
 from vehicle.adapters.ros2 import STEP_TIMEOUT, Ros2Vehicle
+from vehicle.gated import Hands
+from vehicle.wire.can_map import SignalMap
 
+GROUP, FIRST_PORT = "239.74.163.2", 43113  # of CAN frames between processes; a port for each domain
 DOMAINS = range(1, 101)  # of DDS; ROS 2 advises against more than 101 on Linux, and 0 is everybody's
 
 
@@ -43,19 +47,29 @@ class Lease:
 class CarProcess(Ros2Vehicle):
     """The car that `python -m MODULE --dds DOMAIN ARGUMENTS` is; `timeout` [s] wall time for a step.
 
+    can  the messages of its drive-by-wire, if it has one: it is told `--can BUS --dbc FILE` too
+
     It leads a process group of its own, is killed with it, and ends by itself when this process does: its standard
     input is a pipe from here. Raises VehicleLost if it does not come.
     """
 
-    def __init__(self, module: str, arguments: Sequence[str] = (), *, timeout: float = STEP_TIMEOUT) -> None:
+    def __init__(
+        self, module: str, arguments: Sequence[str] = (), *, timeout: float = STEP_TIMEOUT, can: SignalMap | None = None
+    ) -> None:
         self._lease = Lease()
         self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  (lives as long as the car)
         command = [sys.executable, "-m", module, "--dds", str(self._lease.domain), *arguments]
+        by_wire: CanActuators | None = None
+        if can is not None:
+            bus = f"udp_multicast:{GROUP}:{FIRST_PORT + self._lease.domain}"
+            command += ["--can", bus, "--dbc", str(can.file)]
+            by_wire = CanActuators(bus, can, self._alive, timeout=timeout)
+        self.by_wire = by_wire
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self._errors, start_new_session=True
         )
         try:
-            super().__init__(self._lease.domain, self._alive, timeout=timeout)
+            super().__init__(self._lease.domain, self._alive, timeout=timeout, by_wire=by_wire)
         except BaseException:
             self._end_process()
             raise
@@ -85,7 +99,20 @@ class CarProcess(Ros2Vehicle):
         self._lease.release()
 
 
-def surrogate(seed: int = 0, hidden: Path | None = None, *, timeout: float = STEP_TIMEOUT) -> CarProcess:
-    """The surrogate car in a process of its own; `hidden` what is hidden in it, `seed` of its sensors' noise."""
+class DriveByWireProcess(CarProcess):
+    """A car process with a drive-by-wire, which tells of its driver's hands."""
+
+    @property
+    def hands(self) -> Hands:
+        """As last reported."""
+        return Hands(False, False) if self.by_wire is None else self.by_wire.hands
+
+
+def surrogate(
+    seed: int = 0, hidden: Path | None = None, *, timeout: float = STEP_TIMEOUT, can: SignalMap | None = None
+) -> CarProcess:
+    """The surrogate car in a process of its own; `hidden` what is hidden in it, `seed` of its sensors' noise, `can` the
+    messages of the drive-by-wire that it is to have."""
     extra = ["--hidden", str(hidden)] if hidden is not None else []
-    return CarProcess("vehicle.surrogate", ["--seed", str(seed), *extra], timeout=timeout)
+    kind = CarProcess if can is None else DriveByWireProcess
+    return kind("vehicle.surrogate", ["--seed", str(seed), *extra], timeout=timeout, can=can)

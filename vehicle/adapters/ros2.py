@@ -1,7 +1,8 @@
 """A car on ROS 2 topics behind the Vehicle protocol, in stepped time: harness and car move in lock-step.
 
 Motion in the log is what the car's reference system (`/vehicle/odom`, `/reference/imu`) measured, late as it comes;
-the driving stack gets wheel odometry, IMU, GNSS, LiDAR and camera. Needs the extra `ros2`.
+the driving stack gets wheel odometry, IMU, GNSS, LiDAR and camera. Needs the extra `ros2`. With a drive-by-wire on CAN
+command and feedback go there, all else stays.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import msgspec
 import numpy as np
 
 from vehicle.adapter import VehicleLost
+from vehicle.adapters.can_bus import CanActuators
 from vehicle.messages import (
     Command,
     FloatArray,
@@ -37,6 +39,7 @@ class Ros2Vehicle:
     ready     [s] wall time until it must have answered for the first time
     timeout   [s] wall time it has for one step
     is_real   whether actuators of a real car hang on it
+    by_wire   what carries command and feedback instead of their topics
 
     Raises VehicleLost if it does not come.
     """
@@ -49,8 +52,9 @@ class Ros2Vehicle:
         ready: float = 60.0,
         timeout: float = STEP_TIMEOUT,
         is_real: bool = False,
+        by_wire: CanActuators | None = None,
     ) -> None:
-        self._real, self._timeout = is_real, timeout
+        self._real, self._timeout, self._by_wire = is_real, timeout, by_wire
         self._number, self._now, self._lost = 0, 0, False
         self._yaw = 0.0
         self._steers: list[Odometry] = [Odometry(0.0, 0.0, 0.0)]  # feedback from the newest row of motion on
@@ -77,6 +81,8 @@ class Ros2Vehicle:
         """Ask the car to stand or roll at `state`."""
         self._now = round(state.t * convert.SECOND)
         self._send(topics.RESET, convert.state_to_ros(state, self._now))
+        if self._by_wire is not None:
+            self._by_wire.reset()
         self._yaw = state.yaw
         self._go_on()
         self._rows(), self._observed()  # what was under way belongs to the time before
@@ -93,12 +99,17 @@ class Ros2Vehicle:
 
     def apply(self, command: Command) -> None:
         """Send the command. Raises ValueError if it is not finite."""
-        if not np.isfinite([command.steer, command.accel]).all():
+        if not np.isfinite([command.steer, command.accel, command.throttle, command.brake]).all():
             raise ValueError(f"command at t = {command.t:.3f} s is not finite")
-        self._send(topics.COMMAND, convert.command_to_ros(command, self._now))
+        if self._by_wire is not None:
+            self._by_wire.apply(command)
+        else:
+            self._send(topics.COMMAND, convert.command_to_ros(command, self._now))
 
     def step(self, dt: float) -> FloatArray:
         """Let `dt` [s], a multiple of 10 ms, pass. Returns the rows of motion that have come, (n, 12), n may be 0."""
+        if self._by_wire is not None:
+            self._by_wire.cycle(self._now)
         self._now += round(dt * convert.SECOND)
         self._send(topics.CLOCK, ros2_types.Clock(convert.stamp(self._now)))
         self._go_on()
@@ -115,6 +126,8 @@ class Ros2Vehicle:
         end, self._end = self._end, None
         if end is not None:
             end.close()
+            if self._by_wire is not None:
+                self._by_wire.close()
 
     def _call(self, ready: float) -> VehicleDescription:
         end, waited = self._wire(), 0.0
@@ -142,9 +155,13 @@ class Ros2Vehicle:
     def _go_on(self) -> None:
         end = self._wire()
         self._number += 1
+        if self._by_wire is not None:
+            self._by_wire.step(self._number)
         end.step(self._number, self._now)
         try:
             number, reached = end.next_step(self._timeout, at_least=self._number)
+            if self._by_wire is not None:
+                self._by_wire.stepped(self._number, self._now)
         except Silence:
             self._lost = True
             raise VehicleLost(
@@ -179,8 +196,8 @@ class Ros2Vehicle:
         )
 
     def _take_feedback(self) -> None:
-        for message in self._wire().take(topics.FEEDBACK):
-            report = convert.feedback_from_ros(message)
+        told = map(convert.feedback_from_ros, self._wire().take(topics.FEEDBACK))
+        for report in told if self._by_wire is None else self._by_wire.reports():
             self._wheels.append(report)
             self._steers.append(report)
 

@@ -2,6 +2,7 @@
 
 python -m vehicle.surrogate --drive rich --hidden F.toml --out log.csv
 python -m vehicle.surrogate --dds 42 --hidden F.toml           as a car on the wire, for pytest -m rw
+python -m vehicle.surrogate --dds 42 --can socketcan:vcan0     with its drive-by-wire on CAN
 """
 
 from __future__ import annotations
@@ -22,16 +23,20 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="of drive and sensor noise")
     parser.add_argument("--out", type=Path, metavar="LOG.csv")
     parser.add_argument("--dds", type=int, metavar="DOMAIN", help="be a car on this DDS domain (0 to 232) instead")
+    parser.add_argument("--can", metavar="BUS", help="with --dds: commands come over CAN, as udp_multicast:GROUP:PORT")
+    parser.add_argument("--dbc", type=Path, metavar="F.dbc", help="messages there, signal map beside it; default: ours")
     args = parser.parse_args(argv)
     if (args.out is None) == (args.dds is None):
         parser.error("one of --out LOG.csv and --dds DOMAIN is needed")
+    if (args.can is not None and args.dds is None) or (args.dbc is not None and args.can is None):
+        parser.error("--can BUS needs --dds DOMAIN, --dbc F.dbc needs --can BUS")
     try:
         hidden = read_hidden(args.hidden) if args.hidden else Hidden()
     except HiddenError as error:
         print(error, file=sys.stderr)
         return 2
     if args.dds is not None:
-        return _serve(args.dds, hidden, args.seed)
+        return _serve(args.dds, hidden, args.seed, args.can, args.dbc)
     from vehicle.surrogate.recorder import record, write_csv  # compiles; not before the file is known to be good
 
     columns = record(hidden, args.drive, args.seed)
@@ -44,11 +49,19 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
-def _serve(domain: int, hidden: Hidden, seed: int) -> int:
+def _serve(domain: int, hidden: Hidden, seed: int, bus: str | None, dbc: Path | None) -> int:
+    from vehicle.surrogate.ecu import DriveByWire
     from vehicle.surrogate.node import Node, end_with_parent
+    from vehicle.wire.can_link import BusError
+    from vehicle.wire.can_map import CanMapError, find_map
 
     end_with_parent()
-    Node(domain, hidden, seed).serve()
+    try:
+        unit = None if bus is None else DriveByWire(bus, find_map(dbc))
+    except (BusError, CanMapError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    Node(domain, hidden, seed, unit).serve()
     return 0
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 
 from vehicle.messages import CameraFrame, GnssFix, Imu, Odometry, VehicleDescription, VehicleState, no_surroundings
+from vehicle.surrogate.ecu import DriveByWire
 from vehicle.surrogate.hidden import Hidden
 from vehicle.surrogate.scanner import Scanner
 from vehicle.surrogate.sensors import FACTOR, SIGMA
@@ -30,10 +31,14 @@ IDLE = 3600.0  # s without a word after which it gives up
 
 
 class Node:
-    """A surrogate car that serves DDS domain `domain`. Same seed and same messages in, same messages out."""
+    """A surrogate car that serves DDS domain `domain`. Same seed and same messages in, same messages out.
 
-    def __init__(self, domain: int, hidden: Hidden, seed: int) -> None:
-        self._car = DoubleTrack(hidden, seed=seed)
+    With a drive-by-wire `unit` its commands come, and its speed and steering angle go, over CAN.
+    """
+
+    def __init__(self, domain: int, hidden: Hidden, seed: int, unit: DriveByWire | None = None) -> None:
+        self._unit = unit
+        self._car = DoubleTrack(hidden, seed=seed, pedals=unit is not None and unit.pedals)
         self._seed, self._sigma = seed, FACTOR[hidden.noise]
         self.description: VehicleDescription = msgspec.structs.replace(
             self._car.description, lidar_x=1.18, lidar_z=1.5, camera_x=1.58, camera_z=1.4
@@ -54,12 +59,18 @@ class Node:
                     self._end.step(0, until)
                 continue
             self._obey()
+            if self._unit is not None:
+                self._unit.hear(number, self._now)
             self._advance(until)
             self._deliver()
+            if self._unit is not None:
+                self._unit.done(number)
             self._end.step(number, self._now)
 
     def _place(self, state: VehicleState) -> None:
         self._car.reset(state)
+        if self._unit is not None:
+            self._unit.reset()
         self._scanner = Scanner(self.description, self._seed)
         self._around, self._signals = no_surroundings(), None
         self._now = self._start = round(state.t * convert.SECOND)
@@ -74,7 +85,7 @@ class Node:
             self._place(convert.state_from_ros(message))
         for message in take(topics.SIGNALS):
             self._queue(topics.SEEN_SIGNALS, message, 0)
-        for message in take(topics.COMMAND):
+        for message in take(topics.COMMAND) if self._unit is None else ():
             self._car.apply(convert.command_from_ros(message))
         for message in take(topics.OBJECTS):
             self._around = convert.objects_from_ros(message)
@@ -93,6 +104,11 @@ class Node:
 
     def _advance(self, until: int) -> None:
         while self._now + SUBSTEP <= until:
+            if self._unit is not None:
+                self._unit.watch(self._now)
+                asked = self._unit.command(self._now / convert.SECOND)
+                if asked is not None:
+                    self._car.apply(asked)
             self._car.step(SUBSTEP / convert.SECOND)
             self._now += SUBSTEP
             now, state, ran = self._now, self._car.state, self._now - self._start
@@ -106,7 +122,10 @@ class Node:
     def _measure(self, now: int, with_gnss: bool) -> None:
         shown = self._car.measure()
         wheels = Odometry(0.0, shown["v"] if self._car.state.v != 0.0 else 0.0, self._car.state.steer)
-        self._queue(topics.FEEDBACK, convert.feedback_to_ros(wheels, now), 0)
+        if self._unit is None:
+            self._queue(topics.FEEDBACK, convert.feedback_to_ros(wheels, now), 0)
+        else:
+            self._unit.report(now, wheels)
         felt = Imu(0.0, shown["ax"], shown["ay"], shown["yaw_rate"])
         self._queue(topics.IMU, convert.imu_to_ros(felt, now), 0)
         if with_gnss:

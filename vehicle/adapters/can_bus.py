@@ -1,0 +1,124 @@
+"""A drive-by-wire on CAN: what carries the commands of a car, and brings its speed, steering angle and driver's hands.
+
+CAN carries no LiDAR, camera or GNSS: those come over ROS 2, as in most research cars. So this is the part of a
+`Ros2Vehicle` that its topics `/vehicle/command` and `/vehicle/feedback` would else be. Needs the extra `can`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from vehicle.adapter import VehicleLost
+from vehicle.gated import Hands
+from vehicle.messages import Command, Odometry
+from vehicle.wire.can_codec import Codec, Reading
+from vehicle.wire.can_link import DONE, STEP, BusError, Link, Silence, Stamped, open_bus
+from vehicle.wire.can_map import SignalMap
+
+BEATS = 256  # the heartbeat counts to this
+GRANTED = 100_000_000  # ns that a car has to grant automatic mode
+SECOND = 1_000_000_000  # ns
+
+
+class CanActuators:
+    """The harness's end of CAN bus `address`, with the messages of `car`.
+
+    Nothing is sent before the first command: a dry run leaves the bus alone. From then on every cycle sends all
+    commands, asks for automatic mode and beats. Time [ns] is simulated, in lock-step with the surrogate.
+    `alive` raises VehicleLost if the car is known to be gone.
+    """
+
+    def __init__(self, address: str, car: SignalMap, alive: Callable[[], None], *, timeout: float) -> None:
+        self._map, self._timeout = car, timeout
+        self._codec = Codec(car, sends="command")
+        self._link = Link(_opened(address), self._codec.sends, alive, steps=True)
+        self._beat = 0
+        self.wrong: list[tuple[int, Reading]] = []  # frames that did not count, with their time [ns]
+        self.reset()
+
+    def reset(self) -> None:
+        """Ask for nothing any more; forget what was measured."""
+        self._command: Command | None = None
+        self._since: int | None = None
+        self._mode: str = ""
+        self._heard: dict[str, float] = {}
+        self._reports: list[Odometry] = []
+        self.hands = Hands(False, False)
+
+    def apply(self, command: Command) -> None:
+        """Hold a command, from the next cycle on."""
+        self._command = command
+
+    def cycle(self, now: int) -> None:
+        """Send what a cycle that begins at `now` [ns] has to."""
+        command = self._command
+        if command is None:
+            return
+        self._since = now if self._since is None else self._since
+        self._beat = (self._beat + 1) % BEATS
+        values = {
+            "steer": command.steer, "accel": command.accel, "throttle": command.throttle, "brake": command.brake,
+            "heartbeat": float(self._beat), "mode": float(self._map.mode.get("automatic", 1)),
+        }  # fmt: skip
+        try:
+            for frame in self._codec.frames(values, automatic=True):
+                self._link.send(frame)
+        except BusError as error:
+            raise VehicleLost(str(error)) from None
+
+    def step(self, number: int) -> None:
+        """Say that all frames of step `number` are sent."""
+        self._link.say(STEP, number)
+
+    def stepped(self, number: int, now: int) -> None:
+        """Take what the car sent in step `number`, which ends at `now` [ns]. Raises VehicleLost."""
+        try:
+            came = self._link.until(DONE, number, self._timeout)
+        except Silence:
+            raise VehicleLost(f"the car's CAN said nothing within {self._timeout:g} s") from None
+        except BusError as error:
+            raise VehicleLost(str(error)) from None
+        self._take(came)
+        self._check_mode(now)
+
+    def reports(self) -> list[Odometry]:
+        """Measured speed and steering angle since the last call, oldest first."""
+        reports, self._reports = self._reports, []
+        return reports
+
+    def close(self) -> None:
+        """Leave the bus; a car in automatic mode stops when its heart no longer beats."""
+        self._link.close()
+
+    def _take(self, came: list[Stamped]) -> None:
+        for ns, frame in came:
+            said = self._codec.read(frame)
+            if said is None:
+                continue
+            if said.wrong or said.lost:
+                self.wrong.append((ns, said))
+            if said.wrong:
+                continue
+            self._heard.update(said.values)
+            heard = self._heard
+            if "mode" in said.values:
+                value = round(said.values["mode"])
+                self._mode = next((name for name, number in self._map.mode.items() if number == value), f"{value}")
+            if "override" in said.values or "emergency_stop" in said.values:
+                self.hands = Hands(heard.get("override", 0.0) != 0.0, heard.get("emergency_stop", 0.0) != 0.0)
+            if "speed" in said.values and "steer" in heard:
+                self._reports.append(Odometry(ns / SECOND, heard["speed"], heard["steer"]))
+
+    def _check_mode(self, now: int) -> None:
+        """Raise VehicleLost if the car does not obey and no driver's hand is the reason."""
+        if self._since is None or "mode" not in self._map.report or any(self.hands):
+            return
+        if self._mode != "automatic" and now - self._since >= GRANTED:
+            raise VehicleLost(f"the car's drive-by-wire is in mode {self._mode or 'unknown'}, asked for was automatic")
+
+
+def _opened(address: str) -> object:
+    try:
+        return open_bus(address)
+    except BusError as error:
+        raise VehicleLost(str(error)) from None
