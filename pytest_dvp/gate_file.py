@@ -16,7 +16,7 @@ from pytest_dvp.metrics import Metric, MetricError, find_metric, known_metrics
 from pytest_dvp.metrics.registry import check_options
 from vehicle.messages import RoadPoint
 
-GATE_KEYS = ("metric", "max", "min", "stages", "between")
+GATE_KEYS = ("metric", "max", "min", "stages", "between", "max_difference")
 TABLES = ("task", "traffic", "gate")
 TASK_KEYS = ("start", "goal", "lane")
 TRAFFIC_KEYS = ("net", "routes")
@@ -173,8 +173,10 @@ class _Reader:
         head, keys = self.lines.gates[index] if index < len(self.lines.gates) else (self.lines.top.get("gate"), {})
         element = f"gate[{index + 1}]"
         chosen = self._metric(table, keys.get("metric", head), element)
-        bounds = {key: self._bound(table, key, keys.get(key, head), element) for key in ("max", "min")}
-        if "max" not in table and "min" not in table:
+        bounds = {
+            key: self._bound(table, key, keys.get(key, head), element) for key in ("max", "min", "max_difference")
+        }
+        if not any(key in table for key in bounds):
             self.find("no_bound", head, element, "a gate needs a bound", allowed="max, min or both")
         low, high = bounds["min"], bounds["max"]
         if low is not None and high is not None and low > high:
@@ -192,13 +194,9 @@ class _Reader:
         options = {key: value for key, value in table.items() if key not in GATE_KEYS}
         if chosen is not None:
             self._options(chosen, options, keys, head, element)
-            if (chosen.logs == 2) != ("between" in table):
-                text = (
-                    f'{chosen.name} compares two logs: say which, between = ["dt", "rw"]'
-                    if chosen.logs == 2
-                    else f"{chosen.name} is a metric of one log: use stages instead of between"
-                )
-                self.find("between", keys.get("between", head), element, text)
+            wrong = _two_stages(chosen, table)
+            if wrong:
+                self.find("between", keys.get("between", head), element, wrong)
         if "model" in options:
             model = model_file(options["model"], Path(self.file).parent)
             if isinstance(model, str):
@@ -208,7 +206,8 @@ class _Reader:
         if len(self.findings) > before or chosen is None:
             return None
         pair = (between[0], between[1]) if between else None
-        return Gate(chosen.name, high, low, stages or STAGES, pair, options, self.file, head)
+        apart = bounds["max_difference"]
+        return Gate(chosen.name, high, low, stages or STAGES, pair, options, self.file, head, max_difference=apart)
 
     def _metric(self, table: dict[str, Any], line: int | None, element: str) -> Metric | None:
         name = table.get("metric")
@@ -279,6 +278,28 @@ class _Reader:
         except MetricError as error:
             line = next((keys[key] for key in options if key in keys and repr(key) in str(error)), head)
             self.find("option", line, element, str(error))
+
+
+def _two_stages(chosen: Metric, table: dict[str, Any]) -> str:
+    """What is wrong with how a gate names its stages; empty if nothing is."""
+    apart, between = "max_difference" in table, "between" in table
+    if chosen.logs == 2 and not between:
+        return f'{chosen.name} compares two logs: say which, between = ["dt", "rw"]'
+    if chosen.logs == 2 and apart:
+        return f"{chosen.name} compares two logs already: bound it with max and min"
+    if chosen.logs == 1 and between and not apart:
+        return (
+            f"{chosen.name} is a metric of one log: with between, say by how much it may differ: max_difference = 0.5"
+        )
+    if apart and not between:
+        return 'max_difference is between two stages: say which, between = ["dt", "rw"]'
+    if apart and ("max" in table or "min" in table):
+        return "max_difference stands alone: max and min are for a gate of its own, without between"
+    if between and "stages" in table:
+        return "between names the stages already: leave out stages"
+    if apart and isinstance(table["max_difference"], int | float) and table["max_difference"] < 0:
+        return "max_difference must be >= 0"
+    return ""
 
 
 def _finite(value: object) -> bool:

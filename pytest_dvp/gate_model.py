@@ -18,7 +18,8 @@ class Gate:
     """One bound on one metric. `max` and `min` in the metric's unit, both inclusive.
 
     stages   where it applies
-    between  two stages whose logs a metric of two logs compares: (model, measured)
+    between  two stages: a metric of two logs compares theirs (model, measured), one of one log may differ between them
+             by `max_difference` at most, in its unit
     options  keyword arguments of the metric
     key      what the gate file calls it where that is not the metric's name: rmse for open_loop_error
     """
@@ -32,6 +33,7 @@ class Gate:
     file: str = ""
     line: int | None = None
     key: str = ""
+    max_difference: float | None = None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

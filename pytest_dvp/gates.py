@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
@@ -27,7 +27,9 @@ __all__ = [
     "check_gates",
     "default_gates",
     "judge",
+    "judge_between",
     "overall",
+    "pairs_of",
     "read_gates",
     "unjudged",
 ]
@@ -74,24 +76,55 @@ def default_gates() -> GateFile:
     return GateFile(None, gates)
 
 
-def judge(gates: GateFile | Sequence[Gate], log: Log, others: Mapping[str, Log] | None = None) -> list[Verdict]:
-    """Verdicts of the gates that apply to the log's stage (meta `stage`), in the order of the file.
+def judge(gates: GateFile | Sequence[Gate], log: Log) -> list[Verdict]:
+    """Verdicts of the gates that apply to the log's stage (meta `stage`), in the order of the file; those across stages
+    need two logs: `judge_between`.
 
-    `others` holds logs of other stages for the gates across stages; without the other log such a gate is INCONCLUSIVE.
-    No gate at all, or none for this stage, is one INCONCLUSIVE verdict. So is a storyboard with an event that never
-    fired where all gates pass: what should have happened did not, and a drive in an empty world proves nothing. A gate
-    on `events_fired` decides instead of this, one on `event_started` for its event.
+    No gate at all, or none for this stage, is one INCONCLUSIVE verdict; a file whose gates are all across stages leaves
+    the stage itself to the default gates. INCONCLUSIVE is a storyboard with an event that never fired where all gates
+    pass: what should have happened did not, and a drive in an empty world proves nothing. A gate on `events_fired`
+    decides instead of this, one on `event_started` for its event.
     """
-    chosen = gates.gates if isinstance(gates, GateFile) else tuple(gates)
+    given = gates.gates if isinstance(gates, GateFile) else tuple(gates)
+    chosen = [gate for gate in given if gate.between is None]
+    if given and not chosen:
+        chosen = list(default_gates().gates)
     name = str(log.meta.get("stage", "dt"))
     stage = name.split("-")[0]  # "rw-surrogate" is judged by the gates of "rw"
-    here = [gate for gate in chosen if stage in (gate.between if gate.between is not None else gate.stages)]
-    verdicts = [_judge(gate, stage, log, others or {}) for gate in here]
+    here = [gate for gate in chosen if stage in gate.stages]
+    verdicts = [_judge(gate, log) for gate in here]
     if verdicts:
         return [*verdicts, *_never_fired(log, here, verdicts)]
     file = gates.file if isinstance(gates, GateFile) else ""
     text = f"no gate applies to stage {name}: nothing was judged"
     return [Verdict("", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, file, None)]
+
+
+def pairs_of(gates: Iterable[Gate]) -> list[tuple[Stage, Stage]]:
+    """The pairs of stages (model, measured) that gates are between, each once, in the order of the gates."""
+    return list(dict.fromkeys(gate.between for gate in gates if gate.between is not None))
+
+
+def judge_between(
+    gates: Iterable[Gate],
+    pair: tuple[Stage, Stage],
+    logs: Mapping[str, Log],
+    missing: Mapping[str, str] | None = None,
+) -> list[Verdict]:
+    """Verdicts of the gates between two stages, from the logs by stage ("dt", "rw").
+
+    Without one of the logs each of them is INCONCLUSIVE; `missing` says by stage why it is not there and how to get it.
+    No such gate is one INCONCLUSIVE verdict.
+    """
+    here = [gate for gate in gates if gate.between == pair]
+    if not here:
+        text = f"no gate is between {pair[0]} and {pair[1]}: nothing was judged"
+        return [Verdict("", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, "", None)]
+    for stage in pair:
+        if stage not in logs:
+            why = (missing or {}).get(stage) or f"no log of stage {stage} to compare with"
+            return [_verdict(gate, "INCONCLUSIVE", None, why) for gate in here]
+    return [_judge(gate, logs[pair[0]], logs[pair[1]]) for gate in here]
 
 
 def overall(verdicts: Sequence[Verdict]) -> Status:
@@ -130,9 +163,9 @@ def _never_fired(log: Log, gates: Sequence[Gate], verdicts: Sequence[Verdict]) -
     ]
 
 
-def _judge(gate: Gate, stage: str, log: Log, others: Mapping[str, Log]) -> Verdict:
+def _judge(gate: Gate, log: Log, measured: Log | None = None) -> Verdict:
     try:
-        value = _evaluate(gate, stage, log, others)
+        value = _evaluate(gate, log, measured)
     except MetricError as error:
         return _verdict(gate, "ERROR", None, str(error))
     except Exception as error:  # a metric of another package may raise anything; one bad metric must not end the run
@@ -143,21 +176,26 @@ def _judge(gate: Gate, stage: str, log: Log, others: Mapping[str, Log]) -> Verdi
     return _verdict(gate, "PASS" if _margin(gate, value.value)[0] >= 0.0 else missed, value, "")
 
 
-def _evaluate(gate: Gate, stage: str, log: Log, others: Mapping[str, Log]) -> MetricValue:
-    if gate.between is None:
-        return compute(gate.metric, log, **gate.options)
-    logs = {**{str(key).split("-")[0]: other for key, other in others.items()}, stage: log}
-    missing = [name for name in gate.between if name not in logs]
-    if missing:
-        return dataclasses.replace(
-            compute(gate.metric, log, None, **gate.options), reason=f"no log of stage {missing[0]} to compare with"
-        )
-    return compute(gate.metric, logs[gate.between[0]], logs[gate.between[1]], **gate.options)
+def _evaluate(gate: Gate, log: Log, measured: Log | None) -> MetricValue:
+    if gate.max_difference is None:
+        return compute(gate.metric, log, measured, **gate.options)
+    assert gate.between is not None
+    assert measured is not None
+    both = [compute(gate.metric, each, **gate.options) for each in (log, measured)]
+    for stage, one in zip(gate.between, both, strict=True):
+        if not one.valid or one.value is None:
+            return dataclasses.replace(one, valid=False, value=None, reason=f"stage {stage}: {one.reason}")
+    first, second = both[0].value or 0.0, both[1].value or 0.0
+    told = _pair(first, second, both[0].unit)
+    what = f"{gate.between[0]} {told[0]}, {gate.between[1]} {told[1]}"
+    return dataclasses.replace(both[1], value=abs(second - first), t=None, object=what, series=None)
 
 
 def _margin(gate: Gate, value: float) -> tuple[float, float, str]:
     """Least distance to a bound, that bound, and the relation that holds."""
     limits = []
+    if gate.max_difference is not None:
+        limits.append((gate.max_difference - value, gate.max_difference, "<=" if value <= gate.max_difference else ">"))
     if gate.max is not None:
         limits.append((gate.max - value, gate.max, "<=" if value <= gate.max else ">"))
     if gate.min is not None:
@@ -205,13 +243,18 @@ def _label(gate: Gate, unit: str) -> str:
         parts.append(f">= {_pair(gate.min, gate.min, unit)[0]}")
     if gate.max is not None:
         parts.append(f"<= {_pair(gate.max, gate.max, unit)[0]}")
-    signal = f"({gate.options['signal']})" if "signal" in gate.options else ""
-    name = _name(gate) if "model" in gate.options else f"{gate.metric}{signal}"
+    if gate.max_difference is not None:
+        parts.append(f"<= {_pair(gate.max_difference, gate.max_difference, unit)[0]}")
+    signal = f"({gate.options['signal']})" if "signal" in gate.options and gate.between is None else ""
+    name = _name(gate) if "model" in gate.options else f"{_name(gate)}{signal}"
     return f"{name} {' and '.join(parts)}{_suffix(unit)}"
 
 
 def _name(gate: Gate) -> str:
-    """A model's figures mean nothing without their signal and the model."""
+    """A model's figures mean nothing without their signal and the model, and what lies between stages says so."""
+    if gate.between is not None:
+        signal = f"({gate.options['signal']})" if "signal" in gate.options else ""
+        return _printable(f"{gate.metric}{signal}{' difference' if gate.max_difference is not None else ''}")
     if "model" not in gate.options:
         return gate.metric
     model = Path(str(gate.options["model"])).name

@@ -53,6 +53,12 @@ def test_gates_are_read_with_their_lines(file: Path) -> None:
     assert (second.between, second.options, second.min, second.line) == (("dt", "rw"), {"signal": "v"}, 0.995, 11)
 
 
+def test_a_difference_between_stages_is_read(file: Path) -> None:
+    text = gate('metric = "max_jerk"\nbetween = ["dt", "rw"]\nmax_difference = 0.5\ncutoff = 2.0')
+    (found,) = read_gates(write(file, text)).gates
+    assert (found.between, found.max_difference, found.max, found.options) == (("dt", "rw"), 0.5, None, {"cutoff": 2.0})
+
+
 def test_task_is_read(file: Path) -> None:
     task = read_gates(write(file, GOOD)).task
     assert task is not None
@@ -97,7 +103,16 @@ def gate(body: str) -> str:
         (gate('metric = "tet"\nmax = 1\ncritical = nan'), 4, "option", "must be a finite number"),
         (gate('metric = "mncc"\nmin = 0.9\nsignal = "v"'), 1, "between", 'say which, between = ["dt", "rw"]'),
         (gate('metric = "mncc"\nmin = 0.9\nbetween = ["dt", "rw"]'), 1, "option", "needs the option 'signal'"),
-        (gate('metric = "tet"\nmax = 1\nbetween = ["dt", "rw"]'), 4, "between", "a metric of one log"),
+        (gate('metric = "tet"\nmax = 1\nbetween = ["dt", "rw"]'), 4, "between", "by how much it may differ"),
+        (gate('metric = "tet"\nmax_difference = 1'), 1, "between", "say which, between"),
+        (gate('metric = "tet"\nmax_difference = -1\nbetween = ["dt", "rw"]'), 4, "between", "must be >= 0"),
+        (gate('metric = "tet"\nmax_difference = 1\nmax = 2\nbetween = ["dt", "rw"]'), 5, "between", "stands alone"),
+        (
+            gate('metric = "lag"\nsignal = "v"\nmax_difference = 1\nbetween = ["dt", "rw"]'),
+            5,
+            "between",
+            "compares two logs already",
+        ),
         (gate('metric = "mncc"\nmin = 0\nsignal = "v"\nbetween = ["dt", "dt"]'), 5, "between", "two different stages"),
         ("", 1, "no_gate", "a file without gates judges nothing"),
         ("gate = 3", 1, "not_a_table", "gates are written as [[gate]] tables"),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from results_logs import drive_straight, log_of, times, track
 
-from pytest_dvp.gates import Gate, GateFile, Verdict, default_gates, judge, overall
+from pytest_dvp.gates import Gate, GateFile, Verdict, default_gates, judge, judge_between, overall
 from pytest_dvp.log import Log, LogEvent
 from pytest_dvp.metrics import Measured, known_metrics, metric, registry
 from pytest_dvp.metrics.base import REQUIRED
@@ -100,16 +100,32 @@ def test_surrogate_is_judged_by_the_gates_of_its_stage() -> None:
     assert one(Gate("collision", max=0.0, stages=("rw",)), log).status == "PASS"
 
 
-def test_gate_across_stages_is_inconclusive_without_the_other_log() -> None:
-    verdict = one(Gate("mncc", min=0.9, between=("dt", "rw"), options={"signal": "x"}))
+LIKE = Gate("mncc", min=0.9, between=("dt", "rw"), options={"signal": "x"}, file="a.gates.toml", line=3)
+
+
+def test_a_stage_alone_is_not_judged_by_gates_across_stages() -> None:
+    assert [verdict.metric for verdict in judge([LIKE, Gate("collision", max=0.0)], CLOSING)] == ["collision"]
+
+
+def test_a_file_of_gates_across_stages_leaves_each_stage_to_the_default_gates() -> None:
+    assert [verdict.metric for verdict in judge([LIKE], CLOSING)] == ["collision", "road_departure", "scenario_ended"]
+
+
+def test_gate_across_stages_is_inconclusive_without_the_other_log_and_says_how_to_get_it() -> None:
+    (verdict,) = judge_between([LIKE], ("dt", "rw"), {"dt": CLOSING}, {"rw": "no drive of stage rw: pytest -m rw"})
     assert verdict.status == "INCONCLUSIVE"
-    assert verdict.short == "mncc INCONCLUSIVE: no log of stage rw to compare with"
+    assert verdict.message == "mncc(x) INCONCLUSIVE: no drive of stage rw: pytest -m rw, gate a.gates.toml:3"
+    assert judge_between([LIKE], ("dt", "rw"), {"rw": CLOSING})[0].status == "INCONCLUSIVE"
 
 
-def test_gate_across_stages_is_judged_with_the_other_log() -> None:
-    gate = Gate("mncc", min=0.9, between=("dt", "rw"), options={"signal": "x"})
-    (verdict,) = judge([gate], CLOSING, {"rw": CLOSING})
+def test_gate_across_stages_is_judged_with_both_logs() -> None:
+    (verdict,) = judge_between([LIKE], ("dt", "rw"), {"dt": CLOSING, "rw": CLOSING})
     assert (verdict.status, verdict.value) == ("PASS", pytest.approx(1.0))
+
+
+def test_no_gate_between_two_stages_is_inconclusive() -> None:
+    (verdict,) = judge_between([LIKE], ("dt", "pe"), {"dt": CLOSING, "pe": CLOSING})
+    assert (verdict.status, verdict.short) == ("INCONCLUSIVE", "no gate is between dt and pe: nothing was judged")
 
 
 def test_lag_between_stages_has_the_sign_of_the_second_one() -> None:
@@ -117,7 +133,27 @@ def test_lag_between_stages_has_the_sign_of_the_second_one() -> None:
     late = np.exp(-(((times() - 4.4) / 0.8) ** 2)) * (times() - 4.4)
     dt, rw = log_of(columns={"v": wave}), log_of(columns={"v": late}, meta={"stage": "rw"})
     gate = Gate("lag", max=0.1, between=("dt", "rw"), options={"signal": "v"})
-    assert [judge([gate], dt, {"rw": rw})[0].value, judge([gate], rw, {"dt": dt})[0].value] == pytest.approx([0.4, 0.4])
+    (verdict,) = judge_between([gate], ("dt", "rw"), {"dt": dt, "rw": rw})
+    assert (verdict.status, verdict.value) == ("FAIL", pytest.approx(0.4))
+
+
+@pytest.mark.parametrize(("allowed", "status"), [(0.49, "FAIL"), (0.51, "PASS")])
+def test_a_metric_may_differ_between_stages_by_so_much_and_no_more(allowed: float, status: str) -> None:
+    dt, rw = log_of(columns={"yaw_rate": 0.2}), log_of(columns={"yaw_rate": -0.7}, meta={"stage": "rw"})
+    gate = Gate("max_yaw_rate", between=("dt", "rw"), max_difference=allowed)
+    (verdict,) = judge_between([gate], ("dt", "rw"), {"dt": dt, "rw": rw})
+    assert (verdict.status, verdict.value, verdict.unit) == (status, pytest.approx(0.5), "rad/s")
+    assert verdict.name == "max_yaw_rate difference"
+    assert verdict.object == "dt 0.20, rw 0.70"
+
+
+def test_a_metric_that_one_stage_does_not_define_differs_by_nothing_that_passes() -> None:
+    gate = Gate("completion_time", between=("dt", "rw"), max_difference=100.0)
+    (verdict,) = judge_between([gate], ("dt", "rw"), {"dt": CLOSING, "rw": CLOSING})
+    assert (verdict.status, verdict.short) == (
+        "INCONCLUSIVE",
+        "completion_time difference INCONCLUSIVE: stage dt: the goal was never reached",
+    )
 
 
 def test_metric_that_raises_is_an_error_and_the_others_are_judged(monkeypatch: pytest.MonkeyPatch) -> None:
