@@ -2,7 +2,8 @@
 
 Mode: manual -> automatic when asked for, with a beating heart, after manual was asked for since the last fault.
 Automatic -> fault when heartbeat or command stay away for 100 ms: it brakes by itself, the wheel held, until manual is
-asked for. A frame with a wrong checksum, or one that repeats, is not taken; it is counted and reported.
+asked for (without modes in its messages: until commands come again). A frame with a wrong checksum, or one that
+repeats, is not taken; it is counted and reported.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ class DriveByWire:
         self._codec, self._map = Codec(car, sends="report"), car
         self._link = Link(open_bus(address), self._codec.sends, lambda: None, steps=False)
         self._refused = 0
+        self._asks = "mode" in car.command  # else it obeys whoever sends
         self._names = {value: name for name, value in car.mode.items()}
         self.reset()
 
@@ -37,7 +39,7 @@ class DriveByWire:
 
     def reset(self) -> None:
         """Stand in manual mode, with nothing asked for."""
-        self.mode = MANUAL if "mode" in self._map.command else AUTOMATIC
+        self.mode = MANUAL if self._asks else AUTOMATIC
         self._asked_manual = True
         self._asked: dict[str, float] = {}
         self._heard: dict[str, float] = {}
@@ -59,8 +61,11 @@ class DriveByWire:
 
     def watch(self, now: int) -> None:
         """Fall into fault if what automatic mode needs has stayed away."""
-        if self.mode == AUTOMATIC and "mode" in self._map.command and not self._fresh(now):
+        fresh = all(now - self._heard.get(name, now) < PATIENCE for name in self._map.command if name != "mode")
+        if self.mode == AUTOMATIC and not fresh:
             self.mode, self._asked_manual = FAULT, False
+        elif self.mode == FAULT and fresh and not self._asks:
+            self.mode = AUTOMATIC
 
     def command(self, now: float) -> Command | None:
         """What the actuators get; None: nobody asks for anything, or a driver has the car."""
@@ -87,6 +92,10 @@ class DriveByWire:
         """Say that all frames of step `number` are sent."""
         self._link.say(DONE, number)
 
+    def close(self) -> None:
+        """Leave the bus."""
+        self._link.close()
+
     def _ask_mode(self, asked: str, now: int) -> None:
         if asked == MANUAL:
             self.mode, self._asked_manual = MANUAL, True
@@ -96,6 +105,3 @@ class DriveByWire:
 
     def _beats(self, now: int) -> bool:
         return "heartbeat" not in self._map.command or now - self._heard.get("heartbeat", -inf) < PATIENCE
-
-    def _fresh(self, now: int) -> bool:
-        return all(now - self._heard.get(name, now) < PATIENCE for name in self._map.command if name != "mode")

@@ -1,0 +1,160 @@
+"""A drive-by-wire on a virtual CAN bus: handshake, watchdog, refused frames; the surrogate's side in this process."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+pytest.importorskip("cantools")
+
+from vehicle.adapter import VehicleLost
+from vehicle.adapters.can_bus import CanActuators
+from vehicle.messages import Command, Odometry
+from vehicle.surrogate.ecu import DriveByWire
+from vehicle.wire.can_codec import Frame
+from vehicle.wire.can_link import STEP, BusError, Link, open_bus
+from vehicle.wire.can_map import find_map
+
+MS = 1_000_000  # ns
+CYCLE = 20 * MS
+
+
+class Pair:
+    """Both ends, moved on by hand: a cycle of 20 ms as harness and surrogate do it."""
+
+    def __init__(self, name: str) -> None:
+        car = find_map()
+        self.unit = DriveByWire(f"virtual:{name}", car)
+        self.harness = CanActuators(f"virtual:{name}", car, lambda: None, timeout=0.2)
+        self.number, self.now = 0, 0
+
+    def cycle(self, *, silent: bool = False, wheels: Odometry | None = None) -> Command | None:
+        """What the actuators get in this cycle."""
+        self.number += 1
+        if not silent:
+            self.harness.cycle(self.now)
+        self.harness.step(self.number)
+        self.unit.hear(self.number, self.now)
+        command = self.unit.command(self.now / 1e9)
+        self.now += CYCLE
+        self.unit.watch(self.now)
+        self.unit.report(self.now, wheels or Odometry(0.0, 5.0, 0.1))
+        self.unit.done(self.number)
+        self.harness.stepped(self.number, self.now)
+        return command
+
+
+@pytest.fixture
+def pair(request: pytest.FixtureRequest) -> Iterator[Pair]:
+    pair = Pair(request.node.name)
+    yield pair
+    pair.harness.close()
+    pair.unit.close()
+
+
+def asked(t: float = 0.0, steer: float = 0.1, throttle: float = 0.3, brake: float = 0.0) -> Command:
+    return Command(t, steer, 1.0, throttle, brake)
+
+
+def test_nothing_is_sent_before_the_first_command(pair: Pair) -> None:
+    """A dry run leaves the bus of a car alone."""
+    watching = open_bus("virtual:test_nothing_is_sent_before_the_first_command")
+    assert pair.cycle() is None
+    seen = [message.arbitration_id for message in iter(lambda: watching.recv(0.0), None)]
+    watching.shutdown()
+    assert set(seen) & {m.frame_id for m in find_map().database.messages if m.senders == ["HARNESS"]} == set()
+    assert seen.count(STEP) == 1
+    assert pair.unit.mode == "manual"
+
+
+def test_automatic_is_granted_with_the_first_beat_and_command(pair: Pair) -> None:
+    pair.harness.apply(asked())
+    command = pair.cycle()
+    assert command is not None
+    assert (command.steer, command.throttle, command.brake) == pytest.approx((0.1, 0.3, 0.0), abs=5e-5)
+    assert pair.unit.mode == "automatic"
+
+
+def test_reports_carry_the_time_they_were_measured_at(pair: Pair) -> None:
+    pair.cycle(wheels=Odometry(0.0, 7.0, -0.2))
+    (report,) = pair.harness.reports()
+    assert report.t == pytest.approx(0.02)
+    assert (report.v, report.steer) == pytest.approx((7.0, -0.2), abs=1e-3)
+    assert pair.harness.reports() == []
+
+
+def test_a_heart_that_stops_makes_the_car_brake_by_itself_within_100_ms(pair: Pair) -> None:
+    pair.harness.apply(asked())
+    pair.cycle()
+    for _ in range(3):
+        driving = pair.cycle(silent=True)
+        assert driving is not None
+        assert driving.brake == 0.0
+    with pytest.raises(VehicleLost, match="drive-by-wire is in mode fault, asked for was automatic"):
+        pair.cycle(silent=True)  # the fourth cycle without a beat ends 100 ms after the last
+    assert pair.unit.mode == "fault"
+    halt = pair.unit.command(1.0)
+    assert halt is not None
+    assert (halt.brake, halt.throttle) == (1.0, 0.0)
+    assert halt.steer == pytest.approx(0.1, abs=5e-5)
+
+
+def test_after_a_fault_automatic_needs_manual_first(pair: Pair) -> None:
+    pair.harness.apply(asked())
+    pair.cycle()
+    pair.unit.watch(pair.now + 100 * MS)
+    command = pair.cycle()
+    assert command is not None
+    assert (pair.unit.mode, command.brake) == ("fault", 1.0)
+    pair.unit.reset()
+    pair.harness.reset()
+    pair.harness.apply(asked())
+    pair.cycle()
+    assert pair.unit.mode == "automatic"
+
+
+def test_a_stranger_on_a_simulated_bus_is_found_out(pair: Pair) -> None:
+    pair.harness.apply(asked())
+    pair.cycle()
+    stranger = Link(
+        open_bus("virtual:test_a_stranger_on_a_simulated_bus_is_found_out"), frozenset(), lambda: None, steps=False
+    )
+    stranger.send(Frame(256, False, bytes(8)))
+    stranger.close()
+    with pytest.raises(BusError, match="lost"):
+        pair.cycle()
+
+
+def test_a_bus_that_loses_a_frame_is_found_out() -> None:
+    one, other = (open_bus("virtual:lossy") for _ in range(2))
+    sender, receiver = (Link(bus, frozenset(), lambda: None, steps=k == 0) for k, bus in enumerate((one, other)))
+    sender.send(Frame(1, False, b"\x01"))
+    sender.send(Frame(2, False, b"\x02"))
+    assert other.recv(0.0) is not None  # lost
+    sender.say(STEP, 1)
+    with pytest.raises(BusError, match="the CAN bus lost 1 frames before step 1"):
+        receiver.until(STEP, 1, 0.2)
+    sender.close()
+    receiver.close()
+
+
+def test_a_silent_car_is_one_line(pair: Pair) -> None:
+    pair.harness.step(1)
+    with pytest.raises(VehicleLost, match=r"^the car's CAN said nothing within 0\.2 s$"):
+        pair.harness.stepped(1, 0)
+
+
+@pytest.mark.parametrize(
+    ("address", "says"),
+    [
+        ("can0", "expected INTERFACE:CHANNEL"),
+        ("udp_multicast:239.1.1.1", "expected udp_multicast:GROUP:PORT"),
+        ("socketcan:nosuchcan0", "'socketcan:nosuchcan0' cannot be opened"),
+        ("nosuchinterface:1", "'nosuchinterface:1' cannot be opened"),
+    ],
+)
+def test_a_bus_that_cannot_be_opened_is_one_line(address: str, says: str) -> None:
+    with pytest.raises(BusError, match=says) as refused:
+        open_bus(address)
+    assert "\n" not in str(refused.value)
