@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import msgspec
 import numpy as np
 
 from openscenario.findings import Finding, ScenarioError
@@ -33,6 +34,8 @@ from pytest_dvp.stages import CAN, SURROGATE, StageError, label, open_vehicle
 from pytest_dvp.world import World
 from vehicle.adapter import Vehicle
 from vehicle.messages import FloatArray, RoadPoint, VehicleDescription, VehicleState
+from vehicle.model.catalogue import effects_of_files
+from vehicle.model.model_file import read_model
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters
@@ -127,7 +130,7 @@ def _ready(
     state = VehicleState(t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed)
     vehicle.reset(state)
     chosen = request.ads or find_ads()
-    driver: Driver = make_driver(chosen, P, network, vehicle.description)
+    driver: Driver = make_driver(chosen, P, network, _known(vehicle.description, request))
     meta = {
         "scenario": request.path.name,
         "scenario_sha256": scenario.sha256,
@@ -266,6 +269,17 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     if request.vehicle.partition(":")[0] == CAN:
         about |= {"wire": CAN, "dbc_sha256": _sha256(request.dbc) if request.dbc is not None else ""}
     return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
+
+
+def _known(car: VehicleDescription, request: Request) -> VehicleDescription:
+    """What the stack is told of the car: its data sheet; in pe and rw with the delays that the twin has learnt of it.
+
+    They were identified on that car's logs, so that the same stack drives twin and car.
+    """
+    if request.stage == "dt" or request.model is None:
+        return car
+    twin = read_model(request.model, extra=effects_of_files(request.effects)).description()
+    return msgspec.structs.replace(car, steer_delay=twin.steer_delay, drive_delay=twin.drive_delay)
 
 
 def _size(d: VehicleDescription) -> dict[str, float]:
