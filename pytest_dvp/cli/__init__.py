@@ -26,11 +26,12 @@ from pytest_dvp.cli import (
     recover,
     report,
     run,
+    tune,
 )
 from pytest_dvp.cli.arguments import WrongArgument
 from pytest_dvp.settings import SettingError, is_users_mistake, nearest, unknown
 
-COMMANDS = (check, play, run, report, compare, diagnose, plan, extend, doctor, map, recover, effects, metrics)
+COMMANDS = (check, play, run, report, compare, diagnose, plan, extend, tune, doctor, map, recover, effects, metrics)
 
 
 class Parser(argparse.ArgumentParser):

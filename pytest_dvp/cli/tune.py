@@ -1,0 +1,145 @@
+"""Tunes parameters of the driving stack (P) or of the twin (S) over declared candidates, until nothing improves.
+
+Every simulation is kept by a hash of what it depends on: killed, the same command goes on where it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import json
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite, root_here
+from pytest_dvp.cli.progress import progress
+from pytest_dvp.settings import SettingError
+
+if TYPE_CHECKING:
+    from pytest_dvp.tuning.tune import Tuning
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("study", metavar="STUDY.toml", help="candidates, objective, constraints, scenarios, budget")
+    parser.add_argument("--search", metavar="NAME", help="coordinate (as the paper), cma or tpe (extra tune)")
+    parser.add_argument("--budget", type=int, metavar="N", help="simulations, those kept from before included")
+    parser.add_argument("--seed", type=int, metavar="N", help="of the search")
+    add_workers(parser)
+    parser.add_argument("--out", metavar="DIR", help="folder of the result; default: ROOTDIR/runs/tuning/STUDY-SEARCH")
+    add_json(parser)
+
+
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Options of everything that simulates in parallel and keeps what it simulated."""
+    parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one a core. No result depends on it")
+    parser.add_argument("--cache", metavar="DIR", help="kept simulations; default: ROOTDIR/runs/tuning/cache")
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    path = existing(arguments.study, "study")
+    jobs = workers_of(arguments)
+    for option in ("budget", "seed"):
+        value = getattr(arguments, option)
+        if value is not None and value < (1 if option == "budget" else 0):
+            raise SettingError(f"--{option} is {value}, expected a whole number >= {1 if option == 'budget' else 0}")
+    from pytest_dvp.tuning.cache import Cache
+    from pytest_dvp.tuning.study_file import read_study
+    from pytest_dvp.tuning.tune import tune
+    from pytest_dvp.tuning.workers import Workers
+
+    study = read_study(path, search=arguments.search, budget=arguments.budget, seed=arguments.seed)
+    out = folder_of(arguments.out, f"{study.name}-{study.search}")
+    with progress("dvp tune", "tuning") as tick, Workers(Cache(cache_of(arguments)), jobs, tick) as workers:
+        found = tune(study, workers, tick, lambda so_far: write(so_far, out))
+    write(found, out)
+    print(f"dvp tune: {workers.done} simulated, {workers.known} kept from before; {out}", file=sys.stderr)
+    if arguments.json:
+        print(json.dumps(finite(found.as_dict()), ensure_ascii=False, allow_nan=False))
+    else:
+        print(table(found))
+    return 0 if found.best.score.allowed else 1
+
+
+def workers_of(arguments: argparse.Namespace) -> int:
+    """Processes to use. Raises SettingError."""
+    count: int | None = arguments.jobs
+    if count is None:
+        return os.cpu_count() or 1
+    if count < 1:
+        raise SettingError(f"--jobs is {count}, expected a whole number >= 1")
+    return count
+
+
+def cache_of(arguments: argparse.Namespace) -> Path:
+    """The folder of kept simulations."""
+    return Path(arguments.cache) if arguments.cache else root_here() / "runs" / "tuning" / "cache"
+
+
+def folder_of(text: str | None, name: str) -> Path:
+    """The folder of a result, made if it is not there. Raises WrongArgument."""
+    folder = Path(text) if text else root_here() / "runs" / "tuning" / name
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WrongArgument(f"--out {folder}: cannot be made: {error.strerror}") from None
+    return folder
+
+
+def write(found: Tuning, out: Path) -> None:
+    """result.json, trials.csv and the best point as options of `dvp run`; each whole or not at all."""
+    from pytest_dvp.tuning.cache import write_whole
+
+    document = json.dumps(finite(found.as_dict()), ensure_ascii=False, indent=1)
+    write_whole(out / "result.json", document.encode() + b"\n")
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    knobs = [knob.name for knob in found.study.knobs]
+    terms = [term.metric for term in found.study.objective.terms]
+    rows.writerow(["trial", "simulations", "score", "broken", *knobs, *terms])
+    for trial in found.trials:
+        measured = [trial.metrics.get(name) for name in terms]
+        rows.writerow([
+            trial.number, trial.simulations, f"{trial.score.value:.6g}", "; ".join(trial.score.broken),
+            *(f"{trial.point[name]:g}" for name in knobs), *("" if v is None else f"{v:.6g}" for v in measured),
+        ])  # fmt: skip
+    write_whole(out / "trials.csv", text.getvalue().encode())
+    words = " ".join(f"--set {name}={value:g}" for name, value in found.best.point.items())
+    write_whole(out / "best.txt", f"{words}\n".encode())
+
+
+def table(found: Tuning) -> str:
+    """The result as text."""
+    start, best, study = found.start, found.best, found.study
+    lines = [
+        f"{study.name}: {study.objective.kind} by {study.search}, {found.simulations} simulations, {found.ended}",
+        f"score {_score(start.score.value)} -> {_score(best.score.value)}" + _broken(best.score.broken),
+        "",
+        f"  {'parameter':<26}{'start':>12}{'best':>12}  unit",
+    ]
+    for knob in study.knobs:
+        before, after = start.point[knob.name], best.point[knob.name]
+        mark = "" if before == after else " *"
+        lines.append(f"  {knob.name:<26}{before:>12g}{after:>12g}  {knob.unit}{mark}")
+    lines += ["", f"  {'metric':<26}{'start':>12}{'best':>12}"]
+    for name in dict.fromkeys(
+        [t.metric for t in study.objective.terms] + [c.metric for c in study.objective.constraints]
+    ):
+        lines.append(f"  {name:<26}{_value(start.metrics.get(name)):>12}{_value(best.metrics.get(name)):>12}")
+    return "\n".join(lines)
+
+
+def _score(value: float) -> str:
+    from pytest_dvp.tuning.objective import FORBIDDEN
+
+    return "forbidden" if value >= FORBIDDEN else f"{value:.4f}"
+
+
+def _broken(broken: tuple[str, ...]) -> str:
+    return f"; nothing tried keeps what must hold: {', '.join(broken)}" if broken else ""
+
+
+def _value(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"

@@ -1,0 +1,106 @@
+"""A job: one simulation, or one recorded log that a twin is held against; what it depends on is its key."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+PACKAGES = ("openscenario", "vehicle", "ads", "pytest_dvp")
+"""What a result depends on besides the files: the code."""
+NOT_PHYSICS = ("cli", "tuning")  # folders of pytest_dvp in which no metric is made
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Job:
+    """One drive of a scenario (`log` None), or one recorded log replayed through the twin.
+
+    scenario, model, gates, log, vehicle  files as named; the key holds their bytes, so a changed file is another job
+    parameters of the scenario; P, S      values by name
+    """
+
+    scenario: str
+    stage: str = "dt"
+    seed: int = 7
+    parameters: tuple[tuple[str, float], ...] = ()
+    P: tuple[tuple[str, float], ...] = ()
+    S: tuple[tuple[str, float], ...] = ()
+    model: str | None = None
+    gates: str | None = None
+    vehicle: str = "surrogate"
+    library: tuple[str, ...] = ()
+    log: str | None = None
+    save: str | None = None
+
+    @property
+    def key(self) -> str:
+        """Hash of everything that decides the result: 64 hex digits."""
+        plain: dict[str, Any] = dataclasses.asdict(self)
+        del plain["save"]
+        for name in ("scenario", "model", "gates", "log"):
+            if plain[name] is not None:
+                plain[name] = file_digest(plain[name])
+        hidden = self.vehicle.partition(":")[2]
+        plain["vehicle"] = [self.vehicle.partition(":")[0], file_digest(hidden) if hidden else ""]
+        plain["library"] = len(self.library)
+        plain["beside"] = "" if self.log else _beside(self.scenario)
+        plain["code"] = code_digest()
+        return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+
+    @property
+    def title(self) -> str:
+        """For progress: `overtaking dt seed 7`."""
+        if self.log is not None:
+            return f"replay of {Path(self.log).parent.name or self.log}"
+        return f"{Path(self.scenario).stem} {self.stage} seed {self.seed}"
+
+
+def pairs(values: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    """A mapping as a Job holds it: sorted, so that order makes no other job."""
+    return tuple(sorted((name, float(value)) for name, value in values.items()))
+
+
+def file_digest(name: str) -> str:
+    """SHA-256 of a file's bytes, read anew when it changes."""
+    path = Path(name)
+    stat = path.stat()
+    return _digest(str(path.absolute()), stat.st_mtime_ns, stat.st_size)
+
+
+@functools.lru_cache(maxsize=4096)
+def _digest(path: str, changed: int, size: int) -> str:
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def _beside(scenario: str) -> str:
+    """Digest of the small files in the scenario's folder: its road, its net, its gates."""
+    folder = Path(scenario).absolute().parent
+    digest = hashlib.sha256()
+    for file in sorted(folder.glob("*")):
+        if file.suffix in (".xodr", ".xml", ".toml") and file.is_file():
+            digest.update(f"{file.name} {file_digest(str(file))}\n".encode())
+    return digest.hexdigest()
+
+
+@functools.cache
+def code_digest() -> str:
+    """Digest of the sources that make a result."""
+    import importlib.util
+
+    digest = hashlib.sha256()
+    for package in PACKAGES:
+        spec = importlib.util.find_spec(package)
+        if spec is None or spec.origin is None:
+            continue
+        root = Path(spec.origin).parent
+        for file in sorted(root.rglob("*.py")):
+            inside = file.relative_to(root)
+            if package == "pytest_dvp" and inside.parts[0] in NOT_PHYSICS:
+                continue
+            digest.update(f"{package}/{inside.as_posix()}\n".encode())
+            digest.update(file.read_bytes())
+    return digest.hexdigest()

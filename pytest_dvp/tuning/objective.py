@@ -1,0 +1,137 @@
+"""What is to become small: declared metrics with weights and scales, and what must never happen."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from typing import Literal, TypeAlias
+
+from pytest_dvp.tuning.errors import TuneError
+
+Kind: TypeAlias = Literal["performance", "alignment"]
+Metrics: TypeAlias = Mapping[str, float | None]
+"""Metrics of one simulation or one replayed log by name; None where undefined."""
+
+FORBIDDEN = 1e6
+"""Score of a point that breaks a hard constraint or leaves a term undefined, before what it broke is added: behind
+every point that does not."""
+
+BLIND = ("mncc",)
+"""Metrics that must not decide alone: they are blind to gain, delay and bias."""
+SIGHTED = ("chi2_per_n", "nrmse")
+"""Of these an alignment needs one."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Term:
+    """`weight * |value - target| / scale` of one metric, mean over the simulations."""
+
+    metric: str
+    scale: float
+    weight: float = 1.0
+    target: float = 0.0
+
+    def cost(self, value: float) -> float:
+        return self.weight * abs(value - self.target) / self.scale
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Constraint:
+    """A bound that holds in every simulation: value <= high."""
+
+    metric: str
+    high: float
+
+    def excess(self, value: float | None) -> float:
+        """By how much it is broken, 0 if it holds; an undefined value breaks it by 1."""
+        if value is None or not math.isfinite(value):
+            return 1.0
+        return max(0.0, value - self.high)
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Score:
+    """How good a point is: `value`, smaller is better; `parts` what each term adds; `broken` in words, empty if
+    nothing that must hold is broken."""
+
+    value: float
+    parts: Mapping[str, float]
+    broken: tuple[str, ...] = ()
+
+    @property
+    def allowed(self) -> bool:
+        return not self.broken
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Objective:
+    """Terms and constraints of one kind. Raises TuneError for an alignment that only MNCC judges."""
+
+    kind: Kind
+    terms: tuple[Term, ...]
+    constraints: tuple[Constraint, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.terms:
+            raise TuneError("objective: no [[term]], so nothing could become better")
+        seen = {word for term in self.terms if term.weight > 0.0 for word in term.metric.split(".")}
+        if self.kind == "alignment" and not seen & set(SIGHTED):
+            raise TuneError(
+                f"objective: an alignment needs a term {' or '.join(SIGHTED)}: {', '.join(BLIND)} alone is blind to "
+                "gain, delay and bias"
+            )
+
+    def score(self, results: Sequence[Metrics]) -> Score:
+        """Of the simulations of one point."""
+        broken: list[str] = []
+        excess = 0.0
+        for constraint in self.constraints:
+            over = sum(constraint.excess(metrics.get(constraint.metric)) for metrics in results)
+            if over > 0.0:
+                broken.append(f"{constraint.metric} > {constraint.high:g}")
+                excess += over
+        parts: dict[str, float] = {}
+        for term in self.terms:
+            costs = [_cost(term, metrics.get(term.metric)) for metrics in results]
+            known = [cost for cost in costs if cost is not None]
+            if len(known) < len(costs):
+                broken.append(f"{term.metric} undefined")
+                excess += float(len(costs) - len(known))
+            parts[term.metric] = sum(known) / len(known) if known else 0.0
+        total = sum(parts.values())
+        return Score(FORBIDDEN + 1e3 * excess + total if broken else total, parts, tuple(broken))
+
+
+def _cost(term: Term, value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else term.cost(value)
+
+
+PERFORMANCE = Objective(
+    "performance",
+    (
+        Term("lateral_rmse_path", 0.30, 1.0),
+        Term("max_jerk", 1.8, 1.0),
+        Term("max_ttc_inverse", 0.37, 1.0),
+        Term("completion_time", 107.0, 1.0),
+    ),
+    (
+        Constraint("collision", 0.0),
+        Constraint("tet", 0.0),
+        Constraint("road_departure", 0.0),
+        Constraint("missed_events", 0.0),
+    ),
+)
+"""Ego performance as the paper's last table has it; scales are what is to be reached."""
+
+ALIGNMENT = Objective(
+    "alignment",
+    (
+        Term("log10.chi2_per_n", 1.0, 1.0),
+        *(Term(f"nrmse.{name}", 0.01, 0.1) for name in ("x", "y", "v", "steer", "yaw_rate")),
+        *(Term(f"mncc.{name}", 0.01, 0.1, target=1.0) for name in ("v", "steer", "yaw_rate")),
+        *(Term(f"gain.{name}", 0.02, 0.1, target=1.0) for name in ("v", "steer")),
+        *(Term(f"lag.{name}", 0.05, 0.1) for name in ("v", "steer")),
+    ),
+)
+"""Likeness of twin and car, open loop: chi^2/N on a logarithmic scale, as it falls over decades, then the rest."""

@@ -1,0 +1,97 @@
+"""Jobs over several cores: results in the order asked for, whoever made them, each kept as soon as it is there."""
+
+from __future__ import annotations
+
+import multiprocessing
+import multiprocessing.connection
+import os
+import threading
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from pytest_dvp.tuning.cache import Cache
+from pytest_dvp.tuning.job import Job
+from pytest_dvp.tuning.work import work
+
+Tick = Callable[[str], None]
+
+
+class Workers:
+    """Runs jobs that the cache does not know. `count` processes; 1 works in this one.
+
+    `done`: how many jobs were worked on, `known`: how many the cache had.
+    """
+
+    def __init__(self, cache: Cache, count: int = 1, tick: Tick = lambda text: None) -> None:
+        self.cache, self.count, self.tick = cache, count, tick
+        self.done = 0
+        self.known = 0
+        self._pool: ProcessPoolExecutor | None = None
+
+    def __enter__(self) -> Workers:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if self._pool is not None:
+            self._pool.shutdown(wait=kind is None, cancel_futures=True)
+
+    def run(self, jobs: Sequence[Job]) -> list[dict[str, Any]]:
+        """A result for each job, in their order; jobs with one key are done once."""
+        keys = [job.key for job in jobs]
+        found: dict[str, dict[str, Any]] = {}
+        missing: dict[str, Job] = {}
+        for key, job in zip(keys, jobs, strict=True):
+            if key in found or key in missing:
+                continue
+            kept = self.cache.get(key)
+            if kept is not None and _complete(job):
+                found[key] = kept
+                self.known += 1
+            else:
+                missing[key] = job
+        for key, result in self._worked(missing):
+            self.done += 1
+            found[key] = result
+            self.tick(f"{missing[key].title}: {len(found)} of {len(set(keys))}")
+        return [found[key] for key in keys]
+
+    def _worked(self, missing: Mapping[str, Job]) -> Iterable[tuple[str, dict[str, Any]]]:
+        if self.count <= 1 or len(missing) < 2:
+            for key, job in missing.items():
+                yield key, _kept(str(self.cache.folder), key, job)
+            return
+        if self._pool is None:
+            context = multiprocessing.get_context("spawn")
+            self._pool = ProcessPoolExecutor(self.count, context, initializer=_end_with_parent)
+        folder = str(self.cache.folder)
+        futures = {self._pool.submit(_kept, folder, key, job): key for key, job in missing.items()}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+
+
+def _kept(folder: str, key: str, job: Job) -> dict[str, Any]:
+    """Work, and keep the result at once: what was killed after it goes on from here."""
+    result = work(job)
+    Cache(Path(folder)).put(key, result)
+    return result
+
+
+def _complete(job: Job) -> bool:
+    """Whether what a job should leave behind, its log, is there as well."""
+    return job.save is None or Path(job.save).is_file()
+
+
+def _end_with_parent() -> None:
+    """A worker whose parent was killed ends: it would wait for ever for work that nobody hands out."""
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+
+    def watch() -> None:
+        multiprocessing.connection.wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
