@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from openscenario.road.network import RoadNetwork, RouteLane
 from openscenario.road.positions import RoadPosition
-from openscenario.storyboard.places import Place, RoadPoint, wrap
+from openscenario.storyboard.places import Place, RoadPoint, turned_in_plane, wrap, yaw_in_plane
 from openscenario.storyboard.stride import stride
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class Ground:
     def _face(self, entity: Entity) -> None:
         assert self.network is not None
         pose = self.network.lane_pose(entity.road, entity.lane, entity.s, entity.offset)
-        against = wrap(entity.h - pose.h)
+        against = yaw_in_plane(pose.pitch, pose.roll, wrap(entity.h - pose.h))
         entity.sense = 1.0 if abs(against) <= 0.5 * math.pi else -1.0
         entity.twist = against if entity.sense > 0.0 else wrap(against - math.pi)
         entity.tracked = True
@@ -117,7 +117,11 @@ class Ground:
             entity.lane, entity.s = lane, s
             entity.end_of_road = False
         turned = entity.twist + entity.drift
-        if entity.sense > 0.0:
+        if turned != 0.0 and (pitch != 0.0 or roll != 0.0):
+            yaw = turned if entity.sense > 0.0 else turned + math.pi
+            h, entity.pitch, entity.roll = turned_in_plane(h, pitch, roll, yaw)
+            entity.h = wrap(h)
+        elif entity.sense > 0.0:
             entity.h = wrap(h + turned)
             entity.pitch, entity.roll = pitch, roll
         else:

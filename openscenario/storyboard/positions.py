@@ -19,8 +19,8 @@ from openscenario import model
 from openscenario.findings import Finding, ScenarioError
 from openscenario.road.positions import RoadPosition
 from openscenario.storyboard.geo import projection
-from openscenario.storyboard.places import Place, RoadPoint
-from openscenario.storyboard.registry import Unsupported
+from openscenario.storyboard.places import Place, RoadPoint, turned_in_plane, yaw_in_plane
+from openscenario.storyboard.registry import Unsupported, entity_called
 from openscenario.storyboard.trajectories import Course, course
 
 if TYPE_CHECKING:
@@ -78,12 +78,6 @@ def _orientation(orientation: model.Orientation | None, base: float) -> float:
     return orientation.h if orientation.type == "absolute" else base + orientation.h
 
 
-def _entity(name: str, board: Storyboard, element: object) -> Entity:
-    if name not in board.entities:
-        raise Unsupported("no entity of this name", name, ", ".join(board.entities), element)
-    return board.entities[name]
-
-
 def _world(position: model.WorldPosition, board: Storyboard) -> Where:
     """The numbers are those of the road file: where its header moves the roads, places go with them."""
     return _constant(on_ground(board, position.x, position.y, position.z, position.h, position.p, position.r))
@@ -129,7 +123,7 @@ def on_ground(
 
 
 def _relative_world(position: model.RelativeWorldPosition, board: Storyboard) -> Where:
-    other = _entity(position.entity_ref, board, position)
+    other = entity_called(position.entity_ref, board, position)
     orientation = position.orientation
 
     def where() -> Place:
@@ -145,7 +139,7 @@ def _relative_world(position: model.RelativeWorldPosition, board: Storyboard) ->
 
 
 def _relative_object(position: model.RelativeObjectPosition, board: Storyboard) -> Where:
-    other = _entity(position.entity_ref, board, position)
+    other = entity_called(position.entity_ref, board, position)
     orientation = position.orientation
 
     def where() -> Place:
@@ -190,17 +184,14 @@ def _on_lane(
     if base is None:
         base = pose.h if along else pose.h + math.pi
     heading = _orientation(orientation, base)
-    sense = 1.0 if math.cos(heading - pose.h) >= 0.0 else -1.0
-    return Place(
-        pose.x,
-        pose.y,
-        pose.z,
-        heading,
-        sense * pose.pitch + (orientation.p if orientation else 0.0),
-        sense * pose.roll + (orientation.r if orientation else 0.0),
-        point,
-        orientation is not None,
-    )
+    if orientation is not None and orientation.type == "absolute":
+        yaw = yaw_in_plane(pose.pitch, pose.roll, heading - pose.h)  # an angle in the world's plane
+    else:
+        yaw = heading - pose.h  # one in the road's
+    h, pitch, roll = turned_in_plane(pose.h, pose.pitch, pose.roll, yaw)
+    if orientation is not None:
+        pitch, roll = pitch + orientation.p, roll + orientation.r
+    return Place(pose.x, pose.y, pose.z, h, pitch, roll, point, orientation is not None)
 
 
 def _road_of(board: Storyboard, road: str, element: object) -> None:
@@ -255,7 +246,7 @@ def shifted_lane(lane: int, by: int) -> int:
 def _relative_lane(position: model.RelativeLanePosition, board: Storyboard, mover: Entity | None) -> Where:
     """`ds` and what goes with it follow the road: increasing s, lane ids, t. `dsLane` follows the other entity: ahead
     of it, lanes and offset to its left. Without orientation it heads with or against the traffic as the other does."""
-    other = _entity(position.entity_ref, board, position)
+    other = entity_called(position.entity_ref, board, position)
     network = board.network
     if network is None:
         raise Unsupported("the scenario has no road network", element=position)
@@ -294,8 +285,9 @@ def _no_lane(position: model.RelativeLanePosition, target: RoadPoint) -> Scenari
 
 
 def _relative_road(position: model.RelativeRoadPosition, board: Storyboard, mover: Entity | None) -> Where:
-    """`ds` and `dt` are those of the road's axes; it faces as the other entity would there."""
-    other = _entity(position.entity_ref, board, position)
+    """`ds` and `dt` are those of the road's axes. A relative orientation is one to the reference line; without any it
+    faces as the other entity would there."""
+    other = entity_called(position.entity_ref, board, position)
     network = board.network
     if network is None:
         raise Unsupported("the scenario has no road network", element=position)
@@ -307,7 +299,8 @@ def _relative_road(position: model.RelativeRoadPosition, board: Storyboard, move
         point = ground.along_road(other, position.ds, route)
         t = network.lane_t(point.road, point.lane, point.s) + point.offset
         pose = network.road_pose(point.road, point.s, t + position.dt)
-        base = pose.h if ground.sense_at(other, point) > 0.0 else pose.h + math.pi
+        turned_round = position.orientation is None and ground.sense_at(other, point) < 0.0
+        base = pose.h + math.pi if turned_round else pose.h
         heading = _orientation(position.orientation, base)
         return Place(pose.x, pose.y, pose.z, heading, pose.pitch, pose.roll, None, position.orientation is not None)
 
@@ -338,7 +331,7 @@ def _route(position: model.RoutePosition, board: Storyboard) -> Where:
 
         inside = position.in_route_position
         if isinstance(inside, model.PositionOfCurrentEntity):
-            other = _entity(inside.entity_ref, board, position)
+            other = entity_called(inside.entity_ref, board, position)
             return Place(other.x, other.y, other.z, _orientation(position.orientation, other.h))
         point = along_route(board, [waypoint() for waypoint in waypoints], inside)
         return _on_lane(board, point, position.orientation)

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.entity import Entity
     from openscenario.storyboard.nodes import Node
 
 Factory = TypeVar("Factory", bound=Callable[..., Any])
@@ -44,6 +45,17 @@ class Unsupported(Exception):
         self.found = found
         self.allowed = allowed
         self.element = element
+
+
+def entity_called(name: str, board: Storyboard, element: object = None) -> Entity:
+    """The entity that an action, condition or position (`element`, if it is not the whole of it) refers to.
+
+    Raises:
+        Unsupported: there is none of that name.
+    """
+    if name not in board.entities:
+        raise Unsupported("no entity of this name", name, ", ".join(board.entities), element)
+    return board.entities[name]
 
 
 class Runner(Protocol):

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Iterable
 from typing import Final
 
 Value = bool | int | float | str
 
+ROUNDING: Final = 1e-6  # values nearer than this are equal: a speed that went up in steps meets its target
+
 COMPARISONS: Final[dict[str, Callable[[float, float], bool]]] = {
-    "equalTo": operator.eq,
-    "notEqualTo": operator.ne,
-    "greaterThan": operator.gt,
-    "lessThan": operator.lt,
-    "greaterOrEqual": operator.ge,
-    "lessOrEqual": operator.le,
+    "equalTo": lambda found, value: found == value or abs(found - value) < ROUNDING,
+    "notEqualTo": lambda found, value: found != value and not abs(found - value) < ROUNDING,
+    "greaterThan": lambda found, value: found > value + ROUNDING,
+    "lessThan": lambda found, value: found < value - ROUNDING,
+    "greaterOrEqual": lambda found, value: found > value - ROUNDING,
+    "lessOrEqual": lambda found, value: found < value + ROUNDING,
 }
-"""The standard's rules as functions of (value found, value of the condition)."""
+"""The standard's rules as functions of (value found, value of the condition), both finite or not."""
 
 WHOLE = ("integer", "int", "unsignedInt", "unsignedShort")
 

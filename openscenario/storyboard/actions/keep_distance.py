@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from openscenario import model
 from openscenario.storyboard.distances import Measure, measure
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Runner, Unsupported, action
+from openscenario.storyboard.registry import Runner, action, entity_called
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -29,12 +29,10 @@ class KeepDistance:
     domains: tuple[str, ...] = ("longitudinal",)
 
     def __init__(self, element: model.LongitudinalDistanceAction, entity: Entity, board: Storyboard) -> None:
-        if element.entity_ref not in board.entities:
-            raise Unsupported("no entity of this name", element.entity_ref, ", ".join(board.entities))
         self._element = element
         self._entity = entity
         self._board = board
-        self._other = board.entities[element.entity_ref]
+        self._other = entity_called(element.entity_ref, board)
         self._distance: Measure = measure(
             board, entity, self._other, kind="longitudinal", system=element.coordinate_system, free=element.freespace
         )

@@ -10,7 +10,7 @@ from openscenario.storyboard.dynamics import Transition, lateral_span, span
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.motion import lean, way
 from openscenario.storyboard.positions import shifted_lane
-from openscenario.storyboard.registry import Runner, Unsupported, action
+from openscenario.storyboard.registry import Runner, Unsupported, action, entity_called
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -83,9 +83,7 @@ class LaneChange(Shift):
         target = element.lane_change_target
         self._other: Entity | None = None
         if isinstance(target, model.RelativeTargetLane):
-            if target.entity_ref not in board.entities:
-                raise Unsupported("no entity of this name", target.entity_ref, ", ".join(board.entities), target)
-            self._other = board.entities[target.entity_ref]
+            self._other = entity_called(target.entity_ref, board, target)
         if board.network is None:
             raise Unsupported("the scenario has no road network")
 
@@ -172,9 +170,7 @@ class LaneOffset(Shift):
         self._other: Entity | None = None
         target = element.lane_offset_target
         if isinstance(target, model.RelativeTargetLaneOffset):
-            if target.entity_ref not in board.entities:
-                raise Unsupported("no entity of this name", target.entity_ref, ", ".join(board.entities), target)
-            self._other = board.entities[target.entity_ref]
+            self._other = entity_called(target.entity_ref, board, target)
         if board.network is None:
             raise Unsupported("the scenario has no road network")
 

@@ -9,7 +9,7 @@ from openscenario import model
 from openscenario.storyboard.actions.keep_distance import eased
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.motion import lean
-from openscenario.storyboard.registry import Runner, Unsupported, action
+from openscenario.storyboard.registry import Runner, Unsupported, action, entity_called
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -31,14 +31,12 @@ class LateralDistance:
     domains: tuple[str, ...] = ("lateral",)
 
     def __init__(self, element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> None:
-        if element.entity_ref not in board.entities:
-            raise Unsupported("no entity of this name", element.entity_ref, ", ".join(board.entities))
         if board.network is None:
             raise Unsupported("the scenario has no road network")
         self._element = element
         self._entity = entity
         self._board = board
-        self._other = board.entities[element.entity_ref]
+        self._other = entity_called(element.entity_ref, board)
         self._side = 0.0
         self._rate = self._acceleration = 0.0
 

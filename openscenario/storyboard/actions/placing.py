@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from openscenario import model
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.positions import resolver
-from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
+from openscenario.storyboard.registry import Instant, Runner, action, entity_called
 from openscenario.storyboard.trailers import line_up, train
 
 if TYPE_CHECKING:
@@ -43,9 +43,7 @@ def teleport(element: model.TeleportAction, entity: Entity, board: Storyboard) -
 
 @action(model.EntityAction)
 def entity_action(element: model.EntityAction, entity: None, board: Storyboard) -> Runner:
-    target = board.entities.get(element.entity_ref)
-    if target is None:
-        raise Unsupported("no entity of this name", element.entity_ref, ", ".join(board.entities))
+    target = entity_called(element.entity_ref, board)
     if isinstance(element.action, model.AddEntityAction):
         where = resolver(element.action.position, board, target)
 

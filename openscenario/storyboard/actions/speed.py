@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from openscenario import model
 from openscenario.storyboard.dynamics import Transition, span
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Runner, Unsupported, action
+from openscenario.storyboard.registry import Runner, action, entity_called
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -18,19 +18,26 @@ if TYPE_CHECKING:
 class Speed:
     """Brings the speed to its target along the shape, and keeps it there if the target is continuous.
 
+    A vehicle goes no faster than its performance says, and changes its speed no faster: upwards with its acceleration,
+    downwards, be it to go backwards, with its deceleration.
+
     `distance` is taken as the time in which a symmetric shape covers it, T = 2 d / (v0 + v1): a start from
     standstill has a solution too. A continuous relative target moves along while it is approached; such an action
     ends only when another one takes over.
     """
 
-    __slots__ = ("_change", "_continuous", "_dynamics", "_entity", "_target")
+    __slots__ = ("_change", "_continuous", "_dynamics", "_entity", "_wanted")
     domains: tuple[str, ...] = ("longitudinal",)
 
     def __init__(self, element: model.SpeedAction, entity: Entity, board: Storyboard) -> None:
         self._entity = entity
         self._dynamics = element.speed_action_dynamics
-        self._target, self._continuous = _target(element.speed_action_target, board)
+        self._wanted, self._continuous = _target(element.speed_action_target, board)
         self._change = Transition("step", 0.0, 0.0, 0.0)
+
+    def _target(self) -> float:
+        top = self._entity.max_speed
+        return min(max(self._wanted(), -top), top)
 
     def start(self) -> bool:
         entity = self._entity
@@ -54,7 +61,7 @@ class Speed:
             return 0.0
         # no faster than the vehicle can
         entity = self._entity
-        limit = entity.max_acceleration if abs(target) > abs(speed) else entity.max_deceleration
+        limit = entity.max_acceleration if target > speed else entity.max_deceleration
         return max(duration, span(dynamics.dynamics_shape, "rate", limit, target - speed) if limit > 0.0 else 0.0)
 
     def step(self, dt: float) -> bool:
@@ -65,7 +72,7 @@ class Speed:
             elapsed = change.elapsed
             wanted = change.advance(dt)
             if self._dynamics.dynamics_shape != "step":
-                most = entity.max_acceleration if abs(wanted) > abs(entity.speed) else entity.max_deceleration
+                most = entity.max_acceleration if wanted > entity.speed else entity.max_deceleration
                 required = abs(wanted - entity.speed)
                 if required > most * dt:
                     # slower than the shape: it waits for the vehicle
@@ -108,9 +115,7 @@ def _target(target: model.SpeedActionTarget, board: Storyboard) -> tuple[Callabl
     if isinstance(target, model.AbsoluteTargetSpeed):
         value = target.value
         return (lambda: value), False
-    if target.entity_ref not in board.entities:
-        raise Unsupported("no entity of this name", target.entity_ref, ", ".join(board.entities), target)
-    other, amount = board.entities[target.entity_ref], target.value
+    other, amount = entity_called(target.entity_ref, board, target), target.value
     if target.speed_target_value_type == "delta":
         return (lambda: other.speed + amount), target.continuous
     return (lambda: other.speed * amount), target.continuous

@@ -6,7 +6,8 @@ now (v0) and the target (v1) consists of ramps of constant acceleration:
  - two ramps of equal magnitude otherwise, first away from v1's line and back to it. With the speed vx between them
    2 t vx^2 - 4 s vx + 2 s (v0 + v1) - t (v0^2 + v1^2) = 0, from x + y = t, (vx - v0) / x = (vx - v1) / y and the
    ways of both;
- - if vx would be negative: brake to a stand with (v0^2 + v1^2) / (2 s), wait, and start when one ramp fits.
+ - if vx would be negative: brake to a stand with (v0^2 + v1^2) / (2 s), wait, and start when one ramp fits; who is
+   faster than v1 would be beyond half of the way by then and brakes with STOP.
 A steady state takes its distance off s and its time off t. Without final speed the one ramp that arrives in time is
 taken.
 
@@ -25,7 +26,7 @@ from openscenario.storyboard.actions.trajectory import FollowTrajectory
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import Where, resolver
-from openscenario.storyboard.registry import Runner, Unsupported, action
+from openscenario.storyboard.registry import Runner, action, entity_called
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -33,8 +34,9 @@ if TYPE_CHECKING:
 SMALL = 1e-6
 NEVER = 1e10  # s
 ON_RAMP = 0.1  # m/s: nearer than this to the final ramp counts as on it
+STOP = 8.0  # m/s^2
 
-Phase = Literal["new", "two ramps", "last ramp", "stopped", "steady"]
+Phase = Literal["new", "two ramps", "last ramp", "braking", "stopped", "steady"]
 
 
 class Synchronize:
@@ -56,12 +58,10 @@ class Synchronize:
     domains: tuple[str, ...] = ("longitudinal",)
 
     def __init__(self, element: model.SynchronizeAction, entity: Entity, board: Storyboard) -> None:
-        if element.master_entity_ref not in board.entities:
-            raise Unsupported("no entity of this name", element.master_entity_ref, ", ".join(board.entities))
         self._element = element
         self._entity = entity
         self._board = board
-        self._master = board.entities[element.master_entity_ref]
+        self._master = entity_called(element.master_entity_ref, board)
         self._master_target: Where = resolver(element.target_position_master, board)
         self._target: Where = resolver(element.target_position, board)
         self._final = element.final_speed
@@ -142,6 +142,10 @@ class Synchronize:
             return final
         way -= steady_way
         time -= steady_time
+        if self._phase == "braking":
+            if speed - STOP * dt < 0.0:
+                self._phase = "stopped"
+            return speed - STOP * dt
         if time > 0.5 * NEVER and self._phase in ("last ramp", "stopped"):
             return 0.0  # the master stands: wait for it
         if self._phase == "stopped":
@@ -168,6 +172,9 @@ class Synchronize:
             return speed
         if between < 0.0:
             change = -(speed * speed + final * final) / (2.0 * way)
+            if speed > final:
+                self._phase = "braking"
+                return speed - STOP * dt
             if speed + change * dt < 0.0:
                 self._phase = "stopped"
                 return 0.0

@@ -11,7 +11,7 @@ from openscenario import model
 from openscenario.storyboard.crowd import TOWN, Crowd, Flow, Mask, weighted
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.positions import Where, resolver
-from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
+from openscenario.storyboard.registry import Instant, Runner, Unsupported, action, entity_called
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -133,12 +133,9 @@ class Swarm:
     inner circle; who leaves the ellipse is gone."""
 
     def __init__(self, element: model.TrafficSwarmAction, name: str, board: Storyboard) -> None:
-        central = element.central_object.entity_ref
-        if central not in board.entities:
-            raise Unsupported("no entity of this name", central, ", ".join(board.entities), element.central_object)
         self._element = element
         self._name = name
-        self._central = board.entities[central]
+        self._central = entity_called(element.central_object.entity_ref, board, element.central_object)
         self._kinds = Kinds(element.traffic_definition, element.traffic_distribution)
 
     def _inside(self, x: np.ndarray, y: np.ndarray) -> Mask:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
+from openscenario.storyboard.registry import Instant, Runner, Unsupported, action, entity_called
 from openscenario.storyboard.trailers import couple, train, uncouple
 
 if TYPE_CHECKING:
@@ -16,9 +16,7 @@ if TYPE_CHECKING:
 @action(model.ConnectTrailerAction)
 def connect(element: model.ConnectTrailerAction, entity: Entity, board: Storyboard) -> Runner:
     """The named entity hangs on the actor from now on, wherever it was; its own actions no longer move it."""
-    trailer = board.entities.get(element.trailer_ref)
-    if trailer is None:
-        raise Unsupported("no entity of this name", element.trailer_ref, ", ".join(board.entities))
+    trailer = entity_called(element.trailer_ref, board)
     if trailer is entity:
         raise Unsupported("a vehicle cannot be its own trailer", element.trailer_ref)
 

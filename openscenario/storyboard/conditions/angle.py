@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.registry import Scope, Unsupported, condition, entity_called
 from openscenario.storyboard.triggers import Test
 
 ROUNDING = 1e-9  # rad
@@ -55,8 +55,6 @@ def angle(element: model.AngleCondition, entity: Entity, scope: Scope) -> Test:
 @condition(model.RelativeAngleCondition)
 def relative_angle(element: model.RelativeAngleCondition, entity: Entity, scope: Scope) -> Test:
     """Angle of the other entity minus that of the triggering one."""
-    entities = scope.board.entities
-    if element.entity_ref not in entities:
-        raise Unsupported("no entity of this name", element.entity_ref, ", ".join(entities))
-    other, of = entities[element.entity_ref], _angle(element.angle_type)
-    return lambda: _within(of(other) - of(entity), element.angle, element.angle_tolerance)
+    other, of = entity_called(element.entity_ref, scope.board), _angle(element.angle_type)
+    wanted, tolerance = element.angle, element.angle_tolerance
+    return lambda: other.active and _within(of(other) - of(entity), wanted, tolerance)

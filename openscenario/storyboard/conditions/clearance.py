@@ -14,7 +14,7 @@ from openscenario.road.positions import RoadPosition
 from openscenario.storyboard.distances import Measure, measure
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.positions import shifted_lane
-from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.registry import Scope, Unsupported, condition, entity_called
 from openscenario.storyboard.triggers import Test
 
 
@@ -30,8 +30,7 @@ def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity
         raise Unsupported("the scenario has no road network")
     named = [reference.entity_ref for reference in element.entity_refs]
     for name in named:
-        if name not in board.entities:
-            raise Unsupported("no entity of this name", name, ", ".join(board.entities))
+        entity_called(name, board)
     distances: dict[str, Measure] = {}
 
     def distance_to(other: Entity) -> Measure:

@@ -7,7 +7,7 @@ import math
 from openscenario import model
 from openscenario.storyboard.distances import overlap
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.registry import Scope, condition, entity_called
 from openscenario.storyboard.triggers import Test
 
 RESOLUTION = 1e-9  # s
@@ -19,9 +19,7 @@ def collision(element: model.CollisionCondition, entity: Entity, scope: Scope) -
     entities = scope.board.entities
     target = element.target
     if isinstance(target, model.EntityRef):
-        if target.entity_ref not in entities:
-            raise Unsupported("no entity of this name", target.entity_ref, ", ".join(entities), target)
-        name, kind = target.entity_ref, ""
+        name, kind = entity_called(target.entity_ref, scope.board, target).name, ""
     else:
         name, kind = "", "misc" if target.type == "miscellaneous" else target.type
 

@@ -10,18 +10,11 @@ from openscenario.storyboard.distances import Measure, measure
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import resolver
-from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.registry import Scope, Unsupported, condition, entity_called
 from openscenario.storyboard.triggers import Test
 from openscenario.storyboard.values import COMPARISONS
 
 SLOW = 1e-6  # m/s: no time to anything at this speed
-
-
-def _other(name: str, scope: Scope) -> Entity:
-    entities = scope.board.entities
-    if name not in entities:
-        raise Unsupported("no entity of this name", name, ", ".join(entities))
-    return entities[name]
 
 
 def _dimension(kind: str | None, system: str | None, along_route: bool | None) -> tuple[str, str | None]:
@@ -32,27 +25,25 @@ def _dimension(kind: str | None, system: str | None, along_route: bool | None) -
     return kind or "euclidianDistance", system
 
 
-def _compare(distance: Measure, rule: str, value: float) -> Test:
+def _compare(distance: Measure, other: Entity | None, rule: str, value: float) -> Test:
+    """Who cannot be reached is infinitely far away; who has been deleted is at no distance."""
     holds = COMPARISONS[rule]
 
     def test() -> bool:
+        if other is not None and not other.active:
+            return False
         now = distance()
-        return now is not None and holds(abs(now), value)
+        return holds(math.inf if now is None else abs(now), value)
 
     return test
 
 
 @condition(model.RelativeDistanceCondition)
 def relative_distance(element: model.RelativeDistanceCondition, entity: Entity, scope: Scope) -> Test:
-    distance = measure(
-        scope.board,
-        entity,
-        _other(element.entity_ref, scope),
-        kind=element.relative_distance_type,
-        system=element.coordinate_system,
-        free=element.freespace,
-    )
-    return _compare(distance, element.rule, element.value)
+    other = entity_called(element.entity_ref, scope.board)
+    kind, system = element.relative_distance_type, element.coordinate_system
+    distance = measure(scope.board, entity, other, kind=kind, system=system, free=element.freespace)
+    return _compare(distance, other, element.rule, element.value)
 
 
 @condition(model.DistanceCondition)
@@ -61,7 +52,7 @@ def distance_to(element: model.DistanceCondition, entity: Entity, scope: Scope) 
     kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
     where = resolver(element.position, scope.board)
     distance = measure(scope.board, entity, where, kind=kind, system=system, free=element.freespace)
-    return _compare(distance, element.rule, element.value)
+    return _compare(distance, None, element.rule, element.value)
 
 
 @condition(model.ReachPositionCondition)
@@ -81,14 +72,17 @@ def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Sco
     """Distance to the other over the own speed; not defined if the other is behind, infinite while standing.
     `alongRoute`: see below."""
     kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
-    distance = measure(
-        scope.board, entity, _other(element.entity_ref, scope), kind=kind, system=system, free=element.freespace
-    )
+    other = entity_called(element.entity_ref, scope.board)
+    distance = measure(scope.board, entity, other, kind=kind, system=system, free=element.freespace)
     holds, value = COMPARISONS[element.rule], element.value
 
     def test() -> bool:
+        if not other.active:
+            return False
         apart = distance()
-        if apart is None or apart < 0.0:
+        if apart is None:
+            apart = math.inf
+        if apart < 0.0:
             return False
         return holds(apart / entity.speed if entity.speed > SLOW else math.inf, value)
 
@@ -101,7 +95,7 @@ def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, s
     target = element.time_to_collision_condition_target
     other: Entity | Callable[[], Place]
     if target.entity_ref is not None:
-        other = _other(target.entity_ref.entity_ref, scope)
+        other = entity_called(target.entity_ref.entity_ref, scope.board)
     elif target.position is not None:
         other = resolver(target.position, scope.board)
     else:
@@ -112,9 +106,11 @@ def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, s
     holds, value = COMPARISONS[element.rule], element.value
 
     def test() -> bool:
+        if isinstance(other, Entity) and not other.active:
+            return False
         apart = distance()
         if apart is None:
-            return False
+            apart = math.inf
         speed = closing(apart)
         return speed > SLOW and holds(abs(apart) / speed, value)
 

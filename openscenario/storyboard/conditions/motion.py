@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.registry import Scope, condition, entity_called
 from openscenario.storyboard.triggers import Test
 from openscenario.storyboard.values import COMPARISONS
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
 
 RESOLUTION = 1e-9  # s
 
@@ -24,18 +28,17 @@ def speed(element: model.SpeedCondition, entity: Entity, scope: Scope) -> Test:
 @condition(model.RelativeSpeedCondition)
 def relative_speed(element: model.RelativeSpeedCondition, entity: Entity, scope: Scope) -> Test:
     """Speed of the triggering entity minus that of the other; with a direction, in the triggering entity's frame."""
-    entities = scope.board.entities
-    if element.entity_ref not in entities:
-        raise Unsupported("no entity of this name", element.entity_ref, ", ".join(entities))
-    other = entities[element.entity_ref]
+    other = entity_called(element.entity_ref, scope.board)
     holds, value, direction = COMPARISONS[element.rule], element.value, element.direction
     if direction is None:
-        return lambda: holds(entity.speed - other.speed, value)
+        return lambda: other.active and holds(entity.speed - other.speed, value)
     if direction == "vertical":
-        return lambda: holds(0.0, value)
+        return lambda: other.active and holds(0.0, value)
     turn = 0.0 if direction == "longitudinal" else 0.5 * math.pi
 
     def test() -> bool:
+        if not other.active:
+            return False
         axis = entity.h + turn
         c, s = math.cos(axis), math.sin(axis)
         return holds((entity.vx - other.vx) * c + (entity.vy - other.vy) * s, value)
@@ -45,15 +48,32 @@ def relative_speed(element: model.RelativeSpeedCondition, entity: Entity, scope:
 
 @condition(model.AccelerationCondition)
 def acceleration(element: model.AccelerationCondition, entity: Entity, scope: Scope) -> Test:
-    """Without a direction the magnitude (1.2 and later: "absolute value"); the lateral one is speed times yaw rate."""
+    """Without a direction the magnitude (1.2 and later: "absolute value"); the lateral one is what the velocity changed
+    to the left since the last evaluation."""
     holds, value, direction = COMPARISONS[element.rule], element.value, element.direction
     if direction == "longitudinal":
         return lambda: holds(entity.ax, value)
     if direction == "vertical":
         return lambda: holds(0.0, value)
+    lateral = _lateral(entity, scope.board)
     if direction == "lateral":
-        raise Unsupported("lateral acceleration is not known", "lateral", "longitudinal, vertical or none")
-    return lambda: holds(abs(entity.ax), value)
+        return lambda: holds(lateral(), value)
+    return lambda: holds(math.hypot(entity.ax, lateral()), value)
+
+
+def _lateral(entity: Entity, board: Storyboard) -> Callable[[], float]:
+    """Acceleration [m/s^2] to the left of an entity, from how its velocity changes; 0 at the first evaluation."""
+    before, vx, vy = math.inf, 0.0, 0.0
+
+    def now() -> float:
+        nonlocal before, vx, vy
+        dt, ax, ay = board.time - before, entity.vx - vx, entity.vy - vy
+        before, vx, vy = board.time, entity.vx, entity.vy
+        if dt <= 0.0:
+            return 0.0
+        return (ay * math.cos(entity.h) - ax * math.sin(entity.h)) / dt
+
+    return now
 
 
 def _speed(direction: str | None) -> Callable[[Entity], float]:

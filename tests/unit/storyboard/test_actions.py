@@ -227,3 +227,55 @@ def test_a_speed_profile_goes_through_its_entries(make: Make) -> None:
     assert board.entities["A"].speed == pytest.approx(12.0)
     run(board, 1.5)
     assert board.entities["A"].speed == pytest.approx(4.0)
+
+
+def test_a_vehicle_goes_no_faster_than_it_can(make: Make) -> None:
+    """Its performance says 70 m/s."""
+    board = make(A=[teleport(lane_position(100.0)), speed(80.0, "linear", "rate", 10.0)])
+    run(board, 8.0)
+    assert board.entities["A"].speed == pytest.approx(70.0)
+    assert board.entities["A"].longitudinal is None
+
+
+def test_a_relative_orientation_on_a_road_is_one_to_its_reference_line(make: Make) -> None:
+    """Class RelativeRoadPosition (1.3): `with respect to the (s,t)-coordinate system of the target road`."""
+    inner = '<Orientation type="relative" h="0.5"/>'
+    position = f'<RelativeRoadPosition entityRef="B" ds="-5" dt="0">{inner}</RelativeRoadPosition>'
+    board = make(B=[teleport(lane_position(200.0, 1))], A=[teleport(position)])
+    board.start()
+    assert abs(board.entities["B"].h) == pytest.approx(math.pi)
+    assert board.entities["A"].h == pytest.approx(0.5)
+
+
+def synchronize(final: float) -> str:
+    return (
+        '<PrivateAction><SynchronizeAction masterEntityRef="B">'
+        f"<TargetPositionMaster>{lane_position(900.0)}</TargetPositionMaster>"
+        f"<TargetPosition>{lane_position(250.0, -2)}</TargetPosition>"
+        f'<FinalSpeed><AbsoluteSpeed value="{final}"/></FinalSpeed></SynchronizeAction></PrivateAction>'
+    )
+
+
+def test_who_would_wait_beyond_half_of_the_way_brakes_hard(make: Make) -> None:
+    """A is faster than its final speed and the master far away: it stops with 8 m/s^2, here from 20 m/s in 25 m."""
+    board = make(
+        A=[teleport(lane_position(100.0, -2)), speed(20.0)],
+        B=[teleport(lane_position(200.0)), speed(10.0)],
+        stories=story(event("e", synchronize(10.0), start=LATER)),
+    )
+    run(board, 4.0)
+    assert board.entities["A"].speed == 0.0
+    assert board.entities["A"].x == pytest.approx(120.0 + 20.0**2 / (2.0 * 8.0), abs=0.3)
+    run(board, 66.0)  # B needs 70 s to its target
+    assert board.entities["A"].x == pytest.approx(250.0, abs=0.5)
+
+
+def test_who_would_wait_before_half_of_the_way_brakes_evenly(make: Make) -> None:
+    """Braking with (v0^2 + v1^2) / (2 s), from 10 m/s with 20 m/s at the end of the remaining 140 m."""
+    board = make(
+        A=[teleport(lane_position(100.0, -2)), speed(10.0)],
+        B=[teleport(lane_position(200.0)), speed(10.0)],
+        stories=story(event("e", synchronize(20.0), start=LATER)),
+    )
+    run(board, 2.0)
+    assert board.entities["A"].speed == pytest.approx(10.0 - (10.0**2 + 20.0**2) / (2.0 * 140.0), abs=0.03)

@@ -2,9 +2,27 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from .conftest import Make, by_entity, condition, event, group, lane_position, log, run, speed, story, teleport
+from openscenario.road.network import load_network
+
+from .conftest import (
+    XODR,
+    Make,
+    at_time,
+    by_entity,
+    condition,
+    event,
+    group,
+    lane_position,
+    log,
+    run,
+    speed,
+    story,
+    teleport,
+)
 
 STEP = 0.01
 TICK = speed(1.0)
@@ -129,3 +147,74 @@ def test_triggering_entities_become_the_actors(make: Make) -> None:
 def test_variables_compare_as_numbers(make: Make, rule: str, value: str, expected: float | None) -> None:
     test = f'<ByValueCondition><VariableCondition variableRef="v" rule="{rule}" value="{value}"/></ByValueCondition>'
     assert fires(make, test, seconds=0.5) == expected
+
+
+def test_a_speed_that_went_up_in_steps_meets_its_target(make: Make) -> None:
+    """Ten steps of a tenth are not quite one; equal means within rounding."""
+    ramp = event("ramp", speed(10.1, "linear", "time", 1.0), start=group(condition(at_time(0.0))))
+    test = of_a('<SpeedCondition rule="equalTo" value="10.1"/>')
+    board = make(
+        A=[teleport(lane_position(100.0)), speed(10.0)],
+        stories=story(ramp, event("e", TICK, start=group(condition(test)))),
+    )
+    board.entities["A"].max_speed = 10.1 - 1e-9
+    run(board, 1.5)
+    assert [each[0] for each in log(board, "event") if each[1:] == ("e", "startTransition")] == [pytest.approx(1.0)]
+
+
+def test_who_cannot_be_reached_is_infinitely_far_away(make: Make, tmp_path: Path) -> None:
+    """B stands on a road of its own, 500 m beside."""
+    first = XODR[XODR.index("<road ") : XODR.index("</OpenDRIVE>")]
+    second = first.replace('id="1" junction', 'id="9" junction').replace('y="0" hdg', 'y="500" hdg')
+    (tmp_path / "two.xodr").write_text(XODR.replace("</OpenDRIVE>", f"{second}</OpenDRIVE>"))
+    test = (
+        '<RelativeDistanceCondition entityRef="B" relativeDistanceType="longitudinal" freespace="false" rule="{}" '
+        'value="400" coordinateSystem="road"/>'
+    )
+    more, less = (group(condition(of_a(test.format(rule)))) for rule in ("greaterThan", "lessThan"))
+    board = make(
+        A=[teleport(lane_position(100.0)), speed(10.0)],
+        B=[teleport('<WorldPosition x="100" y="498.25"/>')],
+        stories=story(event("more", TICK, start=more), event("less", TICK, start=less)),
+        on=load_network(tmp_path / "two.xodr"),
+    )
+    run(board, 1.0)
+    assert [each[1] for each in log(board, "event") if each[2] == "startTransition"] == ["more"]
+
+
+def test_nothing_holds_of_who_has_been_deleted(make: Make) -> None:
+    delete = '<GlobalAction><EntityAction entityRef="B"><DeleteEntityAction/></EntityAction></GlobalAction>'
+    tests = (
+        '<RelativeDistanceCondition entityRef="B" relativeDistanceType="longitudinal" freespace="false" '
+        'rule="greaterThan" value="1" coordinateSystem="entity"/>',
+        '<RelativeSpeedCondition entityRef="B" rule="greaterThan" value="1"/>',
+        '<TimeHeadwayCondition entityRef="B" freespace="false" rule="greaterThan" value="1" coordinateSystem="entity" '
+        'relativeDistanceType="longitudinal"/>',
+    )
+    late = condition(at_time(1.0))
+    events = [event(f"e{i}", TICK, start=group(late, condition(of_a(test)))) for i, test in enumerate(tests)]
+    board = make(
+        A=[teleport(lane_position(100.0)), speed(10.0)],
+        B=[teleport(lane_position(200.0))],
+        stories=story(event("delete", delete, start=group(condition(at_time(0.5)))), *events),
+    )
+    run(board, 2.0)
+    assert [each[1] for each in log(board, "event") if each[2] == "startTransition"] == ["delete"]
+
+
+@pytest.mark.parametrize("direction", ['direction="lateral" ', ""])
+def test_acceleration_on_a_circle_is_v_squared_over_r(make: Make, tmp_path: Path, direction: str) -> None:
+    """10 m/s in the lane of radius 100 + 1.75 m: 0.983 m/s^2 to the left."""
+    (tmp_path / "arc.xodr").write_text(XODR.replace("<line/>", '<arc curvature="0.01"/>'))
+    network = load_network(tmp_path / "arc.xodr")
+    fired = {}
+    for value in (0.97, 1.0):
+        test = of_a(f'<AccelerationCondition {direction}rule="greaterThan" value="{value}"/>')
+        board = make(
+            A=[teleport(lane_position(100.0)), speed(10.0)],
+            stories=story(event("e", TICK, start=group(condition(test)))),
+            on=network,
+        )
+        run(board, 0.5)
+        fired[value] = any(each[2] == "startTransition" for each in log(board, "event"))
+    assert fired == {0.97: True, 1.0: False}

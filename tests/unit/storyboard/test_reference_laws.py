@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from openscenario.road.network import load_network
+from openscenario.storyboard.places import turned_in_plane, yaw_in_plane
+from openscenario.storyboard.positions import turned
 from openscenario.storyboard.trajectories import Course
 
 from .conftest import (
@@ -399,3 +401,30 @@ def test_a_reference_point_ahead_draws_the_vehicle_along(make: Make) -> None:
     a.leads = 3.0
     run(board, 0.6)
     assert math.tan(0.5 * a.h) == pytest.approx(math.tan(0.6) * math.exp(-6.0 / 3.0), rel=0.05)
+
+
+@pytest.mark.parametrize(("pitch", "roll"), [(0.55, 0.0), (0.0, 0.3), (-0.4, 0.2)])
+@pytest.mark.parametrize("yaw", [0.3, -1.2, 2.8])
+def test_a_turn_on_an_inclined_plane_keeps_the_body_on_it(pitch: float, roll: float, yaw: float) -> None:
+    """Both its axes stand at right angles to the normal of the plane, and the yaw comes back from the heading."""
+    h, p, r = turned_in_plane(0.7, pitch, roll, yaw)
+    normal = turned(0.7, pitch, roll, 0.0, 0.0, 1.0)
+    for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)):
+        assert sum(a * b for a, b in zip(turned(h, p, r, *axis), normal, strict=True)) == pytest.approx(0.0, abs=1e-12)
+    ahead = turned(0.7, pitch, roll, math.cos(yaw), math.sin(yaw), 0.0)
+    assert turned(h, p, r, 1.0, 0.0, 0.0) == pytest.approx(ahead)
+    assert yaw_in_plane(pitch, roll, h - 0.7) == pytest.approx(yaw)
+
+
+def test_who_changes_lanes_on_a_slope_turns_on_it(make: Make, tmp_path: Path) -> None:
+    """On a slope of tan p = 0.5 the lane change's yaw y shows in the plan as atan2(sin y, cos y cos p)."""
+    (tmp_path / "slope.xodr").write_text(
+        XODR.replace(
+            "<lanes>", '<elevationProfile><elevation s="0" a="0" b="0.5" c="0" d="0"/></elevationProfile><lanes>'
+        )
+    )
+    change = lane_change('<AbsoluteTargetLane value="-2"/>', "linear", "time", 2.0)
+    board = make(A=HERE, stories=story(event("e", change, start=NOW)), on=load_network(tmp_path / "slope.xodr"))
+    run(board, 1.0)
+    yaw, p = math.asin(1.75 / 10.0), math.atan(0.5)
+    assert -board.entities["A"].h == pytest.approx(math.atan2(math.sin(yaw), math.cos(yaw) * math.cos(p)), abs=1e-9)
