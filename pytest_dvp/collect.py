@@ -7,16 +7,21 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from pytest_dvp.cases import choose
-from pytest_dvp.fixtures import Gate, GateFailed, Run, settings_of
+from pytest_dvp.fixtures import SHARED_KEY, Gate, GateFailed, Run, settings_of
+from pytest_dvp.paths import shown
 from pytest_dvp.settings import STAGES, SettingError, Settings, is_users_mistake, unknown
 from pytest_dvp.stages import label
+
+if TYPE_CHECKING:
+    from pytest_dvp.shared_runs import SharedRuns
 
 DISTRIBUTION = "a parameter distribution"
 
@@ -49,6 +54,32 @@ class ScenarioFile(pytest.File):
             item.add_marker(stage)
             if stage != "dt" and not asked_stage(stage, self.config):
                 item.add_marker(pytest.mark.skip(reason=f"drives a car of its own: ask for it with -m {stage}"))
+            yield item
+        yield from self._across(settings, sight.line)
+
+    def _across(self, settings: Settings, line: int) -> Iterator[ScenarioItem]:
+        """One item for each pair of stages that a gate is between; the items of the stages then share their runs."""
+        from pytest_dvp.across import gates_between, pair_name
+        from pytest_dvp.gates import GateError, pairs_of
+
+        try:
+            pairs = pairs_of(gates_between(self.path, settings.gates, settings.stage_gates))
+        except GateError as error:
+            if settings.stage_gates is not None and error.findings[0].file == shown(settings.stage_gates):
+                raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
+            return  # the items of the stages say what is wrong with their gate file
+        for pair in pairs:
+            name = pair_name([label(stage) for stage in pair])
+            item = ScenarioItem.from_parent(self, name=name, callobj=comparison(self.path, pair))
+            item.dvp_stage, item.dvp_line, item.dvp_pair = name, line, pair
+            cars = [stage for stage in pair if stage != "dt"]
+            for stage in cars:
+                item.add_marker(stage)
+            unasked = [stage for stage in cars if not asked_stage(stage, self.config) and not settings.stage_logs]
+            if unasked:
+                wanted = " or ".join(pair)
+                why = f"drives a car of its own, as {label(unasked[0])} does: ask for both, -m {shlex.quote(wanted)}"
+                item.add_marker(pytest.mark.skip(reason=why))
             yield item
 
     def _cases(self, settings: Settings, line: int) -> Iterator[ScenarioItem]:
@@ -92,7 +123,19 @@ class ScenarioItem(pytest.Function):
     dvp_values: Mapping[str, str] | None = None
     dvp_count: int = 0  # cases in the file, chosen or not
 
+    dvp_pair: tuple[str, str] | None = None  # the stages that it compares; None: it drives one
+
     dvp_refused: str | None = None  # why it must not run
+
+    @property
+    def dvp_shared(self) -> SharedRuns | None:
+        """The runs it has in common with other items of its scenario; None if nothing is compared."""
+        compared = any(isinstance(other, ScenarioItem) and other.dvp_pair for other in self.session.items)
+        if self.dvp_values is not None or not compared:
+            return None
+        from pytest_dvp.shared_runs import SharedRuns
+
+        return SharedRuns(shared_folder(self.config))
 
     def runtest(self) -> None:
         if self.dvp_refused is not None:
@@ -133,6 +176,23 @@ def case(
 
     drive.__doc__ = f"{path.name} on stage {stage}"
     return drive
+
+
+def comparison(path: Path, pair: tuple[str, str]) -> Callable[[Run, Gate], None]:
+    """The test function that holds two stages of a scenario against each other."""
+
+    def hold(run: Run, gate: Gate) -> None:
+        __tracebackhide__ = True
+        gate(run.across(path, pair))
+
+    hold.__doc__ = f"{path.name}: gates between {' and '.join(pair)}"
+    return hold
+
+
+def shared_folder(config: pytest.Config) -> Path:
+    """The folder of a session's shared runs; a worker of xdist was told it."""
+    told = getattr(config, "workerinput", {}).get("dvp_shared")
+    return Path(told) if told is not None else config.stash[SHARED_KEY]
 
 
 def asked_for(path: Path, config: pytest.Config, settings: Settings) -> tuple[bool, bool]:
@@ -206,7 +266,7 @@ def refuse(items: Iterable[pytest.Item], why: str) -> None:
 def header(items: Sequence[pytest.Item], settings: Settings) -> str:
     """The one line that says under which conditions scenarios run."""
     scenarios = [item for item in items if isinstance(item, ScenarioItem)]
-    stages = [stage for stage in STAGES if any(item.dvp_stage == stage for item in scenarios)]
+    stages = [s for s in STAGES if any(item.dvp_stage == s or s in (item.dvp_pair or ()) for item in scenarios)]
     model = settings.model.name if settings.model else "tabby_evo.toml"
     files = len({item.path for item in scenarios})
     words = [f"dvp: {files} scenario{'s' if files != 1 else ''}", *_case_words(scenarios), f"stage {', '.join(stages)}"]

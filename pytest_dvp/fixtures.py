@@ -14,6 +14,7 @@ import pytest
 from pytest_dvp.settings import Settings
 
 if TYPE_CHECKING:
+    from pytest_dvp.across import Across
     from pytest_dvp.run import RunResult
     from pytest_dvp.variant import Variant
 
@@ -21,6 +22,7 @@ SETTINGS_KEY = pytest.StashKey[Settings]()
 BROKEN_KEY = pytest.StashKey[list[bool]]()  # a collection error each: whether a scenario file is to blame
 ITEM_KEY = pytest.StashKey[pytest.Item]()
 VARIANT_KEY = pytest.StashKey["tuple[Variant | None, Mapping[str, Any]]"]()
+SHARED_KEY = pytest.StashKey[Path]()  # folder of the runs that several items of a session need
 RESULTS_KEY = pytest.StashKey[list["dict[str, Any]"]]()
 
 
@@ -37,11 +39,13 @@ class Run(Protocol):
 
     def __call__(self, scenario: str | Path | Variant, **options: Any) -> RunResult: ...
 
+    def across(self, scenario: str | Path, pair: tuple[str, str]) -> Across: ...
+
 
 class Gate(Protocol):
     """What the fixture `gate` gives: raises GateFailed unless every verdict of the run is PASS."""
 
-    def __call__(self, result: RunResult, metrics: Sequence[str] | None = None) -> None: ...
+    def __call__(self, result: RunResult | Across, metrics: Sequence[str] | None = None) -> None: ...
 
 
 # Session scope: the factory keeps nothing between calls, and so `@given` may use it without complaint.
@@ -62,7 +66,7 @@ def gate(request: pytest.FixtureRequest) -> Gate:
     """Judge: `gate(result)` raises unless all verdicts are PASS; `metrics=[...]` looks at those gates only."""
     config = request.config
 
-    def judge(result: RunResult, metrics: Sequence[str] | None = None) -> None:
+    def judge(result: RunResult | Across, metrics: Sequence[str] | None = None) -> None:
         __tracebackhide__ = True
         from pytest_dvp.summary import failure, on_condition
 
@@ -78,12 +82,18 @@ def gate(request: pytest.FixtureRequest) -> Gate:
     return judge
 
 
-def _explanation(result: RunResult, verdicts: Sequence[Mapping[str, Any]], metrics: Sequence[str] | None) -> list[str]:
+def _explanation(
+    result: RunResult | Across, verdicts: Sequence[Mapping[str, Any]], metrics: Sequence[str] | None
+) -> list[str]:
     """What the model of a failed gate lacks: only then, as it costs seconds, and not for each run of a search."""
     from pytest_dvp.gate_match import METRICS
 
     chosen = [v for v in verdicts if metrics is None or v["metric"] in metrics or v["gate"] in metrics]
     if not any(v["status"] == "FAIL" and v["metric"] in METRICS.values() for v in chosen) or result.folder is None:
+        return []
+    from pytest_dvp.across import Across
+
+    if isinstance(result, Across):  # two logs: its gates are not on a model file
         return []
     from pytest_dvp.paths import shown
     from pytest_dvp.settings import diagnosis_wanted

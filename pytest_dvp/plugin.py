@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
+import tempfile
+import uuid
 from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,7 +51,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
             if setting.kind in LISTS:
                 attributes["action"] = "append"
         group.addoption(f"--dvp-{setting.name}", **attributes)
-        kind = {"paths": "paths", "files": "paths", "assignments": "args"}.get(setting.kind, "string")
+        kind = {"paths": "paths", "files": "paths", "logs": "paths", "assignments": "args"}.get(setting.kind, "string")
         parser.addini(setting.ini, setting.help, type=kind, default=None)  # type: ignore[arg-type]
 
 
@@ -57,6 +60,13 @@ def pytest_configure(config: pytest.Config) -> None:
         config.addinivalue_line("markers", f"{stage}: {STAGE_MEANING[stage]}")
     config.stash[SETTINGS_KEY] = _settings(config)
     config.stash[fixtures.BROKEN_KEY] = []
+    config.stash[fixtures.SHARED_KEY] = Path(tempfile.gettempdir()) / f"dvp-session-{os.getpid()}-{uuid.uuid4().hex}"
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    folder = config.stash.get(fixtures.SHARED_KEY, None)
+    if folder is not None:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFile | None:
@@ -129,7 +139,11 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_configure_node(node: Any) -> None:
-    """A worker of xdist sees all paths as if they were typed; only the controller knows which were."""
+    """A worker of xdist sees all paths as if they were typed; only the controller knows which were.
+
+    It also shares runs with the other workers.
+    """
+    node.workerinput["dvp_shared"] = str(node.config.stash[fixtures.SHARED_KEY])
     node.workerinput["dvp_explicit"] = node.config.args_source is pytest.Config.ArgsSource.ARGS
 
 
@@ -157,6 +171,11 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     terminalreporter.write_sep("=", "dvp")
     for line in summary.lines(cases):
         terminalreporter.write_line(line)
+    tables = summary.stage_tables(cases)
+    if tables:
+        terminalreporter.write_sep("=", "dvp stages")
+        for line in tables:
+            terminalreporter.write_line(line)
     if os.environ.get("GITHUB_ACTIONS"):
         for line in summary.github_annotations(cases):
             terminalreporter.write_line(line)

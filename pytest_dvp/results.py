@@ -7,7 +7,7 @@ import math
 import os
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -88,17 +88,43 @@ def write_run(
     no folder that looks like a result. `more` is added to the result. Raises ResultError or LogError, and then leaves
     nothing behind.
     """
-    root = Path(root)
-    hidden, number = _reserve(root)
-    stage = _slug(str(log.meta.get("stage", "dt")))
-    try:
-        log.save(hidden / "log.mcap")
+
+    def fill(folder: Path) -> None:
+        log.save(folder / "log.mcap")
         metrics = measure(log)
         result = {**(more or {}), **result_of(log, verdicts, metrics, status=status)}
-        write_result(hidden / "result.json", result)
+        write_result(folder / "result.json", result)
         if report:
-            write_report(hidden / "report.html", log, result)
-        final = root / f"{number:04d}-{_slug(name)}-{stage}"
+            write_report(folder / "report.html", log, result)
+
+    return _numbered(Path(root), name, str(log.meta.get("stage", "dt")), fill)
+
+
+def write_across(
+    root: Path | str, name: str, result: Mapping[str, Any], logs: Mapping[str, Log], labels: Mapping[str, str]
+) -> Path:
+    """Write the numbered folder of a comparison of stages, NNNN-name-dt-rw: result.json and report.html.
+
+    `result` as from Across.as_dict; `logs` by stage, `labels` what results of a stage are called. The logs stay in
+    their own folders. Raises ResultError, and then leaves nothing behind.
+    """
+
+    def fill(folder: Path) -> None:
+        from reports.stages import write_stages_report
+
+        _write(folder / "result.json", _json(result))
+        courses = {labels[stage]: log.columns for stage, log in logs.items()}
+        write_stages_report(folder / "report.html", result, courses)
+
+    return _numbered(Path(root), name, str(result["stage"]), fill)
+
+
+def _numbered(root: Path, name: str, stage: str, fill: Callable[[Path], None]) -> Path:
+    """A new run folder with what `fill` writes, whole or not at all."""
+    hidden, number = _reserve(root)
+    try:
+        fill(hidden)
+        final = root / f"{number:04d}-{_slug(name)}-{_slug(stage)}"
         hidden.rename(final)
         _sync_folder(root)
     except OSError as error:

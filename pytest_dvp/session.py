@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from pytest_dvp.fixtures import current_item, note, note_variant, settings_of
+from pytest_dvp.paths import shown
 from pytest_dvp.settings import SettingError, is_users_mistake
 
 if TYPE_CHECKING:
+    from pytest_dvp.across import Across, Driven
     from pytest_dvp.run import RunResult
     from pytest_dvp.variant import Variant
 
@@ -40,9 +42,97 @@ class Session:
         from pytest_dvp.run import run
         from pytest_dvp.variant import Variant, searching
 
-        settings, node = self._settings, current_item(self._config)
+        node = current_item(self._config)
         variant = scenario if isinstance(scenario, Variant) else None
         path = variant.scenario if variant else self.find(Path(scenario))  # type: ignore[arg-type]
+        chosen = self.options(path, options, variant, searched=searching())
+        note_variant(node, variant, chosen)
+        shared = getattr(node, "dvp_shared", None)
+        if shared is None:
+            result = run(path, **chosen)
+        else:
+            result = shared.own(run_key(path, chosen), lambda: run(path, **chosen))
+        note(node, result.as_dict())
+        return result
+
+    def across(self, scenario: str | Path, pair: tuple[str, str]) -> Across:
+        """Hold two stages of a scenario against each other: drive what nobody has driven in this session, and judge.
+
+        A log of `--dvp-stage-logs` stands before a drive. No real car is driven for it: only the item of a stage
+        drives that. Besides the pair, stages that the session was asked for are in the table.
+        """
+        __tracebackhide__ = True
+        try:
+            result = self._across(self.find(Path(scenario)), pair)
+        except Exception as error:
+            if not is_users_mistake(error):
+                raise
+            raise error.with_traceback(None) from None
+        note(current_item(self._config), result.as_dict())
+        return result
+
+    def _across(self, path: Path, pair: tuple[str, str]) -> Across:
+        from pytest_dvp import across
+        from pytest_dvp.collect import asked_stage
+        from pytest_dvp.settings import STAGES
+
+        settings, node = self._settings, current_item(self._config)
+        gates = across.gates_between(path, settings.gates, settings.stage_gates)
+        drives = across.earlier(settings.stage_logs, path.name)
+        missing: dict[str, str] = {}
+        for stage in STAGES:
+            if stage in drives or not (stage in pair or asked_stage(stage, self._config)):
+                continue
+            found = self._drive(path, stage)
+            if isinstance(found, str):
+                missing[stage] = found
+            else:
+                drives[stage] = found
+        chosen = self.options(path, {})
+        about = {
+            "scenario": shown(path),
+            "line": getattr(node, "dvp_line", 1),
+            "seed": settings.seed,
+            "ads": next((str(drive.log.meta.get("ads", "")) for drive in drives.values()), settings.ads),
+            "set": across.assigned(chosen),
+            "replay": across.replay(path, chosen, pair, settings),
+        }
+        return across.hold(
+            drives,
+            gates,
+            [pair],  # type: ignore[list-item]
+            about,
+            missing=missing,
+            log_dir=settings.runs_folder,
+        )
+
+    def _drive(self, path: Path, stage: str) -> Driven | str:
+        """The drive of a stage in this session, or why there is none and how to get it."""
+        from pytest_dvp.across import driven
+        from pytest_dvp.run import run
+        from pytest_dvp.stages import StageError, check_stage, may_repeat
+        from vehicle.adapter import VehicleLost
+
+        settings, chosen = self._settings, {**self.options(path, {}), "stage": stage}
+        try:
+            check_stage(stage, settings.vehicle, require_real=settings.require_real, dbc=settings.dbc)
+            shared = getattr(current_item(self._config), "dvp_shared", None)
+            again = may_repeat(stage, settings.vehicle)
+            if shared is None:
+                result = run(path, **chosen) if again else None
+            else:
+                result = shared.shared(run_key(path, chosen), (lambda: run(path, **chosen)) if again else None)
+        except (StageError, VehicleLost) as error:
+            return str(error)
+        if result is None:
+            return f"no drive of stage {stage} in this session, and its own test alone drives a real car: -m {stage}"
+        return driven(result)
+
+    def options(
+        self, path: Path, options: Mapping[str, Any], variant: Variant | None = None, *, searched: bool = False
+    ) -> dict[str, Any]:
+        """What `pytest_dvp.run.run` is called with: the session's settings, changed by `options` of one call."""
+        settings, options = self._settings, dict(options)
         parameters: dict[str, Any] = dict(_declared_only(path, settings.set.scenario))
         parameters.update(variant.values if variant else {})
         parameters.update(options.pop("parameters", {}))
@@ -61,15 +151,12 @@ class Session:
             "duration": settings.duration,
             "wall_limit": settings.wall_limit,
             "after_collision": settings.after_collision,
-            "log_dir": None if searching() else settings.runs_folder,
+            "log_dir": None if searched else settings.runs_folder,
         }
         defaults.update(options)
         defaults["P"] = {**settings.set.P, **defaults.get("P", {})}
         defaults["S"] = {**settings.set.S, **defaults.get("S", {})}
-        note_variant(node, variant, {**defaults, "parameters": parameters})
-        result = run(path, parameters=parameters, **defaults)
-        note(node, result.as_dict())
-        return result
+        return {**defaults, "parameters": parameters}
 
     def find(self, path: Path) -> Path:
         """The file meant: absolute, beside the test, below the rootdir, or in a folder of `dvp_scenarios`.
@@ -87,6 +174,17 @@ class Session:
                 return folder / path
         looked = ", ".join(str(folder) for folder in folders)
         raise SettingError(f"no scenario {path}; looked in {looked}")
+
+
+def run_key(path: Path, options: Mapping[str, Any]) -> str:
+    """Name of a run of this session for `pytest_dvp.shared_runs`: the file and all that it is called with.
+
+    Parameters of the simulator are no part of a stage with a car of its own.
+    """
+    from pytest_dvp.shared_runs import key_of
+
+    told = {key: dict(value) if isinstance(value, Mapping) else value for key, value in options.items()}
+    return key_of(str(path.resolve()), sorted(told.items(), key=lambda item: item[0]))
 
 
 def _declared_only(path: Path, assignments: Mapping[str, str]) -> Mapping[str, str]:

@@ -15,9 +15,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-Kind = Literal["int", "float", "str", "path", "file", "flag", "ads", "assignments", "paths", "files"]
+Kind = Literal["int", "float", "str", "path", "file", "flag", "ads", "assignments", "paths", "files", "logs"]
 
-LISTS: tuple[Kind, ...] = ("assignments", "paths", "files")
+LISTS: tuple[Kind, ...] = ("assignments", "paths", "files", "logs")
 STAGES: tuple[str, ...] = ("dt", "pe", "rw")
 REFERENCE = "reference"  # the driving stack that ships
 
@@ -68,6 +68,8 @@ SETTINGS: tuple[Setting, ...] = (
     Setting("model", "file", None, "vehicle model (TOML); default: the TABBY EVO", "FILE"),
     Setting("effects", "files", (), "effects of your own that the model uses; the file is run", "FILE.py"),
     Setting("gates", "file", None, "gate file; default: NAME.gates.toml beside the scenario", "FILE"),
+    Setting("stage-gates", "file", None, "further gates between stages, for every scenario", "FILE"),
+    Setting("stage-logs", "logs", (), "log or run folder of a stage driven earlier, to compare with", "LOG"),
     Setting("library", "paths", (), "folder that scenarios may refer to, besides their own and the rootdir", "DIR"),
     Setting("ego", "str", None, "entity that the ADS drives; default: Ego", "NAME"),
     Setting("set", "assignments", (), "NAME=VALUE of a declared parameter, P.NAME=VALUE (ADS), S.NAME=VALUE", "A"),
@@ -121,6 +123,8 @@ class Settings:
     model: Path | None = None
     effects: tuple[Path, ...] = ()
     gates: Path | None = None
+    stage_gates: Path | None = None
+    stage_logs: tuple[Path, ...] = ()
     library: tuple[Path, ...] = ()
     ego: str | None = None
     set: Assignments = dataclasses.field(default_factory=Assignments)
@@ -216,6 +220,8 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
         return tuple(_folder(base / str(word), origin) for word in raw)  # type: ignore[attr-defined]
     if setting.kind == "files":
         return tuple(_file(base / str(word), origin) for word in raw)  # type: ignore[attr-defined]
+    if setting.kind == "logs":
+        return tuple(_log(base / str(word), origin) for word in raw)  # type: ignore[attr-defined]
     text = str(raw).strip()
     if setting.kind == "flag":
         return raw if isinstance(raw, bool) else _flag(text, origin)
@@ -255,7 +261,7 @@ def environment_lookup(environ: Mapping[str, str] = os.environ) -> Callable[[Set
         text = environ.get(setting.environment)
         if not text:
             return None
-        if setting.kind in ("paths", "files"):
+        if setting.kind in ("paths", "files", "logs"):
             return [part for part in text.split(os.pathsep) if part]
         return text.split() if setting.kind == "assignments" else text
 
@@ -295,6 +301,12 @@ def _number(setting: Setting, text: str, origin: str) -> int | float:
 def _file(path: Path, origin: str) -> Path:
     if not path.is_file():
         raise SettingError(f"{origin}: no file {path}")
+    return path.absolute()
+
+
+def _log(path: Path, origin: str) -> Path:
+    if not path.is_file() and not (path / "log.mcap").is_file():
+        raise SettingError(f"{origin}: no log or run folder {path}")
     return path.absolute()
 
 

@@ -44,8 +44,6 @@ DRIVE = (
 )
 """Rows of one drive."""
 
-_NAME = 26  # characters of a row's name in the terminal
-
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Cell:
@@ -110,15 +108,9 @@ class StageTable:
 
     def lines(self) -> list[str]:
         """The table for a terminal."""
-        texts = [(_named(row), [cell.text for cell in row.cells]) for row in self.rows]
-        heads = [
-            (f"{stage} to {other}" if other else stage) for stage, other in zip(self.stages, self.against, strict=True)
-        ]
-        wide = [max(len(head), *(len(cells[k]) for _, cells in texts)) for k, head in enumerate(heads)]
-        out = [" " * _NAME + "".join(f"  {head:>{w}}" for head, w in zip(heads, wide, strict=True))]
-        for name, cells in texts:
-            out.append(f"{name:<{_NAME}}" + "".join(f"  {cell:>{w}}" for cell, w in zip(cells, wide, strict=True)))
-        return out
+        from pytest_dvp.summary import table_lines
+
+        return table_lines(self.as_dict())
 
 
 def stage_table(logs: Mapping[str, Log], before: tuple[str, Log] | None = None) -> StageTable:
@@ -170,9 +162,3 @@ def _single(label: str, metric: str, logs: Mapping[str, Log]) -> TableRow:
     values: list[MetricValue] = [compute(metric, log) for log in logs.values()]
     unit = next((value.unit for value in values if value.valid), values[0].unit if values else "-")
     return TableRow(label, metric, "", unit, tuple(Cell(value.value, reason=value.reason) for value in values))
-
-
-def _named(row: TableRow) -> str:
-    if row.metric == "mncc":
-        return f"MNCC {row.name}"
-    return row.name if row.unit == "-" else f"{row.name} [{row.unit}]"

@@ -74,6 +74,11 @@ def label(stage: str) -> str:
     return stage if stage == "dt" else f"{stage}-{SURROGATE}"
 
 
+def may_repeat(stage: str, vehicle: str) -> bool:
+    """Whether something automatic may drive this stage: everything but a real car."""
+    return stage == "dt" or vehicle.partition(":")[0] in VEHICLES
+
+
 def open_vehicle(stage: str, vehicle: str, seed: int, dbc: Path | None = None) -> Vehicle:
     """The car of stage "pe" or "rw", running and waiting; arguments as of `check_stage`, which comes before.
 

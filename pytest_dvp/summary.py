@@ -19,6 +19,7 @@ Result = Mapping[str, Any]
 
 MAX_LINES = 20
 MAX_NOTES = 5
+MAX_TABLES = 3
 ORDER = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
 
 
@@ -106,6 +107,44 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
     out += said
     out.append(action(results))
     return out
+
+
+def stage_tables(results: Sequence[Result], limit: int = MAX_TABLES) -> list[str]:
+    """The table of stages of each scenario that was compared, the widest one; of at most `limit` scenarios."""
+    widest: dict[str, Result] = {}
+    for case in results:
+        if case.get("table") and len(case["table"]["stages"]) > len(
+            widest.get(case["scenario"], {"table": {"stages": ()}})["table"]["stages"]
+        ):
+            widest[case["scenario"]] = case
+    out: list[str] = []
+    for name in sorted(widest)[:limit]:
+        case = widest[name]
+        out += ["", clean(f"{conditions({**case, 'stage': ', '.join(case['table']['stages'])})}")]
+        out += [clean(line) for line in table_lines(case["table"])]
+        if case.get("folder"):
+            out.append(clean(f"page: {case['folder']}/report.html"))
+    if len(widest) > limit:
+        out.append(f"... {len(widest) - limit} more tables in the run folders")
+    return out[1:]
+
+
+def table_lines(table: Mapping[str, Any]) -> list[str]:
+    """A table of stages (StageTable.as_dict) for a terminal."""
+    texts = [(_row_name(row), [cell["text"] for cell in row["cells"]]) for row in table["rows"]]
+    heads = [f"{a} to {b}" if b else a for a, b in zip(table["stages"], table["against"], strict=True)]
+    wide = [max(len(head), *(len(cells[k]) for _, cells in texts)) for k, head in enumerate(heads)]
+    left = max(len(name) for name, _ in texts)
+    out = [" " * left + "".join(f"  {head:>{w}}" for head, w in zip(heads, wide, strict=True))]
+    for name, cells in texts:
+        out.append(f"{name:<{left}}" + "".join(f"  {cell:>{w}}" for cell, w in zip(cells, wide, strict=True)))
+    return out
+
+
+def _row_name(row: Mapping[str, Any]) -> str:
+    if row["metric"] == "mncc":
+        return f"MNCC {row['name']}"
+    return row["name"] if row["unit"] == "-" else f"{row['name']} [{row['unit']}]"
 
 
 def notes(results: Sequence[Result], limit: int = MAX_NOTES) -> list[str]:

@@ -1,0 +1,273 @@
+"""Drives of one scenario on several stages, held against each other: the table, and the gates between stages."""
+
+from __future__ import annotations
+
+import dataclasses
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pytest_dvp.gate_model import STAGES, Gate, Stage
+from pytest_dvp.gates import Verdict, judge_between, overall, pairs_of
+from pytest_dvp.log import Log
+from pytest_dvp.paths import shown
+from pytest_dvp.settings import REFERENCE, Settings
+from pytest_dvp.stage_table import StageTable, stage_table
+from pytest_dvp.stages import SURROGATE
+
+if TYPE_CHECKING:
+    from pytest_dvp.run import RunResult
+
+_STAGES: tuple[str, ...] = STAGES
+CONDITIONS = ("parameters", "P", "ads", "seed")
+"""What two drives should have in common besides the scenario; where they do not, the result says so."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Driven:
+    """A drive on one stage: its log, and the file or run folder it is in (None: it was not written).
+
+    before  True if it was driven in another session
+    """
+
+    log: Log
+    place: Path | None = None
+    before: bool = False
+
+    @property
+    def label(self) -> str:
+        """What results of its stage are called: "dt", "rw-surrogate"."""
+        return str(self.log.meta.get("stage", ""))
+
+
+@dataclasses.dataclass(frozen=True)
+class Across:
+    """Result of `hold`. Looks like a RunResult to summaries: `as_dict` has the same keys, and besides them the table.
+
+    stage   "dt-rw-surrogate": the stages that were compared
+    logs    run folder or file of each stage by its label
+    status  PASS only if at least one gate was judged and all of them passed
+    """
+
+    scenario: str
+    line: int
+    stage: str
+    seed: int
+    status: str
+    verdicts: tuple[Verdict, ...]
+    table: StageTable | None
+    logs: Mapping[str, str]
+    replay: str
+    ads: str = "reference"
+    set: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    folder: Path | None = None
+    notes: tuple[str, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain JSON-able data: what crosses processes and stands in result.json."""
+        return {
+            "scenario": self.scenario,
+            "line": self.line,
+            "stage": self.stage,
+            "ads": self.ads,
+            "seed": self.seed,
+            "status": self.status,
+            "set": dict(self.set),
+            "verdicts": [verdict.as_dict() for verdict in self.verdicts],
+            "metrics": {} if self.table is None else _flat(self.table),
+            "table": None if self.table is None else self.table.as_dict(),
+            "logs": dict(self.logs),
+            "folder": None if self.folder is None else shown(self.folder),
+            "replay": self.replay,
+            "error": None,
+            "notes": list(self.notes),
+        }
+
+
+def hold(
+    drives: Mapping[str, Driven],
+    gates: Sequence[Gate],
+    pairs: Sequence[tuple[Stage, Stage]],
+    about: Mapping[str, Any],
+    *,
+    missing: Mapping[str, str] | None = None,
+    log_dir: Path | None = None,
+) -> Across:
+    """Judge the gates between `pairs` of stages, and make the table of all `drives` (by stage, "dt", "pe", "rw").
+
+    about    `scenario`, `line`, `seed`, `ads`, `set`, `replay` as in Across
+    missing  by stage, why there is no drive and how to get one: its gates are INCONCLUSIVE
+    log_dir  folder for a numbered run folder with result.json and report.html; None writes nothing
+
+    Drives of different scenario files are not compared: the later one counts as missing.
+    """
+    absent = dict(missing or {})
+    there = _of_one_scenario(drives, absent)
+    logs = {stage: drive.log for stage, drive in there.items()}
+    verdicts = [verdict for pair in pairs for verdict in judge_between(gates, pair, logs, absent)]
+    labels: dict[str, str] = {stage: there[stage].label if stage in there else stage for stage in STAGES}
+    compared = [stage for stage in STAGES if any(stage in pair for pair in pairs)]
+    table = stage_table({labels[stage]: logs[stage] for stage in STAGES if stage in logs}) if len(logs) > 1 else None
+    result = Across(
+        stage=pair_name(tuple(labels[stage] for stage in compared)),
+        status=overall(verdicts),
+        verdicts=tuple(verdicts),
+        table=table,
+        logs={drive.label: shown(drive.place) for drive in there.values() if drive.place is not None},
+        notes=tuple(_differences(there)),
+        **about,
+    )
+    if log_dir is None:
+        return result
+    from pytest_dvp.results import write_across
+
+    folder = write_across(log_dir, Path(result.scenario).stem, result.as_dict(), logs, labels)
+    return dataclasses.replace(result, folder=folder)
+
+
+def gates_between(scenario: Path, gates: Path | None = None, stage_gates: Path | None = None) -> tuple[Gate, ...]:
+    """The gates between stages that hold for a scenario: of `gates` or the file beside it, then of `stage_gates`.
+
+    Raises GateError for a file that is wrong, or for `stage_gates` without a gate between stages.
+    """
+    from openscenario.findings import Finding
+    from pytest_dvp.gates import GateError, read_gates
+
+    beside = scenario.with_name(f"{scenario.stem}.gates.toml")
+    file = gates if gates is not None else (beside if beside.is_file() else None)
+    found = [gate for gate in read_gates(shown(file)).gates if gate.between] if file is not None else []
+    if stage_gates is None:
+        return tuple(found)
+    more = [gate for gate in read_gates(shown(stage_gates)).gates if gate.between]
+    if not more:
+        text = "no gate is between stages"
+        raise GateError(
+            [
+                Finding(
+                    "dvp.gates.between",
+                    "error",
+                    shown(stage_gates),
+                    1,
+                    "gate",
+                    text=text,
+                    allowed='between = ["dt", "rw"]',
+                )
+            ]
+        )
+    return (*found, *more)
+
+
+def pair_name(labels: Sequence[str]) -> str:
+    """`dt-rw-surrogate` of "dt" and "rw-surrogate": each stage, and once at the end what stood in for the car."""
+    stages = [label.split("-")[0] for label in labels]
+    extra = dict.fromkeys(label.partition("-")[2] for label in labels if "-" in label)
+    return "-".join([*stages, *extra])
+
+
+def driven(result: RunResult) -> Driven | str:
+    """A finished run as a drive to compare, or why it is none."""
+    if result.error is not None:
+        return f"the drive of stage {result.stage} broke off: {result.error.strip().splitlines()[-1]}"
+    return Driven(result.log, result.folder)
+
+
+def earlier(paths: Sequence[Path], scenario_name: str) -> dict[str, Driven]:
+    """Drives of a scenario from logs or run folders of earlier sessions, by stage; the last one of a stage counts.
+
+    Raises LogError for a file that is no log of ours.
+    """
+    found: dict[str, Driven] = {}
+    for path in paths:
+        log = Log.load(path)
+        if log.meta.get("scenario") == scenario_name:
+            found[str(log.meta.get("stage", "")).split("-")[0]] = Driven(log, path, before=True)
+    return found
+
+
+def pairs_driven(gates: Sequence[Gate], stages: Sequence[str]) -> list[tuple[Stage, Stage]]:
+    """The pairs that gates are between of which both stages are among `stages`."""
+    return [pair for pair in pairs_of(gates) if all(stage in stages for stage in pair)]
+
+
+def assigned(options: Mapping[str, Any]) -> dict[str, str]:
+    """Everything that was set, under the names `--set` takes; `options` as `pytest_dvp.run.run` takes them."""
+    named = {name: str(value) for name, value in options.get("parameters", {}).items()}
+    for group in ("P", "S"):
+        named.update((f"{group}.{name}", str(value)) for name, value in options.get(group, {}).items())
+    return named
+
+
+def replay(scenario: Path, options: Mapping[str, Any], stages: Sequence[str], settings: Settings) -> str:
+    """The `dvp run` that drives these stages and compares them again."""
+    words = ["dvp", "run", shown(scenario), "--stage", ",".join(stages), "--seed", str(settings.seed)]
+    words += ["--vehicle", settings.vehicle] if settings.vehicle != SURROGATE else []
+    words += ["--ads", settings.ads] if settings.ads != REFERENCE else []
+    words += [word for name, value in sorted(assigned(options).items()) for word in ("--set", f"{name}={value}")]
+    for option, path in (
+        ("--model", settings.model),
+        ("--gates", settings.gates),
+        ("--stage-gates", settings.stage_gates),
+    ):
+        words += [option, shown(path)] if path is not None else []
+    words += [word for log in settings.stage_logs for word in ("--stage-logs", shown(log))]
+    words += [word for file in settings.effects for word in ("--effects", shown(file))]
+    words += [word for folder in settings.library for word in ("--library", shown(folder))]
+    words += ["--ego", settings.ego] if settings.ego is not None else []
+    words += ["--duration", f"{settings.duration:g}"] if settings.duration is not None else []
+    return shlex.join(words)
+
+
+def _of_one_scenario(drives: Mapping[str, Driven], absent: dict[str, str]) -> dict[str, Driven]:
+    """The drives in the order of STAGES, without those of another version of scenario or road, noted in `absent`."""
+    kept: dict[str, Driven] = {}
+    first: Driven | None = None
+    # What was driven now says which version counts: an earlier log gives way to it.
+    for stage, drive in sorted(drives.items(), key=lambda item: (item[1].before, _STAGES.index(item[0]))):
+        first = first or drive
+        changed = [what for what in ("scenario", "road") if _digest(drive, what) != _digest(first, what)]
+        if changed:
+            place = drive.place if drive.place is not None else drive.label
+            absent[stage] = f"{place} was driven with another version of the {changed[0]}; drive stage {stage} again"
+        else:
+            kept[stage] = drive
+    return {stage: kept[stage] for stage in STAGES if stage in kept}
+
+
+def _digest(drive: Driven, what: str) -> object:
+    return drive.log.meta.get(f"{what}_sha256")
+
+
+def _differences(drives: Mapping[str, Driven]) -> list[str]:
+    """One line for each condition in which drives differ: two drives that were not the same test are not alike."""
+    if len(drives) < 2:
+        return []
+    (_, first), *rest = drives.items()
+    lines = []
+    for _, other in rest:
+        for key in CONDITIONS:
+            a, b = first.log.meta.get(key), other.log.meta.get(key)
+            if a == b:
+                continue
+            names = f"{first.label} and {other.label}"
+            if isinstance(a, Mapping) and isinstance(b, Mapping):
+                keys = [name for name in {**a, **b} if a.get(name) != b.get(name)]
+                told = ", ".join(f"{name} {a.get(name)} and {b.get(name)}" for name in keys[:4])
+                lines.append(f"{names} differ in {key}: {told}{', ...' if len(keys) > 4 else ''}")
+            else:
+                lines.append(f"{names} differ in {key}: {a} and {b}")
+    return lines
+
+
+def _flat(table: StageTable) -> dict[str, float | None]:
+    """The table as numbers by name, for JUnit: `rw-surrogate.mncc(v)`, `rw-surrogate.mncc(v).lag`, `dt.max_jerk`."""
+    flat: dict[str, float | None] = {}
+    for row in table.rows:
+        name = f"{row.metric}({row.signal})" if row.signal else row.metric
+        for stage, cell in zip(table.stages, row.cells, strict=True):
+            if cell.value is None:
+                continue
+            flat[f"{stage}.{name}"] = cell.value
+            if cell.lag is not None:
+                flat[f"{stage}.{name}.lag"], flat[f"{stage}.{name}.gain"] = cell.lag, cell.gain
+    return flat
