@@ -8,10 +8,11 @@ from itertools import pairwise
 
 from openscenario.road.attributes import Attributes, by_tag
 from openscenario.road.elements import Lane, LaneHeight, LaneSection, RoadMark, SpeedLimit
-from openscenario.road.plan_reader import read_cubics
+from openscenario.road.plan_reader import MAX_LENGTH, bounded, read_cubics
 from openscenario.xml import Node
 
 MAX_LANES = 255  # on one side
+MAX_HEIGHT = 100.0  # m of a lane above its road: kerbs are lower
 _TO_SPEED = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
 
 
@@ -99,14 +100,17 @@ def _whole(lane: Node) -> int:
     return int(text) if re.fullmatch(r"[-+]?[0-9]{1,9}", text) else 0
 
 
+def _height(attributes: Attributes, node: Node) -> LaneHeight:
+    s = bounded(attributes, node, "sOffset", attributes.number(node, "sOffset", 0.0), MAX_LENGTH)
+    inner, outer = (attributes.number(node, name, 0.0) for name in ("inner", "outer"))
+    for name, value in (("inner", inner), ("outer", outer)):
+        bounded(attributes, node, name, value, MAX_HEIGHT)
+    return LaneHeight(s, inner, outer)
+
+
 def _read_lane(attributes: Attributes, node: Node) -> Lane:
     parts = by_tag(node)
-    heights = tuple(
-        LaneHeight(
-            attributes.number(h, "sOffset", 0.0), attributes.number(h, "inner", 0.0), attributes.number(h, "outer", 0.0)
-        )
-        for h in parts.get("height", ())
-    )
+    heights = tuple(_height(attributes, node) for node in parts.get("height", ()))
     speeds = []
     for speed in parts.get("speed", ()):
         limit = read_speed(attributes, speed)

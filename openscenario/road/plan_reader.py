@@ -39,7 +39,7 @@ def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tu
             s, a, b, c, d = attributes.number(node, key, 0.0), *(attributes.number(node, name) for name in "abcd")
             record = Cubic(s, a, b, c, d)
             for name, value in ((key, s), ("a", a), ("b", b), ("c", c), ("d", d)):
-                _bounded(attributes, node, name, value, MAX_COEFFICIENT if name != key else MAX_LENGTH)
+                bounded(attributes, node, name, value, MAX_COEFFICIENT if name != key else MAX_LENGTH)
         if key == "sOffset" and record.s < 0.0:
             _negative(attributes, node)
         if records and record.s < records[-1].s:
@@ -88,7 +88,7 @@ def read_geometries(attributes: Attributes, plan_view: Node) -> tuple[Geometry, 
 def _read_geometry(attributes: Attributes, node: Node) -> Geometry | None:
     s, x, y, hdg, length = (attributes.number(node, name) for name in ("s", "x", "y", "hdg", "length"))
     for name, value in (("x", x), ("y", y), ("hdg", hdg)):
-        _bounded(attributes, node, name, value, MAX_COORDINATE)
+        bounded(attributes, node, name, value, MAX_COORDINATE)
     if not 0.0 <= length <= MAX_LENGTH:
         attributes.report(
             "value.out_of_range",
@@ -134,7 +134,7 @@ def _read_geometry(attributes: Attributes, node: Node) -> Geometry | None:
     return Geometry(s, x, y, hdg, length, kind, values, normalized, node.line)
 
 
-def _bounded(attributes: Attributes, node: Node, name: str, value: float, most: float) -> float:
+def bounded(attributes: Attributes, node: Node, name: str, value: float, most: float) -> float:
     """The value; with a finding if it is larger than any road's."""
     if abs(value) > most:
         attributes.report(
@@ -149,11 +149,11 @@ def _bounded(attributes: Attributes, node: Node, name: str, value: float, most: 
 
 
 def _curvature(attributes: Attributes, node: Node, name: str) -> float:
-    return _bounded(attributes, node, name, attributes.number(node, name), MAX_CURVATURE)
+    return bounded(attributes, node, name, attributes.number(node, name), MAX_CURVATURE)
 
 
 def _coefficients(attributes: Attributes, node: Node, names: tuple[str, ...]) -> tuple[float, ...]:
-    return tuple(_bounded(attributes, node, name, attributes.number(node, name), MAX_LENGTH) for name in names)
+    return tuple(bounded(attributes, node, name, attributes.number(node, name), MAX_LENGTH) for name in names)
 
 
 def _check_param(attributes: Attributes, node: Node, values: tuple[float, ...]) -> None:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from road_files import arc, geometry, lane, network, road, section, straight, to_road, write
+from road_files import arc, cubic, geometry, lane, network, road, section, straight, to_road, write
 
 from openscenario.findings import Finding, ScenarioError
 from openscenario.road.network import load_network
@@ -52,6 +52,12 @@ def test_curvature_that_no_road_has(tmp_path: Path) -> None:
         "value.out_of_range",
         "arc@curvature",
     )
+
+
+def test_height_that_no_lane_has(tmp_path: Path) -> None:
+    inside = cubic("width", 0.0, 3.5) + '<height sOffset="0" inner="0" outer="1e300"/>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 60, section(right=[lane(-1, inside=inside)])))
+    assert only(path) == ("value.out_of_range", "height@outer")
 
 
 def test_empty_side_of_a_lane_section(tmp_path: Path) -> None:
