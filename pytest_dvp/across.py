@@ -107,7 +107,7 @@ def hold(
     logs = {stage: drive.log for stage, drive in there.items()}
     verdicts = [verdict for pair in pairs for verdict in judge_between(gates, pair, logs, absent)]
     labels: dict[str, str] = {stage: there[stage].label if stage in there else stage for stage in STAGES}
-    compared = [stage for stage in STAGES if any(stage in pair for pair in pairs)]
+    compared = [stage for stage in STAGES if (any(stage in pair for pair in pairs) if pairs else stage in logs)]
     table = stage_table({labels[stage]: logs[stage] for stage in STAGES if stage in logs}) if len(logs) > 1 else None
     result = Across(
         stage=pair_name(tuple(labels[stage] for stage in compared)),

@@ -26,12 +26,29 @@ from pytest_dvp.cli import (
     recover,
     report,
     run,
+    stages,
     tune,
 )
 from pytest_dvp.cli.arguments import WrongArgument
 from pytest_dvp.settings import SettingError, is_users_mistake, nearest, unknown
 
-COMMANDS = (check, play, run, report, compare, diagnose, plan, extend, tune, doctor, map, recover, effects, metrics)
+COMMANDS = (
+    check,
+    play,
+    run,
+    stages,
+    report,
+    compare,
+    diagnose,
+    plan,
+    extend,
+    tune,
+    doctor,
+    map,
+    recover,
+    effects,
+    metrics,
+)
 
 
 class Parser(argparse.ArgumentParser):

@@ -16,6 +16,7 @@ from pytest_dvp.cli.arguments import add_json, add_settings, existing, settings_
 from pytest_dvp.settings import REFERENCE, STAGES, SettingError, Settings, is_users_mistake, unknown
 
 if TYPE_CHECKING:
+    from pytest_dvp.across import Across
     from pytest_dvp.run import RunResult
 
 SETTINGS = (
@@ -25,6 +26,8 @@ SETTINGS = (
     "model",
     "effects",
     "gates",
+    "stage-gates",
+    "stage-logs",
     "library",
     "ego",
     "cases",
@@ -33,6 +36,7 @@ SETTINGS = (
     "after-collision",
     "vehicle",
     "dbc",
+    "fault",
     "require-real",
     "runs",
 )
@@ -44,7 +48,11 @@ FIRST_RUN = "  still at it; the first run after an installation compiles for abo
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenarios", nargs="+", metavar="X.xosc")
-    parser.add_argument("--stage", default="dt", help="dt, pe or rw (these two against --vehicle)")
+    parser.add_argument(
+        "--stage",
+        default="dt",
+        help="dt, pe or rw (these two against --vehicle); several, as dt,rw, or all, to compare",
+    )
     parser.add_argument("--no-report", action="store_true", help="judge only, write no run folder")
     parser.add_argument(
         "--gate", action="append", metavar="METRIC", help="let only the gates on this metric decide; may be repeated"
@@ -56,21 +64,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     named = [existing(text, "scenario") for text in arguments.scenarios]
     settings = settings_from(arguments)
-    if arguments.stage not in STAGES:
-        raise SettingError(f"--stage: {unknown('stage', arguments.stage, STAGES)}")
+    stages = _stages(arguments.stage)
     from pytest_dvp.driving_stack import find_ads
     from pytest_dvp.stages import StageError, check_stage
 
-    try:
-        check_stage(arguments.stage, settings.vehicle, require_real=settings.require_real, dbc=settings.dbc)
-    except StageError as error:
-        raise SettingError(f"--stage {arguments.stage}: {error}") from None
+    for stage in stages:
+        try:
+            check_stage(
+                stage, settings.vehicle, require_real=settings.require_real, dbc=settings.dbc, fault=settings.fault
+            )
+        except StageError as error:
+            raise SettingError(f"--stage {stage}: {error}") from None
     _check_gates(arguments.gate or ())
-    jobs = _jobs(named, settings, arguments.stage)
-    several = len(named) > 1 or any(job.label for job in jobs)
+    jobs = _jobs(named, settings, stages)
+    several = len(jobs) > 1 or any(job.label for job in jobs)
     find_ads(settings.ads, [settings.rootdir])
     documents: list[Any] = []
     passed = True
+    drives: dict[Path, dict[str, RunResult]] = {}
     for job in jobs:
         try:
             result = _drive(job, arguments, settings)
@@ -84,11 +95,19 @@ def execute(arguments: argparse.Namespace) -> int:
             passed = False
             continue
         passed = _passes(result, arguments.gate) and passed
+        drives.setdefault(job.path, {})[job.stage] = result
         documents.append(_finite(result.as_dict()))
         if not arguments.json:
             print(table(result, arguments.gate), flush=True)
+    if len(stages) > 1 or settings.stage_logs:
+        for path, results in drives.items():
+            held = _across(path, results, stages, arguments, settings)
+            passed = passed and (held.status == "PASS" or not held.verdicts)
+            documents.append(_finite(held.as_dict()))
+            if not arguments.json:
+                print("\n" + across_text(held), flush=True)
     if arguments.json:
-        print(json.dumps(documents if several else documents[0], ensure_ascii=False))
+        print(json.dumps(documents if several or len(documents) > 1 else documents[0], ensure_ascii=False))
     return 0 if passed else 1
 
 
@@ -101,24 +120,43 @@ class Job:
 
     path: Path
     parameters: Mapping[str, str]
+    stage: str = "dt"
     label: str = ""
     gates: Path | None = None
     folder_name: str | None = None
 
 
-def _jobs(named: Sequence[Path], settings: Settings, stage: str) -> list[Job]:
+def _stages(text: str) -> list[str]:
+    """The stages of `--stage`, in their order. Raises SettingError."""
+    words = [word.strip() for word in text.split(",") if word.strip()]
+    if words == ["all"]:
+        return list(STAGES)
+    for word in words or [text]:
+        if word not in STAGES:
+            raise SettingError(f"--stage: {unknown('stage', word, (*STAGES, 'all'))}")
+    return [stage for stage in STAGES if stage in words]
+
+
+def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str]) -> list[Job]:
     """The runs that the named files ask for: a distribution is all its cases, or a sample."""
     from pytest_dvp.cases import choose, is_distribution
 
     cases: dict[Path, list[Job]] = {}
     for path in dict.fromkeys(named):
         if is_distribution(path):
-            if stage != "dt":
-                raise SettingError(f"--stage {stage}: {path} is a distribution, and its cases run on dt alone")
+            if list(stages) != ["dt"]:
+                text = f"{path} is a distribution, and its cases run on dt alone"
+                raise SettingError(f"--stage {','.join(stages)}: {text}")
             chosen = choose(path, settings)
             print(f"dvp run: {path}: {chosen.size} of {chosen.count} cases of {chosen.scenario}", file=sys.stderr)
             cases[path] = [
-                Job(chosen.scenario, case.values, f"{path.name}[{case.name}]", chosen.gates, chosen.folder_name(case))
+                Job(
+                    chosen.scenario,
+                    case.values,
+                    label=f"{path.name}[{case.name}]",
+                    gates=chosen.gates,
+                    folder_name=chosen.folder_name(case),
+                )
                 for case in chosen
             ]
     scenarios = [cases[path][0].path if path in cases else path for path in named]
@@ -126,7 +164,7 @@ def _jobs(named: Sequence[Path], settings: Settings, stage: str) -> list[Job]:
     jobs: list[Job] = []
     for path, share in zip(named, shares, strict=True):
         jobs += [dataclasses.replace(job, parameters={**job.parameters, **share}) for job in cases.get(path, ())]
-        jobs += [] if path in cases else [Job(path, share)]
+        jobs += [] if path in cases else [Job(path, share, stage) for stage in stages]
     return jobs
 
 
@@ -136,14 +174,14 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
 
     ads = "" if settings.ads == REFERENCE else f", ADS {settings.ads}"
     what = job.label or job.path
-    print(f"dvp run: {what}, stage {arguments.stage}, seed {settings.seed}{ads}", file=sys.stderr)
+    print(f"dvp run: {what}, stage {job.stage}, seed {settings.seed}{ads}", file=sys.stderr)
     notice = threading.Timer(PATIENCE, print, (FIRST_RUN,), {"file": sys.stderr, "flush": True})
     notice.daemon = True
     notice.start()
     try:
         result = run(
             job.path,
-            stage=arguments.stage,
+            stage=job.stage,
             seed=settings.seed,
             parameters=job.parameters,
             P=settings.set.P,
@@ -157,6 +195,7 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
             ads=settings.ads,
             vehicle=settings.vehicle,
             dbc=settings.dbc,
+            fault=settings.fault,
             require_real=settings.require_real,
             duration=settings.duration,
             wall_limit=settings.wall_limit,
@@ -174,6 +213,56 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
         if not note.startswith(NOT_JUDGED):
             print(note, file=sys.stderr)
     return result
+
+
+def _across(
+    path: Path,
+    results: Mapping[str, RunResult],
+    stages: Sequence[str],
+    arguments: argparse.Namespace,
+    settings: Settings,
+) -> Across:
+    """The stages of one scenario held against each other, with those of earlier logs."""
+    from pytest_dvp import across
+
+    gates = across.gates_between(path, settings.gates, settings.stage_gates)
+    drives = across.earlier(settings.stage_logs, path.name)
+    missing: dict[str, str] = {}
+    for stage, result in results.items():
+        found = across.driven(result)
+        if isinstance(found, str):
+            missing[stage] = found
+        else:
+            drives[stage] = found
+    pairs = across.pairs_driven(gates, [*drives, *missing])
+    first = next(iter(results.values()))
+    about = {
+        "scenario": first.scenario,
+        "line": first.line,
+        "seed": first.seed,
+        "ads": first.ads,
+        "set": first.set,
+        "replay": across.replay(path, {"parameters": settings.set.scenario, "P": settings.set.P, "S": settings.set.S},
+                                stages, settings),
+    }  # fmt: skip
+    folder = None if arguments.no_report else settings.runs_folder
+    return across.hold(drives, gates, pairs, about, missing=missing, log_dir=folder)
+
+
+def across_text(held: Across) -> str:
+    """The gates between stages and the table, as text."""
+    from pytest_dvp.summary import clean, reason, worst_first
+
+    plain = held.as_dict()
+    judged = "" if plain["verdicts"] else ", no gate is between them"
+    lines = [clean(f"{plain['scenario']} [{plain['stage']}]: {plain['status'] if not judged else 'compared'}{judged}")]
+    lines += [f"  {v['status']:<12} {reason(v)}{_margin(v)}" for v in worst_first(plain["verdicts"])]
+    lines += [clean(f"  !! {note}") for note in plain["notes"]]
+    lines += ["", *(f"  {clean(line)}" for line in held.table.lines()), ""] if held.table is not None else []
+    if plain["folder"]:
+        lines.append(clean(f"  report: {plain['folder']}/report.html"))
+    lines.append(clean(f"  replay: {plain['replay']}"))
+    return "\n".join(lines)
 
 
 def _shares(paths: Sequence[Path], settings: Settings) -> list[dict[str, str]]:
