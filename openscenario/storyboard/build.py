@@ -113,18 +113,20 @@ class Builder:
         for group in trigger.condition_groups:
             states = []
             for condition in group.conditions:
-                test = self._test(node, condition)
+                entities: list[str] = []
+                test = self._test(node, condition, entities)
                 if test is not None:
-                    states.append(ConditionState(condition, test))
+                    states.append(ConditionState(condition, test, entities))
             groups.append(tuple(states))
         return TriggerState(tuple(groups))
 
-    def _test(self, node: Node, condition: model.Condition) -> Test | None:
+    def _test(self, node: Node, condition: model.Condition, entities: list[str]) -> Test | None:
+        """`entities` will hold for whom a condition on entities was true last."""
         scope = Scope(self.board, node)
         inner = condition.condition
         try:
             if isinstance(inner, model.ByEntityCondition):
-                return self._by_entity(scope, inner)
+                return self._by_entity(scope, inner, entities)
             factory = condition_factories().get(type(inner))
             if factory is None:
                 raise Unsupported("this condition is not supported")
@@ -133,7 +135,7 @@ class Builder:
             self._unsupported(reason, inner.entity_condition if isinstance(inner, model.ByEntityCondition) else inner)
             return None
 
-    def _by_entity(self, scope: Scope, condition: model.ByEntityCondition) -> Test:
+    def _by_entity(self, scope: Scope, condition: model.ByEntityCondition, entities: list[str]) -> Test:
         inner = condition.entity_condition
         factory = condition_factories().get(type(inner))
         if factory is None:
@@ -144,8 +146,8 @@ class Builder:
                 tests.append((entity, factory(inner, entity, scope)))
         every = condition.triggering_entities.triggering_entities_rule == "all"
         if len(tests) == 1:
-            return _single(*tests[0], scope.board.triggering)
-        return _several(tuple(tests), every, scope.board.triggering)
+            return _single(*tests[0], entities)
+        return _several(tuple(tests), every, entities)
 
     def _entities(self, name: str, element: model.Element) -> list[Entity]:
         """The entity called `name`, or the members of the selection called so."""
@@ -174,24 +176,18 @@ class Builder:
         )
 
 
-def _single(entity: Entity, test: Test, triggering: dict[str, Entity]) -> Test:
-    def run() -> bool:
-        if entity.active and test():
-            triggering[entity.name] = entity
-            return True
-        return False
-
-    return run
+def _single(entity: Entity, test: Test, entities: list[str]) -> Test:
+    entities.append(entity.name)
+    return lambda: entity.active and test()
 
 
-def _several(tests: tuple[tuple[Entity, Test], ...], every: bool, triggering: dict[str, Entity]) -> Test:
+def _several(tests: tuple[tuple[Entity, Test], ...], every: bool, entities: list[str]) -> Test:
     def run() -> bool:
         # no short cut: conditions with a memory (stand still, off road) must see every step
-        true = [entity for entity, test in tests if entity.active and test()]
+        true = [entity.name for entity, test in tests if entity.active and test()]
         if not true or (every and len(true) < len(tests)):
             return False
-        for entity in true:
-            triggering[entity.name] = entity
+        entities[:] = true
         return True
 
     return run

@@ -91,7 +91,6 @@ class Storyboard:
         self.transitions: list[Transition] = []
         self.requests: list[Request] = []
         self.warnings: list[Finding] = []
-        self.triggering: dict[str, Entity] = {}  # entities that made the trigger under evaluation true
         self.root = Node("storyboard", "storyBoard", None, scenario.storyboard.at)
         self._active: list[tuple[Node, list[Held]]] = []
         self._movers = [entity for entity in self.entities.values() if not entity.external]
@@ -261,14 +260,8 @@ class Storyboard:
             elif node.parent is not None:
                 self._completed(node.parent)
             return
-        if node.state == STANDBY:
-            if node.start is None:
-                self.triggering.clear()
-                self._start(node)
-            else:
-                self.triggering.clear()
-                if node.start.evaluate(self.time):
-                    self._start(node)
+        if node.state == STANDBY and (node.start is None or node.start.evaluate(self.time)):
+            self._start(node)
         if node.state == RUNNING and node.kind != "event":
             for child in node.children:
                 if child.state != COMPLETE:
@@ -295,7 +288,10 @@ class Storyboard:
         self._completed(node)
 
     def _actors(self, event: Node) -> list[Entity | None]:
-        """Who carries out an event: the group's actors and, if it says so, the entities that triggered."""
+        """Who carries out an event: the group's actors and, if it says so, the entities that triggered its act (7.3.1).
+
+        Where no entities did, those that triggered the event itself.
+        """
         group = event.parent.parent if event.parent else None
         actors = group.actors if group else None
         if actors is None:
@@ -303,8 +299,9 @@ class Storyboard:
         names: list[str] = []
         for reference in actors.entity_refs:
             names.extend(self.selections.get(reference.entity_ref, (reference.entity_ref,)))
-        if actors.select_triggering_entities:
-            names.extend(self.triggering)
+        if actors.select_triggering_entities and group is not None and group.parent is not None:
+            act, own = group.parent.start, event.start
+            names.extend((act.entities if act is not None else ()) or (own.entities if own is not None else ()))
         return [self.entities[name] for name in dict.fromkeys(names)]
 
     # --- actions

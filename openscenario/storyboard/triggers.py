@@ -8,11 +8,12 @@ evaluations, so the first evaluation of a condition with an edge is false; a del
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 from openscenario.model import Condition
 
 Test = Callable[[], bool]
+NOBODY: Collection[str] = ()
 
 
 class ConditionState:
@@ -24,6 +25,7 @@ class ConditionState:
         "_history",
         "_last",
         "_test",
+        "entities",
         "evaluations",
         "ever",
         "model",
@@ -31,8 +33,10 @@ class ConditionState:
         "value",
     )
 
-    def __init__(self, condition: Condition, test: Test) -> None:
+    def __init__(self, condition: Condition, test: Test, entities: Collection[str] = NOBODY) -> None:
+        """`entities`: the test leaves there for whom it was true last."""
         self.model = condition
+        self.entities = entities
         self._test = test
         self._edge = condition.condition_edge
         self._delay = condition.delay
@@ -84,12 +88,16 @@ class ConditionState:
 
 
 class TriggerState:
-    """A trigger under observation: true if all conditions of one of its groups are."""
+    """A trigger under observation: true if all conditions of one of its groups are.
 
-    __slots__ = ("groups",)
+    `entities`: those whose states made it true last; only groups that are true count (7.3.1).
+    """
+
+    __slots__ = ("entities", "groups")
 
     def __init__(self, groups: tuple[tuple[ConditionState, ...], ...]) -> None:
         self.groups = groups
+        self.entities: tuple[str, ...] = ()
 
     def evaluate(self, time: float) -> bool:
         """Evaluate every condition (edges and delays need each step), then combine."""
@@ -100,6 +108,9 @@ class TriggerState:
                 if not condition.evaluate(time):
                     every = False
             if every and group:
+                before = self.entities if fired else ()
+                here = (name for condition in group for name in condition.entities)
+                self.entities = tuple(dict.fromkeys((*before, *here)))
                 fired = True
         return fired
 

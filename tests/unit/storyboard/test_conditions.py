@@ -218,3 +218,18 @@ def test_acceleration_on_a_circle_is_v_squared_over_r(make: Make, tmp_path: Path
         run(board, 0.5)
         fired[value] = any(each[2] == "startTransition" for each in log(board, "event"))
     assert fired == {0.97: True, 1.0: False}
+
+
+def test_the_entities_that_triggered_the_act_are_the_actors(make: Make) -> None:
+    """7.3.1 (1.3): those whose states made true a condition of a condition group of the act that was true."""
+    fast, slow = (f'<SpeedCondition rule="{rule}" value="5"/>' for rule in ("greaterThan", "lessThan"))
+    never = condition(at_time(99.0))
+    start = group(condition(by_entity(fast, "A", "B"))) + group(condition(by_entity(slow, "A", "B")), never)
+    later = group(condition(by_entity(slow, "A", "B")))
+    board = make(
+        A=[teleport(lane_position(100.0)), speed(10.0)],
+        B=[teleport(lane_position(200.0))],
+        stories=story(event("e", speed(3.0), start=later), start=f"<StartTrigger>{start}</StartTrigger>", select=True),
+    )
+    run(board, 0.1)
+    assert (board.entities["A"].speed, board.entities["B"].speed) == (3.0, 0.0)
