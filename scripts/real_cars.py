@@ -19,6 +19,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from pytest_dvp.reality_gap.position_error import AHEAD, position_error
+
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
     from pytest_dvp.reality_gap.diagnosis import Diagnosis
@@ -26,7 +28,6 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "real-cars.md"
-AHEAD = 2.0  # s after which the position is looked at
 
 Values: TypeAlias = Mapping[tuple[str, str], float]
 
@@ -75,22 +76,6 @@ STUDIES = (
     Study("dart-lateral", "dart_jetracer", _RUNS, ("09_16_2024_10_12_05.csv",)),
     Study("dart-longitudinal", "dart_jetracer", _RUNS, ("09_16_2024_10_12_05.csv",), '"throttle_cmd"'),
 )
-
-
-def position_error(logs: Mapping[str, Log], model: VehicleModel, values: Values, ahead: float = AHEAD) -> float:
-    """RMS distance [m] between the measured and the modelled position `ahead` [s] after a start from the measured
-    motion, over starts about 5 s apart; starts at a standstill and across gaps do not count."""
-    from pytest_dvp.reality_gap.experiment import campaign
-    from pytest_dvp.reality_gap.segments import posed
-
-    errors: list[float] = []
-    for e in campaign(logs, model).experiments:
-        moved = posed(e.motion(values), e.segments)  # a sensor's bias is none of the car's course
-        for first, end in zip(e.segments.starts, e.segments.ends, strict=True):
-            row = int(np.searchsorted(e.log.t, e.log.t[first] + ahead))
-            if row < end and e.segments.counted[first : row + 1].all():
-                errors.append(float(np.hypot(*(e.measured[row, :2] - moved[row, :2]))))
-    return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
 
 
 def tables(study: Study, found: Diagnosis, positions: tuple[float, float]) -> str:

@@ -21,7 +21,9 @@ class CmaEs:
     """
 
     def __init__(self, knobs: Sequence[Knob], start: Point, seed: int) -> None:
-        cma: Any = importlib.import_module("cma")  # it has no hints
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that it cannot draw
+            cma: Any = importlib.import_module("cma")  # it has no hints
         self.knobs, self._start = tuple(knobs), dict(start)
         self._first = True
         options = {"seed": seed + 1, "bounds": [0.0, 1.0], "verbose": -9, "verb_log": 0, "verb_disp": 0}

@@ -42,7 +42,7 @@ class Job:
         plain: dict[str, Any] = dataclasses.asdict(self)
         del plain["save"]
         for name in ("scenario", "model", "gates", "log"):
-            if plain[name] is not None:
+            if plain[name]:
                 plain[name] = file_digest(plain[name])
         hidden = self.vehicle.partition(":")[2]
         plain["vehicle"] = [self.vehicle.partition(":")[0], file_digest(hidden) if hidden else ""]

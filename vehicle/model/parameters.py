@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import radians
+from math import isfinite, radians
 from typing import Literal, Protocol, TypeAlias, TypeVar
 
+from vehicle.model.catalogue import find_effect
 from vehicle.model.declaration import Declaration
 from vehicle.model.errors import ModelError, nearest_name
 from vehicle.model.model import VehicleModel
@@ -154,6 +155,22 @@ def apply_s(model: VehicleModel, sensors: Sensors, values: Mapping[str, float | 
         elif name in _MOUNT_OF:
             sensors = sensors.with_mount_x(_MOUNT_OF[name], model.car.center_x + value)
     return model, sensors
+
+
+def s_value(model: VehicleModel, name: str) -> float | None:
+    """What a model has as this parameter of S; the neutral value of an effect that it lacks, None if that is infinite
+    or the parameter is none of the model's (scenario, sensors). Raises ModelError for an unknown name.
+    """
+    check_s({name: _BY_NAME[name].declaration.low} if name in _BY_NAME else {name: 0.0})
+    if name == "EGO_mass":
+        return model.car.mass
+    if name not in _EFFECT_OF:
+        return None
+    effect, key, factor = _EFFECT_OF[name]
+    value = model.value(effect, key)
+    if value is None:
+        value = next(k.neutral for k in find_effect(effect).parameters if k.name == key)
+    return value / factor if isfinite(value) else None
 
 
 def scenario_parameters(values: Mapping[str, float | str]) -> dict[str, float]:
