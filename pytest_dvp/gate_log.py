@@ -1,8 +1,13 @@
-"""What the command gate decided, for the log: its output beside the request, and each finding with its reasons."""
+"""What the command gate decided, for the log: its output beside the request, and each finding with its reasons.
+
+With it go the troubles of the wire behind the gate.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+
+from pytest_dvp.wire_log import WireLog
 
 if TYPE_CHECKING:
     from pytest_dvp.recorder import LogRecorder
@@ -10,11 +15,12 @@ if TYPE_CHECKING:
 
 
 class GateLog:
-    """Takes every decision (`record`) and hands them to a recorder once a tick (`drain`)."""
+    """Takes every decision (`record`) and hands them to a recorder once a tick (`drain`), those of the `wire` too."""
 
     def __init__(self) -> None:
         self._decisions: list[Decision] = []
         self._last: Decision | None = None
+        self.wire = WireLog()
 
     def record(self, decision: Decision) -> None:
         """Keep a decision."""
@@ -29,6 +35,7 @@ class GateLog:
                 continue
             recorder.event(decision.t, "gate", decision.outcome.value, ", ".join(decision.reasons))
         self._decisions.clear()
+        self.wire.drain(recorder)
 
     @property
     def output(self) -> dict[str, float]:

@@ -64,6 +64,7 @@ class Request:
     effects: tuple[Path, ...] = ()
     vehicle: str = SURROGATE  # of stages pe and rw
     dbc: Path | None = None  # of a vehicle on CAN
+    fault: str | None = None  # put on the wire
 
 
 @dataclasses.dataclass(frozen=True)
@@ -261,8 +262,10 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
 
     if refused := sorted(set(request.S) - set(scenario_parameters(request.S))):
         raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.stage} is what it is")
-    car = open_vehicle(request.stage, request.vehicle, request.seed, request.dbc)
     gate_log = GateLog()
+    car = open_vehicle(
+        request.stage, request.vehicle, request.seed, request.dbc, request.fault, record=gate_log.wire.record
+    )
     gated = Gated(car, limits_of(car.description), name=SURROGATE, scenario=request.path.name, record=gate_log.record)
     hidden = request.vehicle.partition(":")[2]
     about = {"name": SURROGATE, "hidden_sha256": _sha256(Path(hidden)) if hidden else ""}

@@ -104,6 +104,7 @@ def run(
     ads: DriverFactory | str | None = None,
     vehicle: str = SURROGATE,
     dbc: Path | None = None,
+    fault: str | None = None,
     require_real: bool = False,
     log_dir: Path | None = None,
     folder_name: str | None = None,
@@ -123,6 +124,7 @@ def run(
     vehicle          of stages "pe" and "rw": "surrogate", "can" (the same with its drive-by-wire on CAN), each with
                      ":FILE" behind if something is hidden in it
     dbc              messages of a vehicle on CAN, with a signal map of the same name beside it; default our own
+    fault            what is to go wrong on the wire to the surrogate, as "drop@5+3": `vehicle.wire.faults`
     require_real     a surrogate is refused
     log_dir          folder for a numbered run folder; None writes nothing
     folder_name      what is between number and stage in its name; default the scenario's
@@ -131,7 +133,7 @@ def run(
     line each about a user's file or value, before anything runs or is written. A stack or a car that breaks while it
     drives is an ERROR verdict.
     """
-    check_stage(stage, vehicle, require_real=require_real, dbc=dbc)
+    check_stage(stage, vehicle, require_real=require_real, dbc=dbc, fault=fault)
     from pytest_dvp.prepare import Request, prepare
 
     request = Request(
@@ -150,6 +152,7 @@ def run(
         ads=find_ads(ads, [rootdir] if rootdir is not None else []),
         vehicle=vehicle,
         dbc=dbc,
+        fault=fault,
     )
     ready = prepare(request)
     limit = duration if duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
@@ -174,9 +177,12 @@ def _judged(
     from openscenario.no_effect import without_effect
     from pytest_dvp.gates import judge, overall, unjudged
     from pytest_dvp.results import measure
+    from pytest_dvp.wire_log import wire_verdict
 
     log = ready.recorder.finish()
     verdicts = tuple(judge(ready.gates, log))
+    if (troubled := wire_verdict(log)) is not None:
+        verdicts = (troubled, *verdicts)
     if error is not None:
         verdicts = (_broken(error, log.duration), *verdicts)
     result = RunResult(
@@ -249,6 +255,7 @@ def replay_command(request: Any, duration: float | None) -> str:
         words += ["--stage", request.stage]
         words += ["--vehicle", request.vehicle] if request.vehicle != SURROGATE else []
         words += ["--dbc", shown(request.dbc)] if request.dbc is not None else []
+        words += ["--fault", request.fault] if request.fault is not None else []
     if request.ads is not None and request.ads.word != REFERENCE:
         words += ["--ads", request.ads.word]
     for name, value in sorted(assigned(request).items()):

@@ -147,6 +147,7 @@ class Session:
             "ads": settings.ads,
             "vehicle": settings.vehicle,
             "dbc": settings.dbc,
+            "fault": settings.fault,
             "require_real": settings.require_real,
             "duration": settings.duration,
             "wall_limit": settings.wall_limit,

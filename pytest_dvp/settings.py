@@ -85,6 +85,7 @@ SETTINGS: tuple[Setting, ...] = (
         "vehicle", "str", "surrogate", "car of stages pe and rw: surrogate or can, either with :HIDDEN.toml", "NAME"
     ),
     Setting("dbc", "file", None, "messages of a vehicle on CAN, its signal map beside it; default: our own", "F.dbc"),
+    Setting("fault", "str", None, "what goes wrong on the wire to the surrogate, as drop@5+3 (s)", "NAME"),
     Setting("runs", "path", None, "folder of the run folders; default: ROOTDIR/runs", "DIR"),
     Setting("require-real", "flag", False, "a surrogate in the place of a real vehicle is an ERROR"),
 )
@@ -134,6 +135,7 @@ class Settings:
     after_collision: float = 1.0
     vehicle: str = "surrogate"
     dbc: Path | None = None
+    fault: str | None = None
     runs: Path | None = None
     require_real: bool = False
     scenarios: tuple[Path, ...] = ()

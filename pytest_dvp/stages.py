@@ -9,6 +9,7 @@ there. A result of it says so: "rw-surrogate".
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from pytest_dvp.settings import STAGES, unknown
 
 if TYPE_CHECKING:
     from vehicle.adapter import Vehicle
+    from vehicle.wire.health import Trouble
 
 SURROGATE = "surrogate"
 CAN = "can"  # the surrogate with its drive-by-wire on CAN
@@ -28,11 +30,18 @@ class StageError(ValueError):
     """A stage that does not exist, or for which nothing can stand in for the car."""
 
 
-def check_stage(stage: str, vehicle: str = SURROGATE, *, require_real: bool = False, dbc: Path | None = None) -> None:
+def check_stage(
+    stage: str,
+    vehicle: str = SURROGATE,
+    *,
+    require_real: bool = False,
+    dbc: Path | None = None,
+    fault: str | None = None,
+) -> None:
     """Raises StageError unless a vehicle for `stage` exists and may stand in.
 
     `vehicle` is "surrogate" or "can", with ":HIDDEN.toml" behind if something is hidden in it; `require_real` refuses a
-    surrogate; `dbc` is read, for a vehicle on CAN.
+    surrogate; `dbc` is read, for a vehicle on CAN; `fault` goes on the wire of a surrogate.
     """
     if stage not in STAGES:
         raise StageError(unknown("stage", stage, STAGES))
@@ -47,10 +56,21 @@ def check_stage(stage: str, vehicle: str = SURROGATE, *, require_real: bool = Fa
         raise StageError(f"{label(stage)} ERROR: a real vehicle is required, a surrogate is no evidence about a car")
     if not wire_installed():
         raise StageError(f"stage {stage!r} {MISSING}")
+    _check_fault(fault)
     if name == CAN:
         _check_can(dbc)
     elif dbc is not None:
         raise StageError(f"--dbc {dbc} is for a vehicle on CAN: --vehicle {CAN}; found {vehicle}")
+
+
+def _check_fault(fault: str | None) -> None:
+    if fault is not None:
+        from vehicle.wire.faults import FaultError, parse_fault
+
+        try:
+            parse_fault(fault)
+        except FaultError as error:
+            raise StageError(str(error)) from None
 
 
 def _check_can(dbc: Path | None) -> None:
@@ -79,10 +99,18 @@ def may_repeat(stage: str, vehicle: str) -> bool:
     return stage == "dt" or vehicle.partition(":")[0] in VEHICLES
 
 
-def open_vehicle(stage: str, vehicle: str, seed: int, dbc: Path | None = None) -> Vehicle:
+def open_vehicle(
+    stage: str,
+    vehicle: str,
+    seed: int,
+    dbc: Path | None = None,
+    fault: str | None = None,
+    *,
+    record: Callable[[Trouble], None] = lambda _: None,
+) -> Vehicle:
     """The car of stage "pe" or "rw", running and waiting; arguments as of `check_stage`, which comes before.
 
-    Raises VehicleLost if it does not come.
+    `record` gets every trouble with its messages. Raises VehicleLost if it does not come.
     """
     from vehicle.adapters.mirror import Parallel
     from vehicle.adapters.process import surrogate
@@ -93,5 +121,10 @@ def open_vehicle(stage: str, vehicle: str, seed: int, dbc: Path | None = None) -
         from vehicle.wire.can_map import find_map
 
         can = find_map(dbc)
-    car = surrogate(seed, Path(hidden) if hidden else None, can=can)
+    put = None
+    if fault is not None:
+        from vehicle.wire.faults import parse_fault
+
+        put = parse_fault(fault)
+    car = surrogate(seed, Path(hidden) if hidden else None, can=can, record=record, fault=put)
     return Parallel(car, seed) if stage == "pe" else car

@@ -9,15 +9,19 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.can_bus import CanActuators
 from vehicle.adapters.ros2 import STEP_TIMEOUT, Ros2Vehicle
 from vehicle.gated import Hands
 from vehicle.wire.can_map import SignalMap
+from vehicle.wire.dds import End
+from vehicle.wire.faults import Fault, FaultyEnd
+from vehicle.wire.health import Trouble
 
 GROUP, FIRST_PORT = "239.74.163.2", 43113  # of CAN frames between processes; a port for each domain
 DOMAINS = range(1, 101)  # of DDS; ROS 2 advises against more than 101 on Linux, and 0 is everybody's
@@ -47,14 +51,24 @@ class Lease:
 class CarProcess(Ros2Vehicle):
     """The car that `python -m MODULE --dds DOMAIN ARGUMENTS` is; `timeout` [s] wall time for a step.
 
-    can  the messages of its drive-by-wire, if it has one: it is told `--can BUS --dbc FILE` too
+    can     the messages of its drive-by-wire, if it has one: it is told `--can BUS --dbc FILE` too
+    record  gets every trouble with its messages
+    fault   what is to go wrong on the wire, by chance of `seed` where by chance
 
     It leads a process group of its own, is killed with it, and ends by itself when this process does: its standard
     input is a pipe from here. Raises VehicleLost if it does not come.
     """
 
     def __init__(
-        self, module: str, arguments: Sequence[str] = (), *, timeout: float = STEP_TIMEOUT, can: SignalMap | None = None
+        self,
+        module: str,
+        arguments: Sequence[str] = (),
+        *,
+        timeout: float = STEP_TIMEOUT,
+        can: SignalMap | None = None,
+        record: Callable[[Trouble], None] = lambda _: None,
+        fault: Fault | None = None,
+        seed: int = 0,
     ) -> None:
         self._lease = Lease()
         self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  (lives as long as the car)
@@ -69,7 +83,8 @@ class CarProcess(Ros2Vehicle):
             command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self._errors, start_new_session=True
         )
         try:
-            super().__init__(self._lease.domain, self._alive, timeout=timeout, by_wire=by_wire)
+            end = End if fault is None else partial(FaultyEnd, fault, seed, self.process.send_signal)
+            super().__init__(self._lease.domain, self._alive, timeout=timeout, by_wire=by_wire, record=record, end=end)
         except BaseException:
             self._end_process()
             raise
@@ -82,6 +97,8 @@ class CarProcess(Ros2Vehicle):
     def _alive(self) -> None:
         code = self.process.poll()
         if code is None:
+            if _stopped(self.process.pid):
+                raise VehicleLost("the car's process is stopped (SIGSTOP)")
             return
         self._errors.seek(0)
         said = self._errors.read().decode(errors="replace").strip().splitlines()
@@ -108,11 +125,18 @@ class DriveByWireProcess(CarProcess):
         return Hands(False, False) if self.by_wire is None else self.by_wire.hands
 
 
-def surrogate(
-    seed: int = 0, hidden: Path | None = None, *, timeout: float = STEP_TIMEOUT, can: SignalMap | None = None
-) -> CarProcess:
+def surrogate(seed: int = 0, hidden: Path | None = None, *, can: SignalMap | None = None, **options: Any) -> CarProcess:
     """The surrogate car in a process of its own; `hidden` what is hidden in it, `seed` of its sensors' noise, `can` the
-    messages of the drive-by-wire that it is to have."""
+    messages of the drive-by-wire that it is to have, options as of CarProcess."""
     extra = ["--hidden", str(hidden)] if hidden is not None else []
     kind = CarProcess if can is None else DriveByWireProcess
-    return kind("vehicle.surrogate", ["--seed", str(seed), *extra], timeout=timeout, can=can)
+    return kind("vehicle.surrogate", ["--seed", str(seed), *extra], can=can, seed=seed, **options)
+
+
+def _stopped(pid: int) -> bool:
+    """Whether a process is stopped by a signal; where the system does not tell (it does on Linux), no."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2]
+    except OSError:
+        return False
+    return state.split()[:1] == ["T"]

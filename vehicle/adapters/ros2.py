@@ -7,8 +7,9 @@ command and feedback go there, all else stays.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 import numpy as np
@@ -19,6 +20,7 @@ from vehicle.messages import (
     Command,
     FloatArray,
     GnssFix,
+    Imu,
     Observation,
     Odometry,
     Surroundings,
@@ -27,9 +29,13 @@ from vehicle.messages import (
 )
 from vehicle.wire import convert, ros2_types, topics
 from vehicle.wire.dds import End, Silence
+from vehicle.wire.health import Health, Trouble
+
+M = TypeVar("M")
 
 CALL = 0.2  # s between two calls to a car that does not answer yet
 STEP_TIMEOUT = 20.0  # s of wall time that a car has for one step
+ECHO = 10  # commands, 0.2 s: a car that obeys none of them obeys nobody
 
 
 class Ros2Vehicle:
@@ -40,6 +46,8 @@ class Ros2Vehicle:
     timeout   [s] wall time it has for one step
     is_real   whether actuators of a real car hang on it
     by_wire   what carries command and feedback instead of their topics
+    record    gets every trouble with the car's messages; what cannot be used of them is kept back
+    end       opens the end of the wire, as `End` does
 
     Raises VehicleLost if it does not come.
     """
@@ -53,14 +61,20 @@ class Ros2Vehicle:
         timeout: float = STEP_TIMEOUT,
         is_real: bool = False,
         by_wire: CanActuators | None = None,
+        record: Callable[[Trouble], None] = lambda _: None,
+        end: Callable[..., End] = End,
     ) -> None:
         self._real, self._timeout, self._by_wire = is_real, timeout, by_wire
         self._number, self._now, self._lost = 0, 0, False
         self._yaw = 0.0
         self._steers: list[Odometry] = [Odometry(0.0, 0.0, 0.0)]  # feedback from the newest row of motion on
         self._wheels: list[Odometry] = []  # feedback that no observation has had yet
-        self._headings: dict[int, Any] = {}
-        self._end: End | None = End(domain, topics.TO_CAR, topics.FROM_CAR, (topics.STEP, topics.DONE), alive)
+        self._headings: dict[float, convert.Heading] = {}
+        self._forces: dict[float, Imu] = {}
+        self._force = Imu(0.0, 0.0, 0.0, 0.0)
+        self._asked: deque[float] = deque([0.0], maxlen=ECHO)  # accelerations of the last cycles
+        self._record, self._health = record, Health(record)
+        self._end: End | None = end(domain, topics.TO_CAR, topics.FROM_CAR, (topics.STEP, topics.DONE), alive)
         try:
             self._description = self._call(ready)
         except BaseException:
@@ -87,6 +101,9 @@ class Ros2Vehicle:
         self._go_on()
         self._rows(), self._observed()  # what was under way belongs to the time before
         self._steers = [Odometry(state.t, state.v, state.steer)]
+        for before in (self._headings, self._forces, self._asked):
+            before.clear()
+        self._health.reset()
 
     def observe(self, surroundings: Surroundings) -> Observation:
         """Everything that came since the last call; `surroundings` go to what renders a simulated car's sensors."""
@@ -105,6 +122,7 @@ class Ros2Vehicle:
             self._by_wire.apply(command)
         else:
             self._send(topics.COMMAND, convert.command_to_ros(command, self._now))
+        self._asked.append(command.accel)
 
     def step(self, dt: float) -> FloatArray:
         """Let `dt` [s], a multiple of 10 ms, pass. Returns the rows of motion that have come, (n, 12), n may be 0."""
@@ -174,44 +192,79 @@ class Ros2Vehicle:
             raise VehicleLost(f"the car answered step {number} at {reached} ns, expected {self._number} at {self._now}")
 
     def _observed(self) -> Observation:
-        take = self._wire().take
-        for heading in take(topics.HEADING):
-            self._headings[convert.nanoseconds(heading.header)] = heading
-        fixes: tuple[GnssFix, ...] = tuple(
-            convert.fix_from_ros(place, self._headings.pop(convert.nanoseconds(place.header), None))
-            for place in take(topics.FIX)
-        )
         self._take_feedback()
         wheels, self._wheels = tuple(self._wheels), []
-        clouds, frames, lights = take(topics.POINTS), take(topics.CAMERA), take(topics.SEEN_SIGNALS)
-        take(topics.TF)
-        return Observation(
-            self._now / convert.SECOND,
-            gnss=fixes,
+        clouds = self._sound(topics.POINTS, convert.points_from_ros)
+        frames = self._sound(topics.CAMERA, convert.camera_from_ros)
+        lights = self._wire().take(topics.SEEN_SIGNALS)
+        self._wire().take(topics.TF)
+        now = self._now / convert.SECOND
+        seen = Observation(
+            now,
+            gnss=self._fixes(),
             odometry=wheels,
-            imu=tuple(map(convert.imu_from_ros, take(topics.IMU))),
-            lidar=convert.points_from_ros(clouds[-1]) if clouds else None,
-            camera=convert.camera_from_ros(frames[-1]) if frames else None,
+            imu=tuple(self._sound(topics.IMU, convert.imu_from_ros)),
+            lidar=clouds[-1] if clouds else None,
+            camera=frames[-1] if frames else None,
             signals=convert.signals_from_ros(lights[-1]) if lights else (),
         )
+        self._health.look(now)
+        return seen
+
+    def _sound(self, topic: topics.Topic, convert_one: Callable[[Any], M]) -> list[M]:
+        """What came on a topic, as far as it can be used."""
+        now, messages = self._now / convert.SECOND, []
+        for message in self._wire().take(topic):
+            try:
+                messages.append(convert_one(message))
+            except (ValueError, LookupError) as error:
+                self._record(Trouble(now, topic.name, f"malformed: {error}", 1.0))
+        return self._health.sift(topic.name, messages, now)
+
+    def _fixes(self) -> tuple[GnssFix, ...]:
+        """Places, each with the heading of its stamp if that came too."""
+        headings = self._sound(topics.HEADING, convert.heading_from_ros)
+        self._headings |= {heading.t: heading for heading in headings}
+        fixes = []
+        for fix in self._sound(topics.FIX, convert.fix_from_ros):
+            heading = self._headings.pop(fix.t, None)
+            if heading is not None:
+                fix = msgspec.structs.replace(fix, yaw=heading.yaw, yaw_sigma=heading.sigma)
+            fixes.append(fix)
+        if fixes:
+            self._headings = {t: heading for t, heading in self._headings.items() if t > fixes[-1].t}
+        return tuple(fixes)
 
     def _take_feedback(self) -> None:
-        told = map(convert.feedback_from_ros, self._wire().take(topics.FEEDBACK))
-        for report in told if self._by_wire is None else self._by_wire.reports():
+        if self._by_wire is not None:
+            came = self._health.sift("CAN", self._by_wire.reports(), self._now / convert.SECOND)
+        else:
+            came = self._sound(topics.FEEDBACK, self._heard)
+        for report in came:
+            self._health.speed = report.v
             self._wheels.append(report)
             self._steers.append(report)
 
+    def _heard(self, message: Any) -> Odometry:
+        """Feedback; a car that acts on no command of the last cycles is told of."""
+        echo = float(message.drive.acceleration)
+        if self._asked and not any(abs(echo - asked) <= 1e-5 * max(1.0, abs(asked)) for asked in self._asked):
+            self._record(Trouble(self._now / convert.SECOND, topics.COMMAND.name, "not_obeyed", echo))
+        return convert.feedback_from_ros(message)
+
     def _rows(self) -> FloatArray:
-        """Reference motion that has come, with the steering angle reported last before each row."""
+        """Reference motion that has come, with the force felt then and the steering angle reported last before."""
         self._take_feedback()
-        motions, forces = self._wire().take(topics.ODOMETRY), self._wire().take(topics.REFERENCE_IMU)
+        self._forces |= {felt.t: felt for felt in self._sound(topics.REFERENCE_IMU, convert.imu_from_ros)}
+        motions = self._sound(topics.ODOMETRY, convert.state_from_ros)
         rows = np.zeros((len(motions), 12))
-        for row, motion, felt in zip(rows, motions, forces, strict=True):
-            now = convert.state_from_ros(motion)
+        for row, now in zip(rows, motions, strict=True):
             self._yaw = convert.unwrapped(now.yaw, self._yaw)
             while len(self._steers) > 1 and self._steers[1].t <= now.t + 1e-9:
                 self._steers.pop(0)
-            force = felt.linear_acceleration
-            steer = self._steers[0].steer
-            row[:] = now.t, now.x, now.y, now.z, self._yaw, now.v, now.vx, now.vy, now.yaw_rate, force.x, force.y, steer
+            self._force = self._forces.pop(now.t, self._force)
+            felt, steer = self._force, self._steers[0].steer
+            row[:] = now.t, now.x, now.y, now.z, self._yaw, now.v, now.vx, now.vy, now.yaw_rate, felt.ax, felt.ay, steer
+        if motions:
+            self._forces = {t: felt for t, felt in self._forces.items() if t > motions[-1].t}
         return rows

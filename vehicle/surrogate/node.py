@@ -13,7 +13,16 @@ from typing import Any
 
 import msgspec
 
-from vehicle.messages import CameraFrame, GnssFix, Imu, Odometry, VehicleDescription, VehicleState, no_surroundings
+from vehicle.messages import (
+    CameraFrame,
+    Command,
+    GnssFix,
+    Imu,
+    Odometry,
+    VehicleDescription,
+    VehicleState,
+    no_surroundings,
+)
 from vehicle.surrogate.ecu import DriveByWire
 from vehicle.surrogate.hidden import Hidden
 from vehicle.surrogate.scanner import Scanner
@@ -27,6 +36,7 @@ MS = 1_000_000  # ns
 SUBSTEP = 10 * MS  # the reference system's period
 MOTION, GNSS, LOOK = 20 * MS, 100 * MS, 100 * MS  # periods of wheel odometry and IMU; of GNSS; of LiDAR and camera
 REFERENCE_LATENCY, LIDAR_LATENCY, CAMERA_LATENCY = 20 * MS, 50 * MS, 100 * MS
+PATIENCE = 100 * MS  # without a command, after the first: then it brakes by itself
 IDLE = 3600.0  # s without a word after which it gives up
 
 
@@ -73,6 +83,8 @@ class Node:
             self._unit.reset()
         self._scanner = Scanner(self.description, self._seed)
         self._around, self._signals = no_surroundings(), None
+        self._obeyed: Command | None = None
+        self._commanded = 0
         self._now = self._start = round(state.t * convert.SECOND)
         self._looked = -1
         self._late: dict[Any, deque[tuple[int, Any]]] = {}
@@ -86,7 +98,8 @@ class Node:
         for message in take(topics.SIGNALS):
             self._queue(topics.SEEN_SIGNALS, message, 0)
         for message in take(topics.COMMAND) if self._unit is None else ():
-            self._car.apply(convert.command_from_ros(message))
+            self._obeyed, self._commanded = convert.command_from_ros(message), self._now
+            self._car.apply(self._obeyed)
         for message in take(topics.OBJECTS):
             self._around = convert.objects_from_ros(message)
             self._look()
@@ -109,6 +122,9 @@ class Node:
                 asked = self._unit.command(self._now / convert.SECOND)
                 if asked is not None:
                     self._car.apply(asked)
+            elif self._obeyed is not None and self._now - self._commanded >= PATIENCE:
+                self._obeyed = msgspec.structs.replace(self._obeyed, accel=-self.description.max_deceleration)
+                self._car.apply(self._obeyed)
             self._car.step(SUBSTEP / convert.SECOND)
             self._now += SUBSTEP
             now, state, ran = self._now, self._car.state, self._now - self._start
@@ -123,7 +139,8 @@ class Node:
         shown = self._car.measure()
         wheels = Odometry(0.0, shown["v"] if self._car.state.v != 0.0 else 0.0, self._car.state.steer)
         if self._unit is None:
-            self._queue(topics.FEEDBACK, convert.feedback_to_ros(wheels, now), 0)
+            echo = 0.0 if self._obeyed is None else self._obeyed.accel
+            self._queue(topics.FEEDBACK, convert.feedback_to_ros(wheels, now, echo), 0)
         else:
             self._unit.report(now, wheels)
         felt = Imu(0.0, shown["ax"], shown["ay"], shown["yaw_rate"])

@@ -6,7 +6,7 @@ GNSS goes as latitude and longitude of `Origin`; its heading as a sensor_msgs/Im
 from __future__ import annotations
 
 from math import atan2, cos, pi, sin, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,14 @@ from vehicle.wire.geodetic import DEFAULT_ORIGIN, Origin, to_geodetic, to_map
 SECOND = 1_000_000_000  # ns
 FLOAT32 = 7  # PointField.FLOAT32
 KNOWN = 2  # NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+
+
+class Heading(NamedTuple):
+    """Heading [rad] with its standard deviation, at `t` [s]."""
+
+    t: float
+    yaw: float
+    sigma: float
 
 
 def stamp(ns: int) -> Any:
@@ -103,9 +111,9 @@ def transform(state: VehicleState, ns: int) -> Any:
     return ros.TFMessage([ros.TransformStamped(header(ns, "map"), "base_link", where)])
 
 
-def feedback_to_ros(odometry: Odometry, ns: int) -> Any:
-    """Wheel speed and steering angle as the car reports them."""
-    drive = ros.AckermannDrive(steering_angle=odometry.steer, speed=odometry.v)
+def feedback_to_ros(odometry: Odometry, ns: int, echo: float = 0.0) -> Any:
+    """Wheel speed and steering angle as the car reports them; `echo` is the acceleration that it is acting on."""
+    drive = ros.AckermannDrive(steering_angle=odometry.steer, speed=odometry.v, acceleration=echo)
     return ros.AckermannDriveStamped(header(ns, "base_link"), drive)
 
 
@@ -144,14 +152,19 @@ def fix_to_ros(fix: GnssFix, ns: int, origin: Origin = DEFAULT_ORIGIN) -> tuple[
     return place, ros.Imu(header(ns, "gnss"), quaternion(fix.yaw), spread)
 
 
-def fix_from_ros(place: Any, heading: Any | None, origin: Origin = DEFAULT_ORIGIN) -> GnssFix:
+def fix_from_ros(place: Any, heading: Any | None = None, origin: Origin = DEFAULT_ORIGIN) -> GnssFix:
     """The fix in the map frame; `heading` is that of the same stamp."""
     x, y, _ = to_map(place.latitude, place.longitude, place.altitude, origin)
     sigma = sqrt(0.5 * (place.position_covariance[0] + place.position_covariance[4]))
     if heading is None:
         return GnssFix(seconds(place.header), x, y, sigma)
-    spread = sqrt(heading.orientation_covariance[8])
-    return GnssFix(seconds(place.header), x, y, sigma, yaw_of(heading.orientation), spread)
+    turned = heading_from_ros(heading)
+    return GnssFix(turned.t, x, y, sigma, turned.yaw, turned.sigma)
+
+
+def heading_from_ros(message: Any) -> Heading:
+    """The heading of two antennas."""
+    return Heading(seconds(message.header), yaw_of(message.orientation), sqrt(message.orientation_covariance[8]))
 
 
 def points_to_ros(points: FloatArray, ns: int) -> Any:

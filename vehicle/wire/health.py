@@ -1,0 +1,167 @@
+"""Whether the messages of a car are sound: faults of a wire, named from its messages alone; bad ones are kept back.
+
+What is judged of each topic: numbers, stamps, their order and rhythm, and, of a moving car's position, that it moves
+and does not jump. The rhythm is learnt: the median interval of its first messages.
+
+    not_finite     NaN or infinity                                                       kept back
+    ahead          stamped later than now                                                kept back
+    stepped_back   stamped much earlier than the one before                              kept back
+    out_of_order   stamped earlier than the one before                                   kept back
+    repeated       stamped as the one before                                             kept back
+    jump           a position that no car reaches from the last                          kept back
+    lost           a gap in the rhythm
+    late           much older than its first ones were when they came
+    silent         nothing for three intervals, and 0.2 s
+    frozen         a position that stands still while the wheels turn
+
+Whoever sees more than one topic may name further ones: "not_obeyed", a car that echoes none of the last commands;
+"malformed: ...", a message of a form that is not understood.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from statistics import median
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from vehicle.messages import GnssFix, VehicleState
+
+AHEAD = 0.02  # s; as the command gate takes it
+LEARNING = 8  # messages from which the rhythm is learnt
+GAP = 1.5  # intervals
+BACK = 0.2  # s; further back than any mix-up of the order
+LATE = 0.15  # s more than at first
+SILENT = 0.2  # s, and three intervals
+FASTEST = 60.0  # m/s
+SLACK = 3.0  # m: noise of a position
+STILL = 5  # positions, all alike
+MOVING = 1.0  # m/s
+REANCHOR = 5  # positions in a row that do not fit: the one before them was wrong
+
+M = TypeVar("M")
+
+
+class Trouble(NamedTuple):
+    """A fault at time `t` [s] of arrival: topic, name as above, and how much of it: messages, seconds or metres."""
+
+    t: float
+    topic: str
+    what: str
+    amount: float
+
+    def __str__(self) -> str:
+        unit = {"lost": "messages", "frozen": "messages", "jump": "m"}.get(self.what, "s")
+        plain = self.what in _PLAIN or self.what.startswith("malformed")
+        return self.what if plain else f"{self.what} {self.amount:.3g} {unit}"
+
+
+_PLAIN = ("not_finite", "repeated", "not_obeyed")
+
+
+class Health:
+    """Of one car. `record` gets every trouble; times [s] are the harness's; the caller keeps `speed` [m/s] current."""
+
+    def __init__(self, record: Callable[[Trouble], None]) -> None:
+        self._record = record
+        self.speed = 0.0
+        self.reset()
+
+    def reset(self) -> None:
+        """A new run: nothing is known."""
+        self._topics: dict[str, _Rhythm] = {}
+
+    def sift(self, topic: str, messages: Sequence[M], now: float) -> list[M]:
+        """Those of the `messages` that came on a topic until `now` [s] that may be used, in their order."""
+        rhythm = self._topics.setdefault(topic, _Rhythm())
+        return [message for message in messages if self._sound(rhythm, topic, message, now)]
+
+    def look(self, now: float) -> None:
+        """Name each topic that has fallen silent by `now` [s]; once, until it speaks again."""
+        for topic, rhythm in self._topics.items():
+            if rhythm.interval is None or rhythm.silent:
+                continue
+            quiet = now - rhythm.last - rhythm.delay
+            if quiet > max(SILENT, 3.0 * rhythm.interval) + 1e-9:
+                rhythm.silent = True
+                self._record(Trouble(now, topic, "silent", quiet))
+
+    def _sound(self, rhythm: _Rhythm, topic: str, message: Any, now: float) -> bool:
+        def say(what: str, amount: float = 1.0) -> None:
+            self._record(Trouble(now, topic, what, amount))
+
+        if not finite(message):
+            say("not_finite")
+            return False
+        stamp, last = float(message.t), rhythm.last
+        if stamp > now + AHEAD + 1e-9:
+            say("ahead", stamp - now)
+            return False
+        if stamp <= last:
+            say(
+                "repeated" if stamp == last else "stepped_back" if last - stamp > BACK else "out_of_order", last - stamp
+            )
+            return False
+        jump = rhythm.jump(message)
+        if jump > 0.0:
+            say("jump", jump)
+            rhythm.refused += 1
+            if rhythm.refused < REANCHOR:
+                return False
+        rhythm.refused = 0
+        if rhythm.interval is not None and stamp - last > GAP * rhythm.interval:
+            say("lost", round((stamp - last) / rhythm.interval) - 1)
+        if now - stamp > rhythm.delay + LATE + 1e-9 and rhythm.interval is not None:
+            say("late", now - stamp)
+        rhythm.take(message, stamp, now)
+        if rhythm.still == STILL and self.speed > MOVING:
+            say("frozen", STILL)
+        return True
+
+
+class _Rhythm:
+    """What is known of one topic: `interval` and `delay` [s] once learnt, the newest stamp, the newest position."""
+
+    def __init__(self) -> None:
+        self.last, self.delay = -math.inf, 0.0
+        self.interval: float | None = None
+        self.silent = False
+        self.still = self.refused = 0
+        self._first: list[float] = []
+        self._place: tuple[float, float, float] | None = None
+
+    def jump(self, message: Any) -> float:
+        """How far [m] a position is from any that the car could have reached; 0 if none is meant."""
+        if self._place is None or not isinstance(message, GnssFix | VehicleState):
+            return 0.0
+        t, x, y = self._place
+        away = math.hypot(message.x - x, message.y - y)
+        return away if away > FASTEST * (message.t - t) + SLACK else 0.0
+
+    def take(self, message: Any, stamp: float, now: float) -> None:
+        """Remember a message that counts."""
+        if self.interval is None:
+            self._first.append(stamp)
+            self.delay = max(self.delay, now - stamp)
+            if len(self._first) > LEARNING:
+                self.interval = median(np.diff(self._first).tolist())
+        self.last, self.silent = stamp, False
+        if isinstance(message, GnssFix | VehicleState):
+            same = self._place is not None and self._place[1:] == (message.x, message.y)
+            self.still = self.still + 1 if same else 0
+            self._place = (stamp, message.x, message.y)
+
+
+def finite(value: Any) -> bool:
+    """Whether each number in a message is one."""
+    if isinstance(value, float):
+        return math.isfinite(value)
+    if isinstance(value, np.ndarray):
+        return bool(np.isfinite(value).all())
+    if isinstance(value, tuple):
+        return all(map(finite, value))
+    if hasattr(value, "__struct_fields__"):
+        return all(finite(getattr(value, name)) for name in value.__struct_fields__)
+    return True
