@@ -158,7 +158,8 @@ class LaneChange(Shift):
 class LaneOffset(Shift):
     """The entity goes to an offset from its lane's middle or from another entity; `continuous` keeps it there.
 
-    Its speed is that along the lane.
+    Its speed is that along the lane. A step takes it to where the shape was at its beginning, so the action is over
+    with the step that begins at the target (the standard does not count steps; this is how the field's tools do).
     """
 
     __slots__ = ("_element", "_other", "_target")
@@ -201,14 +202,15 @@ class LaneOffset(Shift):
         self._track()
         if self._element.continuous and self._other is not entity:  # an offset from oneself is taken once
             change.target = self._wanted() * entity.sense
+        if self._close():
+            change.value = change.target  # which may have moved since
+            self._settle()
+            return not self._element.continuous
         entity.twist = 0.0
         entity.drift = math.atan(change.rate() / entity.speed) if abs(entity.speed) > STILL else 0.0
         entity.shifted = True
-        change.advance(dt)
-        if self._close():
-            self._settle()
-            return not self._element.continuous
         entity.offset = change.value * entity.sense
+        change.advance(dt)
         return False
 
     def ask(self) -> tuple[str, dict[str, Any], float]:

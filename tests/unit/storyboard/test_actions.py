@@ -14,9 +14,11 @@ from .conftest import (
     group,
     lane_change,
     lane_position,
+    log,
     relative_speed,
     run,
     speed,
+    state_of,
     story,
     teleport,
 )
@@ -279,3 +281,38 @@ def test_who_would_wait_before_half_of_the_way_brakes_evenly(make: Make) -> None
     )
     run(board, 2.0)
     assert board.entities["A"].speed == pytest.approx(10.0 - (10.0**2 + 20.0**2) / (2.0 * 140.0), abs=0.03)
+
+
+def lane_offset(target: str, continuous: bool = False) -> str:
+    return (
+        f'<PrivateAction><LateralAction><LaneOffsetAction continuous="{str(continuous).lower()}">'
+        '<LaneOffsetActionDynamics dynamicsShape="sinusoidal" maxLateralAcc="2"/>'
+        f"<LaneOffsetTarget>{target}</LaneOffsetTarget></LaneOffsetAction></LateralAction></PrivateAction>"
+    )
+
+
+def test_a_lane_offset_is_over_with_the_step_that_begins_at_its_target(make: Make) -> None:
+    """Half a metre with 2 m/s^2 at most takes pi sqrt(0.5 / 4) = 1.111 s; what waits for it starts in that step."""
+    after = group(condition(state_of("event", "e", "endTransition")))
+    events = event("e", lane_offset('<AbsoluteTargetLaneOffset value="0.5"/>')), event("next", speed(5.0), start=after)
+    board = make(A=HERE, stories=story(*events))
+    run(board, 2.0)
+    assert (1.12, "e", "endTransition") in log(board, "event")
+    assert (1.12, "next", "startTransition") in log(board, "event")
+    assert board.entities["A"].y == pytest.approx(-1.75 + 0.5)
+
+
+def test_a_continuous_lane_offset_follows_the_other(make: Make) -> None:
+    other = '<RelativeTargetLaneOffset entityRef="B" value="1"/>'
+    change = lane_change('<AbsoluteTargetLane value="-2"/>', "linear", "time", 2.0)
+    board = make(
+        A=HERE,
+        B=[teleport(lane_position(150.0)), speed(10.0)],
+        stories=story(event("e", lane_offset(other, continuous=True)))
+        + story(event("b", change, start=group(condition(at_time(3.0)))), actor="B").replace('"story"', '"second"'),
+    )
+    run(board, 2.5)
+    assert board.entities["A"].y == pytest.approx(-1.75 + 1.0)
+    run(board, 4.0)
+    assert board.entities["B"].y == pytest.approx(-5.25)
+    assert board.entities["A"].y == pytest.approx(-5.25 + 1.0)
