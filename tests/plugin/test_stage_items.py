@@ -1,0 +1,119 @@
+"""Gates between stages as pytest items: when they exist, run and are skipped, and what they share."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("cyclonedds")
+
+# See conftest.py: what inner sessions would import must be here before them.
+import ads.stack  # noqa: F401
+import pytest_dvp.across
+import pytest_dvp.cli.run
+import pytest_dvp.prepare
+import pytest_dvp.shared_runs  # noqa: F401
+import reports.html
+import reports.stages  # noqa: F401
+import vehicle.adapters.process
+import vehicle.twin  # noqa: F401
+from tests.plugin.conftest import write_scenario
+
+GATES = """
+[[gate]]
+metric = "collision"
+max = 0
+
+[[gate]]
+metric = "path_distance"
+between = ["dt", "rw"]
+max = {most}
+"""
+ACROSS = "s.xosc::dt-rw-surrogate"
+
+
+@pytest.fixture
+def stages(pytester: pytest.Pytester) -> pytest.Pytester:
+    """A project with one short scenario whose gate file holds a gate between dt and rw."""
+    pytester.makeini("[pytest]\naddopts = --strict-markers --strict-config -W error\ndvp_duration = 1.5")
+    write_scenario(pytester.path, "s.xosc")
+    (pytester.path / "s.gates.toml").write_text(GATES.format(most=1.0))
+    return pytester
+
+
+def driven(project: pytest.Pytester) -> list[str]:
+    return sorted(folder.name[5:] for folder in (project.path / "runs").iterdir())
+
+
+def test_it_is_an_item_of_its_own_that_is_skipped_until_the_car_is_asked_for(stages: pytest.Pytester) -> None:
+    result = stages.runpytest_inprocess("--collect-only", "-q", "s.xosc")
+    assert [line for line in result.outlines if "::" in line] == [
+        "s.xosc::dt", "s.xosc::pe-surrogate", "s.xosc::rw-surrogate", ACROSS,
+    ]  # fmt: skip
+    result = stages.runpytest_inprocess("-rs", "s.xosc")
+    result.assert_outcomes(passed=1, skipped=3)
+    result.stdout.fnmatch_lines(["SKIPPED*as rw-surrogate does: ask for both, -m 'dt or rw'"])
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")])
+def test_each_stage_is_driven_once_and_the_comparison_is_in_junit(
+    stages: pytest.Pytester, workers: tuple[str, ...]
+) -> None:
+    start = stages.runpytest_subprocess if workers else stages.runpytest_inprocess
+    result = start("-m", "dt or rw", *workers, "--junitxml=out.xml", "s.xosc")
+    result.assert_outcomes(passed=3)
+    assert driven(stages) == ["s-dt", "s-dt-rw-surrogate", "s-rw-surrogate"]
+    cases = {case.get("name"): case for case in ET.parse(stages.path / "out.xml").iter("testcase")}
+    numbers = {p.get("name"): p.get("value") for p in cases["dt-rw-surrogate"].iter("property")}
+    assert numbers["path_distance.status"] == "PASS"
+    assert float(numbers["rw-surrogate.mncc(x)"] or 0.0) > 0.99
+    result.stdout.fnmatch_lines(
+        ["*= dvp stages =*", "* dt *rw-surrogate to dt*", "MNCC ego x*", "page: runs/*/report.html"]
+    )
+
+
+def test_alone_it_drives_what_it_compares(stages: pytest.Pytester) -> None:
+    result = stages.runpytest_inprocess(ACROSS)
+    result.assert_outcomes(passed=1)
+    assert driven(stages) == ["s-dt", "s-dt-rw-surrogate", "s-rw-surrogate"]
+
+
+def test_one_that_failed_is_run_again_by_lf(stages: pytest.Pytester) -> None:
+    (stages.path / "s.gates.toml").write_text(GATES.format(most=1e-9))
+    failed = stages.runpytest_inprocess("-m", "dt or rw", "s.xosc")
+    failed.assert_outcomes(passed=2, failed=1)
+    failed.stdout.fnmatch_lines(
+        [
+            f"FAILED {ACROSS} - path_distance *",
+            "*",
+        ]
+    )
+    failed.stdout.fnmatch_lines(["replay the worst: dvp run s.xosc --stage dt,rw --seed 7 --duration 1.5"])
+    (stages.path / "s.gates.toml").write_text(GATES.format(most=1.0))
+    again = stages.runpytest_inprocess("-m", "dt or rw", "--lf", "s.xosc")
+    again.assert_outcomes(passed=1)
+
+
+def test_a_log_of_an_earlier_session_stands_for_a_drive(stages: pytest.Pytester) -> None:
+    stages.runpytest_inprocess("s.xosc::rw-surrogate").assert_outcomes(passed=1)
+    (log,) = (stages.path / "runs").iterdir()
+    result = stages.runpytest_inprocess(ACROSS, "--dvp-stage-logs", str(log))
+    result.assert_outcomes(passed=1)
+    assert driven(stages) == ["s-dt", "s-dt-rw-surrogate", "s-rw-surrogate"]
+
+
+def test_what_cannot_be_driven_leaves_it_inconclusive_and_says_why(stages: pytest.Pytester) -> None:
+    result = stages.runpytest_inprocess(ACROSS, "--dvp-require-real")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*INCONCLUSIVE: rw-surrogate ERROR: a real vehicle is required*"])
+
+
+def test_a_session_leaves_nothing_behind(
+    stages: pytest.Pytester, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", None)
+    stages.runpytest_inprocess(ACROSS).assert_outcomes(passed=1)
+    assert not list(tmp_path.glob("dvp-session-*"))

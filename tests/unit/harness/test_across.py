@@ -1,0 +1,164 @@
+"""Drives held against each other: which are compared, what is said of the others, and what a session shares."""
+
+from __future__ import annotations
+
+import dataclasses
+import multiprocessing
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pytest_dvp.across import Driven, gates_between, hold, pair_name, pairs_driven
+from pytest_dvp.gates import Gate, GateError, Stage
+from pytest_dvp.log import Log
+from pytest_dvp.run import RunResult, run
+from pytest_dvp.shared_runs import SharedRuns, key_of
+from tests.plugin.conftest import write_scenario
+from tests.unit.harness.conftest import OneTrick, coast
+
+Write = Callable[..., Path]
+ABOUT = {"scenario": "s.xosc", "line": 1, "seed": 7, "replay": "dvp run s.xosc --stage dt,rw"}
+LIKE = Gate("mncc", min=0.9, between=("dt", "rw"), options={"signal": "v"})
+PAIR: tuple[Stage, Stage] = ("dt", "rw")
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> RunResult:
+    """A second of coasting."""
+    path = write_scenario(tmp_path_factory.mktemp("drive"))
+    return run(path, duration=1.0, ads=OneTrick(coast), log_dir=path.parent / "runs")
+
+
+def staged(log: Log, stage: str, **meta: object) -> Driven:
+    return Driven(dataclasses.replace(log, meta={**log.meta, "stage": stage, **meta}))
+
+
+def test_two_drives_are_judged_and_tabled(drive: RunResult, tmp_path: Path) -> None:
+    drives = {"dt": staged(drive.log, "dt"), "rw": staged(drive.log, "rw-surrogate")}
+    held = hold(drives, [LIKE], [PAIR], ABOUT, log_dir=tmp_path)
+    assert (held.stage, held.status) == ("dt-rw-surrogate", "PASS")
+    assert held.table is not None
+    assert held.table.stages == ("dt", "rw-surrogate")
+    assert held.folder == tmp_path / "0001-s-dt-rw-surrogate"
+    assert {file.name for file in held.folder.iterdir()} == {"result.json", "report.html"}
+    assert held.as_dict()["metrics"]["rw-surrogate.mncc(v).lag"] == 0.0
+
+
+def test_a_missing_drive_is_inconclusive_and_says_how_to_get_it(drive: RunResult) -> None:
+    held = hold({"dt": staged(drive.log, "dt")}, [LIKE], [PAIR], ABOUT, missing={"rw": "drive it with -m rw"})
+    assert (held.status, held.table) == ("INCONCLUSIVE", None)
+    assert held.verdicts[0].short == "mncc(v) INCONCLUSIVE: drive it with -m rw"
+
+
+def test_without_a_gate_between_them_nothing_passes(drive: RunResult) -> None:
+    drives = {"dt": staged(drive.log, "dt"), "rw": staged(drive.log, "rw")}
+    assert hold(drives, [], [PAIR], ABOUT).status == "INCONCLUSIVE"
+    assert hold(drives, [], [], ABOUT).status == "INCONCLUSIVE"
+
+
+def test_an_earlier_drive_of_another_version_of_the_scenario_is_not_compared(drive: RunResult) -> None:
+    old = dataclasses.replace(staged(drive.log, "rw", scenario_sha256="0" * 64), place=Path("runs/0001"), before=True)
+    held = hold({"dt": staged(drive.log, "dt"), "rw": old}, [LIKE], [PAIR], ABOUT)
+    assert held.status == "INCONCLUSIVE"
+    assert "runs/0001 was driven with another version of the scenario" in held.verdicts[0].short
+
+
+def test_other_parameters_of_the_stack_are_said(drive: RunResult) -> None:
+    other = staged(drive.log, "rw", P={**drive.log.meta["P"], "LQR_q11": 99.0})
+    held = hold({"dt": staged(drive.log, "dt"), "rw": other}, [LIKE], [PAIR], ABOUT)
+    assert held.notes == (f"dt and rw differ in P: LQR_q11 {drive.log.meta['P']['LQR_q11']} and 99.0",)
+
+
+def test_stages_are_named_once_each_and_the_surrogate_once() -> None:
+    assert pair_name(["dt", "pe-surrogate", "rw-surrogate"]) == "dt-pe-rw-surrogate"
+    assert pair_name(["dt", "rw"]) == "dt-rw"
+
+
+def test_only_pairs_that_were_driven_are_compared() -> None:
+    gates = [LIKE, Gate("mncc", min=0.9, between=("pe", "rw"), options={"signal": "v"}), LIKE]
+    assert pairs_driven(gates, ["dt", "rw"]) == [("dt", "rw")]
+
+
+def test_gates_between_stages_come_from_beside_the_scenario_and_from_the_session(scenario: Write) -> None:
+    path = scenario()
+    text = '[[gate]]\nmetric = "{}"\nbetween = ["dt", "rw"]\nmax_difference = 1\n'
+    path.with_name(f"{path.stem}.gates.toml").write_text(text.format("tet"))
+    more = path.with_name("more.toml")
+    more.write_text(text.format("max_jerk"))
+    assert [gate.metric for gate in gates_between(path, None, more)] == ["tet", "max_jerk"]
+    more.write_text('[[gate]]\nmetric = "tet"\nmax = 1\n')
+    with pytest.raises(GateError, match="no gate is between stages"):
+        gates_between(path, None, more)
+
+
+class Drives:
+    """Counts how often it drives."""
+
+    def __init__(self, result: RunResult) -> None:
+        self.result, self.count = result, 0
+
+    def __call__(self) -> RunResult:
+        self.count += 1
+        return self.result
+
+
+def test_who_needs_a_run_first_drives_it_and_the_others_read_its_log(drive: RunResult, tmp_path: Path) -> None:
+    runs, drives = SharedRuns(tmp_path / "session"), Drives(drive)
+    first = runs.shared("a", drives)
+    second = SharedRuns(tmp_path / "session").shared("a", drives)
+    assert drives.count == 1
+    assert first is not None
+    assert second is not None
+    assert second.as_dict() == first.as_dict()
+    assert (second.log.columns["v"] == first.log.columns["v"]).all()
+
+
+def test_a_test_of_a_run_takes_what_another_had_to_drive_once_and_drives_when_it_is_repeated(
+    drive: RunResult, tmp_path: Path
+) -> None:
+    runs, drives = SharedRuns(tmp_path / "session"), Drives(drive)
+    runs.shared("a", drives)
+    runs.own("a", drives)
+    assert drives.count == 1
+    runs.own("a", drives)
+    assert drives.count == 2
+
+
+def test_what_must_not_be_driven_is_only_read(drive: RunResult, tmp_path: Path) -> None:
+    runs, drives = SharedRuns(tmp_path / "session"), Drives(drive)
+    assert runs.shared("a", None) is None
+    runs.own("a", drives)
+    assert runs.shared("a", None) is not None
+
+
+def test_a_run_that_could_not_be_made_is_made_by_the_next(drive: RunResult, tmp_path: Path) -> None:
+    runs = SharedRuns(tmp_path / "session")
+
+    def broken() -> RunResult:
+        raise ValueError("no car")
+
+    with pytest.raises(ValueError, match="no car"):
+        runs.shared("a", broken)
+    assert runs.shared("a", Drives(drive)) is not None
+
+
+def _die(folder: Path) -> None:
+    import os
+
+    def crash() -> RunResult:
+        os._exit(1)
+
+    SharedRuns(folder).shared("a", crash)
+
+
+def test_a_worker_that_dies_while_it_drives_holds_nobody_up(drive: RunResult, tmp_path: Path) -> None:
+    worker = multiprocessing.get_context("fork").Process(target=_die, args=(tmp_path / "session",))
+    worker.start()
+    worker.join()
+    assert SharedRuns(tmp_path / "session").shared("a", Drives(drive)) is not None
+
+
+def test_the_name_of_a_run_is_all_that_it_depends_on() -> None:
+    assert key_of("a", 7, None) == key_of("a", 7, None)
+    assert key_of("a", 7, None) != key_of("a", 8, None)
