@@ -1,48 +1,28 @@
-"""Study files (TOML), read with errors that name file, line, what was found and what is allowed."""
+"""Study files (TOML) of `dvp tune`."""
 
 from __future__ import annotations
 
-import re
-import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from pytest_dvp.settings import unknown
 from pytest_dvp.tuning.errors import TuneError
-from pytest_dvp.tuning.knob import Knob, rounded
-from pytest_dvp.tuning.objective import ALIGNMENT, PERFORMANCE, Constraint, Kind, Objective, Term
-from pytest_dvp.tuning.plausible import of_s, unit_of
-from pytest_dvp.tuning.study import SEARCHES, Study, Variant
+from pytest_dvp.tuning.objective import Kind
+from pytest_dvp.tuning.reader import Reader
+from pytest_dvp.tuning.study import SEARCHES, Study
 
 _TOP = ("study", "scenario", "parameters", "fixed", "term", "constraint")
 _STUDY = ("objective", "search", "budget", "seed", "seeds", "stage", "model", "vehicle", "preset", "logs", "library")
-_KNOB = ("values", "start", "plausible")
 _KINDS: tuple[Kind, ...] = ("performance", "alignment")
-OF_A_DRIVE = ("missed_events",)
-_SIGNALS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 
 
 def read_study(path: Path, **changes: Any) -> Study:
     """A study from its file; `changes` of search, budget, seed from the command line. Raises TuneError, one line."""
-    try:
-        text = path.read_text(encoding="utf-8")
-        data = tomllib.loads(text)
-    except (OSError, UnicodeDecodeError) as error:
-        raise TuneError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise TuneError(f"{path}: not TOML: {error}") from None
-    return _Reader(path, text, data).study({k: v for k, v in changes.items() if v is not None})
+    return _StudyReader(path).study({k: v for k, v in changes.items() if v is not None})
 
 
-class _Reader:
-    def __init__(self, path: Path, text: str, data: Mapping[str, Any]) -> None:
-        self.path, self.text, self.data = path, text, data
-
-    def fail(self, word: str, message: str) -> NoReturn:
-        line = next((n for n, t in enumerate(self.text.splitlines(), 1) if re.search(rf"{re.escape(word)}", t)), 1)
-        raise TuneError(f"{self.path}:{line}: {message}")
-
+class _StudyReader(Reader):
     def study(self, changes: Mapping[str, Any]) -> Study:
         self.known(self.data, _TOP, "table")
         head = self.table(self.data.get("study", {}), "study")
@@ -100,176 +80,3 @@ class _Reader:
                 f"{self.path}: budget is {study.budget}, and one point takes {study.jobs_a_point} simulations "
                 "(scenarios times seeds, or logs)"
             )
-
-    def presets(self, kind: Kind, preset: int, stage: str, stated: bool) -> tuple[dict[str, float], dict[str, float]]:
-        """P of a preset (it always has one), S of it if the file states the preset."""
-        from ads.parameters import preset as preset_p
-        from vehicle.model.parameters import preset_s
-
-        P = {} if kind == "alignment" else {f"P.{n}": v for n, v in preset_p(preset, stage).as_dict().items()}
-        if not stated or (kind == "performance" and stage != "dt"):
-            return P, {}
-        S: dict[str, float] = preset_s(preset, stage)  # type: ignore[arg-type]
-        S.pop("PEDESTRIAN_speed")  # the scenario's: [[scenario]] set
-        return P, {f"S.{name}": value for name, value in S.items()}
-
-    def knobs(self, presets: Mapping[str, float]) -> tuple[tuple[Knob, ...], dict[str, float]]:
-        knobs, start = [], {}
-        for name, raw in self.table(self.data.get("parameters", {}), "parameters").items():
-            entry = {"values": raw} if isinstance(raw, list) else self.table(raw, name)
-            self.known(entry, _KNOB, f"key of {name}")
-            unit = self.unit(name)
-            values = [self.number(value, name) for value in entry.get("values", ())]
-            first = self.number(entry["start"], name) if "start" in entry else presets.get(name)
-            if first is None:
-                self.fail(name, f"{name}: states no start, and no preset has it")
-            if len({*values, first}) < 2:
-                self.fail(name, f"{name}: values = {values}: fewer than two candidates, nothing to choose from")
-            stated = [self.number(value, name) for value in entry.get("plausible", ())]
-            if stated and (len(stated) != 2 or stated[0] >= stated[1]):
-                self.fail(name, f"{name}: plausible = {stated}, expected [low, high]")
-            plausible = (stated[0], stated[1]) if stated else of_s(name)
-            candidates = tuple(sorted({rounded(v) for v in (*values, first)}))
-            knobs.append(Knob(name, unit, candidates, plausible))
-            start[name] = rounded(first)
-            self.allowed(dict.fromkeys([name], candidates[0]))
-            self.allowed(dict.fromkeys([name], candidates[-1]))
-        if not knobs:
-            self.fail("study", 'no parameter to tune: [parameters] "P.NAME" = [...] or "S.NAME" = [...]')
-        return tuple(knobs), start
-
-    def unit(self, name: str) -> str:
-        try:
-            return unit_of(name)
-        except ValueError as error:
-            self.fail(name, str(error))
-
-    def allowed(self, values: Mapping[str, float]) -> None:
-        from ads.parameters import ParameterError, Parameters
-        from vehicle.model.errors import ModelError
-        from vehicle.model.parameters import check_s
-
-        for name, value in values.items():
-            group, _, rest = name.partition(".")
-            try:
-                if group == "P":
-                    Parameters().with_values({rest: value})
-                else:
-                    check_s({rest: value})
-            except (ParameterError, ModelError) as error:
-                self.fail(name, str(error))
-
-    def objective(self, kind: Kind) -> Objective:
-        default = PERFORMANCE if kind == "performance" else ALIGNMENT
-        terms = [self.term(entry, kind) for entry in self.tables("term")]
-        constraints = [
-            Constraint(self.metric(entry, kind), self.number(entry.get("max", 0.0), "max"))
-            for entry in self.tables("constraint")
-        ]
-        try:
-            return Objective(kind, tuple(terms) or default.terms, tuple(constraints) or default.constraints)
-        except TuneError as error:
-            self.fail("term", str(error))
-
-    def term(self, entry: Mapping[str, Any], kind: Kind) -> Term:
-        self.known(entry, ("metric", "scale", "weight", "target"), "key of [[term]]")
-        numbers = {key: self.number(entry[key], key) for key in ("scale", "weight", "target") if key in entry}
-        if numbers.get("scale", 1.0) <= 0.0:
-            self.fail(
-                "scale", f"scale = {numbers['scale']:g}, expected more than 0: what one unit of the metric is worth"
-            )
-        return Term(self.metric(entry, kind), **{"scale": 1.0, **numbers})
-
-    def metric(self, entry: Mapping[str, Any], kind: Kind) -> str:
-        name = str(entry.get("metric", ""))
-        known = metric_names(kind)
-        if name not in known:
-            self.fail(name or "metric", unknown(f"metric of {kind}", name, known))
-        return name
-
-    def variants(self) -> tuple[Variant, ...]:
-        from pytest_dvp.override import check_declared
-
-        found = []
-        for entry in self.tables("scenario"):
-            self.known(entry, ("file", "set"), "key of [[scenario]]")
-            file = self.file(str(entry.get("file", "")), "scenario")
-            values = {name: self.number(value, name) for name, value in self.table(entry.get("set", {}), "set").items()}
-            check_declared(file, {name: f"{value:g}" for name, value in values.items()}, f"{self.path}: set")
-            found.append(Variant(file, values))
-        return tuple(found)
-
-    def file(self, name: str, what: str) -> Path:
-        from scenarios import path as shipped
-
-        beside = self.path.parent / name
-        if name and beside.exists():
-            return beside
-        if name and Path(name).exists():
-            return Path(name)
-        try:
-            return shipped(name)
-        except (FileNotFoundError, ValueError):
-            self.fail(name or what, f"no {what} {name!r}: neither beside the study nor here nor among what ships")
-
-    def vehicle(self, text: str) -> str:
-        name, colon, hidden = text.partition(":")
-        return f"{name}:{self.file(hidden, 'file of hidden effects')}" if colon else text
-
-    def known(self, given: Iterable[str], names: Sequence[str], what: str) -> None:
-        for name in given:
-            if name not in names:
-                self.fail(name, unknown(what, name, names))
-
-    def table(self, raw: Any, name: str) -> dict[str, Any]:
-        if not isinstance(raw, dict):
-            self.fail(name, f"{name} is {raw!r}, expected a table")
-        return raw
-
-    def tables(self, name: str) -> list[dict[str, Any]]:
-        raw = self.data.get(name, [])
-        if not isinstance(raw, list):
-            self.fail(name, f"{name} is a table, expected [[{name}]]")
-        return [self.table(entry, name) for entry in raw]
-
-    def number(self, raw: Any, name: str) -> float:
-        if isinstance(raw, bool) or not isinstance(raw, int | float) or raw != raw or abs(raw) == float("inf"):
-            self.fail(name, f"{name}: {raw!r}, expected a number")
-        return float(raw)
-
-    def whole(self, table: Mapping[str, Any], key: str, default: int, allowed: Sequence[int] = ()) -> int:
-        raw = table.get(key, default)
-        if isinstance(raw, bool) or not isinstance(raw, int) or raw < 0 or (allowed and raw not in allowed):
-            wanted = ", ".join(map(str, allowed)) or "a whole number >= 0"
-            self.fail(key, f"{key} is {raw!r}, expected {wanted}")
-        return raw
-
-    def wholes(self, table: Mapping[str, Any], key: str, default: Sequence[int]) -> list[int]:
-        raw = table.get(key, list(default))
-        if not isinstance(raw, list) or not raw:
-            self.fail(key, f"{key} is {raw!r}, expected a list of whole numbers")
-        return [self.whole({key: value}, key, 0) for value in raw]
-
-    def words(self, table: Mapping[str, Any], key: str) -> list[str]:
-        raw = table.get(key, [])
-        if not isinstance(raw, list) or not all(isinstance(word, str) for word in raw):
-            self.fail(key, f"{key} is {raw!r}, expected a list of names")
-        return raw
-
-    def word(self, table: Mapping[str, Any], key: str, allowed: Sequence[Any], default: Any) -> Any:
-        raw = table.get(key, default)
-        if raw not in allowed:
-            self.fail(key, unknown(key, str(raw), allowed))
-        return raw
-
-
-def metric_names(kind: Kind) -> list[str]:
-    """Names that a term or constraint of this kind may use."""
-    if kind == "alignment":
-        kinds = ("rmse", "nrmse", "chi2_per_n", "mncc", "lag", "gain")
-        return ["chi2_per_n", "log10.chi2_per_n", *(f"{k}.{s}" for k in kinds for s in _SIGNALS)]
-    from pytest_dvp.metrics import known_metrics
-    from pytest_dvp.metrics.base import REQUIRED
-
-    single = [n for n, m in known_metrics().items() if m.logs == 1 and REQUIRED not in m.options.values()]
-    return [*single, *OF_A_DRIVE]

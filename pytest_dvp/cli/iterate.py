@@ -1,0 +1,69 @@
+"""Closes reality gap and performance gap: drives on dt, pe and rw, finds what the twin lacks, tunes S and P, again.
+
+A ledger keeps every iteration: parameters, effects, metrics, what changed and why. Drives that nothing was learnt from
+judge each change; it ends when nothing improves on them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+from pytest_dvp.cli.arguments import add_json, existing, finite
+from pytest_dvp.cli.progress import progress
+from pytest_dvp.cli.tune import add_workers, cache_of, folder_of, workers_of
+from pytest_dvp.settings import SettingError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("plan", metavar="PLAN.toml", help="twin, scenarios to learn on, held-out ones, candidates")
+    parser.add_argument("--vehicle", metavar="NAME", help="car of pe and rw: surrogate or surrogate:HIDDEN.toml")
+    parser.add_argument("--iterations", type=int, metavar="N", help="at most")
+    parser.add_argument("--tune-only", action="store_true", help="look for no missing effect: what tuning alone makes")
+    add_workers(parser)
+    parser.add_argument("--out", metavar="DIR", help="folder of the ledger; default: ROOTDIR/runs/tuning/PLAN")
+    parser.add_argument("--report", metavar="FILE", help="the page; default: report.html in the folder")
+    add_json(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    path = existing(arguments.plan, "plan")
+    jobs = workers_of(arguments)
+    if arguments.iterations is not None and arguments.iterations < 1:
+        raise SettingError(f"--iterations is {arguments.iterations}, expected a whole number >= 1")
+    from pytest_dvp.stages import StageError, check_stage
+    from pytest_dvp.tuning.cache import Cache, write_whole
+    from pytest_dvp.tuning.iterate import iterate
+    from pytest_dvp.tuning.outcome import document, text
+    from pytest_dvp.tuning.plan_file import read_plan
+    from pytest_dvp.tuning.workers import Workers
+
+    plan = read_plan(
+        path,
+        vehicle=arguments.vehicle,
+        iterations=arguments.iterations,
+        structure=False if arguments.tune_only else None,
+    )
+    try:
+        check_stage("rw", plan.vehicle)
+    except StageError as error:
+        raise SettingError(f"--vehicle: {error}") from None
+    out = folder_of(arguments.out, plan.name)
+    with progress("dvp iterate", "iterating") as tick, Workers(Cache(cache_of(arguments)), jobs, tick) as workers:
+        found = iterate(plan, workers, out, tick)
+    told = finite(document(found))
+    write_whole(out / "result.json", json.dumps(told, ensure_ascii=False, indent=1).encode() + b"\n")
+    report = Path(arguments.report) if arguments.report else out / "report.html"
+    from reports.mcrpg import write_mcrpg_report
+
+    from pytest_dvp.tuning.page import iterate_page
+
+    write_mcrpg_report(report, iterate_page(found))
+    print(f"dvp iterate: {workers.done} simulated, {workers.known} kept from before; {report}", file=sys.stderr)
+    if arguments.json:
+        print(json.dumps(told, ensure_ascii=False, allow_nan=False))
+    else:
+        print(text(found))
+    return 0

@@ -1,0 +1,104 @@
+"""What is to be reached at the end: the paper's 10th iteration passed, row by row."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+from pytest_dvp.tuning.gap import Figure
+from pytest_dvp.tuning.judge import Judged
+
+SAMPLE = 0.01  # s, of a log
+LAG, GAIN = SAMPLE, 0.02  # greatest lag [s] and distance of the gain from 1 beside an MNCC
+NOISES = 2.0  # times the noise of the measured position that the twin may be off after 2 s
+STAGES = ("dt", "pe", "rw")
+LIKENESS = (
+    ("ego x", 0.9999, (0.9970, 0.9998)),
+    ("ego y", 0.9999, (0.9991, 0.9998)),
+    ("steer", 0.99, (0.9834, 0.9604)),
+    ("velocity", 0.995, (0.9568, 0.9893)),
+    ("object x", 0.995, (0.9847, 0.9940)),
+    ("object y", 0.995, (0.9671, 0.9808)),
+)
+"""Row, bound, the paper's 10th iteration (its DT and RW column). Source: Arango et al., Sensors 2026, 26, 1338."""
+DRIVE = (
+    ("max TTC^-1", 0.37, "1/s", (0.378, 0.385, 0.415)),
+    ("TET", 0.0, "s", (0.0, 0.0, 0.0)),
+    ("max jerk", 1.8, "m/s^3", (2.74, 2.46, 1.87)),
+    ("lateral RMSE, path", 0.30, "m", None),
+)
+EQUIVALENT = ("max TTC^-1", "TET", "max jerk", "completion time", "lateral RMSE, lane", "lateral RMSE, path")
+"""Metrics that must not tell the stages apart."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Bound:
+    """One row: what, between or on which stages, the value with its interval, the worst drive, the bound in words,
+    whether it holds, the paper's value, and the value of the beginning."""
+
+    what: str
+    where: str
+    value: float | None
+    half_width: float | None
+    worst: float | None
+    bound: str
+    holds: bool
+    paper: str
+    first: float | None
+
+    def as_dict(self) -> dict[str, Any]:
+        return dataclasses.asdict(self)
+
+
+def bounds(first: Judged, last: Judged) -> list[Bound]:
+    """Every row of it. The mean over held-out drives decides; the worst drive stands beside it."""
+    rows = []
+    for pair in ("dt-rw", "pe-rw"):
+        for name, least, paper in LIKENESS:
+            now, then = last.gap.likeness[pair], first.gap.likeness[pair]
+            shown = f"{paper[0] if pair == 'dt-rw' else paper[1]:.4f}"
+            rows.append(_row(f"MNCC {name}", pair, now[name], then.get(name), f">= {least:g}", least, shown, up=True))
+            for part, most, unit in (("lag", LAG, "s"), ("gain", GAIN, "")):
+                text = f"<= {most:g} {unit}".rstrip()
+                key = f"{name}.{part}"
+                title = f"lag of {name}" if part == "lag" else f"gain of {name}, from 1"
+                rows.append(_row(title, pair, now[key], then.get(key), text, most + 1e-9, ""))
+    for name, most, unit, values in DRIVE:
+        for k, stage in enumerate(STAGES):
+            shown = f"{values[k]:g}" if values else ""
+            now_row, then_row = last.gap.metrics[stage][name], first.gap.metrics[stage].get(name)
+            rows.append(_row(name, stage, now_row, then_row, f"<= {most:g} {unit}", most, shown))
+    rows.append(_position(first, last))
+    rows += [_equivalent(name, pair, first, last) for pair in ("dt-rw", "pe-rw") for name in EQUIVALENT]
+    return rows
+
+
+def _row(
+    what: str, where: str, now: Figure, then: Figure | None, text: str, bound: float, paper: str, *, up: bool = False
+) -> Bound:
+    complete = now.mean is not None and now.known == now.count
+    holds = complete and now.mean is not None and (now.mean >= bound if up else now.mean <= bound)
+    return Bound(what, where, now.mean, now.half_width, now.worst, text, holds, paper, then.mean if then else None)
+
+
+def _position(first: Judged, last: Judged) -> Bound:
+    most = NOISES * last.position_noise
+    holds = math.isfinite(last.position) and last.position <= most
+    text = f"<= {most:.4f} m, {NOISES:g} times the noise of the measured position"
+    return Bound("open-loop position after 2 s", "twin", last.position, None, None, text, holds, "", first.position)
+
+
+def _equivalent(name: str, pair: str, first: Judged, last: Judged) -> Bound:
+    """Alike: the 95 % intervals of the two stages, from the repeats, meet."""
+    one, other = pair.split("-")
+    a, b = last.gap.metrics[one].get(name), last.gap.metrics[other].get(name)
+    then = first.gap.difference[pair].get(name)
+    apart = last.gap.difference[pair].get(name)
+    if a is None or b is None or apart is None or a.mean is None or b.mean is None:
+        return Bound(f"{name}, between stages", pair, None, None, None, "intervals meet", False, "", None)
+    reach = (a.half_width or 0.0) + (b.half_width or 0.0)
+    holds = abs(a.mean - b.mean) <= reach + 1e-12
+    text = f"intervals meet: within {reach:.3g}"
+    before = then.mean if then else None
+    return Bound(f"{name}, between stages", pair, apart.mean, apart.half_width, apart.worst, text, holds, "", before)

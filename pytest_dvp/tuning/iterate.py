@@ -1,0 +1,278 @@
+"""MCRPG: DT, PE and RW drives, diagnosis, extension of the twin, tuning of S and P; again until nothing improves.
+
+Source: Arango et al., Sensors 2026, 26, 1338 (method); structure is looked for before parameters are tuned, because a
+parameter that is tuned while an effect is missing takes the place of the effect.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pytest_dvp.tuning.cache import finite, write_whole
+from pytest_dvp.tuning.guard import Suspicion, guard
+from pytest_dvp.tuning.judge import Judged, judge, log_chi2, rw_logs, stack_change, twin_change
+from pytest_dvp.tuning.knob import Point, changed
+from pytest_dvp.tuning.ledger import Entry, write_ledger
+from pytest_dvp.tuning.plan import STAGES, Plan, State, drives
+from pytest_dvp.tuning.structure import Found, look_for_structure
+from pytest_dvp.tuning.study import Study
+from pytest_dvp.tuning.tune import Tuning, tune
+from pytest_dvp.tuning.workers import Workers
+
+Tick = Callable[[str], None]
+MOUNTS = ("GNSS_x", "CAMERA_x")  # of S, but no part of the vehicle model
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Iterated:
+    """Result of `iterate`: every entry of the ledger, the state at the end, and the judge's last word on it."""
+
+    plan: Plan
+    entries: tuple[Entry, ...]
+    state: State
+    first: Judged
+    last: Judged
+    ended: str
+
+
+def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: None) -> Iterated:
+    """Close the gaps. Writes ledger.jsonl and a folder an iteration below `out`; killed, it goes on where it was."""
+    logs = out / "logs"
+    state = beginning(plan, out)
+    tick("the beginning, on held-out drives")
+    now = judge(plan, state, plan.held_out_seeds, workers, logs)
+    entries = [_entry(plan, 0, state, now, workers)]
+    write_ledger(out / "ledger.jsonl", entries)
+    ended = f"{plan.iterations} iterations"
+    for number in range(1, plan.iterations + 1):
+        step = _improve(plan, number, state, now, workers, out, tick)
+        entries.append(step.entry)
+        write_ledger(out / "ledger.jsonl", entries)
+        if not step.entry.accepted:
+            ended = "nothing improves on held-out drives"
+            break
+        state, now = step.judged.state, step.judged
+    tick("the last word: held-out drives with repeats")
+    start = judge(plan, beginning(plan, out), plan.last_seeds, workers, logs)
+    return Iterated(plan, tuple(entries), state, start, judge(plan, state, plan.last_seeds, workers, logs), ended)
+
+
+def beginning(plan: Plan, out: Path) -> State:
+    """The twin of the data sheet with S of the preset set in it, and P of the preset, stage by stage."""
+    from ads.parameters import preset
+    from vehicle.model.parameters import preset_s
+
+    S: dict[str, float] = preset_s(plan.preset)  # type: ignore[arg-type]
+    S.pop("PEDESTRIAN_speed")  # the scenario moves the pedestrian, on all stages alike
+    model = baked(plan.model, S, out / "iteration-00" / "twin.toml")
+    P = {stage: preset(plan.preset, stage).as_dict() for stage in STAGES}
+    return State(model, P, {name: S[name] for name in MOUNTS if name in S})
+
+
+def baked(model: Path, S: Mapping[str, float], target: Path) -> Path:
+    """A model file with parameters of S set in it; the same bytes leave the file as it is."""
+    from vehicle.model.model_file import model_text, read_model
+    from vehicle.model.parameters import apply_s
+    from vehicle.sensors import default_sensors
+
+    twin = read_model(model)
+    twin, _ = apply_s(twin, default_sensors(car=twin.car), S)
+    return _written(model_text(twin), target)
+
+
+def _written(text: str, target: Path) -> Path:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if not target.is_file() or target.read_text(encoding="utf-8") != text:
+        write_whole(target, text.encode())
+    return target
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Step:
+    entry: Entry
+    judged: Judged
+
+
+def _improve(plan: Plan, number: int, state: State, now: Judged, workers: Workers, out: Path, tick: Tick) -> _Step:
+    """One iteration: learn on the training drives, then ask the judge."""
+    folder = out / f"iteration-{number:02d}"
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def told(text: str) -> None:
+        tick(f"iteration {number}: {text}")
+
+    told("drives")
+    asked = drives(plan, state, plan.variants, plan.seeds, out / "logs")
+    workers.run([drive.job for drive in asked])
+    measured = rw_logs(asked)
+    found, model = _structure(plan, measured, state.model, folder, workers, told)
+    tuned_S, point_S, twin = _tuned_S(plan, measured, model, state.mounts, folder, workers, told)
+    suspicions = guard(plan.S, tuned_S.start.point, point_S, measured, model, told) if tuned_S else []
+    candidate = dataclasses.replace(state, model=twin)
+    tuned_P = _tuned_P(plan, candidate, workers, told)
+    _write(folder / "tune_P.json", tuned_P.as_dict())
+    best_P = {**state.P["rw"], **{name[2:]: value for name, value in tuned_P.best.point.items()}}
+    options = [("twin and stack", candidate.with_P(best_P)), ("twin", candidate), ("stack", state.with_P(best_P))]
+    told("held-out drives")
+    judged, accepted, why = _chosen(plan, options, state, now, workers, out / "logs")
+    changes = _words(found, tuned_S, tuned_P, suspicions, accepted, why)
+    structure = {
+        "verdict": found.diagnosis["verdict"] if found else "",
+        "named": [e["name"] for e in found.diagnosis["effects"]] if found else [],
+        "taken": list(found.taken) if found else [],
+        "refusal": found.refusal if found else "",
+        "chi2_per_n": found.diagnosis["chi2_per_n"] if found else None,
+    }
+    tuned = {"S": _told(tuned_S), "P": _told(tuned_P)}
+    kept = judged if accepted else now
+    entry = _entry(
+        plan, number, kept.state, kept, workers, structure=structure, tuned=tuned,
+        suspicions=[{**s.as_dict(), "sentence": s.sentence} for s in suspicions], changes=changes, accepted=accepted,
+    )  # fmt: skip
+    return _Step(entry, kept)
+
+
+def _structure(
+    plan: Plan, logs: list[Path], model: Path, folder: Path, workers: Workers, tick: Tick
+) -> tuple[Found | None, Path]:
+    if not plan.structure:
+        return None, model
+    tick("diagnosis")
+    found = look_for_structure(logs, model, workers.cache, tick)
+    _write(folder / "diagnosis.json", found.diagnosis)
+    if found.extension is not None:
+        _write(folder / "extension.json", found.extension)
+    return found, model if found.model is None else _written(found.model, folder / "extended.toml")
+
+
+def _tuned_S(
+    plan: Plan, logs: list[Path], model: Path, mounts: Mapping[str, float], folder: Path, workers: Workers, tick: Tick
+) -> tuple[Tuning | None, Point, Path]:
+    """S tuned on alignment and set in the twin, if there is anything of S to tune."""
+    from vehicle.model.model_file import read_model
+    from vehicle.model.parameters import s_value
+
+    twin = read_model(model)
+    start, knobs = {}, []
+    for knob in plan.S:
+        value = mounts.get(knob.name[2:], s_value(twin, knob.name[2:]))
+        start[knob.name] = knob.high if value is None else value
+        values = tuple(sorted({*knob.values, start[knob.name]}))
+        knobs.append(dataclasses.replace(knob, values=values))
+    if not knobs:
+        return None, {}, _written(model.read_text(encoding="utf-8"), folder / "twin.toml")
+    tick("tuning S on alignment")
+    study = Study(
+        "S", plan.alignment, tuple(knobs), start, plan.search, plan.budget_S, plan.seed, logs=tuple(logs), model=model
+    )
+    tuning = tune(study, workers, tick)
+    _write(folder / "tune_S.json", tuning.as_dict())
+    point = tuning.best.point
+    moved = {name[2:]: point[name] for name in changed(start, point)}  # what did not move adds no effect to the twin
+    return tuning, point, baked(model, moved, folder / "twin.toml")
+
+
+def _tuned_P(plan: Plan, state: State, workers: Workers, tick: Tick) -> Tuning:
+    """P tuned on performance, on the twin."""
+    tick("tuning P on performance")
+    now = state.P["rw"]
+    start = {knob.name: now[knob.name[2:]] for knob in plan.P}
+    knobs = tuple(dataclasses.replace(k, values=tuple(sorted({*k.values, start[k.name]}))) for k in plan.P)
+    study = Study(
+        "P", plan.performance, knobs, start, plan.search, plan.budget_P, plan.seed, variants=plan.variants,
+        seeds=plan.seeds, model=state.model, fixed_P=now, fixed_S=state.mounts, library=plan.library,
+    )  # fmt: skip
+    return tune(study, workers, tick)
+
+
+def _chosen(
+    plan: Plan, options: list[tuple[str, State]], state: State, now: Judged, workers: Workers, logs: Path
+) -> tuple[Judged, str, str]:
+    """The first option that is better on held-out drives in one thing and worse in none; its name, and why."""
+    reasons = []
+    for name, option in options:
+        same_twin = option.model.read_bytes() == state.model.read_bytes()
+        same_stack = option.P == state.P
+        if same_twin and same_stack:
+            continue
+        judged = judge(plan, option, plan.held_out_seeds, workers, logs)
+        old = log_chi2(state.model, judged.logs, workers)
+        twin = twin_change(old, judged.log_chi2)
+        stack = stack_change(now.performance.value, judged.performance.value)
+        reason = (
+            f"{name}: twin {twin} (chi^2/N {10**old:.3g} -> {10**judged.log_chi2:.3g} on the same logs), performance "
+            f"{stack} ({_number(now.performance.value)} -> {_number(judged.performance.value)})"
+        )
+        if "worse" not in (twin, stack) and "better" in (twin, stack):
+            return judged, name, reason
+        reasons.append(reason)
+    return now, "", "; ".join(reasons) or "nothing changed"
+
+
+def _number(score: float) -> str:
+    from pytest_dvp.tuning.objective import FORBIDDEN
+
+    return "forbidden" if score >= FORBIDDEN else f"{score:.4g}"
+
+
+def _words(
+    found: Found | None, S: Tuning | None, P: Tuning, suspicions: list[Suspicion], accepted: str, why: str
+) -> list[str]:
+    words = []
+    if found is not None:
+        verdict = found.diagnosis["verdict"]
+        words.append(f"diagnosis {verdict}: " + ("; ".join(found.taken) or found.refusal or "nothing to add"))
+    for label, tuning in (("S", S), ("P", P)):
+        if tuning is None:
+            continue
+        moved = changed(tuning.start.point, tuning.best.point)
+        told = ", ".join(f"{name} {a:g} -> {b:g}" for name, (a, b) in moved.items()) or "nothing moved"
+        words.append(
+            f"{label} tuned, {tuning.simulations} {'replays' if label == 'S' else 'simulations'}, score "
+            f"{_number(tuning.start.score.value)} -> {_number(tuning.best.score.value)}: {told}"
+        )
+    words += [f"guard: {suspicion.sentence}" for suspicion in suspicions]
+    words.append(f"held-out drives: {'taken' if accepted else 'rejected'}: {why}")
+    return words
+
+
+def _told(tuning: Tuning | None) -> dict[str, Any]:
+    if tuning is None:
+        return {}
+    return {
+        "start": tuning.start.score.value,
+        "best": tuning.best.score.value,
+        "simulations": tuning.simulations,
+        "ended": tuning.ended,
+        "moved": {name: list(pair) for name, pair in changed(tuning.start.point, tuning.best.point).items()},
+        "course": [[trial.simulations, trial.score.value] for trial in tuning.trials],
+    }
+
+
+def _entry(plan: Plan, number: int, state: State, judged: Judged, workers: Workers, **more: Any) -> Entry:
+    from vehicle.model.model_file import read_model
+    from vehicle.model.parameters import S_PARAMETERS, s_value
+
+    twin = read_model(state.model)
+    S = {p.name: s_value(twin, p.name) for p in S_PARAMETERS}
+    values: dict[str, Any] = {
+        "structure": {}, "tuned": {}, "suspicions": [], "changes": [f"presets of the paper's iteration {plan.preset}"],
+        "accepted": "beginning", **more,
+    }  # fmt: skip
+    return Entry(
+        number=number,
+        P={stage: dict(state.P[stage]) for stage in STAGES},
+        S={**{name: value for name, value in S.items() if value is not None}, **state.mounts},
+        effects={a.name: dict(a.values) for a in twin.effects},
+        held_out=judged.as_dict(),
+        simulations=workers.done + workers.known,
+        **values,
+    )
+
+
+def _write(path: Path, document: Mapping[str, Any]) -> None:
+    write_whole(path, json.dumps(finite(document), ensure_ascii=False, indent=1).encode() + b"\n")

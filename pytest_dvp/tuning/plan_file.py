@@ -1,0 +1,78 @@
+"""Plan files (TOML) of `dvp iterate`."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from pytest_dvp.settings import unknown
+from pytest_dvp.tuning.errors import TuneError
+from pytest_dvp.tuning.objective import ALIGNMENT, PERFORMANCE
+from pytest_dvp.tuning.plan import Plan
+from pytest_dvp.tuning.reader import Reader
+from pytest_dvp.tuning.study import SEARCHES
+
+_TOP = ("iterate", "scenario", "held_out", "parameters")
+_ITERATE = (
+    "model", "preset", "vehicle", "seeds", "held_out_seeds", "last_seeds", "iterations", "search", "seed", "budget_P",
+    "budget_S", "structure", "library",
+)  # fmt: skip
+
+
+def read_plan(path: Path, **changes: Any) -> Plan:
+    """A plan from its file; `changes` of vehicle, iterations, search, structure from the command line. Raises
+    TuneError, one line."""
+    return _PlanReader(path).plan({k: v for k, v in changes.items() if v is not None})
+
+
+class _PlanReader(Reader):
+    def plan(self, changes: dict[str, Any]) -> Plan:
+        self.known(self.data, _TOP, "table")
+        head = self.table(self.data.get("iterate", {}), "iterate")
+        self.known(head, _ITERATE, "key of [iterate]")
+        if "model" not in head:
+            self.fail("iterate", "no twin to begin with: model = ... in [iterate]")
+        preset = self.whole(head, "preset", 1, (1, 5, 10))
+        P, S = self.presets("performance", preset, "dt", True)
+        knobs, _ = self.knobs({"S.THROTTLE_delay": 0.0, **P, **S})  # the paper's 1st iteration had no such delay
+        plan = Plan(
+            name=self.path.stem,
+            model=self.file(str(head["model"]), "model"),
+            variants=self.variants("scenario"),
+            held_out=self.variants("held_out"),
+            P=tuple(k for k in knobs if k.name.startswith("P.")),
+            S=tuple(k for k in knobs if k.name.startswith("S.")),
+            performance=PERFORMANCE,
+            alignment=ALIGNMENT,
+            preset=preset,
+            vehicle=self.vehicle(str(head.get("vehicle", "surrogate"))),
+            seeds=tuple(self.wholes(head, "seeds", (7,))),
+            held_out_seeds=tuple(self.wholes(head, "held_out_seeds", (101, 102))),
+            last_seeds=tuple(self.wholes(head, "last_seeds", (101, 102, 103, 104, 105))),
+            iterations=self.whole(head, "iterations", 6),
+            search=str(self.word(head, "search", SEARCHES, "coordinate")),
+            seed=self.whole(head, "seed", 1),
+            budget_P=self.whole(head, "budget_P", 100),
+            budget_S=self.whole(head, "budget_S", 400),
+            structure=bool(self.word(head, "structure", (True, False), True)),
+            library=tuple(self.file(name, "folder") for name in self.words(head, "library")),
+        )
+        plan = dataclasses.replace(plan, **changes)
+        self.whole_plan(plan)
+        return plan
+
+    def whole_plan(self, plan: Plan) -> None:
+        if plan.search not in SEARCHES:
+            raise TuneError(f"--search: {unknown('search', plan.search, SEARCHES)}")
+        if not plan.variants:
+            self.fail("iterate", "nothing to learn from: [[scenario]] file = ...")
+        if not plan.held_out:
+            self.fail("iterate", "nobody to judge: [[held_out]] file = ... that nothing is learnt from")
+        if not plan.P:
+            self.fail("parameters", "no P to tune")
+        for variant in plan.held_out:
+            if variant in plan.variants and set(plan.seeds) & {*plan.held_out_seeds, *plan.last_seeds}:
+                self.fail("held_out", f"{variant.title}: learnt from with the same seed, and so would judge itself")
+        if len(plan.last_seeds) < 2:
+            self.fail("last_seeds", "one repeat has no interval: two seeds at least")
