@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from openscenario import model
 from openscenario.findings import Finding, ScenarioError
 from openscenario.road.network import RoadNetwork
-from openscenario.storyboard.build import Builder
+from openscenario.storyboard.build import Builder, walk
 from openscenario.storyboard.crowd import Crowd
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.ground import Ground
@@ -102,6 +102,8 @@ class Storyboard:
             self.root.stop = builder.trigger(self.root, scenario.storyboard.stop_trigger)
         if builder.findings:
             raise ScenarioError(builder.findings)
+        for order, node in enumerate((*(node for node, _ in self._init), *walk(self.root))):
+            node.order = order
 
     # --- from outside
 
@@ -148,7 +150,7 @@ class Storyboard:
         self.steps += 1
         for entity in self._movers:
             entity.speed_before = entity.speed
-            entity.moved = False
+            entity.moved = entity.late = False
         if self._active:
             self._step_actions(dt)
         if self._crowd is not None:
@@ -325,13 +327,13 @@ class Storyboard:
                     self._displace(entity, runner)
             if not runner.start():
                 held.append(Held(runner, entity))
-                self._hold(entity, runner)
+                self._hold(entity, runner, node.order)
         self._active.append((node, held))
 
-    def _hold(self, entity: Entity | None, runner: Runner) -> None:
+    def _hold(self, entity: Entity | None, runner: Runner, order: int) -> None:
         if entity is not None:
             for domain in runner.domains:
-                entity.hold(domain, runner)
+                entity.hold(domain, runner, order)
 
     def _release(self, held: Held) -> None:
         if held.entity is not None:

@@ -43,11 +43,14 @@ class Entity:
         "hitch",
         "kind",
         "lane",
+        "late",
         "lateral",
+        "lateral_order",
         "leads",
         "length",
         "lights",
         "longitudinal",
+        "longitudinal_order",
         "max_acceleration",
         "max_deceleration",
         "max_speed",
@@ -129,6 +132,9 @@ class Entity:
         self.route_lanes: tuple[RouteLane, ...] = ()  # the way along the route, in driving order
         self.longitudinal: Runner | None = None
         self.lateral: Runner | None = None
+        # places in the file of the actions that hold them, or held them last
+        self.longitudinal_order = self.lateral_order = 0
+        self.late = False  # what moves it in this step comes before what changes its speed
         self.lights: dict[str, Runner] = {}  # kind of light -> the action that has it
 
     def holder(self, domain: str) -> Runner | None:
@@ -137,12 +143,14 @@ class Entity:
             return self.longitudinal
         return self.lateral if domain == "lateral" else self.lights.get(domain)
 
-    def hold(self, domain: str, runner: Runner | None) -> None:
-        """Give a domain to an action, or to none."""
+    def hold(self, domain: str, runner: Runner | None, order: int = 0) -> None:
+        """Give a domain to an action, or to none; `order`: its place in the file."""
         if domain == "longitudinal":
             self.longitudinal = runner
+            self.longitudinal_order = order if runner is not None else self.longitudinal_order
         elif domain == "lateral":
             self.lateral = runner
+            self.lateral_order = order if runner is not None else self.lateral_order
         elif runner is not None:
             self.lights[domain] = runner
         else:

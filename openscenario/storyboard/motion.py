@@ -11,13 +11,15 @@ BEAT = 0.01  # s
 TINY = 1e-6
 
 
-def way(before: float, speed: float, dt: float) -> float:
+def way(entity: Entity, dt: float) -> float:
     """Way [m] of a step of `dt` [s] in which the speed changes evenly [m/s]: that of beats of v x 10 ms.
 
-    A speed holds for the whole beat that reaches it. The standard says nothing; the field's tools step so, and it
-    makes the way the same whatever steps the storyboard takes.
+    A speed holds for the whole beat that reaches it; one that is `late` for the whole beat after it. The standard says
+    nothing; the field's tools step so, and it makes the way the same whatever steps the storyboard takes.
     """
-    return 0.5 * (before + speed) * dt + 0.5 * (speed - before) * min(BEAT, dt)
+    before, speed = entity.speed_before, entity.speed
+    beat = 0.5 * (speed - before) * min(BEAT, dt)
+    return 0.5 * (before + speed) * dt + (-beat if entity.late else beat)
 
 
 def lean(entity: Entity, rate: float, dt: float) -> bool:
@@ -25,7 +27,7 @@ def lean(entity: Entity, rate: float, dt: float) -> bool:
 
     Returns whether it is fast enough for that; if not, all of its way goes to the side.
     """
-    ahead = abs(way(entity.speed_before, entity.speed, dt))
+    ahead = abs(way(entity, dt))
     aside = abs(rate) * dt
     enough = aside < ahead + TINY
     part = min(aside / ahead, 1.0) if ahead > 0.0 else 1.0
@@ -46,7 +48,7 @@ def move(entity: Entity, dt: float, ground: Ground) -> None:
     speed = entity.speed
     before = entity.speed_before
     entity.ax = (speed - before) / dt
-    distance = way(before, speed, dt)
+    distance = way(entity, dt)
     if distance == 0.0 and entity.drift == 0.0 and not entity.shifted:
         entity.vx = entity.vy = 0.0
         return

@@ -43,8 +43,8 @@ class Transition(NamedTuple):
 class Node:
     """An element of the storyboard while it runs.
 
-    `changes` tells for each transition the latest step it happened in and its number in the log; `executions`
-    counts starts.
+    `changes` tells for each transition the latest step it happened in and its number in the log; `executions` counts
+    starts (of events skips too); `order` is its place in the file.
     """
 
     __slots__ = (
@@ -57,6 +57,7 @@ class Node:
         "kind",
         "maximum",
         "name",
+        "order",
         "parent",
         "path",
         "priority",
@@ -88,6 +89,7 @@ class Node:
         self.state = INIT
         self.changes: dict[str, tuple[int, int]] = {}
         self.executions = 0
+        self.order = 0
         self.maximum = maximum
         self.priority = priority
         self.element = element

@@ -122,7 +122,8 @@ class LaneChange(Shift):
     def step(self, dt: float) -> bool:
         entity, change = self._entity, self._change
         self._track()
-        ahead = abs(way(entity.speed_before, entity.speed, dt))
+        entity.late = entity.lateral_order < entity.longitudinal_order
+        ahead = abs(way(entity, dt))
         if ahead < NEAR * dt:
             return False
         rate = change.rate()

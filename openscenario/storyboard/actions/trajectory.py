@@ -133,7 +133,8 @@ class FollowTrajectory:
         """
         entity = self._entity
         entity.ax = (entity.speed - entity.speed_before) / dt
-        step = way(entity.speed_before, entity.speed, dt)
+        entity.late = entity.lateral_order < entity.longitudinal_order
+        step = way(entity, dt)
         s = self._s + (-step if self._reverse else step)
         if self._element.trajectory.closed and along.length > 0.0:
             self._s = s % along.length

@@ -428,3 +428,18 @@ def test_who_changes_lanes_on_a_slope_turns_on_it(make: Make, tmp_path: Path) ->
     run(board, 1.0)
     yaw, p = math.asin(1.75 / 10.0), math.atan(0.5)
     assert -board.entities["A"].h == pytest.approx(math.atan2(math.sin(yaw), math.cos(yaw) * math.cos(p)), abs=1e-9)
+
+
+@pytest.mark.parametrize(("first", "beats"), [("lane", -1), ("speed", 1)])
+def test_who_changes_lanes_before_its_speed_in_the_file_takes_its_speed_a_beat_later(
+    make: Make, first: str, beats: int
+) -> None:
+    """Actions of a step follow each other as in the file: 10 to 20 m/s in 2 s makes half a beat of 10 ms x 10 m/s."""
+    actions = [
+        lane_change('<AbsoluteTargetLane value="-1"/>', "linear", "time", 3.0),
+        speed(20.0, "linear", "time", 2.0),
+    ]
+    start = [teleport(lane_position(100.0, -1, 1e-3)), speed(10.0)]
+    board = make(A=start, stories=story(event("e", *actions[:: 1 if first == "lane" else -1], start=NOW)))
+    run(board, 2.0)
+    assert board.entities["A"].x == pytest.approx(100.0 + 30.0 + beats * 0.5 * 0.01 * 10.0, abs=1e-4)
