@@ -19,6 +19,7 @@ from pytest_dvp.cli import (
     doctor,
     effects,
     extend,
+    iterate,
     map,
     metrics,
     plan,

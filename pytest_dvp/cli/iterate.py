@@ -56,9 +56,8 @@ def execute(arguments: argparse.Namespace) -> int:
     told = finite(document(found))
     write_whole(out / "result.json", json.dumps(told, ensure_ascii=False, indent=1).encode() + b"\n")
     report = Path(arguments.report) if arguments.report else out / "report.html"
-    from reports.mcrpg import write_mcrpg_report
-
     from pytest_dvp.tuning.page import iterate_page
+    from reports.mcrpg import write_mcrpg_report
 
     write_mcrpg_report(report, iterate_page(found))
     print(f"dvp iterate: {workers.done} simulated, {workers.known} kept from before; {report}", file=sys.stderr)

@@ -18,6 +18,7 @@ from pytest_dvp.tuning.judge import Judged, judge, log_chi2, rw_logs, stack_chan
 from pytest_dvp.tuning.knob import Point, changed
 from pytest_dvp.tuning.ledger import Entry, write_ledger
 from pytest_dvp.tuning.plan import STAGES, Plan, State, drives
+from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
 from pytest_dvp.tuning.structure import Found, look_for_structure
 from pytest_dvp.tuning.study import Study
 from pytest_dvp.tuning.tune import Tuning, tune
@@ -249,6 +250,7 @@ def _told(tuning: Tuning | None) -> dict[str, Any]:
         "simulations": tuning.simulations,
         "ended": tuning.ended,
         "moved": {name: list(pair) for name, pair in changed(tuning.start.point, tuning.best.point).items()},
+        "sensitivity": as_dict(sensitivity(tuning)),
         "course": [[trial.simulations, trial.score.value] for trial in tuning.trials],
     }
 

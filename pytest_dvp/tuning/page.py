@@ -1,0 +1,151 @@
+"""The page of an iteration as plain data, for reports/mcrpg.py."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pytest_dvp.tuning.bounds import bounds
+from pytest_dvp.tuning.iterate import Iterated
+from pytest_dvp.tuning.plan import STAGES
+
+LIKENESS = ("ego x", "ego y", "steer", "velocity", "object x", "object y")
+DRIVE = ("max TTC^-1", "TET", "max jerk", "max yaw rate", "completion time", "lateral RMSE, lane", "lateral RMSE, path")
+UNITS = {
+    "max TTC^-1": "1/s", "TET": "s", "max jerk": "m/s^3", "max yaw rate": "rad/s", "completion time": "s",
+    "lateral RMSE, lane": "m", "lateral RMSE, path": "m",
+}  # fmt: skip
+PAPER = {
+    "ego x": (None, 0.9972, 0.9998), "ego y": (None, 0.9994, 0.9998), "steer": (None, 0.8915, 0.9604),
+    "velocity": (None, 0.9655, 0.9893), "object x": (None, 0.9962, 0.9940), "object y": (None, 0.9591, 0.9808),
+    "max TTC^-1": (0.378, 0.385, 0.415), "TET": (0.0, 0.0, 0.0), "max jerk": (2.74, 2.46, 1.87),
+    "max yaw rate": (1.60, 1.61, 1.56), "completion time": (107.0, 108.0, 108.9),
+    "lateral RMSE, lane": (0.579, 0.679, 0.708),
+}  # fmt: skip
+"""The paper's 10th iteration, DT, PE, RW. Source: Arango et al., Sensors 2026, 26, 1338."""
+
+
+def iterate_page(found: Iterated) -> dict[str, Any]:
+    """What `reports.mcrpg.write_mcrpg_report` takes."""
+    rows = bounds(found.first, found.last)
+    entries = [entry.as_dict() for entry in found.entries]
+    held = sum(row.holds for row in rows)
+    return {
+        "title": f"{found.plan.name}: {_car(found.plan.vehicle)}",
+        "headline": f"{held} of {len(rows)} bounds hold on held-out drives; ended: {found.ended}",
+        "reached": held == len(rows),
+        "structure": found.plan.structure,
+        "parameters": _parameters(entries),
+        "metrics": _metrics(entries),
+        "numbers": [entry["number"] for entry in entries],
+        "bounds": [row.as_dict() for row in rows],
+        "course": [
+            {
+                "number": entry["number"],
+                "chi2": entry["held_out"]["chi2_per_n"],
+                "position": entry["held_out"]["position_at_2s"],
+                "performance": entry["held_out"]["performance"],
+                "likeness": {
+                    name: entry["held_out"]["likeness"]["dt-rw"].get(name, {}).get("mean") for name in LIKENESS[:4]
+                },
+            }
+            for entry in entries
+        ],
+        "tuned": [
+            {"number": entry["number"], "what": what, "course": entry["tuned"].get(what, {}).get("course", [])}
+            for entry in entries
+            for what in ("S", "P")
+            if entry["tuned"].get(what, {}).get("course")
+        ],
+        "sensitivity": _sensitivity(entries),
+        "ledger": [
+            {
+                "number": e["number"],
+                "accepted": e["accepted"] or "nothing",
+                "changes": e["changes"],
+                "suspicions": [s["sentence"] for s in e["suspicions"]],
+                "effects": [
+                    f"{n} " + ", ".join(f"{k} = {v:.4g}" for k, v in p.items()) for n, p in e["effects"].items()
+                ],
+            }
+            for e in entries
+        ],
+    }
+
+
+def _car(vehicle: str) -> str:
+    hidden = vehicle.partition(":")[2]
+    return f"surrogate {hidden.rpartition('/')[2].removesuffix('.toml')}" if hidden else vehicle
+
+
+def _parameters(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows: name, group, unit, a text an iteration (DT; PE; RW where they differ), the paper's 10th."""
+    from ads.parameters import declaration, preset
+    from vehicle.model.parameters import S_PARAMETERS, preset_s
+
+    rows = []
+    for name in entries[0]["P"]["dt"]:
+        cells = [_cell([entry["P"][stage][name] for stage in STAGES]) for entry in entries]
+        paper = [_cell([preset(k, stage).as_dict()[name] for stage in STAGES]) for k in (1, 10)]
+        rows.append({"group": "P", "name": name, "unit": declaration(name).unit, "cells": cells, "paper": paper})
+    for p in S_PARAMETERS:
+        cells = [_cell([entry["S"][p.name]]) if p.name in entry["S"] else "" for entry in entries]
+        if any(cells):
+            paper = [_cell([preset_s(k)[p.name]]) if p.name in preset_s(k) else "" for k in (1, 10)]
+            rows.append({"group": "S", "name": p.name, "unit": p.declaration.unit, "cells": cells, "paper": paper})
+    names = dict.fromkeys((n, k) for entry in entries for n, keys in entry["effects"].items() for k in keys)
+    for effect, key in names:
+        cells = [_cell([e["effects"][effect][key]]) if effect in e["effects"] else "" for e in entries]
+        rows.append({"group": "effect", "name": f"{effect} {key}", "unit": "", "cells": cells, "paper": ["", ""]})
+    return rows
+
+
+def _cell(values: list[float | None]) -> str:
+    texts = [("∞" if v is None else f"{v:.4g}") for v in values]
+    return texts[0] if len(set(texts)) == 1 else "; ".join(texts)
+
+
+def _metrics(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows: name, unit, three texts an iteration (DT, PE, RW), the paper's 10th. Likeness is that to RW."""
+    rows = []
+    for name in LIKENESS:
+        cells = []
+        for entry in entries:
+            pairs = entry["held_out"]["likeness"]
+            cells.append([_alike(pairs["dt-rw"], name), _alike(pairs["pe-rw"], name), ""])
+        rows.append({"name": f"MNCC {name} to RW", "unit": "", "cells": cells, "paper": _three(PAPER[name], 4)})
+    for name in DRIVE:
+        cells = [[_mean(entry["held_out"]["metrics"][s].get(name)) for s in STAGES] for entry in entries]
+        paper = _three(PAPER[name], 3) if name in PAPER else ["", "", ""]
+        rows.append({"name": name, "unit": UNITS[name], "cells": cells, "paper": paper})
+    return rows
+
+
+def _alike(pair: Mapping[str, Any], name: str) -> str:
+    mncc = pair.get(name, {}).get("mean")
+    if mncc is None:
+        return "–"
+    lag, gain = pair[f"{name}.lag"]["mean"], pair[f"{name}.gain"]["mean"]
+    more = "" if lag is None or gain is None else f" ({lag:.2f} s, {100 * gain:.1f} %)"
+    return f"{mncc:.5f}{more}"
+
+
+def _mean(figure: Mapping[str, Any] | None) -> str:
+    if figure is None or figure["mean"] is None:
+        return "–"
+    return f"{figure['mean']:.3g}"
+
+
+def _three(values: tuple[float | None, ...], digits: int) -> list[str]:
+    return ["" if v is None else f"{v:.{digits}g}" for v in values]
+
+
+def _sensitivity(entries: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """Of P in the last iteration that tuned it: knobs, metrics, mean influence in units of the metric's scale."""
+    for entry in reversed(entries):
+        found = entry["tuned"].get("P", {}).get("sensitivity")
+        if found:
+            metrics = list(dict.fromkeys(m for row in found.values() for m in row))
+            values = [[row.get(m, {}).get("mean") for m in metrics] for row in found.values()]
+            return {"knobs": list(found), "metrics": metrics, "values": values, "number": entry["number"]}
+    return None

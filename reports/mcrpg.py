@@ -1,0 +1,161 @@
+"""The page of an iteration over the stages: parameters and metrics by iteration and stage, convergence, ledger.
+
+Safe in the same way as the run report: data reaches the page through Jinja's escaping or as escaped JSON.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from reports.figures import BLUE, GREEN, ORANGE, PURPLE, VERMILION, Figure, numbers, plain
+from reports.html import _digest, _write_whole, embed, plotly_js
+from reports.templating import asset, environment
+from reports.verdicts import pretty_unit
+
+FONT = "system-ui, sans-serif"
+COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE)
+FORBIDDEN = 1e6  # scores from here on break what must hold: no place on an axis
+
+
+def write_mcrpg_report(path: str | Path, page: Mapping[str, Any]) -> None:
+    """Write the page; same input, same bytes.
+
+    `page` holds title, headline, reached, structure, numbers (of the iterations), parameters [{group, name, unit,
+    cells, paper}], metrics [{name, unit, cells (iterations x 3), paper}], bounds [{what, where, first, value,
+    half_width, worst, bound, holds, paper}], course [{number, chi2, position [m], performance, likeness}], tuned
+    [{number, what, course [[simulations, score]]}], sensitivity {knobs, metrics, values, number} or None, ledger
+    [{number, accepted, changes, suspicions, effects}].
+
+    Raises OSError if the file cannot be written.
+    """
+    _write_whole(Path(path), render_mcrpg_report(page))
+
+
+def render_mcrpg_report(page: Mapping[str, Any]) -> str:
+    """The page as text; arguments as in `write_mcrpg_report`."""
+    figures: dict[str, Figure] = {"twin": twin_figure(page["course"]), "likeness": likeness_figure(page["course"])}
+    for what in ("S", "P"):
+        courses = [t for t in page["tuned"] if t["what"] == what]
+        if courses:
+            figures[f"tuned{what}"] = tuned_figure(courses, what)
+    if page["sensitivity"] is not None:
+        figures["sensitivity"] = sensitivity_figure(page["sensitivity"])
+    scripts = [plotly_js(), asset("theme.js"), asset("compare.js")]
+    text: str = _template().render(
+        page=page,
+        figures=figures,
+        data=Markup(embed(figures)),
+        style=Markup(asset("run.css") + asset("compare.css") + asset("diagnosis.css") + asset("mcrpg.css")),
+        scripts=[Markup(script) for script in scripts],
+        policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
+    )
+    return text
+
+
+def twin_figure(course: Sequence[Mapping[str, Any]]) -> Figure:
+    """How far the twin is from the car on held-out drives, iteration by iteration: chi^2/N, and position after 2 s."""
+    at = [entry["number"] for entry in course]
+    return {
+        "data": [
+            _line(at, [e["chi2"] for e in course], "chi²/N (1 = sensor noise)", BLUE, "y"),
+            _line(at, [e["position"] for e in course], "position after 2 s [m]", ORANGE, "y2", dash="dot"),
+        ],
+        "layout": {
+            **_layout("iteration"),
+            "yaxis": {"type": "log", "title": {"text": "chi²/N"}, "zeroline": False},
+            "yaxis2": {"type": "log", "title": {"text": "position error [m]"}, "overlaying": "y", "side": "right",
+                       "showgrid": False, "zeroline": False},
+        },
+    }  # fmt: skip
+
+
+def likeness_figure(course: Sequence[Mapping[str, Any]]) -> Figure:
+    """What is missing of an MNCC of 1 between DT and RW, on a log axis, and the performance of the stack on the car."""
+    at = [entry["number"] for entry in course]
+    data = [
+        _line(at, [_short_of_one(e["likeness"].get(name)) for e in course], f"1 - MNCC {plain(name)}", colour, "y")
+        for name, colour in zip(course[0]["likeness"], COLOURS, strict=False)
+    ]
+    return {
+        "data": data,
+        "layout": {**_layout("iteration"), "yaxis": {"type": "log", "title": {"text": "1 - MNCC, DT to RW"}}},
+    }
+
+
+def tuned_figure(courses: Sequence[Mapping[str, Any]], what: str) -> Figure:
+    """Best score so far over the simulations, a line an iteration."""
+    data = []
+    for one, colour in zip(courses, COLOURS * (1 + len(courses) // len(COLOURS)), strict=False):
+        best, x, y = float("inf"), [], []
+        for simulations, score in one["course"]:
+            best = min(best, score)
+            x.append(simulations)
+            y.append(best if best < FORBIDDEN else None)
+        trace = _line(x, y, f"iteration {one['number']}", colour, "y")
+        data.append({**trace, "mode": "lines", "line": {**trace["line"], "shape": "hv"}})
+    unit = "replays of logs" if what == "S" else "simulations"
+    return {"data": data, "layout": {**_layout(unit), "yaxis": {"title": {"text": "best score"}, "zeroline": False}}}
+
+
+def sensitivity_figure(found: Mapping[str, Any]) -> Figure:
+    """Heat map: how far a metric moves, in units of its scale, when a knob goes through its range."""
+    names = [plain(k) for k in found["knobs"]]
+    values = [[None if v is None else round(v, 4) for v in row] for row in found["values"]]
+    text = [["" if v is None else f"{v:.2g}" for v in row] for row in values]
+    return {
+        "data": [{
+            "type": "heatmap", "x": [plain(m) for m in found["metrics"]], "y": names, "z": values, "text": text,
+            "texttemplate": "%{text}", "colorscale": [[0, "rgba(0,114,178,0.04)"], [1, BLUE]], "showscale": False,
+            "zmin": 0, "xgap": 2, "ygap": 2, "hovertemplate": "%{y} moves %{x} by %{z:.3g} of its scale<extra></extra>",
+        }],
+        "layout": {
+            "height": 120 + 28 * len(names), "margin": {"l": 190, "r": 14, "t": 10, "b": 70},
+            "font": {"size": 12.5, "family": FONT}, "showlegend": False,
+            "yaxis": {"autorange": "reversed", "showgrid": False, "fixedrange": True},
+            "xaxis": {"showgrid": False, "fixedrange": True},
+        },
+    }  # fmt: skip
+
+
+def _short_of_one(mncc: float | None) -> float | None:
+    return None if mncc is None else max(1.0 - mncc, 1e-7)
+
+
+def _line(
+    x: Sequence[float], y: Sequence[float | None], name: str, colour: str, axis: str, dash: str = "solid"
+) -> Figure:
+    values = numbers([float("nan") if v is None else v for v in y], 7)
+    return {
+        "type": "scatter", "mode": "lines+markers", "name": name, "x": list(x), "y": values, "yaxis": axis,
+        "line": {"color": colour, "width": 2.2, "dash": dash}, "marker": {"color": colour, "size": 8},
+    }  # fmt: skip
+
+
+def _layout(x: str) -> Figure:
+    axis: Figure = {"title": {"text": x}, "zeroline": False}
+    if x == "iteration":
+        axis["dtick"] = 1
+    return {
+        "height": 320, "margin": {"l": 70, "r": 70, "t": 10, "b": 84}, "font": {"size": 12.5, "family": FONT},
+        "showlegend": True, "legend": {"orientation": "h", "x": 0, "y": 0.0, "yref": "container", "yanchor": "bottom"},
+        "xaxis": axis,
+    }  # fmt: skip
+
+
+@cache
+def _template() -> Any:
+    made = environment()
+    made.filters["unit"] = pretty_unit
+    made.filters["number"] = _number
+    return made.get_template("mcrpg.html")
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "–"
+    return f"{value:.5f}" if 0.9 < abs(value) < 1.0 else f"{value:.3g}"
