@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from vehicle.model.model import VehicleModel
 
 FINE_STEP = 0.002  # s
+JUMP = 5.0  # standard deviations of the accelerometer's noise
+_AX = CHANNELS.index("ax")
 
 Values: TypeAlias = Mapping[tuple[str, str], float]
 """(effect, key) -> value, over those of the model."""
@@ -62,6 +64,7 @@ class Experiment:
         output = self.machine.run({}, starts=self.segments.starts, states=self.segments.states)
         self.channels, self.not_judged = judged_channels(subject, self.measured, output, None)
         self.sigma = noise_floor(log.t, self.measured, self.channels)
+        self.measured = _without_jumps(self.measured, commands.get("accel_cmd"), float(self.sigma[_AX]))
         rough = self._residuals(output)
         self.sigma = noise_floor(log.t, self.measured, self.channels, rough.values)
         self.count = int(self._residuals(output).count.sum())
@@ -194,3 +197,13 @@ def _whitened(values: FloatArray, sigma: FloatArray) -> FloatArray:
                 if np.isfinite(values[i, k]):
                     out[i * m + k] = values[i, k] / sigma[k]
     return out
+
+
+def _without_jumps(measured: FloatArray, command: FloatArray | None, sigma: float) -> FloatArray:
+    """Without ax at the stamps at which the commanded acceleration jumps: it has no value there. One logger shows it
+    before, the next after the jump, and half a sample of that looks like a dead time."""
+    if command is None or not np.isfinite(sigma):
+        return measured
+    found = measured.copy()
+    found[np.abs(np.diff(command, prepend=command[:1])) > JUMP * sigma, _AX] = np.nan
+    return found

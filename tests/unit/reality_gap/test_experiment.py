@@ -111,6 +111,18 @@ def test_a_lost_sample_is_not_judged() -> None:
     assert whole.count - 8 * 200 <= part.count < whole.count
 
 
+def test_where_the_command_jumps_either_acceleration_is_right() -> None:
+    """One logger samples before the jump, another after it; no physics is missing in either."""
+    log = drive(drive_gain=0.85)
+    accel, ax = log.columns["accel_cmd"], log.columns["ax"].copy()
+    jumps = np.flatnonzero(np.abs(np.diff(accel, prepend=accel[:1])) > 1.0)
+    assert len(jumps) >= 10
+    ax[jumps] = ax[jumps - 1]
+    early = campaign({"a": Log({**log.columns, "ax": ax})}, baseline())
+    assert early.by_channel(WEAK)["ax"] == pytest.approx(1.0, abs=0.1)
+    assert early.by_channel({})["ax"] > 2.0  # what is weak still shows
+
+
 def test_a_missing_input_is_said() -> None:
     columns = {name: values for name, values in drive().columns.items() if name != "accel_cmd"}
     with pytest.raises(CompareError, match="accel_cmd"):
