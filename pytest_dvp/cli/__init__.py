@@ -44,6 +44,7 @@ COMMANDS = (
     plan,
     extend,
     tune,
+    iterate,
     doctor,
     map,
     recover,
