@@ -141,7 +141,7 @@ def network(road: Path) -> RoadNetwork:
 
 @pytest.fixture
 def make(road: Path, network: RoadNetwork) -> Make:
-    """make(A=[actions], B=[actions], stories=..., stop=..., external=..., on=road) -> a storyboard before its start."""
+    """make(A=[actions], B=[actions], stories=..., stop=..., on=road, ...) -> a storyboard before its start."""
 
     def run(
         *,
@@ -150,6 +150,7 @@ def make(road: Path, network: RoadNetwork) -> Make:
         external: tuple[str, ...] = (),
         acceleration: float = 10.0,
         on: RoadNetwork | None = None,
+        without_road: bool = False,
         **actions: list[str],
     ) -> Storyboard:
         entities = "".join(
@@ -158,8 +159,9 @@ def make(road: Path, network: RoadNetwork) -> Make:
         )
         init = "".join(f'<Private entityRef="{name}">{"".join(each)}</Private>' for name, each in actions.items())
         path = road.parent / "scenario.xosc"
-        path.write_text(XOSC.format(entities=entities, init=init, stories=stories, stop=stop))
-        return Storyboard(read_scenario(path), on or network, external=external)
+        text = XOSC.format(entities=entities, init=init, stories=stories, stop=stop)
+        path.write_text(text.replace('<LogicFile filepath="straight.xodr"/>', "") if without_road else text)
+        return Storyboard(read_scenario(path), None if without_road else on or network, external=external)
 
     return run
 
