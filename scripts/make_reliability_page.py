@@ -1,9 +1,9 @@
-"""Measures the command gate and writes its part of docs/reliability.md:  python -m scripts.make_reliability_page
+"""Measures command gate and faults of the wire, writes docs/reliability.md:  python -m scripts.make_reliability_page
 
 Each part of the page stands between a pair of markers, <!-- gate --> and <!-- /gate -->, and only the part measured is
 written anew. What was measured is kept in runs/reliability until a file of the gate or its tests changes, so that a run
-which was cut short goes on where it was. Ends with 1 if a line or branch is not covered, or a mutant survives for which
-no reason is listed.
+which was cut short goes on where it was. Ends with 1 if a line or branch is not covered, a mutant survives for which
+no reason is listed, or a fault is not named, passes, or outlives its run.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from scripts import fault_matrix
 from scripts.gate_mutants import Report, examine
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -63,12 +64,24 @@ def states(examples: int) -> int:
     return examples * STEPS
 
 
-def kept(name: str, measure: Callable[[], Any]) -> Any:
-    """The result of `measure` (of JSON values), from before if gate and tests are what they were."""
+def gate_files() -> list[Path]:
+    """What the figures of the gate depend on."""
     files = [*FILES, "scripts/gate_equivalents.toml", "scripts/mutate.py"]
     tests = [*ROOT.glob("tests/unit/vehicle/*gate*.py"), *ROOT.glob("tests/property/*command_gate*.py")]
+    return [*(ROOT / file for file in files), *sorted(tests)]
+
+
+def wire_files() -> list[Path]:
+    """What the fault matrix depends on, more or less: stack and loop could change a status, but not what it shows."""
+    folders = ("vehicle/wire", "vehicle/adapters", "vehicle/surrogate")
+    code = [file for folder in folders for file in sorted((ROOT / folder).glob("*.py"))]
+    return [*code, ROOT / "pytest_dvp" / "wire_log.py", ROOT / "scripts" / "fault_matrix.py"]
+
+
+def kept(name: str, measure: Callable[[], Any], files: Sequence[Path]) -> Any:
+    """The result of `measure` (of JSON values), from before if the files are what they were."""
     digest = hashlib.sha256(name.encode())
-    for file in [*(ROOT / file for file in files), *sorted(tests)]:
+    for file in files:
         digest.update(file.read_bytes())
     place = KEPT / f"{name}-{digest.hexdigest()[:16]}.json"
     if not place.exists():
@@ -136,16 +149,41 @@ def main() -> int:
     parser.add_argument("--commands", type=int, default=1_000_000)
     parser.add_argument("--examples", type=int, default=1_000, help="of the state machine")
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--part", choices=tuple(PARTS), help="only this one")
     options = parser.parse_args()
-    covered = kept("coverage", coverage)
-    seen = Counter(kept(f"commands-{options.commands}", lambda: commands(options.commands)))
-    rules = kept(f"states-{options.examples}", lambda: states(options.examples))
-    mutants = Report.of(kept("mutants", lambda: examine(options.jobs).plain()))
-    text = gate_part(covered, mutants, options.commands, seen, rules)
-    PAGE.write_text(replaced(PAGE.read_text(encoding="utf-8"), "gate", text), encoding="utf-8")
+    good = [measure(options) for name, measure in PARTS.items() if options.part in (name, None)]
+    return 0 if all(good) else 1
+
+
+def gate(options: argparse.Namespace) -> bool:
+    """Measure and write the part of the gate; whether it is as it must be."""
+    files = gate_files()
+    covered = kept("coverage", coverage, files)
+    seen = Counter(kept(f"commands-{options.commands}", lambda: commands(options.commands), files))
+    rules = kept(f"states-{options.examples}", lambda: states(options.examples), files)
+    mutants = Report.of(kept("mutants", lambda: examine(options.jobs).plain(), files))
+    write("gate", gate_part(covered, mutants, options.commands, seen, rules))
     whole = all(lines == run and branches == taken for lines, run, branches, taken in covered.values())
+    return whole and not mutants.unexplained
+
+
+def faults(_: argparse.Namespace) -> bool:
+    """Measure and write the part of the wire; whether it is as it must be."""
+    files = wire_files()
+    cells = fault_matrix.matrix(lambda name, measure: kept(name, measure, files))
+    write("faults", fault_matrix.part(cells))
+    missed = fault_matrix.missed(cells)
+    print(*missed, sep="\n")
+    return not missed
+
+
+def write(part: str, text: str) -> None:
+    """Put a part into the page."""
+    PAGE.write_text(replaced(PAGE.read_text(encoding="utf-8"), part, text), encoding="utf-8")
     print(text)
-    return 0 if whole and not mutants.unexplained else 1
+
+
+PARTS: Mapping[str, Callable[[argparse.Namespace], bool]] = {"gate": gate, "faults": faults}
 
 
 if __name__ == "__main__":

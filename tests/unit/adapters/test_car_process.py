@@ -16,6 +16,7 @@ import pytest
 pytest.importorskip("cyclonedds")
 
 from vehicle.adapter import Vehicle, VehicleLost
+from vehicle.adapters import process
 from vehicle.adapters.process import CarProcess, Lease, surrogate
 from vehicle.messages import Command, Surroundings, VehicleState
 
@@ -111,7 +112,18 @@ def test_a_killed_car_is_one_line_and_leaves_nothing() -> None:
         os.killpg(car.process.pid, 0)
 
 
-def test_a_car_that_hangs_is_given_up_after_the_declared_time() -> None:
+def test_a_stopped_car_is_found_out_at_once() -> None:
+    car = surrogate(timeout=60.0)
+    car.reset(START)
+    os.kill(car.process.pid, signal.SIGSTOP)
+    with pytest.raises(VehicleLost, match=r"^the car's process is stopped \(SIGSTOP\)$"):
+        car.step(0.05)
+    car.close()
+    assert car.process.returncode == -signal.SIGKILL
+
+
+def test_a_car_that_hangs_is_given_up_after_the_declared_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process, "_stopped", lambda pid: False)  # to the harness it only says nothing
     car = surrogate(timeout=0.3)
     car.reset(START)
     os.kill(car.process.pid, signal.SIGSTOP)

@@ -1,0 +1,143 @@
+"""Faults of a wire, named from the messages alone; what cannot be used is kept back. Times in seconds, 10 Hz."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from vehicle.messages import CameraBox, CameraFrame, GnssFix, Imu, LidarScan
+from vehicle.wire.health import Health, Trouble
+
+TOPIC = "/gnss/fix"
+RATE = 10.0
+
+
+class Receiver:
+    """A topic at 10 Hz whose messages are 20 ms old when they come; the car drives at 5 m/s."""
+
+    def __init__(self) -> None:
+        self.troubles: list[Trouble] = []
+        self.health = Health(self.troubles.append)
+        self.health.speed = 5.0
+        self.kept: list[GnssFix] = []
+
+    def get(self, *stamps: float, now: float | None = None, **changes: float) -> None:
+        for stamp in stamps:
+            fix = GnssFix(stamp, changes.get("x", 5.0 * stamp), changes.get("y", 0.0), 0.02)
+            arrival = stamp + 0.02 if now is None else now
+            self.kept += self.health.sift(TOPIC, [fix], arrival)
+            self.health.look(arrival)
+
+    @property
+    def named(self) -> list[str]:
+        return [trouble.what for trouble in self.troubles]
+
+
+@pytest.fixture
+def receiver() -> Receiver:
+    receiver = Receiver()
+    receiver.get(*(k / RATE for k in range(20)))
+    assert receiver.named == []
+    return receiver
+
+
+def test_a_sound_topic_has_no_trouble(receiver: Receiver) -> None:
+    receiver.get(*(k / RATE for k in range(20, 200)))
+    assert receiver.named == []
+    assert len(receiver.kept) == 200
+
+
+def test_two_messages_missing_are_two_lost(receiver: Receiver) -> None:
+    receiver.get(2.2)
+    assert [(t.what, t.amount, str(t)) for t in receiver.troubles] == [("lost", 2.0, "lost 2 messages")]
+
+
+def test_a_message_that_comes_twice_is_kept_once(receiver: Receiver) -> None:
+    receiver.get(2.0, 2.0)
+    assert receiver.named == ["repeated"]
+    assert [fix.t for fix in receiver.kept[-2:]] == [1.9, 2.0]
+
+
+def test_a_message_overtaken_by_the_next_is_kept_back(receiver: Receiver) -> None:
+    receiver.get(2.1, now=2.12)
+    receiver.get(2.0, now=2.12)
+    assert receiver.named == ["lost", "out_of_order"]
+    assert receiver.kept[-1].t == 2.1
+
+
+def test_a_late_message_counts_and_is_named(receiver: Receiver) -> None:
+    receiver.get(2.0, now=2.32)
+    assert receiver.named == ["late"]
+    assert receiver.kept[-1].t == 2.0
+
+
+@pytest.mark.parametrize(("stamp", "name"), [(2.5, "ahead"), (1.5, "stepped_back")])
+def test_a_clock_that_steps_is_named_and_its_message_kept_back(receiver: Receiver, stamp: float, name: str) -> None:
+    receiver.get(stamp, now=2.02)
+    assert receiver.named == [name]
+    assert receiver.kept[-1].t == 1.9
+
+
+def test_silence_is_named_once_and_again_after_a_word(receiver: Receiver) -> None:
+    """Three intervals are 0.3 s: 1.9 + 0.3 + the usual 0.02 s of delay."""
+    for now in (2.2, 2.21, 2.23, 2.5, 3.0):
+        receiver.health.look(now)
+    assert [(t.what, t.t) for t in receiver.troubles] == [("silent", 2.23)]
+    receiver.get(3.0)
+    receiver.health.look(4.0)
+    assert receiver.named == ["silent", "lost", "silent"]
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_what_is_no_number_is_kept_back(receiver: Receiver, value: float) -> None:
+    receiver.get(2.0, y=value)
+    assert receiver.named == ["not_finite"]
+    assert receiver.kept[-1].t == 1.9
+
+
+def test_numbers_are_looked_for_in_clouds_and_boxes() -> None:
+    troubles: list[Trouble] = []
+    health = Health(troubles.append)
+    cloud = np.zeros((3, 3))
+    assert len(health.sift("/lidar/points", [LidarScan(0.0, cloud)], 0.0)) == 1
+    cloud[2, 1] = np.nan
+    assert health.sift("/lidar/points", [LidarScan(0.1, cloud)], 0.1) == []
+    box = CameraBox(0.0, math.nan, 1.0, 1.0, "vehicle", 0.9)
+    assert health.sift("/camera/detections", [CameraFrame(0.1, (box,))], 0.1) == []
+    assert health.sift("/imu/data", [Imu(0.0, 0.0, 0.0, math.inf)], 0.1) == []
+    assert [t.what for t in troubles] == ["not_finite"] * 3
+
+
+def test_a_position_no_car_can_reach_is_kept_back(receiver: Receiver) -> None:
+    """60 m/s for 0.1 s and 3 m of noise: 9 m."""
+    receiver.get(2.0, x=9.5 + 8.9)
+    receiver.get(2.1, x=9.5 + 8.9 + 60.0)
+    assert receiver.named == ["jump"]
+    assert receiver.kept[-1].t == 2.0
+
+
+def test_positions_that_stay_elsewhere_are_believed_after_five(receiver: Receiver) -> None:
+    """Then it was the one before them that was wrong."""
+    receiver.get(2.0, 2.1, 2.2, 2.3, x=500.0)
+    assert receiver.kept[-1].t == 1.9
+    receiver.get(2.4, 2.5, x=500.0)
+    assert receiver.kept[-1].t == 2.5
+
+
+def test_a_position_that_stands_while_the_wheels_turn_is_frozen(receiver: Receiver) -> None:
+    receiver.get(*(2.0 + k / RATE for k in range(10)), x=10.0)
+    assert receiver.named == ["frozen"]
+
+
+def test_a_standing_car_may_stand(receiver: Receiver) -> None:
+    receiver.health.speed = 0.0
+    receiver.get(*(2.0 + k / RATE for k in range(10)), x=10.0)
+    assert receiver.named == []
+
+
+def test_a_new_run_begins_without_a_past(receiver: Receiver) -> None:
+    receiver.health.reset()
+    receiver.get(0.0, 0.1)
+    assert receiver.named == []
