@@ -19,6 +19,7 @@ from openscenario.storyboard.build import Builder, walk
 from openscenario.storyboard.crowd import Crowd
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.ground import Ground
+from openscenario.storyboard.init_order import in_order
 from openscenario.storyboard.motion import move
 from openscenario.storyboard.nodes import (
     COMPLETE,
@@ -96,7 +97,7 @@ class Storyboard:
         self._movers = [entity for entity in self.entities.values() if not entity.external]
         self._externals = [entity for entity in self.entities.values() if entity.external]
         builder = Builder(self)
-        self._init = builder.init_nodes(scenario.storyboard.init.actions, self.root)
+        self._init = in_order(builder.init_nodes(scenario.storyboard.init.actions, self.root))
         builder.stories(scenario.storyboard.stories, self.root)
         if scenario.storyboard.stop_trigger is not None:
             self.root.stop = builder.trigger(self.root, scenario.storyboard.stop_trigger)

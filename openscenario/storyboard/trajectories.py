@@ -108,6 +108,13 @@ class Course:
             i -= 1
         return self.h[0] if i < 0 else math.atan2(self.y[i + 1] - self.y[i], self.x[i + 1] - self.x[i])
 
+    def pitch(self, s: float) -> float:
+        """Pitch [rad] of the curve after `s` metres: uphill is negative."""
+        last = len(self.s) - 1
+        i = min(max(bisect_right(self.s, s) - 1, 0), last - 1)
+        step = self.s[i + 1] - self.s[i] if last > 0 else 0.0
+        return -math.atan2(self.z[i + 1] - self.z[i], step) if step > 0.0 else 0.0
+
     def nearest(self, x: float, y: float) -> float:
         """Arc length [m] of the point of the curve that lies nearest to a place."""
         best, where = math.inf, 0.0

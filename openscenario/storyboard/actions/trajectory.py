@@ -31,7 +31,7 @@ class FollowTrajectory:
     far ahead of another that is drawn along), `ignoreHeadingForTrajMotion`, `plineInterpolation`.
     """
 
-    __slots__ = ("_aim", "_board", "_clock", "_course", "_element", "_entity", "_reverse", "_s", "domains")
+    __slots__ = ("_aim", "_board", "_clock", "_course", "_element", "_entity", "_hilly", "_reverse", "_s", "domains")
 
     def __init__(self, element: model.FollowTrajectoryAction, entity: Entity, board: Storyboard) -> None:
         self._element = element
@@ -44,6 +44,7 @@ class FollowTrajectory:
         self._s = 0.0
         self._clock = 0.0
         self._reverse = False
+        self._hilly = False
         self._aim = (math.nan, math.nan, 0.0)  # where `way_to` was asked for last
         for position in _positions(shape):
             resolver(position, board)
@@ -58,6 +59,7 @@ class FollowTrajectory:
             self._element.trajectory, lambda position: place(position, board), here, follow=follow, turning=turning
         )
         self._course = along
+        self._hilly = min(along.z) != max(along.z)
         timing = self._element.time_reference
         if isinstance(timing, model.Timing):
             # domain relative: time stamps count from the start of the action
@@ -149,8 +151,15 @@ class FollowTrajectory:
         x, y, z, h = along.at(self._s)
         before = entity.x, entity.y, entity.h
         entity.put(x, y, z, h + math.pi if self._reverse and not along.explicit else h)
+        if self._hilly:
+            entity.pitch = -along.pitch(self._s) if self._reverse else along.pitch(self._s)
         if entity.leads > 0.0:
             entity.draw_behind(*before)
+
+    def axis(self) -> tuple[float, float]:
+        """Direction and pitch [rad] of the trajectory here."""
+        assert self._course is not None
+        return self._course.tangent(self._s), self._course.pitch(self._s)
 
     def way_to(self, target: Place) -> float:
         """Way [m] along the trajectory between here and the point of it that lies nearest to `target`."""

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 
 from openscenario import model
+from openscenario.storyboard.actions.trajectory import FollowTrajectory
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.registry import Scope, Unsupported, condition, entity_called
 from openscenario.storyboard.triggers import Test
@@ -31,25 +32,48 @@ def _within(angle: float, wanted: float, tolerance: float) -> bool:
 
 @condition(model.AngleCondition)
 def angle(element: model.AngleCondition, entity: Entity, scope: Scope) -> Test:
-    """Against the world, or (heading only) the driving direction of the lane or the reference line of the road."""
+    """Against the world, the road's surface (heading: its reference line, or the driving direction of the lane) or the
+    trajectory that the entity follows; false while it follows none."""
     of, wanted, tolerance = _angle(element.angle_type), element.angle, element.angle_tolerance
-    system, ground = element.coordinate_system, scope.board.ground
-    if system == "world":
+    if element.coordinate_system == "world":
         return lambda: _within(of(entity), wanted, tolerance)
-    network = ground.network
-    if system not in ("lane", "road") or element.angle_type != "heading" or network is None:
-        raise Unsupported(
-            "this angle is not known", f"{element.angle_type}, {system}", "world, or heading, lane or road"
-        )
+    base = _base(element, entity, scope)
 
     def test() -> bool:
-        here = ground.position(entity)
-        base = here.h_road
-        if system == "lane" and network.driving_sign(here.road, here.lane, here.s) < 0:
-            base += math.pi
-        return _within(entity.h - base, wanted, tolerance)
+        there = base()
+        return there is not None and _within(of(entity) - there, wanted, tolerance)
 
     return test
+
+
+def _base(element: model.AngleCondition, entity: Entity, scope: Scope) -> Callable[[], float | None]:
+    """The angle [rad] that counts as none in the condition's coordinate system; None where there is no such system."""
+    kind, system, ground = element.angle_type, element.coordinate_system, scope.board.ground
+    network = ground.network
+    if system == "trajectory":
+
+        def along() -> float | None:
+            if not isinstance(entity.lateral, FollowTrajectory):
+                return None
+            h, pitch = entity.lateral.axis()
+            if kind == "heading":
+                return h
+            return pitch * (1.0 if math.cos(entity.h - h) >= 0.0 else -1.0) if kind == "pitch" else 0.0
+
+        return along
+    if system not in ("lane", "road") or network is None:
+        raise Unsupported("this angle is not known", f"{kind}, {system}", "world, road, lane or trajectory")
+
+    def across() -> float | None:
+        here = ground.position(entity)
+        if kind == "heading":
+            against = system == "lane" and network.driving_sign(here.road, here.lane, here.s) < 0
+            return here.h_road + math.pi if against else here.h_road
+        pose = network.lane_pose(here.road, here.lane, here.s, here.offset)
+        surface = pose.pitch if kind == "pitch" else pose.roll
+        return surface if math.cos(entity.h - pose.h) >= 0.0 else -surface  # as one sees it who faces the other way
+
+    return across
 
 
 @condition(model.RelativeAngleCondition)
