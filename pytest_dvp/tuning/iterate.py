@@ -45,7 +45,7 @@ def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: N
     logs = out / "logs"
     state = beginning(plan, out)
     tick("the beginning, on held-out drives")
-    now = judge(plan, state, plan.held_out_seeds, workers, logs)
+    now = first = judge(plan, state, plan.held_out_seeds, workers, logs)
     entries = [_entry(plan, 0, state, now, workers)]
     write_ledger(out / "ledger.jsonl", entries)
     ended = f"{plan.iterations} iterations"
@@ -58,8 +58,7 @@ def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: N
             break
         state, now = step.judged.state, step.judged
     tick("the last word: held-out drives with repeats")
-    start = judge(plan, beginning(plan, out), plan.last_seeds, workers, logs)
-    return Iterated(plan, tuple(entries), state, start, judge(plan, state, plan.last_seeds, workers, logs), ended)
+    return Iterated(plan, tuple(entries), state, first, judge(plan, state, plan.last_seeds, workers, logs), ended)
 
 
 def beginning(plan: Plan, out: Path) -> State:
@@ -125,6 +124,7 @@ def _improve(plan: Plan, number: int, state: State, now: Judged, workers: Worker
         "verdict": found.diagnosis["verdict"] if found else "",
         "named": [e["name"] for e in found.diagnosis["effects"]] if found else [],
         "taken": list(found.taken) if found else [],
+        "pruned": list(found.pruned) if found else [],
         "refusal": found.refusal if found else "",
         "chi2_per_n": found.diagnosis["chi2_per_n"] if found else None,
     }
@@ -143,7 +143,7 @@ def _structure(
     if not plan.structure:
         return None, model
     tick("diagnosis")
-    found = look_for_structure(logs, model, workers.cache, tick)
+    found = look_for_structure(logs, model, plan.model, workers.cache, tick)
     _write(folder / "diagnosis.json", found.diagnosis)
     if found.extension is not None:
         _write(folder / "extension.json", found.extension)
@@ -226,6 +226,8 @@ def _words(
     words = []
     if found is not None:
         verdict = found.diagnosis["verdict"]
+        if found.pruned:
+            words.append("S that the car does without, set back to the data sheet: " + "; ".join(found.pruned))
         words.append(f"diagnosis {verdict}: " + ("; ".join(found.taken) or found.refusal or "nothing to add"))
     for label, tuning in (("S", S), ("P", P)):
         if tuning is None:

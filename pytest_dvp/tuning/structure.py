@@ -11,23 +11,26 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.tuning.cache import Cache, finite
 from pytest_dvp.tuning.job import code_digest, file_digest
+from pytest_dvp.tuning.pruned import ALLOWED, pruned
 
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
 
-RATE = 50.0  # Hz: half the samples of a drive's log tell as much about effects of 20 ms and more, at half the cost
+RATE = 50.0  # Hz: commands change every 50 ms, and fewer samples than these would smear when they did
 LEAST_GAIN = 0.002  # of the error: effects that explain less are not worth a twin that knows them
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Found:
     """diagnosis, extension: their documents (`dvp diagnose --json`, `dvp extend --json`); model: the extended twin as
-    text, None if it is not to be taken; taken: what was added, changed or removed, in words."""
+    text, None if it is not to be taken; taken: what was added, changed or removed, in words; pruned: parameters of S
+    that were set back to the data sheet before."""
 
     diagnosis: dict[str, Any]
     extension: dict[str, Any] | None
     model: str | None
     taken: tuple[str, ...]
+    pruned: tuple[str, ...] = ()
 
     @property
     def refusal(self) -> str:
@@ -35,40 +38,42 @@ class Found:
 
 
 def look_for_structure(
-    logs: Sequence[Path], model: Path, cache: Cache, tick: Callable[[str], None] = lambda text: None
+    logs: Sequence[Path], model: Path, sheet: Path, cache: Cache, tick: Callable[[str], None] = lambda text: None
 ) -> Found:
-    """Diagnose, then extend. Kept by the hash of logs, model and code, as simulations are.
+    """Set back what the simulator has and the car lacks, diagnose, then extend; `sheet`: the twin of the data sheet.
+
+    Kept by the hash of logs, models and code, as simulations are.
 
     Effects of perception are told, but not taken: the twin sees through sensors of its own.
     """
-    text = json.dumps(
-        ["structure", RATE, LEAST_GAIN, file_digest(str(model)), *(file_digest(str(p)) for p in logs), code_digest()]
-    )
+    files = [file_digest(str(path)) for path in (model, sheet, *logs)]
+    text = json.dumps(["structure", RATE, LEAST_GAIN, ALLOWED, *files, code_digest()])
     key = hashlib.sha256(text.encode()).hexdigest()
     kept = cache.get(key)
-    if kept is not None:
-        return Found(kept["metrics"]["diagnosis"], kept["metrics"]["extension"], kept["metrics"]["model"],
-                     tuple(kept["metrics"]["taken"]))  # fmt: skip
-    found = _looked_for(logs, model, tick)
-    cache.put(key, {"metrics": dataclasses.asdict(found)})
-    return found
+    if kept is None:
+        kept = {"metrics": dataclasses.asdict(_looked_for(logs, model, sheet, tick))}
+        cache.put(key, kept)
+    found = kept["metrics"]
+    taken, back = tuple(found["taken"]), tuple(found["pruned"])
+    return Found(found["diagnosis"], found["extension"], found["model"], taken, back)
 
 
-def _looked_for(paths: Sequence[Path], file: Path, tick: Callable[[str], None]) -> Found:
+def _looked_for(paths: Sequence[Path], file: Path, sheet: Path, tick: Callable[[str], None]) -> Found:
     from pytest_dvp.reality_gap.diagnose import diagnose
     from pytest_dvp.reality_gap.extend import extend
     from vehicle.model.catalogue import find_effect
     from vehicle.model.model_file import model_text, read_model
 
-    model = read_model(file)
     logs = {path.name: thinned(path) for path in paths}
+    cleared = pruned(read_model(file), read_model(sheet), logs)
+    model, back = cleared.model, cleared.changes
     diagnosis = diagnose(logs, model, tick=tick)
     wanted = [e for e in diagnosis.effects if e.gain >= LEAST_GAIN and find_effect(e.name).slot != "perception"]
     document = finite(diagnosis.as_dict())
     add = [e.name for e in wanted if e.action != "remove"]
     remove = [e.name for e in wanted if e.action == "remove"]
     if not wanted:
-        return Found(document, None, None, ())
+        return Found(document, None, model_text(model) if back else None, (), back)
     fitted_on = [f"{path.name} sha256:{file_digest(str(path))}" for path in paths]
     while True:
         extension = extend(logs, model, add=add, remove=remove, start=diagnosis.values, fitted_on=fitted_on, tick=tick)
@@ -78,14 +83,14 @@ def _looked_for(paths: Sequence[Path], file: Path, tick: Callable[[str], None]) 
         add.remove(idle)  # the extension names what does not pay on data it was not fitted on
     told = finite(extension.as_dict())
     if extension.refusal:
-        return Found(document, told, None, ())
+        return Found(document, told, model_text(model) if back else None, (), back)
     signs = {"add": "+", "change": "~", "remove": "-"}
     taken = tuple(
         f"{signs[e.action]} {e.name} "
         + ", ".join(f"{k} = {p.value:.4g} {p.unit}".strip() for k, p in e.parameters.items())
         for e in extension.effects
     )
-    return Found(document, told, model_text(extension.model), taken)
+    return Found(document, told, model_text(extension.model), taken, back)
 
 
 def thinned(path: Path) -> Log:

@@ -31,6 +31,13 @@ class _StudyReader(Reader):
         preset = self.whole(head, "preset", 10, (1, 5, 10))
         stage = self.word(head, "stage", ("dt", "pe", "rw"), "dt")
         P, S = self.presets(kind, preset, stage, bool("preset" in head))
+        if kind == "alignment":
+            for word, what in (("logs", "recorded logs: logs = [...]"), ("model", "the twin: model = ...")):
+                if not head.get(word):
+                    self.fail("objective", f"an alignment needs {what} in [study]")
+            for name in self.data.get("parameters", {}):
+                if name.startswith("P."):
+                    self.fail(name, f"{name}: alignment is scored open loop, where P moves nothing; tune S")
         knobs, start = self.knobs({**P, **S})
         fixed = {
             name: self.number(value, name) for name, value in self.table(self.data.get("fixed", {}), "fixed").items()
@@ -63,17 +70,9 @@ class _StudyReader(Reader):
 
     def whole_study(self, study: Study) -> None:
         """What can only be said of all of it."""
-        if study.objective.kind == "alignment":
-            if not study.logs:
-                self.fail("objective", "an alignment needs recorded logs: logs = [...] in [study]")
-            if study.model is None:
-                self.fail("objective", "an alignment needs the twin: model = ... in [study]")
-            for knob in study.knobs:
-                if knob.name.startswith("P."):
-                    self.fail(knob.name, f"{knob.name}: alignment is scored open loop, where P moves nothing; tune S")
-        elif not study.variants:
+        if study.objective.kind == "performance" and not study.variants:
             self.fail("study", "a performance needs scenarios: [[scenario]] file = ...")
-        elif study.stage != "dt" and any(name.startswith("S.") for name in (*study.start, *study.fixed_S)):
+        if study.stage != "dt" and any(name.startswith("S.") for name in (*study.start, *study.fixed_S)):
             self.fail("stage", f"S changes the twin; the car of stage {study.stage} is what it is")
         if study.jobs_a_point > study.budget:
             raise TuneError(

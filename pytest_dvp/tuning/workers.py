@@ -17,16 +17,17 @@ from pytest_dvp.tuning.job import Job
 from pytest_dvp.tuning.work import work
 
 Tick = Callable[[str], None]
+Work = Callable[[Job], dict[str, Any]]
 
 
 class Workers:
-    """Runs jobs that the cache does not know. `count` processes; 1 works in this one.
+    """Runs jobs that the cache does not know. `count` processes; 1 works in this one. `work`: what a job gives.
 
     `done`: how many jobs were worked on, `known`: how many the cache had.
     """
 
-    def __init__(self, cache: Cache, count: int = 1, tick: Tick = lambda text: None) -> None:
-        self.cache, self.count, self.tick = cache, count, tick
+    def __init__(self, cache: Cache, count: int = 1, tick: Tick = lambda text: None, *, work: Work = work) -> None:
+        self.cache, self.count, self.tick, self._work = cache, count, tick, work
         self.done = 0
         self.known = 0
         self._pool: ProcessPoolExecutor | None = None
@@ -61,20 +62,20 @@ class Workers:
     def _worked(self, missing: Mapping[str, Job]) -> Iterable[tuple[str, dict[str, Any]]]:
         if self.count <= 1 or len(missing) < 2:
             for key, job in missing.items():
-                yield key, _kept(str(self.cache.folder), key, job)
+                yield key, _kept(self._work, str(self.cache.folder), key, job)
             return
         if self._pool is None:
             context = multiprocessing.get_context("spawn")
             self._pool = ProcessPoolExecutor(self.count, context, initializer=_end_with_parent)
         folder = str(self.cache.folder)
-        futures = {self._pool.submit(_kept, folder, key, job): key for key, job in missing.items()}
+        futures = {self._pool.submit(_kept, self._work, folder, key, job): key for key, job in missing.items()}
         for future in as_completed(futures):
             yield futures[future], future.result()
 
 
-def _kept(folder: str, key: str, job: Job) -> dict[str, Any]:
+def _kept(what: Work, folder: str, key: str, job: Job) -> dict[str, Any]:
     """Work, and keep the result at once: what was killed after it goes on from here."""
-    result = work(job)
+    result = what(job)
     Cache(Path(folder)).put(key, result)
     return result
 

@@ -1,0 +1,56 @@
+"""What is to become small, and what may not decide alone."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from pytest_dvp.tuning.errors import TuneError
+from pytest_dvp.tuning.knob import Knob
+from pytest_dvp.tuning.objective import ALIGNMENT, FORBIDDEN, Constraint, Objective, Term
+
+
+def test_an_alignment_that_only_mncc_judges_is_refused() -> None:
+    with pytest.raises(TuneError, match=r"mncc alone is blind to gain, delay and bias"):
+        Objective("alignment", (Term("mncc.v", 0.01, target=1.0),))
+
+
+def test_a_sighted_term_without_weight_does_not_count() -> None:
+    with pytest.raises(TuneError, match="alignment needs a term"):
+        Objective("alignment", (Term("mncc.v", 0.01, target=1.0), Term("chi2_per_n", 1.0, 0.0)))
+
+
+def test_the_alignment_that_ships_sees_lag_and_gain() -> None:
+    words = {word for term in ALIGNMENT.terms for word in term.metric.split(".")}
+    assert {"chi2_per_n", "nrmse", "mncc", "lag", "gain"} <= words
+
+
+def test_a_score_is_the_weighted_mean_over_simulations() -> None:
+    objective = Objective("performance", (Term("max_jerk", 2.0, 3.0), Term("completion_time", 10.0, target=100.0)))
+    score = objective.score([{"max_jerk": 1.0, "completion_time": 90.0}, {"max_jerk": 3.0, "completion_time": 120.0}])
+    assert dict(score.parts) == {"max_jerk": 3.0, "completion_time": 1.5}
+    assert score.value == 4.5
+
+
+@pytest.mark.parametrize("value", [None, math.nan])
+def test_what_is_not_defined_is_no_good_result(value: float | None) -> None:
+    score = Objective("performance", (Term("max_jerk", 1.0),)).score([{"max_jerk": value}])
+    assert score.broken == ("max_jerk undefined",)
+    assert score.value >= FORBIDDEN
+
+
+def test_of_two_forbidden_points_the_one_that_breaks_less_is_better() -> None:
+    objective = Objective("performance", (Term("max_jerk", 1.0),), (Constraint("tet", 0.0),))
+    near, far = (objective.score([{"max_jerk": 0.0, "tet": tet}]).value for tet in (0.2, 3.0))
+    assert FORBIDDEN < near < far
+
+
+@pytest.mark.parametrize(
+    ("values", "share", "value"),
+    [((0.0, 10.0), 0.25, 2.5), ((1.0, 100.0), 0.5, 10.0), ((5.0, 10.0), 1.5, 10.0), ((5.0, 10.0), -1.0, 5.0)],
+)
+def test_range_of_a_knob_is_even_or_by_decades(values: tuple[float, ...], share: float, value: float) -> None:
+    knob = Knob("P.LQR_r11", "", values)
+    assert knob.at(share) == pytest.approx(value)
+    assert knob.share(knob.at(share)) == pytest.approx(min(max(share, 0.0), 1.0))

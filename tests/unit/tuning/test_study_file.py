@@ -1,0 +1,114 @@
+"""Study and plan files: what is wrong in them is said in one line, with file, line and what is allowed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pytest_dvp.tuning.errors import TuneError
+from pytest_dvp.tuning.plan_file import read_plan
+from pytest_dvp.tuning.study_file import read_study
+from scenarios import path as shipped
+
+SOUND = """[study]
+objective = "performance"
+preset = 1
+model = "models/surrogate.toml"
+seeds = [7, 8]
+
+[[scenario]]
+file = "overtaking.xosc"
+set = { target_position = 60 }
+
+[parameters]
+"P.LQR_q11" = [20, 30]
+"S.EGO_mass" = { values = [730, 1000], plausible = [650, 900] }
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    file = folder / "study.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_start_is_the_preset_and_a_candidate(tmp_path: Path) -> None:
+    study = read_study(written(tmp_path, SOUND.replace("[20, 30]", "[30, 50]")))
+    assert study.start["P.LQR_q11"] == 20.0  # Arango et al., 1st iteration
+    assert study.knobs[0].values == (20.0, 30.0, 50.0)
+    assert study.knobs[1].plausible == (650.0, 900.0)
+
+
+def test_every_scenario_meets_every_seed(tmp_path: Path) -> None:
+    study = read_study(written(tmp_path, SOUND))
+    jobs = study.jobs(study.start)
+    assert [job.seed for job in jobs] == [7, 8]
+    assert dict(jobs[0].P)["LQR_r11"] == 9000.0
+    assert dict(jobs[0].S)["EGO_mass"] == 1000.0
+
+
+def test_the_pedestrian_is_the_scenarios(tmp_path: Path) -> None:
+    assert "PEDESTRIAN_speed" not in read_study(written(tmp_path, SOUND)).fixed_S
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        ('"P.LQR_q11"', '"P.LQR_q12"', 12, "unknown ADS parameter 'LQR_q12'; did you mean"),
+        ('"P.LQR_q11"', '"Q.LQR_q11"', 12, "expected P.NAME or S.NAME"),
+        ("[20, 30]", "[20, 30e9]", 12, "outside its range [0, 10000]"),
+        ("[20, 30]", "[]", 12, "fewer than two candidates"),
+        ("[20, 30]", '["a", 30]', 12, "expected a number"),
+        ("[650, 900]", "[900, 650]", 13, "expected [low, high]"),
+        ("overtaking.xosc", "overtake.xosc", 8, "no scenario 'overtake.xosc'"),
+        ('"performance"', '"performing"', 2, "did you mean 'performance'"),
+        ('"performance"', '"alignment"', 2, "needs recorded logs"),
+        ("preset = 1", "preset = 2", 3, "expected 1, 5, 10"),
+        ("seeds = [7, 8]", "seed_s = [7, 8]", 5, "did you mean"),
+        ("preset = 1", 'stage = "rw"', 13, "states no start"),
+    ],
+)
+def test_a_slip_is_one_line(tmp_path: Path, old: str, new: str, line: int, words: str) -> None:
+    file = written(tmp_path, SOUND.replace(old, new, 1))
+    with pytest.raises(TuneError) as caught:
+        read_study(file)
+    text = str(caught.value)
+    assert text.startswith(f"{file}:{line}: ")
+    assert words in text
+    assert "\n" not in text
+
+
+def test_a_scenario_parameter_outside_its_constraints_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="target_position: found 10"):
+        read_study(written(tmp_path, SOUND.replace("target_position = 60", "target_position = 10")))
+
+
+def test_a_budget_below_one_point_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TuneError, match="one point takes 2 simulations"):
+        read_study(written(tmp_path, SOUND), budget=1)
+
+
+def test_terms_of_mncc_alone_are_refused_with_their_line(tmp_path: Path) -> None:
+    (tmp_path / "a.mcap").write_bytes(b"")
+    text = SOUND.replace('"performance"', '"alignment"').replace("seeds = [7, 8]", 'logs = ["a.mcap"]')
+    text = text.replace('"P.LQR_q11" = [20, 30]\n', "") + '[[term]]\nmetric = "mncc.v"\ntarget = 1.0\n'
+    with pytest.raises(TuneError, match=r"study.toml:13: .* alone is blind"):
+        read_study(written(tmp_path, text))
+
+
+def test_plan_of_the_paper_learns_nothing_from_its_judges() -> None:
+    plan = read_plan(shipped("mcrpg/paper.toml"))
+    drives = {(v.title, seed) for v in plan.variants for seed in plan.seeds}
+    judges = {(v.title, seed) for v in plan.held_out for seed in (*plan.held_out_seeds, *plan.last_seeds)}
+    assert not drives & judges
+    assert not {v.title for v in plan.variants} & {v.title for v in plan.held_out}
+    assert len(plan.last_seeds) >= 5
+
+
+def test_a_judge_that_was_learnt_from_is_refused(tmp_path: Path) -> None:
+    text = shipped("mcrpg/paper.toml").read_text(encoding="utf-8")
+    text = text.replace("held_out_seeds = [101, 102]", "held_out_seeds = [7]")
+    text += '\n[[held_out]]\nfile = "overtaking.xosc"\n'
+    with pytest.raises(TuneError, match="would judge itself"):
+        read_plan(written(tmp_path, text))
