@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: demo demo-gap test lint types contract unit stages nightly conformance reliability bench blind licences ads-report clean
+.PHONY: interop demo demo-gap test lint types contract unit stages nightly conformance reliability bench blind licences ads-report clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -58,6 +58,11 @@ nightly: $(STAMP)
 # The same scenarios on the surrogate car over ROS 2 messages: about a minute each.
 stages: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 -m "pe or rw" scenarios
+
+# Every message of the wire to a peer of another make and back: Fast DDS in C++, which Debian has.
+interop: $(STAMP)
+	@command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ] && apt-get install -y -qq g++ libfastrtps-dev >/dev/null || true
+	DVP_INTEROP=1 $(BIN)/python -m pytest -q -rs tests/interop
 
 # All reference trajectories, storyboard events and roads; writes docs/conformance.md.
 conformance: $(STAMP)

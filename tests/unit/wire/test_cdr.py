@@ -24,27 +24,8 @@ from vehicle.messages import (
     VehicleState,
 )
 from vehicle.wire import convert, topics
+from vehicle.wire.definitions import DEFINITIONS
 from vehicle.wire.ros2_types import Clock, String, UInt64MultiArray
-
-# The definitions of the packages that rosbags does not bring, as their repositories print them (branch humble).
-DEFINITIONS = {
-    "ackermann_msgs/msg/AckermannDrive": "float32 steering_angle\nfloat32 steering_angle_velocity\n"
-    "float32 speed\nfloat32 acceleration\nfloat32 jerk",
-    "ackermann_msgs/msg/AckermannDriveStamped": "std_msgs/Header header\nackermann_msgs/AckermannDrive drive",
-    "vision_msgs/msg/Point2D": "float64 x\nfloat64 y",
-    "vision_msgs/msg/Pose2D": "vision_msgs/Point2D position\nfloat64 theta",
-    "vision_msgs/msg/BoundingBox2D": "vision_msgs/Pose2D center\nfloat64 size_x\nfloat64 size_y",
-    "vision_msgs/msg/BoundingBox3D": "geometry_msgs/Pose center\ngeometry_msgs/Vector3 size",
-    "vision_msgs/msg/ObjectHypothesis": "string class_id\nfloat64 score",
-    "vision_msgs/msg/ObjectHypothesisWithPose": "vision_msgs/ObjectHypothesis hypothesis\n"
-    "geometry_msgs/PoseWithCovariance pose",
-    "vision_msgs/msg/Detection2D": "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
-    "vision_msgs/BoundingBox2D bbox\nstring id",
-    "vision_msgs/msg/Detection2DArray": "std_msgs/Header header\nvision_msgs/Detection2D[] detections",
-    "vision_msgs/msg/Detection3D": "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
-    "vision_msgs/BoundingBox3D bbox\nstring id",
-    "vision_msgs/msg/Detection3DArray": "std_msgs/Header header\nvision_msgs/Detection3D[] detections",
-}
 
 NS = 12_340_000_000
 STATE = VehicleState(t=12.34, x=1.5, y=-2.25, yaw=3.0, v=4.0, vx=4.0, vy=0.1, yaw_rate=0.2)
