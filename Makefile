@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: interop demo demo-gap test lint types contract unit stages nightly conformance reliability bench blind licences ads-report clean
+.PHONY: interop demo demo-gap test lint types contract unit stages nightly conformance reliability bench blind licences ads-report paper paper-searches paper-kills clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -82,6 +82,16 @@ reliability: $(STAMP)
 
 blind: $(STAMP)
 	$(BIN)/python -m scripts.blind_answers $${DVP_SHARED:-../shared}/blind
+
+# The paper's method on three surrogate cars, its result table beside ours: writes docs/mcrpg.md; about 20 minutes a car.
+paper: $(STAMP)
+	$(BIN)/python -m scripts.mcrpg_page paper $(CARS)
+
+paper-searches: $(STAMP)
+	$(BIN)/python -m scripts.mcrpg_page searches
+
+paper-kills: $(STAMP)
+	$(BIN)/python -m scripts.mcrpg_page kills
 
 licences: $(STAMP)
 	$(BIN)/python -m scripts.third_party_licences > THIRD_PARTY_LICENCES.md

@@ -1,0 +1,160 @@
+"""The figures of docs/mcrpg.md, measured:  python -m scripts.mcrpg_page paper [CAR ...]   |   searches   |   kills
+
+paper     `dvp iterate` on scenarios/mcrpg/paper.toml for each car of scenarios/mcrpg/cars, from the presets of the
+          paper's 1st iteration; writes the table beside the bounds
+searches  the same budget of simulations by coordinate search, CMA-ES and TPE, and diagnosis first against tuning alone
+kills     a tuning run killed 20 times at random (SIGKILL to its process group) and one left alone: the same result
+
+Everything that is simulated is kept in runs/mcrpg/cache: killed, the same command goes on where it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from scripts.mcrpg_kills import kills
+from scripts.mcrpg_searches import searches
+from scripts.real_cars import placed
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "mcrpg.md"
+RUNS = ROOT / "runs" / "mcrpg"
+CARS = ("nominal", "heavy_slow", "sharp_slippery")
+LIKENESS = ("ego x", "ego y", "steer", "velocity", "object x", "object y")
+DRIVE = ("max TTC^-1", "TET", "max jerk", "lateral RMSE, path")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Returns the exit code: 0."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("part", choices=("paper", "searches", "kills"))
+    parser.add_argument("cars", nargs="*", metavar="CAR", help=f"of {', '.join(CARS)}; default: all")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--runs", type=Path, default=RUNS)
+    parser.add_argument("--no-write", action="store_true", help="print, and leave the page as it is")
+    arguments = parser.parse_args(argv)
+    if arguments.part == "paper":
+        for car in arguments.cars or CARS:
+            iterated(car, arguments.runs, arguments.jobs)
+        text = paper(arguments.runs)
+    elif arguments.part == "searches":
+        text = searches(arguments.runs, arguments.jobs, ROOT / "docs")
+    else:
+        text = kills(arguments.runs, arguments.jobs)
+    print(text)
+    if not arguments.no_write:
+        PAGE.write_text(placed(PAGE.read_text(encoding="utf-8"), arguments.part, text), encoding="utf-8")
+    return 0
+
+
+def iterated(car: str, runs: Path, jobs: int) -> None:
+    """One car: ledger, result.json and report.html below `runs`."""
+    from pytest_dvp.cli import main as dvp
+
+    folder = ROOT / "scenarios" / "mcrpg"
+    dvp([
+        "iterate", str(folder / "paper.toml"), "--vehicle", f"surrogate:{folder / 'cars' / car}.toml",
+        "--out", str(runs / car), "--cache", str(runs / "cache"), "--jobs", str(jobs),
+    ])  # fmt: skip
+
+
+def paper(runs: Path) -> str:
+    """The table of all cars that have a result."""
+    found = {
+        car: json.loads((runs / car / "result.json").read_text(encoding="utf-8"))
+        for car in CARS
+        if (runs / car / "result.json").is_file()
+    }
+    tables = {car: {(b["what"], b["where"]): b for b in result["bounds"]} for car, result in found.items()}
+    lines = ["| row | bound | paper, 10th | " + " | ".join(c.replace("_", ", ") for c in found) + " |"]
+    lines.append("|---|---|---|" + "---|" * len(found))
+    for pair, name in ((pair, name) for pair in ("dt-rw", "pe-rw") for name in LIKENESS):
+        first = next(iter(tables.values()))[f"MNCC {name}", pair]
+        cells = [_alike(table, name, pair) for table in tables.values()]
+        lines.append(
+            f"| MNCC {name}, {_pair(pair)} | {_sign(first['bound'])} | {first['paper']} | {' | '.join(cells)} |"
+        )
+    for name in DRIVE:
+        first = next(iter(tables.values()))[name, "dt"]
+        theirs = " / ".join(next(iter(tables.values()))[name, stage]["paper"] for stage in ("dt", "pe", "rw"))
+        cells = [" / ".join(_value(table[name, stage]) for stage in ("dt", "pe", "rw")) for table in tables.values()]
+        lines.append(f"| {name}, DT / PE / RW | {_sign(first['bound'])} | {theirs.strip(' /')} | {' | '.join(cells)} |")
+    lane = [_stages(result, "lateral RMSE, lane") for result in found.values()]
+    lines.append(f"| lateral RMSE, fixed lane [m] | shown | 0.579 / 0.679 / 0.708 | {' | '.join(lane)} |")
+    yaw = [_stages(result, "max yaw rate") for result in found.values()]
+    lines.append(f"| max yaw rate [rad/s] | shown | 1.60 / 1.61 / 1.56 | {' | '.join(yaw)} |")
+    done = [_stages(result, "completion time") for result in found.values()]
+    lines.append(f"| completion time [s] | shown | 107.0 / 108.0 / 108.9 | {' | '.join(done)} |")
+    key = ("open-loop position after 2 s", "twin")
+    cells = [f"{_value(table[key])} (<= {_limit(table[key])})" for table in tables.values()]
+    lines.append(f"| open-loop position after 2 s [m] | ≤ 2 × noise | | {' | '.join(cells)} |")
+    for pair in ("dt-rw", "pe-rw"):
+        cells = [_equivalent(result["bounds"], pair) for result in found.values()]
+        lines.append(f"| metrics equivalent within intervals, {_pair(pair)} | all 6 | | {' | '.join(cells)} |")
+    lines += ["", *(line for car, result in found.items() for line in _story(car, result))]
+    return "\n".join(lines)
+
+
+def _alike(table: Mapping[tuple[str, str], Mapping[str, Any]], name: str, pair: str) -> str:
+    """`**0.99994**, lag 0.004 s, gain 0.3 %`; what misses its bound is struck by a cross."""
+    mncc, lag = table[f"MNCC {name}", pair], table[f"lag of {name}", pair]
+    gain = table[f"gain of {name}, from 1", pair]
+    if mncc["value"] is None:
+        return "✗ undefined"
+    parts = [f"{'' if mncc['holds'] else '✗ '}{mncc['value']:.5f}"]
+    if lag["value"] is not None:
+        parts.append(f"{'' if lag['holds'] else '✗ '}{lag['value']:.3f} s")
+    if gain["value"] is not None:
+        parts.append(f"{'' if gain['holds'] else '✗ '}{100 * gain['value']:.1f} %")
+    return ", ".join(parts)
+
+
+def _value(row: Mapping[str, Any]) -> str:
+    text = "–" if row["value"] is None else f"{row['value']:.3g}"
+    return text if row["holds"] else f"✗ {text}"
+
+
+def _limit(row: Mapping[str, Any]) -> str:
+    return str(row["bound"]).removeprefix("<= ").partition(" ")[0]
+
+
+def _stages(result: Mapping[str, Any], name: str) -> str:
+    metrics = result["held_out"]["last"]["metrics"]
+    values = [metrics[stage].get(name, {}).get("mean") for stage in ("dt", "pe", "rw")]
+    return " / ".join("–" if v is None else f"{v:.3g}" for v in values)
+
+
+def _equivalent(rows: Sequence[Mapping[str, Any]], pair: str) -> str:
+    mine = [row for row in rows if row["where"] == pair and row["what"].endswith("between stages")]
+    missed = [row["what"].removesuffix(", between stages") for row in mine if not row["holds"]]
+    return f"{len(mine) - len(missed)} of {len(mine)}" + (f", ✗ {', '.join(missed)}" if missed else "")
+
+
+def _pair(pair: str) -> str:
+    return pair.upper().replace("-", " to ")
+
+
+def _sign(bound: str) -> str:
+    return bound.replace(">=", "≥").replace("<=", "≤")
+
+
+def _story(car: str, result: Mapping[str, Any]) -> list[str]:
+    """What happened to a car, iteration by iteration."""
+    held = sum(row["holds"] for row in result["bounds"])
+    lines = [
+        f"**{car.replace('_', ', ')}**: {held} of {len(result['bounds'])} bounds hold; ended: {result['ended']}.",
+        "",
+    ]
+    for entry in result["ledger"][1:]:
+        lines.append(f"- Iteration {entry['number']}, taken: {entry['accepted'] or 'nothing'}.")
+        lines += [f"  - {change}" for change in entry["changes"]]
+    return [*lines, ""]
+
+
+if __name__ == "__main__":
+    sys.exit(main())
