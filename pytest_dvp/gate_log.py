@@ -5,7 +5,8 @@ With it go the troubles of the wire behind the gate.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.wire_log import WireLog
 
@@ -21,6 +22,7 @@ class GateLog:
         self._decisions: list[Decision] = []
         self._last: Decision | None = None
         self.wire = WireLog()
+        self.punctuality: Callable[[], dict[str, Any]] = dict  # of a car in real time
 
     def record(self, decision: Decision) -> None:
         """Keep a decision."""

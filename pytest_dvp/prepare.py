@@ -30,7 +30,7 @@ from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
 from pytest_dvp.paths import shown
 from pytest_dvp.recorder import LogRecorder
-from pytest_dvp.stages import CAN, SURROGATE, StageError, label, open_vehicle
+from pytest_dvp.stages import CAN, STEPPED, SURROGATE, VEHICLES, StageError, label, open_vehicle
 from pytest_dvp.world import World
 from vehicle.adapter import Vehicle
 from vehicle.messages import FloatArray, RoadPoint, VehicleDescription, VehicleState
@@ -63,6 +63,9 @@ class Request:
     ads: Ads | None = None  # None: the reference stack
     effects: tuple[Path, ...] = ()
     vehicle: str = SURROGATE  # of stages pe and rw
+    clock: str = "stepped"  # of stages pe and rw
+    arming: Path | None = None  # of a real car
+    envelope: Path | None = None  # of a real car
     dbc: Path | None = None  # of a vehicle on CAN
     fault: str | None = None  # put on the wire
 
@@ -129,7 +132,7 @@ def _ready(
     if task.goal is not None:
         check_place(network, task.goal, gates.file)
     state = VehicleState(t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed)
-    vehicle.reset(state)
+    armed = _reset(vehicle, state, request)
     chosen = request.ads or find_ads()
     driver: Driver = make_driver(chosen, P, network, _known(vehicle.description, request))
     meta = {
@@ -141,13 +144,15 @@ def _ready(
         "S": {name: str(value) for name, value in request.S.items()},
         "ads": chosen.name,
         "seed": request.seed,
-        "stage": label(request.stage),
+        "stage": label(request.stage, request.vehicle),
         "versions": versions(),
         "storyboard_events": list(EventNames(scenario)),
         "collision_events": EventNames(scenario).of_collisions(ego.name),
         "task": _task_meta(task),
         **about,
     }
+    if armed is not None:
+        meta["vehicle"] = {**meta["vehicle"], "armed": armed}
     if driver.nets:
         meta["nets"] = driver.nets
     road: list[dict[str, Any]] = [{"kind": border.kind, "points": border.points} for border in network.boundaries(1.0)]
@@ -257,21 +262,56 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
 
 def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
     """The car of stages pe and rw behind the command gate; its body is its own, not the scenario's."""
+    from vehicle.envelope import read_envelope
     from vehicle.gated import Gated, limits_of
     from vehicle.model.parameters import scenario_parameters
 
     if refused := sorted(set(request.S) - set(scenario_parameters(request.S))):
         raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.stage} is what it is")
     gate_log = GateLog()
-    car = open_vehicle(
-        request.stage, request.vehicle, request.seed, request.dbc, request.fault, record=gate_log.wire.record
+    car, gate_log.punctuality = open_vehicle(
+        request.stage,
+        request.vehicle,
+        request.seed,
+        request.dbc,
+        request.fault,
+        clock=request.clock,
+        record=gate_log.wire.record,
     )
-    gated = Gated(car, limits_of(car.description), name=SURROGATE, scenario=request.path.name, record=gate_log.record)
-    hidden = request.vehicle.partition(":")[2]
+    name, _, hidden = request.vehicle.partition(":")
+    envelope = None if request.envelope is None else read_envelope(request.envelope)
+    limits = limits_of(
+        car.description,
+        max_speed=None if envelope is None else envelope.max_speed,
+        area=None if envelope is None else envelope.area,
+    )
+    gated = Gated(car, limits, name=name, scenario=request.path.name, record=gate_log.record)
+    if name not in VEHICLES:
+        about = {"name": request.vehicle, "clock": request.clock}
+        return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
     about = {"name": SURROGATE, "hidden_sha256": _sha256(Path(hidden)) if hidden else ""}
+    about |= {"clock": request.clock} if request.clock != STEPPED else {}
     if request.vehicle.partition(":")[0] == CAN:
         about |= {"wire": CAN, "dbc_sha256": _sha256(request.dbc) if request.dbc is not None else ""}
     return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
+
+
+def _reset(vehicle: Vehicle, state: VehicleState, request: Request) -> bool | None:
+    """Put the vehicle at its start. Of a real car, whether it is armed: with both keys; without the second a dry run.
+
+    Raises ArmingRefused.
+    """
+    from vehicle.arming import take
+    from vehicle.gated import Gated
+
+    if not isinstance(vehicle, Gated) or not vehicle.is_real:
+        vehicle.reset(state)
+        return None
+    if request.arming is None:
+        vehicle.reset(state)
+    else:
+        vehicle.reset(state, named=request.vehicle.partition(":")[0], arming=take(request.arming))
+    return vehicle.armed
 
 
 def _known(car: VehicleDescription, request: Request) -> VehicleDescription:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import gc
+import inspect
 import shlex
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -15,7 +18,7 @@ from pytest_dvp.log import Log
 from pytest_dvp.loop import Ending, Limits, Loop
 from pytest_dvp.paths import shown
 from pytest_dvp.settings import REFERENCE, Assignments
-from pytest_dvp.stages import SURROGATE, check_stage
+from pytest_dvp.stages import REAL, STEPPED, SURROGATE, StageError, check_stage, is_real
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters
@@ -105,6 +108,9 @@ def run(
     vehicle: str = SURROGATE,
     dbc: Path | None = None,
     fault: str | None = None,
+    clock: str = STEPPED,
+    arming: Path | None = None,
+    envelope: Path | None = None,
     require_real: bool = False,
     log_dir: Path | None = None,
     folder_name: str | None = None,
@@ -127,13 +133,17 @@ def run(
     fault            what is to go wrong on the wire to the surrogate, as "drop@5+3": `vehicle.wire.faults`
     require_real     a surrogate is refused
     log_dir          folder for a numbered run folder; None writes nothing
+    clock            of stages "pe" and "rw": "stepped", or "real" by the wall clock; before that it is rehearsed on the
+                     twin, so that everything is loaded, and a real car drives only what passed there
+    arming           second key of a real car, used up by the run; without it a dry run, which never passes
+    envelope         file that says where and how fast a real car may drive
     folder_name      what is between number and stage in its name; default the scenario's
 
     Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost: one
     line each about a user's file or value, before anything runs or is written. A stack or a car that breaks while it
     drives is an ERROR verdict.
     """
-    check_stage(stage, vehicle, require_real=require_real, dbc=dbc, fault=fault)
+    check_stage(stage, vehicle, require_real=require_real, dbc=dbc, fault=fault, clock=clock)
     from pytest_dvp.prepare import Request, prepare
 
     request = Request(
@@ -153,16 +163,70 @@ def run(
         vehicle=vehicle,
         dbc=dbc,
         fault=fault,
+        clock=clock,
+        arming=None if arming is None else Path(arming),
+        envelope=None if envelope is None else Path(envelope),
     )
+    live = stage != "dt" and (clock == REAL or is_real(stage, vehicle))
+    if live:
+        _rehearse(request, duration, after_collision)
     ready = prepare(request)
     limit = duration if duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
     try:
         loop = Loop(ready, Limits(limit, wall_limit, after_collision))
-        ending = loop.drive()
+        with _undisturbed() if live else contextlib.nullcontext():
+            ending = loop.drive()
+        if timing := ready.gate_log.punctuality():
+            ready.recorder.meta["timing"] = timing
     finally:
         ready.close()
     ended = _ended(ending, limit, "default " if duration is None else "", wall_limit)
     return _judged(request, ready, (ending, ended), loop.error, replay_command(request, duration), log_dir, folder_name)
+
+
+def _rehearse(request: Any, duration: float | None, after_collision: float) -> None:
+    """Drive the same on the twin: what compiles or loads when it is first used must not do so by the wall clock.
+
+    A stack that is one object, not a class that makes them, keeps its state for the car: the reference stack rehearses.
+    Raises StageError if a real car is to drive what does not pass there.
+    """
+    result = run(
+        request.path,
+        seed=request.seed,
+        parameters=request.parameters,
+        P=request.P,
+        S=request.S,
+        model=request.model,
+        effects=request.effects,
+        gates=request.gates,
+        library=request.library,
+        rootdir=request.rootdir,
+        ego=request.ego,
+        duration=duration,
+        after_collision=after_collision,
+        ads=request.ads.factory
+        if inspect.isclass(request.ads.factory) or inspect.isfunction(request.ads.factory)
+        else None,
+    )
+    if is_real(request.stage, request.vehicle) and result.status != "PASS":
+        worst = next(verdict.short for verdict in result.verdicts if verdict.status != "PASS")
+        raise StageError(
+            f"stage {request.stage} is refused: a real car drives only what passed on the twin, "
+            f"and that is {result.status}: {worst}"
+        )
+
+
+@contextlib.contextmanager
+def _undisturbed() -> Iterator[None]:
+    """No garbage collection: it would stop everything for tens of milliseconds."""
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.enable()
+        gc.unfreeze()
 
 
 def _judged(
@@ -183,6 +247,8 @@ def _judged(
     verdicts = tuple(judge(ready.gates, log))
     if (troubled := wire_verdict(log)) is not None:
         verdicts = (troubled, *verdicts)
+    if log.meta.get("vehicle", {}).get("armed") is False:
+        verdicts = (_dry(), *verdicts)
     if error is not None:
         verdicts = (_broken(error, log.duration), *verdicts)
     result = RunResult(
@@ -230,6 +296,14 @@ def _ended(ending: Ending, limit: float, default: str, wall_limit: float) -> str
     }[ending]
 
 
+def _dry() -> Verdict:
+    """The verdict of a real car that was not armed: nothing that its log shows is the stack's doing."""
+    from pytest_dvp.gates import Verdict
+
+    text = "dry run INCONCLUSIVE: no command reached the car; both keys arm it: --vehicle NAME and --arming FILE"
+    return Verdict("dry run", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, "", None)
+
+
 def _broken(error: str, t: float) -> Verdict:
     """The verdict of a run that broke off: an ERROR, whatever its gates say of the rest."""
     from pytest_dvp.gates import Verdict
@@ -256,6 +330,8 @@ def replay_command(request: Any, duration: float | None) -> str:
         words += ["--vehicle", request.vehicle] if request.vehicle != SURROGATE else []
         words += ["--dbc", shown(request.dbc)] if request.dbc is not None else []
         words += ["--fault", request.fault] if request.fault is not None else []
+        words += ["--clock", request.clock] if request.clock != STEPPED else []
+        words += ["--envelope", shown(request.envelope)] if request.envelope is not None else []
     if request.ads is not None and request.ads.word != REFERENCE:
         words += ["--ads", request.ads.word]
     for name, value in sorted(assigned(request).items()):

@@ -115,7 +115,14 @@ class Session:
 
         settings, chosen = self._settings, {**self.options(path, {}), "stage": stage}
         try:
-            check_stage(stage, settings.vehicle, require_real=settings.require_real, dbc=settings.dbc)
+            check_stage(
+                stage,
+                settings.vehicle,
+                require_real=settings.require_real,
+                dbc=settings.dbc,
+                fault=settings.fault,
+                clock=settings.clock,
+            )
             shared = getattr(current_item(self._config), "dvp_shared", None)
             again = may_repeat(stage, settings.vehicle)
             if shared is None:
@@ -148,6 +155,9 @@ class Session:
             "vehicle": settings.vehicle,
             "dbc": settings.dbc,
             "fault": settings.fault,
+            "clock": settings.clock,
+            "arming": settings.arming,
+            "envelope": settings.envelope,
             "require_real": settings.require_real,
             "duration": settings.duration,
             "wall_limit": settings.wall_limit,

@@ -82,10 +82,17 @@ SETTINGS: tuple[Setting, ...] = (
         "after-collision", "float", 1.0, "simulated time from a collision to the end of the run [s]", "SECONDS", 0.0
     ),
     Setting(
-        "vehicle", "str", "surrogate", "car of stages pe and rw: surrogate or can, either with :HIDDEN.toml", "NAME"
+        "vehicle",
+        "str",
+        "surrogate",
+        "car of stages pe and rw: surrogate or can, with :HIDDEN.toml; or an adapter of yours",
+        "NAME",
     ),
     Setting("dbc", "file", None, "messages of a vehicle on CAN, its signal map beside it; default: our own", "F.dbc"),
     Setting("fault", "str", None, "what goes wrong on the wire to the surrogate, as drop@5+3 (s)", "NAME"),
+    Setting("clock", "str", "stepped", "time of stages pe and rw: stepped (lock-step) or real (wall clock)", "NAME"),
+    Setting("arming", "file", None, "second key of a real car: a file for this vehicle and scenario, used up", "FILE"),
+    Setting("envelope", "file", None, "where and how fast a real car may drive (TOML: area, max_speed)", "FILE"),
     Setting("runs", "path", None, "folder of the run folders; default: ROOTDIR/runs", "DIR"),
     Setting("require-real", "flag", False, "a surrogate in the place of a real vehicle is an ERROR"),
 )
@@ -136,6 +143,9 @@ class Settings:
     vehicle: str = "surrogate"
     dbc: Path | None = None
     fault: str | None = None
+    clock: str = "stepped"
+    arming: Path | None = None
+    envelope: Path | None = None
     runs: Path | None = None
     require_real: bool = False
     scenarios: tuple[Path, ...] = ()

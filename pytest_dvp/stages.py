@@ -8,10 +8,12 @@ there. A result of it says so: "rw-surrogate".
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
 from collections.abc import Callable
+from importlib.metadata import entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.settings import STAGES, unknown
 
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 SURROGATE = "surrogate"
 CAN = "can"  # the surrogate with its drive-by-wire on CAN
 VEHICLES = (SURROGATE, CAN)
+ADAPTERS = "pytest_dvp.adapters"  # entry points
+STEPPED, REAL = CLOCKS = ("stepped", "real")
 MISSING = "needs ROS 2 messages on DDS: pip install 'pytest-dvp[ros2]'"
 MISSING_CAN = "needs python-can and cantools: pip install 'pytest-dvp[ros2,can]'"
 
@@ -37,19 +41,31 @@ def check_stage(
     require_real: bool = False,
     dbc: Path | None = None,
     fault: str | None = None,
+    clock: str = STEPPED,
 ) -> None:
     """Raises StageError unless a vehicle for `stage` exists and may stand in.
 
-    `vehicle` is "surrogate" or "can", with ":HIDDEN.toml" behind if something is hidden in it; `require_real` refuses a
-    surrogate; `dbc` is read, for a vehicle on CAN; `fault` goes on the wire of a surrogate.
+    `vehicle` is "surrogate" or "can", with ":HIDDEN.toml" behind if something is hidden in it, or the name of an
+    adapter of another package, with ":ARGUMENT"; `require_real` refuses what is no real car; `dbc` is read, for a
+    vehicle on CAN; `fault` goes on the wire of a surrogate; `clock` is "stepped" or "real".
     """
     if stage not in STAGES:
         raise StageError(unknown("stage", stage, STAGES))
+    if clock not in CLOCKS:
+        raise StageError(unknown("clock", clock, CLOCKS))
     if stage == "dt":
         return
     name, colon, hidden = vehicle.partition(":")
     if name not in VEHICLES:
-        raise StageError(f"{unknown('vehicle', name, VEHICLES)}; a real car needs real time, which is not built yet")
+        real = find_adapter(name).is_real
+        if require_real and not real:
+            raise StageError(f"{label(stage, vehicle)} ERROR: a real vehicle is required, {name} says it is none")
+        if dbc is not None or fault is not None:
+            raise StageError(f"{'--dbc' if dbc is not None else '--fault'} is for the surrogate; found {vehicle}")
+        return
+    if clock == REAL and (name == CAN or fault is not None):
+        what = f"vehicle {CAN}" if name == CAN else f"fault {fault}"
+        raise StageError(f"{what} runs in stepped time; real time is of vehicle {SURROGATE} and of adapters")
     if colon and not Path(hidden).is_file():
         raise StageError(f"vehicle {vehicle!r}: no file {hidden}")
     if require_real:
@@ -89,14 +105,70 @@ def wire_installed() -> bool:
     return importlib.util.find_spec("cyclonedds") is not None
 
 
-def label(stage: str) -> str:
-    """What results of a stage are called: "dt", "pe-surrogate", "rw-surrogate"."""
-    return stage if stage == "dt" else f"{stage}-{SURROGATE}"
+def label(stage: str, vehicle: str = SURROGATE) -> str:
+    """What results of a stage are called: "dt", "pe-surrogate", "rw-surrogate"; of a real car "pe", "rw"; of another
+    stand-in "rw-NAME"."""
+    name = vehicle.partition(":")[0]
+    if stage == "dt":
+        return stage
+    if name in VEHICLES:
+        return f"{stage}-{SURROGATE}"
+    return stage if is_real(stage, vehicle) else f"{stage}-{name}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Adapter:
+    """A vehicle of another package: `open(argument) -> Vehicle`, `is_real` unless it says that it is none."""
+
+    name: str
+    open: Callable[[str], Vehicle]
+    is_real: bool
+
+
+def find_adapter(name: str) -> Adapter:
+    """The adapter that a package announces under this name (entry point `pytest_dvp.adapters`).
+
+    The entry point is a class or function that takes what stands behind the colon of `--vehicle NAME:ARGUMENT` and
+    gives a Vehicle. Its attribute `is_real` is False for what is no car; without it, it is taken for one. Raises
+    StageError.
+    """
+    points = {point.name: point for point in entry_points(group=ADAPTERS)}
+    if name not in points:
+        text = unknown("vehicle", name, [*VEHICLES, *points])
+        raise StageError(f"{text} (a car of yours: an entry point of {ADAPTERS})")
+    try:
+        found = points[name].load()
+    except Exception as error:  # a foreign package may raise anything while it loads
+        raise StageError(f"vehicle {name!r} cannot be loaded: {type(error).__name__}: {error}") from error
+    return Adapter(name, found, getattr(found, "is_real", True) is not False)
+
+
+def is_real(stage: str, vehicle: str) -> bool:
+    """Whether a stage drives a real car. What is not known counts as one."""
+    name = vehicle.partition(":")[0]
+    if stage == "dt" or name in VEHICLES:
+        return False
+    try:
+        return find_adapter(name).is_real
+    except StageError:
+        return True
 
 
 def may_repeat(stage: str, vehicle: str) -> bool:
     """Whether something automatic may drive this stage: everything but a real car."""
-    return stage == "dt" or vehicle.partition(":")[0] in VEHICLES
+    return not is_real(stage, vehicle)
+
+
+def refuse_repetition(what: str, stage: str, vehicle: str) -> None:
+    """Raises StageError if `what` ("fuzzing", "tuning", "--lf") would drive a real car again and again.
+
+    Nothing automatic drives a real car: one listed scenario for each confirmation by a human.
+    """
+    if is_real(stage, vehicle):
+        raise StageError(
+            f"{what} is refused: vehicle {vehicle!r} is real, and nothing automatic drives a real car; "
+            f"name one scenario: pytest X.xosc::{label(stage, vehicle)}"
+        )
 
 
 def open_vehicle(
@@ -106,16 +178,26 @@ def open_vehicle(
     dbc: Path | None = None,
     fault: str | None = None,
     *,
+    clock: str = STEPPED,
     record: Callable[[Trouble], None] = lambda _: None,
-) -> Vehicle:
+) -> tuple[Vehicle, Callable[[], dict[str, Any]]]:
     """The car of stage "pe" or "rw", running and waiting; arguments as of `check_stage`, which comes before.
 
-    `record` gets every trouble with its messages. Raises VehicleLost if it does not come.
+    `record` gets every trouble with its messages. The second result tells how punctual it was, for the log; empty in
+    stepped time. Raises VehicleLost if it does not come.
     """
     from vehicle.adapters.mirror import Parallel
-    from vehicle.adapters.process import surrogate
 
     name, _, hidden = vehicle.partition(":")
+    if name not in VEHICLES:
+        return _open_adapter(stage, vehicle, seed)
+    from vehicle.adapters.process import surrogate
+
+    if clock == REAL:
+        from vehicle.adapters.live import live_surrogate
+
+        live = live_surrogate(seed, Path(hidden) if hidden else None, record=record)
+        return (Parallel(live, seed) if stage == "pe" else live), lambda: live.punctuality.as_dict()
     can = None
     if name == CAN:
         from vehicle.wire.can_map import find_map
@@ -127,4 +209,20 @@ def open_vehicle(
 
         put = parse_fault(fault)
     car = surrogate(seed, Path(hidden) if hidden else None, can=can, record=record, fault=put)
-    return Parallel(car, seed) if stage == "pe" else car
+    return (Parallel(car, seed) if stage == "pe" else car), dict
+
+
+def _open_adapter(stage: str, vehicle: str, seed: int) -> tuple[Vehicle, Callable[[], dict[str, Any]]]:
+    from vehicle.adapter import Vehicle
+    from vehicle.adapters.mirror import Parallel
+
+    name, _, argument = vehicle.partition(":")
+    adapter = find_adapter(name)
+    car = adapter.open(argument)
+    if not isinstance(car, Vehicle):
+        raise StageError(f"vehicle {vehicle!r}: {type(car).__name__} is no Vehicle (vehicle.adapter.Vehicle)")
+    if car.is_real and not adapter.is_real:
+        car.close()
+        raise StageError(f"vehicle {vehicle!r} announces that it is not real, and its car says it is")
+    told = getattr(car, "punctuality", None)
+    return (Parallel(car, seed) if stage == "pe" else car), (dict if told is None else lambda: dict(told()))

@@ -37,6 +37,9 @@ SETTINGS = (
     "vehicle",
     "dbc",
     "fault",
+    "clock",
+    "arming",
+    "envelope",
     "require-real",
     "runs",
 )
@@ -71,12 +74,18 @@ def execute(arguments: argparse.Namespace) -> int:
     for stage in stages:
         try:
             check_stage(
-                stage, settings.vehicle, require_real=settings.require_real, dbc=settings.dbc, fault=settings.fault
+                stage,
+                settings.vehicle,
+                require_real=settings.require_real,
+                dbc=settings.dbc,
+                fault=settings.fault,
+                clock=settings.clock,
             )
         except StageError as error:
             raise SettingError(f"--stage {stage}: {error}") from None
     _check_gates(arguments.gate or ())
     jobs = _jobs(named, settings, stages)
+    _refuse_repetition(jobs, settings)
     several = len(jobs) > 1 or any(job.label for job in jobs)
     find_ads(settings.ads, [settings.rootdir])
     documents: list[Any] = []
@@ -168,6 +177,18 @@ def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str]) -> l
     return jobs
 
 
+def _refuse_repetition(jobs: Sequence[Job], settings: Settings) -> None:
+    """One scenario for each confirmation by a human."""
+    from pytest_dvp.stages import StageError, is_real, refuse_repetition
+
+    real = [job for job in jobs if is_real(job.stage, settings.vehicle)]
+    if len(real) > 1:
+        try:
+            refuse_repetition(f"{len(real)} drives in a row", real[0].stage, settings.vehicle)
+        except StageError as error:
+            raise SettingError(str(error)) from None
+
+
 def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunResult:
     from openscenario.findings import ScenarioError
     from pytest_dvp.run import run
@@ -196,6 +217,9 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
             vehicle=settings.vehicle,
             dbc=settings.dbc,
             fault=settings.fault,
+            clock=settings.clock,
+            arming=settings.arming,
+            envelope=settings.envelope,
             require_real=settings.require_real,
             duration=settings.duration,
             wall_limit=settings.wall_limit,

@@ -54,6 +54,7 @@ class CarProcess(Ros2Vehicle):
     can     the messages of its drive-by-wire, if it has one: it is told `--can BUS --dbc FILE` too
     record  gets every trouble with its messages
     fault   what is to go wrong on the wire, by chance of `seed` where by chance
+    end     opens the end of the wire where nothing is to go wrong
 
     It leads a process group of its own, is killed with it, and ends by itself when this process does: its standard
     input is a pipe from here. Raises VehicleLost if it does not come.
@@ -69,6 +70,7 @@ class CarProcess(Ros2Vehicle):
         record: Callable[[Trouble], None] = lambda _: None,
         fault: Fault | None = None,
         seed: int = 0,
+        end: Callable[..., End] = End,
     ) -> None:
         self._lease = Lease()
         self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  (lives as long as the car)
@@ -83,7 +85,7 @@ class CarProcess(Ros2Vehicle):
             command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self._errors, start_new_session=True
         )
         try:
-            end = End if fault is None else partial(FaultyEnd, fault, seed, self.process.send_signal)
+            end = end if fault is None else partial(FaultyEnd, fault, seed, self.process.send_signal)
             super().__init__(self._lease.domain, self._alive, timeout=timeout, by_wire=by_wire, record=record, end=end)
         except BaseException:
             self._end_process()

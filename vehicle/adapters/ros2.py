@@ -198,9 +198,8 @@ class Ros2Vehicle:
         frames = self._sound(topics.CAMERA, convert.camera_from_ros)
         lights = self._wire().take(topics.SEEN_SIGNALS)
         self._wire().take(topics.TF)
-        now = self._now / convert.SECOND
         seen = Observation(
-            now,
+            self._now / convert.SECOND,
             gnss=self._fixes(),
             odometry=wheels,
             imu=tuple(self._sound(topics.IMU, convert.imu_from_ros)),
@@ -208,12 +207,16 @@ class Ros2Vehicle:
             camera=frames[-1] if frames else None,
             signals=convert.signals_from_ros(lights[-1]) if lights else (),
         )
-        self._health.look(now)
+        self._health.look(self._clock())
         return seen
+
+    def _clock(self) -> float:
+        """Time [s] at which what comes now is said to come."""
+        return self._now / convert.SECOND
 
     def _sound(self, topic: topics.Topic, convert_one: Callable[[Any], M]) -> list[M]:
         """What came on a topic, as far as it can be used."""
-        now, messages = self._now / convert.SECOND, []
+        now, messages = self._clock(), []
         for message in self._wire().take(topic):
             try:
                 messages.append(convert_one(message))
@@ -237,7 +240,7 @@ class Ros2Vehicle:
 
     def _take_feedback(self) -> None:
         if self._by_wire is not None:
-            came = self._health.sift("CAN", self._by_wire.reports(), self._now / convert.SECOND)
+            came = self._health.sift("CAN", self._by_wire.reports(), self._clock())
         else:
             came = self._sound(topics.FEEDBACK, self._heard)
         for report in came:
@@ -249,7 +252,7 @@ class Ros2Vehicle:
         """Feedback; a car that acts on no command of the last cycles is told of."""
         echo = float(message.drive.acceleration)
         if self._asked and not any(abs(echo - asked) <= 1e-5 * max(1.0, abs(asked)) for asked in self._asked):
-            self._record(Trouble(self._now / convert.SECOND, topics.COMMAND.name, "not_obeyed", echo))
+            self._record(Trouble(self._clock(), topics.COMMAND.name, "not_obeyed", echo))
         return convert.feedback_from_ros(message)
 
     def _rows(self) -> FloatArray:

@@ -3,6 +3,7 @@
 python -m vehicle.surrogate --drive rich --hidden F.toml --out log.csv
 python -m vehicle.surrogate --dds 42 --hidden F.toml           as a car on the wire, for pytest -m rw
 python -m vehicle.surrogate --dds 42 --can socketcan:vcan0     with its drive-by-wire on CAN
+python -m vehicle.surrogate --dds 42 --clock real              by the wall clock
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--dds", type=int, metavar="DOMAIN", help="be a car on this DDS domain (0 to 232) instead")
     parser.add_argument("--can", metavar="BUS", help="with --dds: commands come over CAN, as udp_multicast:GROUP:PORT")
     parser.add_argument("--dbc", type=Path, metavar="F.dbc", help="messages there, signal map beside it; default: ours")
+    parser.add_argument("--clock", choices=("stepped", "real"), default="stepped", help="with --dds: whose time counts")
     args = parser.parse_args(argv)
     if (args.out is None) == (args.dds is None):
         parser.error("one of --out LOG.csv and --dds DOMAIN is needed")
@@ -36,7 +38,7 @@ def main(argv: list[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return 2
     if args.dds is not None:
-        return _serve(args.dds, hidden, args.seed, args.can, args.dbc)
+        return _serve(args.dds, hidden, args.seed, args.can, args.dbc, args.clock)
     from vehicle.surrogate.recorder import record, write_csv  # compiles; not before the file is known to be good
 
     columns = record(hidden, args.drive, args.seed)
@@ -49,7 +51,7 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
-def _serve(domain: int, hidden: Hidden, seed: int, bus: str | None, dbc: Path | None) -> int:
+def _serve(domain: int, hidden: Hidden, seed: int, bus: str | None, dbc: Path | None, clock: str) -> int:
     from vehicle.surrogate.ecu import DriveByWire
     from vehicle.surrogate.node import Node, end_with_parent
     from vehicle.wire.can_link import BusError
@@ -61,6 +63,10 @@ def _serve(domain: int, hidden: Hidden, seed: int, bus: str | None, dbc: Path | 
     except (BusError, CanMapError) as error:
         print(error, file=sys.stderr)
         return 2
+    if clock == "real":
+        from vehicle.surrogate.live import LiveNode
+
+        LiveNode(domain, hidden, seed, unit).serve()
     Node(domain, hidden, seed, unit).serve()
     return 0
 

@@ -46,14 +46,16 @@ class Node:
     With a drive-by-wire `unit` its commands come, and its speed and steering angle go, over CAN.
     """
 
-    def __init__(self, domain: int, hidden: Hidden, seed: int, unit: DriveByWire | None = None) -> None:
+    def __init__(
+        self, domain: int, hidden: Hidden, seed: int, unit: DriveByWire | None = None, *, end: type[End] = End
+    ) -> None:
         self._unit = unit
         self._car = DoubleTrack(hidden, seed=seed, pedals=unit is not None and unit.pedals)
         self._seed, self._sigma = seed, FACTOR[hidden.noise]
         self.description: VehicleDescription = msgspec.structs.replace(
             self._car.description, lidar_x=1.18, lidar_z=1.5, camera_x=1.58, camera_z=1.4
         )
-        self._end = End(domain, topics.FROM_CAR, topics.TO_CAR, (topics.DONE, topics.STEP), lambda: None)
+        self._end = end(domain, topics.FROM_CAR, topics.TO_CAR, (topics.DONE, topics.STEP), lambda: None)
         self._place(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
 
     def serve(self) -> None:

@@ -1,0 +1,55 @@
+"""The surrogate in real time: it lives by its own clock, obeys what comes, and stops by itself when nothing does."""
+
+from __future__ import annotations
+
+import time
+
+import msgspec
+
+from vehicle.messages import VehicleState
+from vehicle.surrogate.ecu import DriveByWire
+from vehicle.surrogate.hidden import Hidden
+from vehicle.surrogate.node import SUBSTEP, Node
+from vehicle.wire import convert, topics
+from vehicle.wire.live import LiveEnd
+from vehicle.wire.ros2_types import String
+
+BEGINNING = 1_000_000_000_000  # ns: what its clock shows at its start, so that nobody takes it for the harness's
+
+
+class LiveNode(Node):
+    """A surrogate car that serves DDS domain `domain` by the wall clock."""
+
+    def __init__(self, domain: int, hidden: Hidden, seed: int, unit: DriveByWire | None = None) -> None:
+        self._zero = time.monotonic_ns() - BEGINNING
+        super().__init__(domain, hidden, seed, unit, end=LiveEnd)
+        self._car.step(SUBSTEP / convert.SECOND)  # compiles
+        self._place(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+
+    def serve(self) -> None:
+        """Live until the parent ends."""
+        end = self._end
+        assert isinstance(end, LiveEnd)
+        while True:
+            end.receive_until(self._zero + self._now + SUBSTEP, self._answer)
+            self._obey()
+            self._advance(self._now + SUBSTEP)
+            self._look()
+            self._deliver()
+
+    def _answer(self, arrived: int, numbers: list[int]) -> None:
+        end = self._end
+        assert isinstance(end, LiveEnd)
+        number, sent = numbers[:2]
+        if number == 0:
+            if end.matched():
+                end.send(topics.DESCRIPTION, String(msgspec.json.encode(self.description).decode()))
+            return
+        end.say(number, sent, arrived - self._zero, time.monotonic_ns() - self._zero)
+
+    def _place(self, state: VehicleState) -> None:
+        """There, but its clock goes on."""
+        super()._place(state)
+        # The grid of its sensors begins now; what the clock has skipped while it was placed is not made up for.
+        self._now = self._start = (time.monotonic_ns() - self._zero) // SUBSTEP * SUBSTEP
+        self._commanded = self._now
