@@ -30,7 +30,7 @@ from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
 from pytest_dvp.paths import shown
 from pytest_dvp.recorder import LogRecorder
-from pytest_dvp.stages import CAN, STEPPED, SURROGATE, VEHICLES, StageError, label, open_vehicle
+from pytest_dvp.stages import CAN, REPLAY, STEPPED, SURROGATE, VEHICLES, StageError, label, open_vehicle
 from pytest_dvp.world import World
 from vehicle.adapter import Vehicle
 from vehicle.messages import FloatArray, RoadPoint, VehicleDescription, VehicleState
@@ -266,6 +266,8 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     from vehicle.gated import Gated, limits_of
     from vehicle.model.parameters import scenario_parameters
 
+    if request.vehicle.partition(":")[0] == REPLAY:
+        return _replayed(request, ego)
     if refused := sorted(set(request.S) - set(scenario_parameters(request.S))):
         raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.stage} is what it is")
     gate_log = GateLog()
@@ -294,6 +296,26 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     if request.vehicle.partition(":")[0] == CAN:
         about |= {"wire": CAN, "dbc_sha256": _sha256(request.dbc) if request.dbc is not None else ""}
     return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
+
+
+def _replayed(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
+    """A recording in the place of the car. No gate: nothing hangs on it that could move."""
+    from pytest_dvp.recording import open_recording
+    from pytest_dvp.replay_log import ReplayLog
+    from vehicle.adapters.mirror import Parallel
+    from vehicle.adapters.replay import Replay
+    from vehicle.sensors import default_sensors
+    from vehicle.twin import Twin
+
+    argument = request.vehicle.partition(":")[2]
+    model, _ = fitted_model(request.model, ego, request.effects)
+    recording, looks = open_recording(argument, Twin(model, default_sensors(car=model.car), request.seed).description)
+    replay_log = ReplayLog(recording.duration)
+    replay: Vehicle = Replay(recording, replay_log.compare)
+    if request.stage == "pe" or not looks:
+        replay = Parallel(replay, request.seed)
+    about = {"name": REPLAY, "log": Path(argument).name, "commands": len(recording.commands) > 0}
+    return replay, {"vehicle": about, "ego": {"name": ego.name, **_size(replay.description)}}, replay_log
 
 
 def _reset(vehicle: Vehicle, state: VehicleState, request: Request) -> bool | None:

@@ -17,6 +17,7 @@ from pytest_dvp.driving_stack import find_ads
 from pytest_dvp.log import Log
 from pytest_dvp.loop import Ending, Limits, Loop
 from pytest_dvp.paths import shown
+from pytest_dvp.replay_log import ReplayLog
 from pytest_dvp.settings import REFERENCE, Assignments
 from pytest_dvp.stages import REAL, STEPPED, SURROGATE, StageError, check_stage, is_real
 
@@ -172,6 +173,9 @@ def run(
         _rehearse(request, duration, after_collision)
     ready = prepare(request)
     limit = duration if duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
+    recorded = ready.gate_log.length if isinstance(ready.gate_log, ReplayLog) else float("inf")
+    whole = recorded <= limit
+    limit = min(limit, recorded)
     try:
         loop = Loop(ready, Limits(limit, wall_limit, after_collision))
         with _undisturbed() if live else contextlib.nullcontext():
@@ -181,6 +185,8 @@ def run(
     finally:
         ready.close()
     ended = _ended(ending, limit, "default " if duration is None else "", wall_limit)
+    if whole and ending == "timeout":
+        ended = "the end of the recording"
     return _judged(request, ready, (ending, ended), loop.error, replay_command(request, duration), log_dir, folder_name)
 
 

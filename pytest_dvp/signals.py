@@ -62,6 +62,10 @@ _GATE = (
     Signal("gate.steer_cmd", "rad", "body", "road-wheel angle that the command gate let out", held=True),
     Signal("gate.accel_cmd", "m/s^2", "body", "acceleration that the command gate let out", held=True),
 )
+_REPLAY = (
+    Signal("replay.steer_cmd", "rad", "body", "road-wheel angle asked for when the recording was made", held=True),
+    Signal("replay.accel_cmd", "m/s^2", "body", "acceleration asked for when the recording was made", held=True),
+)
 _ADS = (
     Signal("ads.x", "m", "map", "position as the ADS estimates it", held=True),
     Signal("ads.y", "m", "map", "position as the ADS estimates it", held=True),
@@ -73,7 +77,7 @@ _ADS = (
 )
 
 SIGNALS: Mapping[str, Signal] = MappingProxyType(
-    {s.name: s for s in _EGO + _COMMANDS + _WORLD + _MIRROR + _GATE + _ADS}
+    {s.name: s for s in _EGO + _COMMANDS + _WORLD + _MIRROR + _GATE + _REPLAY + _ADS}
 )
 """Every known column by name, in the order in which a table shows them."""
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 SURROGATE = "surrogate"
 CAN = "can"  # the surrogate with its drive-by-wire on CAN
 VEHICLES = (SURROGATE, CAN)
+REPLAY = "replay"  # a recording
 ADAPTERS = "pytest_dvp.adapters"  # entry points
 STEPPED, REAL = CLOCKS = ("stepped", "real")
 MISSING = "needs ROS 2 messages on DDS: pip install 'pytest-dvp[ros2]'"
@@ -45,9 +46,9 @@ def check_stage(
 ) -> None:
     """Raises StageError unless a vehicle for `stage` exists and may stand in.
 
-    `vehicle` is "surrogate" or "can", with ":HIDDEN.toml" behind if something is hidden in it, or the name of an
-    adapter of another package, with ":ARGUMENT"; `require_real` refuses what is no real car; `dbc` is read, for a
-    vehicle on CAN; `fault` goes on the wire of a surrogate; `clock` is "stepped" or "real".
+    `vehicle` is "surrogate" or "can", with ":HIDDEN.toml" behind if something is hidden in it, or "replay:LOG", or the
+    name of an adapter of another package, with ":ARGUMENT"; `require_real` refuses what is no real car; `dbc` is read,
+    for a vehicle on CAN; `fault` goes on the wire of a surrogate; `clock` is "stepped" or "real".
     """
     if stage not in STAGES:
         raise StageError(unknown("stage", stage, STAGES))
@@ -56,6 +57,9 @@ def check_stage(
     if stage == "dt":
         return
     name, colon, hidden = vehicle.partition(":")
+    if name == REPLAY:
+        _check_replay(stage, hidden, require_real, dbc, fault, clock)
+        return
     if name not in VEHICLES:
         real = find_adapter(name).is_real
         if require_real and not real:
@@ -77,6 +81,25 @@ def check_stage(
         _check_can(dbc)
     elif dbc is not None:
         raise StageError(f"--dbc {dbc} is for a vehicle on CAN: --vehicle {CAN}; found {vehicle}")
+
+
+def _check_replay(
+    stage: str, recording: str, require_real: bool, dbc: Path | None, fault: str | None, clock: str
+) -> None:
+    from pytest_dvp.log import LogError
+    from pytest_dvp.logs.cut import parse_argument
+
+    try:
+        file = parse_argument(recording).path
+    except LogError as error:
+        raise StageError(str(error)) from None
+    if not recording or not file.exists():
+        raise StageError(f"vehicle {REPLAY}:{recording}: no log {recording or '(replay:LOG or replay:LOG@FROM:TO)'}")
+    if require_real:
+        raise StageError(f"{stage}-{REPLAY} ERROR: a real vehicle is required, a recording cannot be driven")
+    if dbc is not None or fault is not None or clock != STEPPED:
+        option = "--dbc" if dbc is not None else "--fault" if fault is not None else f"--clock {clock}"
+        raise StageError(f"{option} is not for a recording; found vehicle {REPLAY}:{recording}")
 
 
 def _check_fault(fault: str | None) -> None:
@@ -134,7 +157,7 @@ def find_adapter(name: str) -> Adapter:
     """
     points = {point.name: point for point in entry_points(group=ADAPTERS)}
     if name not in points:
-        text = unknown("vehicle", name, [*VEHICLES, *points])
+        text = unknown("vehicle", name, [*VEHICLES, REPLAY, *points])
         raise StageError(f"{text} (a car of yours: an entry point of {ADAPTERS})")
     try:
         found = points[name].load()
@@ -146,7 +169,7 @@ def find_adapter(name: str) -> Adapter:
 def is_real(stage: str, vehicle: str) -> bool:
     """Whether a stage drives a real car. What is not known counts as one."""
     name = vehicle.partition(":")[0]
-    if stage == "dt" or name in VEHICLES:
+    if stage == "dt" or name in (*VEHICLES, REPLAY):
         return False
     try:
         return find_adapter(name).is_real

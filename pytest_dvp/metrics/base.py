@@ -87,6 +87,7 @@ class Metric:
     logs             1, or 2 for a comparison (model, measured)
     definition       its docstring: meaning, source, filter
     miss             verdict of a broken bound: FAIL, or INCONCLUSIVE if it says that the test itself did not take place
+    open_loop        says something of the stack even where the ego's motion is a recording's, not its doing
     options          keyword arguments of the function with their defaults; REQUIRED for those without
     """
 
@@ -99,6 +100,7 @@ class Metric:
     options: Mapping[str, Any]
     function: Callable[..., Measured]
     miss: Miss = "FAIL"
+    open_loop: bool = False
 
     def __call__(self, *logs: Any, **options: Any) -> Measured:
         return self.function(*logs, **options)
@@ -109,7 +111,13 @@ REQUIRED = inspect.Parameter.empty
 
 
 def metric(
-    *, name: str, unit: str, bigger_is_worse: bool | None, note: str = "", miss: Miss = "FAIL"
+    *,
+    name: str,
+    unit: str,
+    bigger_is_worse: bool | None,
+    note: str = "",
+    miss: Miss = "FAIL",
+    open_loop: bool = False,
 ) -> Callable[[Callable[..., Measured]], Metric]:
     """Make a metric of a function `f(log, *, options...)` or `f(model, measured, *, options...)`.
 
@@ -121,6 +129,6 @@ def metric(
         logs = sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
         options = {p.name: p.default for p in parameters if p.kind == p.KEYWORD_ONLY}
         text = inspect.cleandoc(function.__doc__ or "")
-        return Metric(name, unit, bigger_is_worse, logs, text, note, options, function, miss)
+        return Metric(name, unit, bigger_is_worse, logs, text, note, options, function, miss, open_loop)
 
     return wrap

@@ -13,7 +13,9 @@ _SAME_TIME = 1e-6  # s
 SETTLED = 1.0  # s in the corridor until an object counts; a tracker needs some scans
 
 
-@metric(name="localization_error", unit="m", bigger_is_worse=True, note="root mean square of the position")
+@metric(
+    name="localization_error", unit="m", bigger_is_worse=True, open_loop=True, note="root mean square of the position"
+)
 def localization_error(log: Log) -> Measured:
     """Root mean square of the distance between the position the stack estimates (`ads.x`, `ads.y`) and the true one.
 
@@ -33,7 +35,7 @@ def localization_error(log: Log) -> Measured:
     return Measured(rms, float(t[worst]), "", Series(t, error), {"greatest": float(error[worst])})
 
 
-@metric(name="heading_error", unit="rad", bigger_is_worse=True, note="root mean square")
+@metric(name="heading_error", unit="rad", bigger_is_worse=True, open_loop=True, note="root mean square")
 def heading_error(log: Log) -> Measured:
     """Root mean square of the difference between the heading the stack estimates (`ads.yaw`) and the true one.
 
@@ -52,7 +54,7 @@ def heading_error(log: Log) -> Measured:
     return Measured(rms, float(t[worst]), "", Series(t, error), {"mean": float(np.mean(error[known]))})
 
 
-@metric(name="detection_error", unit="m", bigger_is_worse=True, note="root mean square of the position")
+@metric(name="detection_error", unit="m", bigger_is_worse=True, open_loop=True, note="root mean square of the position")
 def detection_error(log: Log, *, reach: float = 20.0, beside: float = 4.0, within: float = 3.0) -> Measured:
     """Root mean square of the distance between road users ahead and the nearest detection of the same kind.
 
@@ -75,7 +77,7 @@ def detection_error(log: Log, *, reach: float = 20.0, beside: float = 4.0, withi
     return Measured(rms, float(t[worst]), str(names[worst]), Series(t[order], error[order]), extra)
 
 
-@metric(name="missed_objects", unit="s", bigger_is_worse=True)
+@metric(name="missed_objects", unit="s", bigger_is_worse=True, open_loop=True)
 def missed_objects(log: Log, *, reach: float = 20.0, beside: float = 4.0, within: float = 3.0) -> Measured:
     """Total time during which a road user ahead had no detection of its kind near it; arguments as `detection_error`.
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from pytest_dvp.log import Log, LogError
 from pytest_dvp.metrics.base import REQUIRED, Metric, MetricError, MetricValue, Undefined
+from pytest_dvp.replay_log import commands_apart
 
 ENTRY_POINTS = "pytest_dvp.metrics"
 
@@ -103,6 +104,8 @@ def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> Me
     logs = [log] if chosen.logs == 1 or other is None else [log, other]
     if any(len(one.t) < 2 for one in logs):
         return invalid("the log has no samples")
+    if not chosen.open_loop and (apart := commands_apart(log)) is not None:
+        return invalid(f"the ego's motion is a recording's, and from t={apart:.2f} s on the stack asked for another")
     try:
         result = chosen(*logs, **options)
     except (Undefined, LogError) as error:

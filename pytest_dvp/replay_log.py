@@ -1,0 +1,60 @@
+"""What a stack asked for beside what was asked for in the recording that is played to it: for the log, and the metrics.
+
+An event of the kind `replay` says when the two have gone apart; from then on nothing measured of the ego's motion says
+anything about the stack, so that metrics of a closed loop are invalid in such a log.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pytest_dvp.gate_log import GateLog
+
+if TYPE_CHECKING:
+    from pytest_dvp.log import Log
+    from pytest_dvp.recorder import LogRecorder
+    from vehicle.adapters.replay import Difference
+
+REPLAY = "replay"
+
+
+class ReplayLog(GateLog):
+    """Takes every difference (`compare`) and hands what follows to a recorder once a tick.
+
+    length: of the recording [s]
+    """
+
+    def __init__(self, length: float) -> None:
+        from vehicle.adapters.replay import Judge
+
+        super().__init__()
+        self.length = length
+        self._judge = Judge()
+        self._newest: Difference | None = None
+        self._told: list[tuple[float, str]] = []
+
+    def compare(self, difference: Difference) -> None:
+        """Keep what was asked for at one instant."""
+        self._newest = difference
+        if self._judge.hear(difference) and self._judge.diverged is not None:
+            text = f"steering {difference.steer_off:+.3f} rad, acceleration {difference.accel_off:+.2f} m/s^2 off"
+            self._told.append((self._judge.diverged, text))
+
+    def drain(self, recorder: LogRecorder) -> None:
+        """An event `replay` when the two have gone apart."""
+        super().drain(recorder)
+        for t, text in self._told:
+            recorder.event(t, REPLAY, "apart", text)
+        self._told.clear()
+
+    @property
+    def output(self) -> dict[str, float]:
+        """What was asked for then: columns replay.steer_cmd [rad], replay.accel_cmd [m/s^2]."""
+        if self._newest is None:
+            return {}
+        return {"replay.steer_cmd": self._newest.steer, "replay.accel_cmd": self._newest.accel}
+
+
+def commands_apart(log: Log) -> float | None:
+    """When [s] the stack and the recording went apart; None if they did not, or nothing was replayed."""
+    return min((event.t for event in log.events if event.kind == REPLAY), default=None)
