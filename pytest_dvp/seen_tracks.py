@@ -17,6 +17,7 @@ REACH = 3.0  # m between where a track was expected and a detection that still b
 LOST = 1.0  # s without a detection after which a track ends
 LEAST = 1.0  # s; shorter tracks are no road user
 SAME = 5.0  # m: two tracks of one road user are no farther apart on average, once their clocks are shifted
+NEAR = 1.0  # m: tracks that are no farther apart as they are need no shift; what perception is off by tells none
 SHIFTS = np.arange(-4.0, 4.01, 0.25)  # s; two drives meet the same road user a little apart in time
 _TICK = 1e-6  # s
 _FAR = 1e6
@@ -101,7 +102,9 @@ def _apart(a: SeenTrack, b: SeenTrack) -> tuple[float, float]:
     if a.kind != b.kind:
         return _FAR, 0.0
     least, best, need = _FAR, 0.0, 0.5 * min(a.duration, b.duration)
-    for shift in SHIFTS:
+    for shift in sorted(SHIFTS, key=abs):
+        if least <= NEAR and best == 0.0:
+            break
         start, end = max(a.t[0], b.t[0] - shift), min(a.t[-1], b.t[-1] - shift)
         if end - start < need:
             continue
