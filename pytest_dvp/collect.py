@@ -49,7 +49,7 @@ class ScenarioFile(pytest.File):
                 raise self.CollectError(f"{self.path}:{sight.line}: {sight.what}: it has no storyboard that could run")
             return
         for stage in STAGES:
-            item = ScenarioItem.from_parent(self, name=label(stage), callobj=case(self.path, stage))
+            item = ScenarioItem.from_parent(self, name=label(stage, settings.vehicle), callobj=case(self.path, stage))
             item.dvp_stage, item.dvp_line = stage, sight.line
             item.add_marker(stage)
             if stage != "dt" and not asked_stage(stage, self.config):
@@ -69,7 +69,7 @@ class ScenarioFile(pytest.File):
                 raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
             return  # the items of the stages say what is wrong with their gate file
         for pair in pairs:
-            name = pair_name([label(stage) for stage in pair])
+            name = pair_name([label(stage, settings.vehicle) for stage in pair])
             item = ScenarioItem.from_parent(self, name=name, callobj=comparison(self.path, pair))
             item.dvp_stage, item.dvp_line, item.dvp_pair = name, line, pair
             cars = [stage for stage in pair if stage != "dt"]
@@ -78,7 +78,8 @@ class ScenarioFile(pytest.File):
             unasked = [stage for stage in cars if not asked_stage(stage, self.config) and not settings.stage_logs]
             if unasked and not any(argument.endswith(f"::{name}") for argument in self.config.args):
                 wanted = " or ".join(pair)
-                why = f"drives a car of its own, as {label(unasked[0])} does: ask for both, -m {shlex.quote(wanted)}"
+                one = label(unasked[0], settings.vehicle)
+                why = f"drives a car of its own, as {one} does: ask for both, -m {shlex.quote(wanted)}"
                 item.add_marker(pytest.mark.skip(reason=why))
             yield item
 
@@ -261,6 +262,41 @@ def refuse(items: Iterable[pytest.Item], why: str) -> None:
     for item in items:
         if isinstance(item, ScenarioItem):
             item.dvp_refused = why
+
+
+REPEATING = {  # options of pytest and its plugins under which something automatic decides what runs, or how often
+    "lf": "--lf",
+    "failedfirst": "--ff",
+    "stepwise": "--stepwise",
+    "reruns": "--reruns",
+    "count": "--count",
+    "looponfail": "--looponfail",
+    "numprocesses": "-n",
+}
+
+
+def refuse_repetition(items: Iterable[pytest.Item], config: pytest.Config) -> None:
+    """Items that would drive a real car without a human having named just this drive fail with one line."""
+    from pytest_dvp.stages import is_real
+
+    vehicle = settings_of(config).vehicle
+    real = [
+        item
+        for item in items
+        if isinstance(item, ScenarioItem) and item.dvp_stage in STAGES and is_real(item.dvp_stage, vehicle)
+    ]
+    why = f"{len(real)} scenarios at once" if len(real) > 1 else ""
+    for option, shown_as in REPEATING.items():
+        value = getattr(config.option, option, None)
+        if value not in (None, False, 0, "0", 1, "1") or (option != "numprocesses" and value is True):
+            why = f"{shown_as} {value}" if not isinstance(value, bool) else shown_as
+    if getattr(config, "workerinput", {}).get("workercount", 1) > 1:
+        why = f"-n {config.workerinput['workercount']}"  # type: ignore[attr-defined]
+    for item in real if why else ():
+        item.dvp_refused = (
+            f"{why} is refused: vehicle {vehicle!r} is real, and nothing automatic drives a real car; "
+            f"name one scenario: pytest {item.path.name}::{item.name}"
+        )
 
 
 def header(items: Sequence[pytest.Item], settings: Settings) -> str:

@@ -19,6 +19,7 @@ Kind = Literal["int", "float", "str", "path", "file", "flag", "ads", "assignment
 
 LISTS: tuple[Kind, ...] = ("assignments", "paths", "files", "logs")
 STAGES: tuple[str, ...] = ("dt", "pe", "rw")
+SIMULATED = ("surrogate", "can", "replay")  # vehicles of ours, none of which is a car
 REFERENCE = "reference"  # the driving stack that ships
 
 
@@ -85,7 +86,7 @@ SETTINGS: tuple[Setting, ...] = (
         "vehicle",
         "str",
         "surrogate",
-        "car of stages pe and rw: surrogate or can, with :HIDDEN.toml; or an adapter of yours",
+        "car of stages pe and rw: surrogate or can (:HIDDEN.toml), replay:LOG, or an adapter of yours",
         "NAME",
     ),
     Setting("dbc", "file", None, "messages of a vehicle on CAN, its signal map beside it; default: our own", "F.dbc"),
