@@ -19,6 +19,7 @@ from pytest_dvp.settings import (
     LISTS,
     PLUGIN_SETTINGS,
     SETTINGS,
+    SIMULATED,
     STAGES,
     Setting,
     SettingError,
@@ -113,6 +114,12 @@ def pytest_make_collect_report(
 
 def pytest_collection_finish(session: pytest.Session) -> None:
     """A broken scenario is one error and the others still run; a broken test module interrupts as it always does."""
+    if session.config.stash[SETTINGS_KEY].vehicle.partition(":")[0] not in SIMULATED and any(
+        _is_scenario(item) for item in session.items
+    ):
+        from pytest_dvp import collect
+
+        collect.refuse_repetition(session.items, session.config)
     broken = session.config.stash[fixtures.BROKEN_KEY]
     if session.items and broken and all(broken):
         session.config.option.continue_on_collection_errors = True

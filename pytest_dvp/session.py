@@ -24,6 +24,7 @@ class Session:
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
         self._settings = settings_of(config)
+        self._driven = False  # a real car, in this session
 
     def __repr__(self) -> str:
         return "run"
@@ -47,6 +48,7 @@ class Session:
         path = variant.scenario if variant else self.find(Path(scenario))  # type: ignore[arg-type]
         chosen = self.options(path, options, variant, searched=searching())
         note_variant(node, variant, chosen)
+        self._refuse_repetition(chosen, searching())
         shared = getattr(node, "dvp_shared", None)
         if shared is None:
             result = run(path, **chosen)
@@ -54,6 +56,19 @@ class Session:
             result = shared.own(run_key(path, chosen), lambda: run(path, **chosen))
         note(node, result.as_dict())
         return result
+
+    def _refuse_repetition(self, chosen: Mapping[str, Any], searched: bool) -> None:
+        """Of a real car: one drive a session, and none that a search asks for."""
+        from pytest_dvp.stages import is_real, refuse_repetition
+
+        stage, vehicle = str(chosen.get("stage", "dt")), str(chosen["vehicle"])
+        if not is_real(stage, vehicle):
+            return
+        if searched:
+            refuse_repetition("fuzzing", stage, vehicle)
+        if self._driven:
+            refuse_repetition("a second drive in one session", stage, vehicle)
+        self._driven = True
 
     def across(self, scenario: str | Path, pair: tuple[str, str]) -> Across:
         """Hold two stages of a scenario against each other: drive what nobody has driven in this session, and judge.

@@ -62,6 +62,17 @@ def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: floa
     return Likeness(float(correlation[best]), k * step, gain, lags.astype(np.float64) * step, correlation, off)
 
 
+def peak(lags: FloatArray, correlation: FloatArray) -> float:
+    """Place of the maximum between the samples, by the parabola through the three highest."""
+    k = int(np.argmax(correlation))
+    if k in (0, len(lags) - 1):
+        return float(lags[k])
+    left, top, right = correlation[k - 1 : k + 2]
+    bend = left - 2.0 * top + right
+    shift = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+    return float(lags[k] + shift * (lags[k + 1] - lags[k]))
+
+
 def _dot(a: FloatArray, b: FloatArray) -> float:
     # Not BLAS: its sum depends on the number of threads, and for vectors the threads cost more than they bring.
     return float(np.einsum("i,i->", a, b))

@@ -9,7 +9,7 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray
 from pytest_dvp.metrics.base import Undefined
-from pytest_dvp.metrics.similarity import Likeness, likeness
+from pytest_dvp.metrics.similarity import Likeness, likeness, peak
 from pytest_dvp.reality_gap.projection import BoolArray
 
 MAX_LAG = 2.0  # s
@@ -94,14 +94,3 @@ def _without_slow(y: FloatArray, step: float) -> FloatArray:
     i = np.arange(len(y))
     low, high = np.maximum(i - half, 0), np.minimum(i + half + 1, len(y))
     return np.asarray(y - (total[high] - total[low]) / (high - low))
-
-
-def peak(lags: FloatArray, correlation: FloatArray) -> float:
-    """Place of the maximum between the samples, by the parabola through the three highest."""
-    k = int(np.argmax(correlation))
-    if k in (0, len(lags) - 1):
-        return float(lags[k])
-    left, top, right = correlation[k - 1 : k + 2]
-    bend = left - 2.0 * top + right
-    shift = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
-    return float(lags[k] + shift * (lags[k + 1] - lags[k]))
