@@ -209,7 +209,7 @@ def open_vehicle(
     `record` gets every trouble with its messages. The second result tells how punctual it was, for the log; empty in
     stepped time. Raises VehicleLost if it does not come.
     """
-    from vehicle.adapters.mirror import Parallel
+    from vehicle.adapters.mirror import in_parallel
 
     name, _, hidden = vehicle.partition(":")
     if name not in VEHICLES:
@@ -220,7 +220,7 @@ def open_vehicle(
         from vehicle.adapters.live import live_surrogate
 
         live = live_surrogate(seed, Path(hidden) if hidden else None, record=record)
-        return (Parallel(live, seed) if stage == "pe" else live), lambda: live.punctuality.as_dict()
+        return (in_parallel(live, seed) if stage == "pe" else live), lambda: live.punctuality.as_dict()
     can = None
     if name == CAN:
         from vehicle.wire.can_map import find_map
@@ -232,12 +232,12 @@ def open_vehicle(
 
         put = parse_fault(fault)
     car = surrogate(seed, Path(hidden) if hidden else None, can=can, record=record, fault=put)
-    return (Parallel(car, seed) if stage == "pe" else car), dict
+    return (in_parallel(car, seed) if stage == "pe" else car), dict
 
 
 def _open_adapter(stage: str, vehicle: str, seed: int) -> tuple[Vehicle, Callable[[], dict[str, Any]]]:
     from vehicle.adapter import Vehicle
-    from vehicle.adapters.mirror import Parallel
+    from vehicle.adapters.mirror import in_parallel
 
     name, _, argument = vehicle.partition(":")
     adapter = find_adapter(name)
@@ -248,4 +248,4 @@ def _open_adapter(stage: str, vehicle: str, seed: int) -> tuple[Vehicle, Callabl
         car.close()
         raise StageError(f"vehicle {vehicle!r} announces that it is not real, and its car says it is")
     told = getattr(car, "punctuality", None)
-    return (Parallel(car, seed) if stage == "pe" else car), (dict if told is None else lambda: dict(told()))
+    return (in_parallel(car, seed) if stage == "pe" else car), (dict if told is None else lambda: dict(told()))

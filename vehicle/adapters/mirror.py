@@ -7,6 +7,7 @@ v (turn acceleration) d^3 / 6 across, plus what the measurement itself is wrong 
 from __future__ import annotations
 
 from collections import deque
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -169,6 +170,20 @@ class Parallel:
         self._camera.measure(real.t, *pose, around)
         virtual = self._camera.arrived(real.t)
         return real if virtual is None else CameraFrame(real.t, merged_boxes(real.boxes, virtual.boxes))
+
+
+class SupervisedParallel(Parallel):
+    """Of a car with a driver, who keeps the last word."""
+
+    @property
+    def hands(self) -> Any:
+        """The driver's, as the car measures them (vehicle.gated.Hands)."""
+        return self._vehicle.hands  # type: ignore[attr-defined]
+
+
+def in_parallel(vehicle: Vehicle, seed: int = 0) -> Parallel:
+    """A car among virtual road users; one that tells of its driver's hands still does."""
+    return (SupervisedParallel if hasattr(vehicle, "hands") else Parallel)(vehicle, seed)
 
 
 def merged_points(real: FloatArray, virtual: FloatArray) -> FloatArray:

@@ -1,0 +1,210 @@
+"""A car that says it is real: two keys, a dry run without them, and nothing automatic ever drives it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pytest_dvp.cli import main
+from pytest_dvp.run import run
+from pytest_dvp.stages import StageError, is_real, label, may_repeat, refuse_repetition
+from vehicle.command_gate import ArmingRefused
+from vehicle.messages import Command, Observation
+
+Write = Callable[..., Path]
+
+CAR = """
+from scenarios import path
+from vehicle.gated import Hands
+from vehicle.model.model_file import read_model
+from vehicle.sensors import default_sensors
+from vehicle.twin import Twin
+
+TOLD = []
+
+
+class Car(Twin):
+    # A car behind the protocol; that it is a twin inside, nobody is told.
+    is_real = True
+    hands = Hands(False, False)
+
+    def __init__(self, argument):
+        super().__init__(read_model(path("models/tabby_evo.toml")), default_sensors())
+
+    def apply(self, command):
+        TOLD.append(command)
+        super().apply(command)
+
+
+class Toy(Car):
+    is_real = False
+
+
+def lying(argument):
+    return Car(argument)
+
+
+lying.is_real = False
+
+
+def unknown(argument):
+    return Car(argument)
+
+
+def none(argument):
+    return "a car"
+"""
+
+
+@pytest.fixture
+def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Command]:
+    """A package that announces cars of its own; what the real one was told."""
+    site = tmp_path / "site"
+    info = site / "mycar-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: mycar\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(
+        "[pytest_dvp.adapters]\ntabby = mycar_for_tests:Car\ntoy = mycar_for_tests:Toy\n"
+        "lying = mycar_for_tests:lying\nunknown = mycar_for_tests:unknown\nnone = mycar_for_tests:none\n"
+        "broken = mycar_for_tests:nothing\n"
+    )
+    (site / "mycar_for_tests.py").write_text(CAR)
+    monkeypatch.syspath_prepend(site)
+    import mycar_for_tests  # type: ignore[import-not-found]
+
+    mycar_for_tests.TOLD.clear()
+    commands: list[Command] = mycar_for_tests.TOLD
+    return commands
+
+
+@pytest.fixture
+def keys(scenario: Write) -> dict[str, Path]:
+    """A scenario, an arming for it, and an envelope around it."""
+    path = scenario()
+    arming, envelope = path.with_name("arming.toml"), path.with_name("envelope.toml")
+    arming.write_text(f'vehicle = "tabby"\nscenario = "{path.name}"\n')
+    envelope.write_text("area = [[-50, -50], [1050, -50], [1050, 50], [-50, 50]]\nmax_speed = 8.0\n")
+    return {"scenario": path, "arming": arming, "envelope": envelope}
+
+
+class Coasting:
+    """A stack that asks for nothing but a little acceleration."""
+
+    def tick(self, observation: Observation) -> Command:
+        return Command(observation.t, 0.0, 0.3, 0.1, 0.0)
+
+
+def drive(keys: dict[str, Path], *, vehicle: str = "tabby", with_keys: bool = True, **options: object):  # type: ignore[no-untyped-def]
+    given = {"arming": keys["arming"], "envelope": keys["envelope"]} if with_keys else {}
+    return run(keys["scenario"], stage="rw", vehicle=vehicle, ads=Coasting, duration=1.0, **given, **options)  # type: ignore[arg-type]
+
+
+NO_GATES = '[[gate]]\nmetric = "collision"\nmax = 0\n'
+
+
+@pytest.fixture(autouse=True)
+def gates(keys: dict[str, Path]) -> None:
+    path = keys["scenario"]
+    path.with_name(f"{path.stem}.gates.toml").write_text(NO_GATES)
+
+
+def test_without_the_second_key_it_is_a_dry_run_that_never_passes(told: list[Command], keys: dict[str, Path]) -> None:
+    result = drive(keys, with_keys=False)
+    assert told == []
+    assert result.status == "INCONCLUSIVE"
+    assert result.verdicts[0].short.startswith("dry run INCONCLUSIVE: no command reached the car")
+    assert result.log.meta["vehicle"]["armed"] is False
+
+
+def test_with_both_keys_it_drives_once_and_is_called_by_its_stage_alone(
+    told: list[Command], keys: dict[str, Path]
+) -> None:
+    result = drive(keys)
+    assert len(told) >= 50
+    assert (result.status, result.stage) == ("PASS", "rw")
+    assert not keys["arming"].exists()
+    with pytest.raises(ArmingRefused, match="no arming file"):
+        drive(keys)
+
+
+def test_an_arming_for_another_scenario_does_not_fit(told: list[Command], keys: dict[str, Path]) -> None:
+    keys["arming"].write_text('vehicle = "tabby"\nscenario = "other.xosc"\n')
+    with pytest.raises(ArmingRefused, match="second key"):
+        drive(keys)
+    assert told == []
+
+
+def test_without_an_area_it_is_not_armed(told: list[Command], keys: dict[str, Path]) -> None:
+    with pytest.raises(ArmingRefused, match="a real car needs a declared area"):
+        run(keys["scenario"], stage="rw", vehicle="tabby", ads=Coasting, duration=1.0, arming=keys["arming"])
+    assert told == []
+
+
+def test_what_does_not_pass_on_the_twin_is_not_driven(told: list[Command], keys: dict[str, Path]) -> None:
+    path = keys["scenario"].with_name(f"{keys['scenario'].stem}.gates.toml")
+    path.write_text('[[gate]]\nmetric = "max_yaw_rate"\nmax = -1\n')
+    with pytest.raises(StageError, match="a real car drives only what passed on the twin, and that is FAIL: max_yaw"):
+        drive(keys)
+    assert told == []
+    assert keys["arming"].exists()
+
+
+def test_in_parallel_execution_the_driver_keeps_the_last_word(told: list[Command], keys: dict[str, Path]) -> None:
+    result = run(
+        keys["scenario"], stage="pe", vehicle="tabby", ads=Coasting, duration=1.0,
+        arming=keys["arming"], envelope=keys["envelope"],
+    )  # fmt: skip
+    assert (result.stage, result.log.meta["vehicle"]["armed"]) == ("pe", True)
+
+
+def test_what_is_no_real_car_is_called_by_its_name_and_needs_no_key(told: list[Command], keys: dict[str, Path]) -> None:
+    result = drive(keys, vehicle="toy", with_keys=False)
+    assert (result.stage, result.status) == ("rw-toy", "PASS")
+    with pytest.raises(StageError, match="rw-toy ERROR: a real vehicle is required, toy says it is none"):
+        drive(keys, vehicle="toy", require_real=True)
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "says"),
+    [
+        ("tabi", r"^unknown vehicle 'tabi', did you mean 'tabby'\?"),
+        ("lying", "announces that it is not real, and its car says it is"),
+        ("none", "str is no Vehicle"),
+        ("broken", "cannot be loaded: AttributeError"),
+    ],
+)
+@pytest.mark.usefixtures("told")
+def test_an_adapter_that_is_none_is_one_line(keys: dict[str, Path], vehicle: str, says: str) -> None:
+    with pytest.raises(StageError, match=says):
+        drive(keys, vehicle=vehicle, with_keys=False)
+
+
+@pytest.mark.usefixtures("told")
+def test_what_is_not_known_to_be_none_counts_as_real() -> None:
+    assert is_real("rw", "unknown")
+    assert is_real("rw", "never_heard_of")
+    assert not is_real("dt", "tabby")
+    assert not is_real("pe", "surrogate:hidden.toml")
+    assert (label("rw", "unknown"), label("pe", "toy")) == ("rw", "pe-toy")
+
+
+@pytest.mark.usefixtures("told")
+def test_repetition_is_refused_by_name() -> None:
+    assert not may_repeat("rw", "tabby")
+    with pytest.raises(StageError, match="tuning is refused: vehicle 'tabby' is real"):
+        refuse_repetition("tuning", "rw", "tabby")
+    refuse_repetition("tuning", "dt", "tabby")
+    refuse_repetition("tuning", "rw", "surrogate")
+
+
+def test_dvp_run_drives_one_scenario_of_one_stage(
+    told: list[Command], keys: dict[str, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = os.fspath(keys["scenario"])
+    for arguments in (["run", path, path, "--stage", "rw"], ["run", path, "--stage", "pe,rw"]):
+        assert main([*arguments, "--vehicle", "tabby", "--no-report"]) == 2
+        assert "2 drives in a row is refused: vehicle 'tabby' is real" in capsys.readouterr().err
+    assert told == []
