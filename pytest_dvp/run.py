@@ -276,7 +276,11 @@ def _judged(
             **{name: metric.value for name, metric in measure(log).items()},
         },
         error=error,
-        notes=(*unjudged(verdicts, log), *map(_note, (*ready.storyboard.report(), *without_effect(ready.scenario)))),
+        notes=(
+            *_punctuality(log),
+            *unjudged(verdicts, log),
+            *map(_note, (*ready.storyboard.report(), *without_effect(ready.scenario))),
+        ),
     )
     if log_dir is None:
         return result
@@ -300,6 +304,19 @@ def _ended(ending: Ending, limit: float, default: str, wall_limit: float) -> str
         "wall": f"the limit of {wall_limit:g} s of wall time (--wall-limit)",
         "fault": "a fault",
     }[ending]
+
+
+def _punctuality(log: Log) -> tuple[str, ...]:
+    """One line about a run in real time."""
+    timing = log.meta.get("timing")
+    if not timing or "missed" not in timing:
+        return ()
+    ms = {name: f"{1000.0 * timing[name]:.1f}" for name in ("lateness_99", "lateness_worst", "round_trip_median")}
+    return (
+        f"real time: {timing['commands']} commands, {100.0 * timing['missed']:.2f} % over 10 ms late "
+        f"(99 % within {ms['lateness_99']} ms, worst {ms['lateness_worst']} ms), "
+        f"round trip {ms['round_trip_median']} ms",
+    )
 
 
 def _dry() -> Verdict:
