@@ -142,7 +142,8 @@ def conditions(meta: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]
     single: list[tuple[str, str]] = []
     groups: list[tuple[str, list[tuple[str, str]]]] = []
     names = {"parameters": "Scenario parameters", "P": "ADS parameters (P)", "S": "Simulator parameters (S)",
-             "task": "Task", "ego": "Ego", "versions": "Versions", "model": "Vehicle model", "timing": "Real time [s]"}  # fmt: skip
+             "task": "Task", "ego": "Ego", "versions": "Versions", "model": "Vehicle model",
+             "timing": "Real time [s]"}  # fmt: skip
     shown = [key for key in meta if key not in ("nets", *names)]  # the nets are drawn
     for key in [*(key for key in names if key in meta), *shown]:
         value = meta[key]
