@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.tuning.cache import finite, write_whole
+from pytest_dvp.tuning.gap import gap
 from pytest_dvp.tuning.guard import Suspicion, guard
 from pytest_dvp.tuning.judge import Judged, judge, log_chi2, rw_logs, stack_change, twin_change
 from pytest_dvp.tuning.knob import Point, changed
@@ -109,16 +110,24 @@ def _improve(plan: Plan, number: int, state: State, now: Judged, workers: Worker
     asked = drives(plan, state, plan.variants, plan.seeds, out / "logs")
     workers.run([drive.job for drive in asked])
     measured = rw_logs(asked)
-    found, model = _structure(plan, measured, state.model, folder, workers, told)
+    found, model = _structure(plan, measured, state.model, folder, workers, told, first=number == 1)
     tuned_S, point_S, twin = _tuned_S(plan, measured, model, state.mounts, folder, workers, told)
     suspicions = guard(plan.S, tuned_S.start.point, point_S, measured, model, told) if tuned_S else []
-    candidate = dataclasses.replace(state, model=twin)
+    old, new = log_chi2(state.model, now.logs, workers), log_chi2(twin, now.logs, workers)
+    better_twin = twin_change(old, new) == "better"
+    twin_words = f"twin {twin_change(old, new)} on held-out logs (chi^2/N {10**old:.3g} -> {10**new:.3g})"
+    candidate = dataclasses.replace(state, model=twin) if better_twin else state
     tuned_P = _tuned_P(plan, candidate, workers, told)
     _write(folder / "tune_P.json", tuned_P.as_dict())
-    best_P = {**state.P["rw"], **{name[2:]: value for name, value in tuned_P.best.point.items()}}
-    options = [("twin and stack", candidate.with_P(best_P)), ("twin", candidate), ("stack", state.with_P(best_P))]
+    best_P = {**candidate.P["rw"], **{name[2:]: value for name, value in tuned_P.best.point.items()}}
+    options = []
+    if stack_change(tuned_P.start.score.value, tuned_P.best.score.value) == "better":
+        options.append(("twin and stack" if better_twin else "stack", candidate.with_P(best_P)))
+    if better_twin:
+        options.append(("twin", candidate))
     told("held-out drives")
     judged, accepted, why = _chosen(plan, options, state, now, workers, out / "logs")
+    why = f"{twin_words}; {why}"
     changes = _words(found, tuned_S, tuned_P, suspicions, accepted, why)
     structure = {
         "verdict": found.diagnosis["verdict"] if found else "",
@@ -128,22 +137,24 @@ def _improve(plan: Plan, number: int, state: State, now: Judged, workers: Worker
         "refusal": found.refusal if found else "",
         "chi2_per_n": found.diagnosis["chi2_per_n"] if found else None,
     }
+    drives_gap = gap(asked).as_dict()
     tuned = {"S": _told(tuned_S), "P": _told(tuned_P)}
     kept = judged if accepted else now
     entry = _entry(
         plan, number, kept.state, kept, workers, structure=structure, tuned=tuned,
         suspicions=[{**s.as_dict(), "sentence": s.sentence} for s in suspicions], changes=changes, accepted=accepted,
+        training=drives_gap,
     )  # fmt: skip
     return _Step(entry, kept)
 
 
 def _structure(
-    plan: Plan, logs: list[Path], model: Path, folder: Path, workers: Workers, tick: Tick
+    plan: Plan, logs: list[Path], model: Path, folder: Path, workers: Workers, tick: Tick, *, first: bool
 ) -> tuple[Found | None, Path]:
     if not plan.structure:
         return None, model
     tick("diagnosis")
-    found = look_for_structure(logs, model, plan.model, workers.cache, tick)
+    found = look_for_structure(logs, model, plan.model, workers.cache, tick, presets=first)
     _write(folder / "diagnosis.json", found.diagnosis)
     if found.extension is not None:
         _write(folder / "extension.json", found.extension)
@@ -172,8 +183,10 @@ def _tuned_S(
     )
     tuning = tune(study, workers, tick)
     _write(folder / "tune_S.json", tuning.as_dict())
-    point = tuning.best.point
-    moved = {name[2:]: point[name] for name in changed(start, point)}  # what did not move adds no effect to the twin
+    # A value that gains next to nothing is no news of the car, and adds no effect to the twin.
+    gained = twin_change(tuning.start.score.value, tuning.best.score.value) == "better"
+    point = tuning.best.point if gained else tuning.start.point
+    moved = {name[2:]: point[name] for name in changed(start, point)}
     return tuning, point, baked(model, moved, folder / "twin.toml")
 
 
@@ -196,22 +209,19 @@ def _chosen(
     """The first option that is better on held-out drives in one thing and worse in none; its name, and why."""
     reasons = []
     for name, option in options:
-        same_twin = option.model.read_bytes() == state.model.read_bytes()
-        same_stack = option.P == state.P
-        if same_twin and same_stack:
-            continue
         judged = judge(plan, option, plan.held_out_seeds, workers, logs)
-        old = log_chi2(state.model, judged.logs, workers)
-        twin = twin_change(old, judged.log_chi2)
+        twin = "alike"
+        if option.model != state.model:  # the new drives are logs that the twin has not seen either
+            twin = twin_change(log_chi2(state.model, judged.logs, workers), judged.log_chi2)
         stack = stack_change(now.performance.value, judged.performance.value)
         reason = (
-            f"{name}: twin {twin} (chi^2/N {10**old:.3g} -> {10**judged.log_chi2:.3g} on the same logs), performance "
-            f"{stack} ({_number(now.performance.value)} -> {_number(judged.performance.value)})"
+            f"{name}: on the drives with it twin {twin}, performance {stack} "
+            f"({_number(now.performance.value)} -> {_number(judged.performance.value)})"
         )
         if "worse" not in (twin, stack) and "better" in (twin, stack):
             return judged, name, reason
         reasons.append(reason)
-    return now, "", "; ".join(reasons) or "nothing changed"
+    return now, "", "; ".join(reasons) or "the stack gains nothing on the twin either"
 
 
 def _number(score: float) -> str:
@@ -264,7 +274,8 @@ def _entry(plan: Plan, number: int, state: State, judged: Judged, workers: Worke
     twin = read_model(state.model)
     S = {p.name: s_value(twin, p.name) for p in S_PARAMETERS}
     values: dict[str, Any] = {
-        "structure": {}, "tuned": {}, "suspicions": [], "changes": [f"presets of the paper's iteration {plan.preset}"],
+        "structure": {}, "tuned": {}, "suspicions": [], "training": {},
+        "changes": [f"presets of the paper's iteration {plan.preset}"],
         "accepted": "beginning", **more,
     }  # fmt: skip
     return Entry(

@@ -17,8 +17,9 @@ class Entry:
 
     P by stage, S: parameters in force after it; effects of the twin: name -> key -> value
     structure: verdict of the diagnosis, what was taken, what was refused; tuned: of S and P, score before and after,
-    knobs that moved; suspicions of the guard; held_out: what the judge saw; changes: a sentence each, what changed and
-    why; accepted: "twin and stack", "twin", "stack", "" (nothing: the end)
+    knobs that moved; suspicions of the guard; held_out: what the judge saw; training: the table of stages of the drives
+    that were learnt from; changes: a sentence each, what changed and why
+    accepted: "twin and stack", "twin", "stack", "" (nothing: the end)
     """
 
     number: int
@@ -29,6 +30,7 @@ class Entry:
     tuned: Mapping[str, Any]
     suspicions: Sequence[Mapping[str, Any]]
     held_out: Mapping[str, Any]
+    training: Mapping[str, Any]
     changes: Sequence[str]
     accepted: str
     simulations: int

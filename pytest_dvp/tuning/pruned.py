@@ -25,10 +25,11 @@ class Pruned:
     changes: tuple[str, ...]
 
 
-def pruned(model: VehicleModel, sheet: VehicleModel, logs: Mapping[str, Log]) -> Pruned:
+def pruned(model: VehicleModel, sheet: VehicleModel, logs: Mapping[str, Log], allowed: float = ALLOWED) -> Pruned:
     """Set parameters of S back to those of the data sheet, all together if the logs allow it, else one by one.
 
-    sheet: the twin as its data sheet has it. Raises CompareError or ModelError if the logs cannot be compared.
+    sheet: the twin as its data sheet has it; allowed: share of the error that may come back with it.
+    Raises CompareError or ModelError if the logs cannot be compared.
     """
     from vehicle.model.parameters import S_PARAMETERS, s_value
 
@@ -44,7 +45,7 @@ def pruned(model: VehicleModel, sheet: VehicleModel, logs: Mapping[str, Log]) ->
             continue
         candidate = _set_back(twin, sheet, group)
         left = chi2(candidate, logs)
-        if left <= best + ALLOWED * max(1.0, best):
+        if left <= best + allowed * max(1.0, best):
             best, twin = left, candidate
             gone += group
     words = tuple(f"{name} {s_value(model, name):g} -> {s_value(sheet, name):g}" for name in gone)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,34 +39,37 @@ class Found:
 
 
 def look_for_structure(
-    logs: Sequence[Path], model: Path, sheet: Path, cache: Cache, tick: Callable[[str], None] = lambda text: None
-) -> Found:
+    logs: Sequence[Path], model: Path, sheet: Path, cache: Cache, tick: Callable[[str], None] = lambda text: None,
+    *, presets: bool = False,
+) -> Found:  # fmt: skip
     """Set back what the simulator has and the car lacks, diagnose, then extend; `sheet`: the twin of the data sheet.
 
+    presets: the parameters of S are presets that no log has ever spoken for; all of them are set back, and it is the
+    diagnosis that brings back what the car has.
     Kept by the hash of logs, models and code, as simulations are.
 
     Effects of perception are told, but not taken: the twin sees through sensors of its own.
     """
     files = [file_digest(str(path)) for path in (model, sheet, *logs)]
-    text = json.dumps(["structure", RATE, LEAST_GAIN, ALLOWED, *files, code_digest()])
+    text = json.dumps(["structure", RATE, LEAST_GAIN, ALLOWED, presets, *files, code_digest()])
     key = hashlib.sha256(text.encode()).hexdigest()
     kept = cache.get(key)
     if kept is None:
-        kept = {"metrics": dataclasses.asdict(_looked_for(logs, model, sheet, tick))}
+        kept = {"metrics": dataclasses.asdict(_looked_for(logs, model, sheet, tick, presets))}
         cache.put(key, kept)
     found = kept["metrics"]
     taken, back = tuple(found["taken"]), tuple(found["pruned"])
     return Found(found["diagnosis"], found["extension"], found["model"], taken, back)
 
 
-def _looked_for(paths: Sequence[Path], file: Path, sheet: Path, tick: Callable[[str], None]) -> Found:
+def _looked_for(paths: Sequence[Path], file: Path, sheet: Path, tick: Callable[[str], None], presets: bool) -> Found:
     from pytest_dvp.reality_gap.diagnose import diagnose
     from pytest_dvp.reality_gap.extend import extend
     from vehicle.model.catalogue import find_effect
     from vehicle.model.model_file import model_text, read_model
 
     logs = {path.name: thinned(path) for path in paths}
-    cleared = pruned(read_model(file), read_model(sheet), logs)
+    cleared = pruned(read_model(file), read_model(sheet), logs, math.inf if presets else ALLOWED)
     model, back = cleared.model, cleared.changes
     diagnosis = diagnose(logs, model, tick=tick)
     wanted = [e for e in diagnosis.effects if e.gain >= LEAST_GAIN and find_effect(e.name).slot != "perception"]
