@@ -18,7 +18,8 @@ _NEED_DATA = ("accel_controller", "motor_damping", "motor_inertia", "motor_torqu
 """Parts of a drive train whose data sheet must be known: tried only on a model that has one of them."""
 _DETAILS = ("body_pitch", "body_roll", "cornering_compliance", "force_rise")
 """What few logs can tell from plainer effects: tried only where none of those pays any more."""
-HOW = ("heading", "tau", "frequency", "damping")  # keys that say how, not how much
+_FINER = ("lead", "inertia")  # keys that only a fit finds: no grid begins with them
+HOW = ("heading", "tau", "frequency", "damping", *_FINER)  # keys that say how, not how much
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _LIMITS = 9  # points of a limit: between one that is never met and one always met the error has a narrow valley
 _COARSE = (3, 3, 2)
@@ -121,6 +122,8 @@ def _points(
 
 def _line(c: Coordinate, count: int) -> list[float]:
     """Values spread over the range without the neutral one."""
+    if c.key.name in _FINER:
+        return [c.key.neutral]
     if c.key.name == "heading":  # the slope has both signs, so half the way round is all round
         return [np.pi * k / count for k in range(count)]
     if c.key.neutral <= c.key.low or isinf(c.key.neutral):

@@ -46,6 +46,23 @@ def test_the_body_sways_under_the_side_force_of_its_tyres() -> None:
     assert np.abs(shown - pushed - GAIN * sway).max() < 0.01
 
 
+def test_lead_and_inertia_are_of_the_rate_and_the_acceleration_of_that_sway() -> None:
+    t = np.arange(2500) * 0.002
+    weaving = {"steer_cmd": 0.03 * np.sin(2.0 * math.pi * 1.3 * t), "accel_cmd": np.zeros(2500)}
+    replay = Replay(model("dynamic_bicycle"), t, weaving)
+    middle = {("parameters", "ay_x"): CAR["wheelbase"] - CAR["cg_to_front_axle"]}
+    pushed = replay.run(middle, starts=np.array([0]), states=ROLLING)[:, AY]
+    lead, inertia = 0.012, -0.001
+    finer = {("body_roll", "lead"): lead, ("body_roll", "inertia"): inertia}
+    shown = replay.run({**middle, **lean("body_roll"), **finer}, starts=np.array([0]), states=ROLLING)[:, AY]
+    w = 2.0 * math.pi * FREQUENCY
+    top = [w * w * inertia, w * w * lead, w * w * GAIN]
+    _, added, _ = lsim((top, [1.0, 2.0 * DAMPING * w, w * w]), pushed, t)
+    assert np.abs(shown - pushed - added).max() < 0.02
+    _, plain, _ = lsim(([w * w * GAIN], [1.0, 2.0 * DAMPING * w, w * w]), pushed, t)
+    assert np.abs(added - plain).max() > 0.1
+
+
 def test_in_a_steady_turn_a_swaying_body_shows_what_a_rigid_lean_does() -> None:
     turn = {"steer_cmd": np.full(500, 0.04), "accel_cmd": np.zeros(500)}
     replay = Replay(model("dynamic_bicycle"), T, turn, step=0.01)

@@ -15,7 +15,8 @@ from vehicle.model.effect import Key, Memory, effect
     order=90,  # after everything that alters the forces
     tyres=True,
     physics="springs let the body sway out of the turn; gravity tips with it and adds to what the accelerometer shows",
-    equation="ay_measured = ay + gain s, s'' + 2 damping w s' + w^2 (s - F_y/m) = 0, w = 2 pi frequency",
+    equation="ay_measured = ay + gain s + lead s' + inertia s'', s'' + 2 damping w s' + w^2 (s - F_y/m) = 0, "
+    "w = 2 pi frequency",
     source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed. (roll as a mass on springs and dampers)",
     parameters=(
         Key(
@@ -31,6 +32,28 @@ from vehicle.model.effect import Key, Memory, effect
         ),
         Key("frequency", "Hz", 0.8, 4.0, neutral=2.0, least=0.2, minimum=0.1, meaning="undamped frequency of roll"),
         Key("damping", "-", 0.1, 0.9, neutral=0.3, least=0.1, minimum=0.0, maximum=0.99, meaning="over critical"),
+        Key(
+            "lead",
+            "s",
+            -0.05,
+            0.05,
+            neutral=0.0,
+            least=0.002,
+            minimum=-0.2,
+            maximum=0.2,
+            meaning="what dampers and tyres pass on of the rate of sway",
+        ),
+        Key(
+            "inertia",
+            "s^2",
+            -0.005,
+            0.005,
+            neutral=0.0,
+            least=0.0002,
+            minimum=-0.02,
+            maximum=0.02,
+            meaning="sway of the body against its wheels: - m_unsprung/m h gain/g at its own height",
+        ),
     ),
     memory=(Memory("sway"), Memory("rate"), Memory("begun")),
     ties=(
@@ -43,8 +66,9 @@ def body_roll(x: Bus, p: Any, m: Any) -> None:
     pushed = (x.fy_front + x.fy_rear) / x.mass if x.vx > x.slow else x.vx * x.vx * x.curvature
     if m.begun == 0.0:
         m.begun, m.sway = 1.0, pushed
-    x.lean_y += p.gain * m.sway
     w = 2.0 * pi * p.frequency  # exact for a push that holds over the step
+    swaying = w * w * (pushed - m.sway) - 2.0 * p.damping * w * m.rate
+    x.lean_y += p.gain * m.sway + p.lead * m.rate + p.inertia * swaying
     damped = w * sqrt(1.0 - p.damping * p.damping)
     gone, c, s = exp(-p.damping * w * x.dt), cos(damped * x.dt), sin(damped * x.dt)
     off = m.sway - pushed
