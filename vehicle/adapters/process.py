@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -24,28 +24,31 @@ from vehicle.wire.faults import Fault, FaultyEnd
 from vehicle.wire.health import Trouble
 
 GROUP, FIRST_PORT = "239.74.163.2", 43113  # of CAN frames between processes; a port for each domain
-DOMAINS = range(1, 101)  # of DDS; ROS 2 advises against more than 101 on Linux, and 0 is everybody's
+LEASED_PORT = 43_300  # and up: whoever has it has the domain
+DOMAINS = range(100, 0, -1)  # of DDS: up to 101 on Linux, says ROS 2; low ones are those that people type
 
 
 class Lease:
-    """A DDS domain number that no other run on this machine has, until it is released or this process ends."""
+    """A DDS domain number that no other run on this machine has, until it is released or this process ends.
+
+    Held by a port of the loopback interface, which all who could meet on it share, whatever their folders.
+    """
 
     def __init__(self) -> None:
         for number in DOMAINS:
-            path = Path(tempfile.gettempdir()) / f"pytest-dvp-dds-{os.getuid()}-{number}.lock"
-            lock = path.open("w")
+            held = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                held.bind(("127.0.0.1", LEASED_PORT + number))
             except OSError:
-                lock.close()
+                held.close()
                 continue
-            self.domain, self._lock = number, lock
+            self.domain, self._held = number, held
             return
         raise VehicleLost(f"all {len(DOMAINS)} DDS domains of this machine are in use")
 
     def release(self) -> None:
         """Give the number back."""
-        self._lock.close()
+        self._held.close()
 
 
 class CarProcess(Ros2Vehicle):
