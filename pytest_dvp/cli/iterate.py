@@ -59,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.tuning.page import iterate_page
     from reports.mcrpg import write_mcrpg_report
 
-    write_mcrpg_report(report, iterate_page(found))
+    write_mcrpg_report(report, iterate_page(told))
     print(f"dvp iterate: {workers.done} simulated, {workers.known} kept from before; {report}", file=sys.stderr)
     if arguments.json:
         print(json.dumps(told, ensure_ascii=False, allow_nan=False))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from pytest_dvp.tuning.bounds import Bound, bounds
@@ -12,7 +13,7 @@ def document(found: Iterated) -> dict[str, Any]:
     """The document of `dvp iterate --json`."""
     return {
         "plan": found.plan.name,
-        "vehicle": found.plan.vehicle.partition(":")[0],
+        "vehicle": _vehicle(found.plan.vehicle),
         "structure": found.plan.structure,
         "ended": found.ended,
         "model": found.state.model.name,
@@ -50,3 +51,9 @@ def _number(value: float | None) -> str:
     if value is None:
         return "-"
     return f"{value:.5f}" if 0.9 < abs(value) < 1.0 else f"{value:.4g}"
+
+
+def _vehicle(text: str) -> str:
+    """`surrogate nominal`: no folder of this machine."""
+    kind, colon, hidden = text.partition(":")
+    return f"{kind} {Path(hidden).stem}" if colon else kind

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pytest_dvp.tuning.bounds import bounds
-from pytest_dvp.tuning.iterate import Iterated
 from pytest_dvp.tuning.plan import STAGES
 
 LIKENESS = ("ego x", "ego y", "steer", "velocity", "object x", "object y")
@@ -25,20 +23,19 @@ PAPER = {
 """The paper's 10th iteration, DT, PE, RW. Source: Arango et al., Sensors 2026, 26, 1338."""
 
 
-def iterate_page(found: Iterated) -> dict[str, Any]:
-    """What `reports.mcrpg.write_mcrpg_report` takes."""
-    rows = bounds(found.first, found.last)
-    entries = [entry.as_dict() for entry in found.entries]
-    held = sum(row.holds for row in rows)
+def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
+    """What `reports.mcrpg.write_mcrpg_report` takes, of the document of `dvp iterate --json`."""
+    rows, entries = document["bounds"], document["ledger"]
+    held = sum(row["holds"] for row in rows)
     return {
-        "title": f"{found.plan.name}: {_car(found.plan.vehicle)}",
-        "headline": f"{held} of {len(rows)} bounds hold on held-out drives; ended: {found.ended}",
+        "title": f"{document['plan']}: {document['vehicle']}",
+        "headline": f"{held} of {len(rows)} bounds hold on held-out drives; ended: {document['ended']}",
         "reached": held == len(rows),
-        "structure": found.plan.structure,
+        "structure": document["structure"],
         "parameters": _parameters(entries),
         "metrics": _metrics(entries),
         "numbers": [entry["number"] for entry in entries],
-        "bounds": [row.as_dict() for row in rows],
+        "bounds": rows,
         "course": [
             {
                 "number": entry["number"],
@@ -71,11 +68,6 @@ def iterate_page(found: Iterated) -> dict[str, Any]:
             for e in entries
         ],
     }
-
-
-def _car(vehicle: str) -> str:
-    hidden = vehicle.partition(":")[2]
-    return f"surrogate {hidden.rpartition('/')[2].removesuffix('.toml')}" if hidden else vehicle
 
 
 def _parameters(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
