@@ -14,14 +14,16 @@ from ads.localization import Estimate
 from vehicle.messages import FloatArray, VehicleDescription
 
 GAIN = 0.9  # 1/s
-COMFORT_JERK = 1.0  # m/s^3
+COMFORT_JERK = 1.4  # m/s^3
 URGENT_JERK = 2.5  # m/s^3
 EMERGENCY_JERK = 20.0  # m/s^3
 COMFORT_DECELERATION = 1.0  # m/s^2 at town speed
 HARD_DECELERATION = 3.5  # m/s^2; more only in an emergency
+CALM = 1.45  # times comfortable braking, for a speed that is wanted from now on; no urgent change of it
 TOO_FAST = 3.0  # m/s over the path's limit; more is worth hard braking
 STANDSTILL = 0.08  # m/s
 ROOM = 16  # constraints
+PREVIEW = 0.3  # s over which the path's change of speed is taken: as long as a limited jerk needs for it
 NOW = -1e9  # m; as a distance: from now on
 
 
@@ -41,11 +43,11 @@ def wanted_acceleration(
     """
     b = comfort_deceleration(v)
     ramp = lag + max(0.5 * (b + a_now), 0.0) / COMFORT_JERK * 0.5
-    look = s + v * (lag + 0.35)
+    look, ahead = s + v * lag, max(v * PREVIEW, 1.0)
     _, _, _, _, limit = sample(path, index, look)
-    _, _, _, _, beyond = sample(path, index, look + 1.0)
-    slope = limit * (beyond - limit)
-    a = min(slope, 0.0) + GAIN * (limit - v) if abs(limit - v) < 1.0 else GAIN * (limit - v)
+    _, _, _, _, beyond = sample(path, index, look + ahead)
+    slope = (beyond * beyond - limit * limit) / (2.0 * ahead)
+    a = slope + GAIN * (limit - v) if abs(limit - v) < 1.0 else GAIN * (limit - v)
     floor = max(b, 1.2) if v - limit < TOO_FAST else HARD_DECELERATION
     a = min(max(a, -floor), a_up * (1.0 if limit - v > 1.0 else max(limit - v, 0.0) ** 0.5 + 1e-3))
     stop = False
@@ -53,7 +55,7 @@ def wanted_acceleration(
         d, target = points[i, 0], points[i, 1]
         other = approach_acceleration(v, target, d, b, GAIN, ramp)
         if d <= NOW:
-            other = GAIN * (target - v)
+            other = max(GAIN * (target - v), -CALM * b)
         if other < a:
             a = other
             stop = target < 0.3
@@ -111,7 +113,7 @@ class ComfortSpeedControl:
             self._points[n, 0] = distance
             self._points[n, 1] = speed
             n += 1
-        a_up = min(1.0 if v < 8.0 else 1.5, 0.7 * car.max_acceleration)
+        a_up = min(1.5, 0.7 * car.max_acceleration)
         wanted, stop = wanted_acceleration(v, self._a, path, index, s, self._points, n, car.drive_delay, a_up)
         if brake > 0.0:
             wanted, stop = min(wanted, -min(brake, car.max_deceleration)), True

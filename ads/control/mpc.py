@@ -19,7 +19,7 @@ from vehicle.messages import FloatArray
 N = 20
 WEIGHT_OFFSET = 2.0  # 1/m^2
 WEIGHT_SLOPE = 2.0
-WEIGHT_CURVATURE = 400.0  # m^2
+WEIGHT_CURVATURE = 2000.0  # m^2
 WEIGHT_CHANGE = 4000.0  # m^4
 
 

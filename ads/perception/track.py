@@ -23,6 +23,7 @@ length, width, votes per kind, hits, time unseen [s], age [s], score, longest si
 
 FIRST_SPEED = np.array([12.0, 1.7, 4.0, 1.0])  # m/s per kind, sigma of a new track's velocity
 MEASURED = 0.01  # m, least side of a box that the LiDAR has seen; 0 is a camera's word
+CAMERA_BIAS = 0.03  # of the range; pitch and calibration err alike in every frame, so that no number of frames helps
 SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a side
 
 
@@ -198,6 +199,8 @@ def correct_track(track: FloatArray, row: FloatArray, sensor_x: float, sensor_y:
     ex, ey = x - track[TX], y - track[TY]
     p, v = correct_axis(track, AP, c * ex + s * ey, row[7])
     q, w = correct_axis(track, CP, c * ey - s * ex, row[9])
+    if row[8] == CAMERA:
+        track[AP] = max(track[AP], CAMERA_BIAS**2 * ((row[0] - sensor_x) ** 2 + (row[1] - sensor_y) ** 2))
     track[TX] += c * p - s * q
     track[TY] += s * p + c * q
     track[VX] += c * v - s * w

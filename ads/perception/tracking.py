@@ -18,6 +18,7 @@ from ads.perception.track import (
     AP,
     CP,
     HITS,
+    SIZED,
     TX,
     TY,
     UNSEEN,
@@ -40,6 +41,7 @@ GATE = 9.2  # chi-square, 2 degrees of freedom, 99 %
 LOOSE = 0.25  # m^2 added to a LiDAR object's variances in the gate: a partly seen car's middle is a guess
 LOOSE_CAMERA = 0.5  # m^2
 OTHER_KIND = 6.0  # added to the squared distance when kinds differ
+RANGE_SIGMAS = 2.0  # of a camera's range within which two tracks in one direction are the same object
 SAME = 0.2  # m; a track whose middle lies so near another's box is the same object
 
 
@@ -134,19 +136,30 @@ def take_matches(
         begin(tracks[n], rows[j], sensor, next_id)
         n += 1
         next_id += 1
-    return without_doubles(tracks, n), next_id
+    return without_doubles(tracks, n, sensor[0], sensor[1]), next_id
 
 
 @compiled
-def without_doubles(tracks: FloatArray, n: int) -> int:
-    """Drop tracks whose middle lies in a vehicle track with more hits; returns how many are left."""
+def without_doubles(tracks: FloatArray, n: int, sensor_x: float, sensor_y: float) -> int:
+    """Drop tracks whose middle lies in a vehicle track with more hits; returns how many are left.
+
+    A camera alone knows the range badly: one of its tracks may lie as far before or behind as its range is unsure,
+    seen from the sensor at (sensor_x, sensor_y) [m].
+    """
     left = 0
     for i in range(n):
         double = False
         for j in range(n):
             if j != i and tracks[j, HITS] > tracks[i, HITS] and track_kind(tracks[j]) == VEHICLE:
                 same = track_kind(tracks[i]) == VEHICLE or tracks[i, HITS] < CONFIRM
-                along, across = outside(tracks[j], tracks[i, TX], tracks[i, TY])
+                x, y = tracks[i, TX], tracks[i, TY]
+                if tracks[i, SIZED] == 0.0:
+                    c, s = sight(x - sensor_x, y - sensor_y)
+                    apart = c * (tracks[j, TX] - x) + s * (tracks[j, TY] - y)
+                    unsure = RANGE_SIGMAS * np.sqrt(tracks[i, AP])
+                    apart = min(max(apart, -unsure), unsure)
+                    x, y = x + c * apart, y + s * apart
+                along, across = outside(tracks[j], x, y)
                 if same and max(along, across) < SAME:
                     double = True
         if not double:

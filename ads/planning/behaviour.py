@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Protocol
 
-from ads.control.longitudinal import NOW
-from ads.control.speed_profile import stopping_distance
+from ads.control.longitudinal import COMFORT_DECELERATION, NOW
+from ads.control.speed_profile import approach_speed, stopping_distance
 from ads.control.spline import shifted
 from ads.localization import Estimate
 from ads.map_monitor import MapMonitor
@@ -38,6 +38,7 @@ DANGER_MARGIN = 0.15  # m beside the car
 AVERTED = 2.0  # s
 SIGNAL_GAP = 1.0  # m before a signal
 AMBER_DECELERATION = 2.0  # m/s^2; amber is a stop if this much suffices
+IN_LANE = 0.3  # m of offset; with less, on the way back, the overtaking speed is over
 GOAL_NEAR = 1.0  # m
 END_GAP = 2.0  # m before a dead end
 FREE = 1e6  # m
@@ -128,7 +129,8 @@ class Behaviour:
         needed = self._needed_deceleration(v, contact)
         crossing_near, crossing_stop = self._crossing.update(t, s, v, monitor, detections, placed)
         junction_near, junction_taken = self._junction.update(t, s, v, navigator, detections, self._memory)
-        lead = find_lead(s, v, self._car, self._overtaking.offset, detections, placed, self._junction.passing)
+        pass_by = self._junction.passing | self._overtaking.met | self._crossing.passing
+        lead = find_lead(s, v, self._car, self._overtaking.offset, detections, placed, pass_by)
         stop_light = self._stop_light(s, v, monitor)
         self._find_obstacle(t, s, detections, placed, monitor)
         self._look_for_another_way(estimate, navigator)
@@ -237,6 +239,7 @@ class Behaviour:
     ) -> dict[str, bool]:  # fmt: skip
         o, plan, monitor = self._obstacle, self._overtaking, navigator.monitor
         facts = dict.fromkeys(("obstacle", "in_range", "gap_free", "way_around", "beside", "conflict", "passed"), False)
+        plan.met, plan.meeting_speed = frozenset(), None
         facts["standing"] = v < 0.05
         facts["in_lane"] = plan.offsets is None or (plan.back_in_lane(s) and abs(navigator.lateral) < 0.25)
         if o is None or monitor is None:
@@ -253,12 +256,12 @@ class Behaviour:
         reachable = navigator.goal_s > plan.back_at(o) + 5.0
         if wanted is not None:
             others = [
-                Neighbour(row[0], row[1], row[2], row[3], row[4], self._memory.stood(t, d.track))
+                Neighbour(d.track, row[0], row[1], row[2], row[3], row[4], self._memory.stood(t, d.track))
                 for row, d in zip(placed, detections, strict=True)
             ]
-            facts["gap_free"] = plan.gap_free(s, v, o, monitor, wanted, others)
-            if facts["gap_free"] and reachable and self._parameters.MPC_w > 0.0:
+            if reachable and self._parameters.MPC_w > 0.0:
                 facts["way_around"] = plan.feasible(t, s, o, monitor)
+            facts["gap_free"] = plan.gap_free(s, v, o, monitor, wanted, others)
         if facts["gap_free"]:
             self._free_at = t
         facts["conflict"] = t - self._free_at > CONFLICT_FOR
@@ -299,6 +302,10 @@ class Behaviour:
             self._stop_s = s + stopping_distance(v, 1.2) + 0.6 * v
         return min(self._stop_s, obstacle.s_from - self._front - STUCK_GAP) - s
 
+    def _waiting_speed(self, s: float, obstacle: Obstacle) -> float:
+        """Speed [m/s] of one that comes to rest WAIT_GAP behind an obstacle by comfortable braking."""
+        return float(approach_speed(obstacle.s_from - self._front - WAIT_GAP - s, COMFORT_DECELERATION))
+
     def _limits(
         self, s: float, v: float, navigator: Navigator, lead: tuple[float, float] | None, stop_light: float
     ) -> list[tuple[float, float]]:
@@ -319,10 +326,15 @@ class Behaviour:
         obstacle = self._obstacle
         if obstacle is not None:
             stuck = self._stuck and s + self._front < obstacle.s_from
-            if marked("overtaking", "wait") or marked("overtaking", "abort") or stuck:
+            meeting = self._overtaking.meeting_speed
+            if marked("overtaking", "wait") and meeting is not None and meeting > self._waiting_speed(s, obstacle):
+                limits.append((obstacle.s_from - self._front - STUCK_GAP - s, 0.0))
+                limits.append((NOW, meeting))
+            elif marked("overtaking", "wait") or marked("overtaking", "abort") or stuck:
                 limits.append((self._stop_behind(s, v, obstacle), 0.0))
             else:
                 self._stop_s = None
-        if self._passing():
+        back = marked("overtaking", "back") and abs(self._overtaking.offset(s)) < IN_LANE
+        if self._passing() and not back:
             limits.append((NOW, self._parameters.DECISION_OT_speed))
         return limits

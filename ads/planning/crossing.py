@@ -1,4 +1,4 @@
-"""Pedestrian crossings: which one is next, is it occupied, where to stop for it."""
+"""Pedestrian crossings: which one is next, is it occupied, how slow to come or where to stop for it."""
 
 from __future__ import annotations
 
@@ -10,18 +10,25 @@ from ads.map_monitor import Crossing, MapMonitor
 from ads.parameters import Parameters
 from vehicle.messages import Detection, VehicleDescription
 
-SPEED = 0.7  # of the set speed, within DECISION_PC_d_max
+SPEED = 0.75  # of the set speed, from DECISION_PC_d_min on; on the way there from DECISION_PC_d_max it falls evenly
 WATCH_SPEED = 0.5  # of the set speed, from DECISION_PC_d_min on, while a pedestrian is near the crossing
 LEAST_SPEED = 2.0  # m/s
 BAND = 1.5  # m before and behind the crosswalk in which a pedestrian counts
 WATCH_SIDE = 7.0  # m beside the crosswalk's ends in which a pedestrian makes the ego watch
 SOON = 10.0  # s; a pedestrian farther than this from the lane does not cross yet
 SIDE = 0.9  # m beside the car that a pedestrian must be clear of
+SIDE_LEAVING = 0.6  # m of one who walks away from the car's way
 TOWARDS = 0.3  # m/s
+WALKS = 0.8  # m/s; when he leaves the lane is not known of one who is slower
+BEHIND_HIM = 0.6  # s between his leaving the car's way and the car's coming
+SLOWEST = 0.6  # m/s; where the car would have to come slower than this, it stops
 LATE = 2.0  # m/s^2; a stop that needs more is left to the emergency net
+SETS_OFF = 1.4  # m/s^2 of the car when it sets off behind him
+SETTING_OFF = 0.8  # s until it does
+FIRM = 1.5  # m/s^2 of a stop for one who stays in the way
 GENTLE = 1.2  # m/s^2 of a stop that d_min leaves no room for
 REACTION = 0.6  # s until the brake bites
-EDGE_GAP = 1.0  # m between bumper and crosswalk, at least
+EDGE_GAP = 0.8  # m between bumper and crosswalk, at least
 FREE_FOR = 0.5  # s until a crossing counts as free
 UNSEEN_FOR = 8.0  # s at most that a pedestrian counts who walks towards the lane and has left the sensors' view
 
@@ -35,8 +42,13 @@ class CrossingRule:
         self._half = 0.5 * car.width + SIDE
         self.crossing: Crossing | None = None
         self._stop_s: float | None = None
+        self._yield_speed: float | None = None  # m/s to come behind who crosses, without a stop
         self._seen = -math.inf
         self._watch = False
+        self._leaves = -math.inf  # when the last pedestrian leaves the car's way [s]; inf: not known
+        self._him = math.inf  # where the nearest of those who cross is [m along the path]
+        self.passing: frozenset[int] = frozenset()  # tracks of those who are let pass: no leads of ours
+        self._crossed: set[int] = set()  # tracks of pedestrians who were in the car's way
         self._across: dict[int, float] = {}  # pedestrian's track -> time [s] when he will have crossed the lane
 
     def update(
@@ -45,32 +57,50 @@ class CrossingRule:
     ) -> tuple[bool, bool]:  # fmt: skip
         """Whether a crossing is within DECISION_PC_d_max, and whether the car is to stop for it."""
         self.crossing = crossing = self._next(s, monitor)
+        self._yield_speed, self.passing = None, frozenset()
         if crossing is None:
             self._stop_s = None
             self._watch = False
             self._across.clear()
+            self._crossed.clear()
             return False, False
         if self._occupied(t, crossing, detections, placed):
             self._seen = t
-        occupied = t - self._seen < FREE_FOR
-        if not occupied:
+        if t - self._seen >= FREE_FOR:
             self._stop_s = None
-        elif self._stop_s is None:
+            return True, False
+        left, time = self._last_place(crossing) - s, max(self._leaves - t, 0.0)
+        speed = left / (time + BEHIND_HIM)
+        if left > v * time + 0.5 * SETS_OFF * max(time - SETTING_OFF, 0.0) ** 2:
+            speed = math.inf  # setting off now, the car still comes after him
+        if speed >= SLOWEST:
+            self._stop_s, self._yield_speed, self.passing = None, speed, frozenset(self._across) | self._crossed
+            return True, True
+        if self._stop_s is None:
             self._stop_s = self._stop_place(crossing, s, v)
-        return True, occupied and self._stop_s is not None
+        return True, self._stop_s is not None
 
     def limits(self, s: float, set_speed: float, stop: bool) -> list[tuple[float, float]]:
         """Limits (distance [m], speed [m/s]) for the crossing ahead; `stop` if the net says so."""
         crossing = self.crossing
         if crossing is None:
             return []
-        found = [(NOW, max(SPEED * set_speed, LEAST_SPEED))]
+        found = [(NOW, self._approach_speed(crossing.s_middle - s, set_speed))]
         if self._watch and s < crossing.s_from:
             left = crossing.s_middle - self._d_min - s
             found.append((left if left > 0.0 else NOW, max(WATCH_SPEED * set_speed, LEAST_SPEED)))
-        if stop and self._stop_s is not None:
+        if stop and self._yield_speed is not None:
+            room = self._him - self._front - EDGE_GAP - s  # should he stay
+            found.append((NOW, min(self._yield_speed, math.sqrt(2.0 * FIRM * max(room, 0.0)))))
+        elif stop and self._stop_s is not None:
             found.append((self._stop_s - s, 0.0))
         return found
+
+    def _approach_speed(self, distance: float, set_speed: float) -> float:
+        """Speed [m/s] `distance` [m] before the middle of a crossing of which nobody is known to be on it."""
+        slow = max(SPEED * set_speed, LEAST_SPEED)
+        share = (distance - self._d_min) / max(self._d_max - self._d_min, 1e-3)
+        return math.sqrt(slow * slow + max(set_speed * set_speed - slow * slow, 0.0) * min(max(share, 0.0), 1.0))
 
     def _next(self, s: float, monitor: MapMonitor | None) -> Crossing | None:
         """The next crossing within DECISION_PC_d_max that the rear axle has not passed."""
@@ -91,11 +121,15 @@ class CrossingRule:
         soonest = s + stopping_distance(v, GENTLE) + REACTION * v
         if soonest <= wanted:
             return wanted
-        at_edge = crossing.s_middle - crossing.s_from + self._front + EDGE_GAP
-        last = crossing.s_middle - min(self._d_min, at_edge)
+        last = self._last_place(crossing)
         if last - s < v * v / (2.0 * LATE):
             return None
         return min(max(wanted, soonest), last)
+
+    def _last_place(self, crossing: Crossing) -> float:
+        """Where the rear axle is when the bumper is EDGE_GAP before the crosswalk [m along the path]."""
+        at_edge = crossing.s_middle - crossing.s_from + self._front + EDGE_GAP
+        return crossing.s_middle - min(self._d_min, at_edge)
 
     def _occupied(
         self, t: float, crossing: Crossing, detections: tuple[Detection, ...], placed: list[list[float]]
@@ -106,21 +140,33 @@ class CrossingRule:
         """
         half = self._half
         self._watch = False
-        occupied = False
+        occupied, leaves, him = False, -math.inf, crossing.s_from
         for row, detection in zip(placed, detections, strict=True):
             if detection.kind not in ("pedestrian", "bicycle"):
                 continue
             s_from, s_to, l_from, l_to, _, across = row
             if s_to < crossing.s_from - BAND or s_from > crossing.s_to + BAND:
                 continue
+            track = detection.track
             middle = 0.5 * (l_from + l_to)
             towards = -math.copysign(1.0, middle) * across
-            if crossing.l_from - WATCH_SIDE < middle < crossing.l_to + WATCH_SIDE and towards > -TOWARDS:
+            near = crossing.l_from - WATCH_SIDE < middle < crossing.l_to + WATCH_SIDE
+            if near and towards > (TOWARDS if track in self._crossed else -TOWARDS):
                 self._watch = True
-            self._across.pop(detection.track, None)
-            if l_from < half and l_to > -half:
-                occupied = True
-            elif towards > TOWARDS and abs(middle) - half < towards * SOON:
-                occupied = True
-                self._across[detection.track] = t + min((abs(middle) + half) / towards, UNSEEN_FOR)
-        return occupied or any(t < until for until in self._across.values())
+            self._across.pop(track, None)
+            leaving = abs(across) > WALKS and towards < 0.0
+            side = half - SIDE + SIDE_LEAVING if leaving else half
+            within = l_from < side and l_to > -side
+            if within or (towards > TOWARDS and abs(middle) - half < towards * SOON):
+                occupied, him = True, min(him, s_from) if occupied else s_from
+                out = half - SIDE + SIDE_LEAVING
+                way = out + l_to if across < 0.0 else out - l_from  # until he is out on the side he walks to
+                leaves = max(leaves, t + way / abs(across) if abs(across) > WALKS else math.inf)
+                if within:
+                    self._crossed.add(track)
+                else:
+                    self._across[track] = t + min((abs(middle) + half) / towards, UNSEEN_FOR)
+        unseen = [until for until in self._across.values() if t < until]
+        if occupied or unseen:
+            self._leaves, self._him = max(leaves, *unseen) if unseen else leaves, him
+        return occupied or bool(unseen)

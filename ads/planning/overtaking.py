@@ -14,19 +14,31 @@ from vehicle.messages import FloatArray, VehicleDescription
 
 CLEARANCE = 0.65  # m between the car's side and the obstacle's, at least
 COMFORT_CLEARANCE = 0.9  # m, wanted
-WAIT_GAP = 15.0  # m between bumpers when waiting behind an obstacle; enough to swing out from
+WAIT_GAP = 12.0  # m between bumpers when waiting behind an obstacle; enough to swing out from
 SHORTEST_GAP = 3.0  # m; nearer than this the offset must clear the obstacle already
 SWING = 22.0  # m of path for a swing, wanted
 EDGE = 0.2  # m left between the car and the edge of the lane it passes in
 SETTLED = 6.0  # s; a vehicle in the other lane that stood so long will not set off
 UNKNOWN_SPEED = 5.0  # m/s assumed of one that may set off
 CONTACT_TIME = 3.0  # s kept to oncoming traffic when back in the lane
+STILL_CONTACT_TIME = 2.0  # s, once it has begun
 CLOSE_TO_LANE = 0.8  # m of offset; less than this is back in the lane for oncoming traffic
 RESOLVE = 0.4  # s between two solutions
 OVERSHOOT = 0.5  # m beyond the wanted offset, at most
 SETTLED_PATH = 8.0  # m ahead in which a new plan asks for no more offset than the old one has
 LARGEST_BEND = 0.14  # 1/m
 NO_BOUND = 1e3  # m
+GONE_BY = 1.5  # m between an oncoming vehicle's rear and the place where the car needs its lane
+STILL_GONE_BY = 0.5  # m, once it has begun
+BESIDE_GAP = 0.4  # m between the car's front corner and an oncoming vehicle's side until it has gone by
+SURELY_COMES = 1.5  # m/s; an oncoming vehicle as fast as this will go by
+SET_OFF = 0.4  # s until a standing car moves
+QUICKEST = 1.5  # m/s^2 of the car when it enters the other lane
+MEETING_GAP = 8.0  # m between bumper and obstacle where the car leaves its lane once the oncoming vehicle has gone by
+MEETING_TIME = 2.8  # s of time to collision with the obstacle, at least, while it waits for that
+LEAST_GAP = 10.5  # m between bumpers from which it can swing out; 9.5 is the least with which there is a plan
+FIRM = 1.5  # m/s^2
+SLOWEST_MEETING = 1.0  # m/s; to be slower than this it stops
 LEAST_CHANGE = 0.12  # m; a plan that differs less is not worth a new path
 
 
@@ -41,8 +53,9 @@ class Obstacle(NamedTuple):
 
 
 class Neighbour(NamedTuple):
-    """An object near the path: s_from, s_to, l_from, l_to [m], speed along the path [m/s], how long it stood [s]."""
+    """An object near the path: its track, s_from, s_to, l_from, l_to [m], speed along it [m/s], how long it stood [s]."""
 
+    track: int
     s_from: float
     s_to: float
     l_from: float
@@ -64,14 +77,17 @@ class Overtaking:
         self._s_from = 0.0
         self._step = 1.0
         self._solved = self._asked = -math.inf
-        self._feasible = False
+        self._draft: tuple[FloatArray, float, float] | None = None  # pieces, where they begin [m], step [m]
+        self.meeting_speed: float | None = None  # m/s to come when oncoming vehicles have gone by; None: stop for them
+        self.met: frozenset[int] = frozenset()  # tracks that will have gone by before the car needs their lane
         self.offsets: FloatArray | None = None  # None: in the lane everywhere
         self.s_end = -math.inf  # where the plan is back in the lane [m]
         self.obstacle: Obstacle | None = None
 
     def reset(self) -> None:
         """Forget the plan: the reference path is a new one, or the manoeuvre is over."""
-        self._pieces = None
+        self._pieces = self._draft = self.meeting_speed = None
+        self.met = frozenset()
         self.offsets = None
         self.obstacle = None
         self.s_end = -math.inf
@@ -104,12 +120,17 @@ class Overtaking:
     def gap_free(
         self, s: float, v: float, obstacle: Obstacle, monitor: MapMonitor, wanted: float, others: list[Neighbour]
     ) -> bool:
-        """Whether the passing side stays free until the car is back in its lane."""
+        """Whether the passing side stays free until the car is back in its lane; sets `meeting_speed`.
+
+        Free, too, if who comes will have gone by before the car needs his lane.
+        """
         half = 0.5 * self._car.width + 0.5
         low, high = wanted - half, wanted + half
         speed = self._parameters.DECISION_OT_speed
         back = self.back_at(obstacle) + SWING
         time = max(back - s, 0.0) / (0.9 * speed) + 0.5 * max(speed - v, 0.0)
+        contact = CONTACT_TIME if self._pieces is None else STILL_CONTACT_TIME
+        free, met, gone = True, math.inf, set()
         for other in others:
             l_from, l_to = (other.l_from, other.l_to) if monitor.side > 0.0 else (-other.l_to, -other.l_from)
             if l_to < low or l_from > high:
@@ -119,18 +140,62 @@ class Overtaking:
             if other.speed > 0.5:  # same direction
                 closing = max(other.speed - v, 0.0)
                 if other.s_to > s - 8.0 - closing * time and other.s_from < back:
-                    return False
+                    free, met = False, 0.0
                 continue
             away = other.speed
             if away > -0.5:
                 if other.stood >= SETTLED:
                     if other.s_from < back + 2.0 and other.s_to > s:
-                        return False
+                        free, met = False, 0.0
                     continue
                 away = -UNKNOWN_SPEED
-            if other.s_from + 1.1 * away * time < back + self._front + CONTACT_TIME * (speed - away):
-                return False
-        return True
+            if other.s_from + 1.1 * away * time >= back + self._front + contact * (speed - away):
+                continue
+            if other.speed < -SURELY_COMES and self._goes_by_before(s, v, other, l_from, monitor.side):
+                gone.add(other.track)
+            elif other.speed > -SURELY_COMES:
+                free, met = False, 0.0
+            else:
+                free, met = False, min(met, self._speed_to_meet(s, obstacle, other))
+        self.meeting_speed = None if free or met < SLOWEST_MEETING else met
+        self.met = frozenset(gone)
+        return free
+
+    def _goes_by_before(self, s: float, v: float, other: Neighbour, edge: float, side: float) -> bool:
+        """Whether an oncoming vehicle, its side at `edge` [m], has gone by when the car comes to where it needs it."""
+        enters = self._enters(s, edge - BESIDE_GAP, side)
+        time = _time_to(enters - s, v, self._parameters.DECISION_OT_speed)
+        # a plan under way is not given up for what a better look changes
+        margin, share = (GONE_BY, 0.9) if self._pieces is None else (STILL_GONE_BY, 1.0)
+        return other.s_to + share * other.speed * time + margin < enters + self._front
+
+    def _enters(self, s: float, edge: float, side: float) -> float:
+        """Arc length [m] from `s` on at which the car's front corner crosses `edge` [m] by the plan, or its draft."""
+        draft = self._draft
+        if self._pieces is not None:
+            draft = self._pieces, self._s_from, self._step
+        if draft is None:
+            return s
+        pieces, s_from, step = draft
+        end = s_from + N * step
+        at = s
+        while at < end:
+            offset, slope, _ = offset_at(pieces, s_from, step, at)
+            if side * (offset + self._front * slope) + 0.5 * self._car.width > edge:
+                break
+            at += 0.5
+        return at
+
+    def _speed_to_meet(self, s: float, obstacle: Obstacle, other: Neighbour) -> float:
+        """Speed [m/s] with which the car comes MEETING_GAP behind the obstacle just when `other` has gone by there."""
+        front = obstacle.s_from - MEETING_GAP
+        left = front - self._front - s
+        if left <= 0.0:
+            return 0.0
+        pace = max(-other.speed, UNKNOWN_SPEED)  # a track that sets off is faster than it is known to be
+        gap = obstacle.s_from - self._front - s
+        stops = math.sqrt(2.0 * FIRM * max(gap - LEAST_GAP, 0.0))  # should it not come
+        return min(left * pace / max(other.s_to + GONE_BY - front, 1e-3), gap / MEETING_TIME, stops)
 
     def plan(self, t: float, s: float, path: FloatArray, obstacle: Obstacle | None, monitor: MapMonitor) -> bool | None:
         """Plan from arc length `s` [m] on around an obstacle, or back to the lane if there is none.
@@ -158,8 +223,9 @@ class Overtaking:
         """Whether a plan around `obstacle` exists from `s` [m]; asks the solver every RESOLVE seconds."""
         if t - self._asked >= RESOLVE - 1e-9:
             self._asked = t
-            self._feasible = self._solve(s, obstacle, monitor) is not None
-        return self._feasible
+            found = self._solve(s, obstacle, monitor)
+            self._draft = None if found is None else (found[0], s, found[1])
+        return self._draft is not None
 
     def _change(self, pieces: FloatArray, s: float, step: float) -> float:
         """Largest difference [m] between a new plan from `s` on and the present one."""
@@ -207,3 +273,13 @@ class Overtaking:
     def _is_flat(self, s: float) -> bool:
         assert self._pieces is not None
         return all(abs(self.offset(s + d)) < 0.03 for d in (0.0, 3.0, 8.0, 15.0, 25.0))
+
+
+def _time_to(distance: float, v: float, speed: float) -> float:
+    """Least time [s] for a distance [m] from `v` [m/s] on, up to `speed` [m/s]."""
+    late = SET_OFF if v < 0.1 else 0.0
+    top = max(speed, v)
+    ramp = (top * top - v * v) / (2.0 * QUICKEST)
+    if distance <= ramp:
+        return late + (math.sqrt(v * v + 2.0 * QUICKEST * distance) - v) / QUICKEST
+    return late + (top - v) / QUICKEST + (distance - ramp) / max(top, 0.1)

@@ -40,6 +40,8 @@ def brake_inverted(parameters: Parameters, network: Map, vehicle: VehicleDescrip
 FAULTS: dict[str, dict[str, Any]] = {
     "none": {},
     "perception off": {"ads": blind},
+    # At 2.0 m/s he comes to the car's side, 8.75 m away, 0.1 s after it has gone by at crossing speed: 17.6 m at 4.1 m/s.
+    "perception off, pedestrian at 2.3 m/s": {"ads": blind, "parameters": {"pedestrian_speed": 2.3}},
     "brake inverted": {"ads": brake_inverted},
     "no distance kept to an occupied crossing": {"P": {"DECISION_PC_d_min": 0.0}},
     "LQR gain 0": {"P": {"LQR_q11": 0.0, "LQR_q22": 0.0}},  # no weight on any error: the gain is 0, feed-forward stays
@@ -64,10 +66,14 @@ def test_the_sound_stack_passes_every_gate(scenario: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("scenario", "hit"), [("pedestrian_crossing.xosc", "Pedestrian"), ("overtaking.xosc", "Target")]
+    ("scenario", "fault", "hit"),
+    [
+        ("pedestrian_crossing.xosc", "perception off, pedestrian at 2.3 m/s", "Pedestrian"),
+        ("overtaking.xosc", "perception off", "Target"),
+    ],
 )
-def test_without_perception_the_ego_hits_what_it_does_not_see(scenario: str, hit: str) -> None:
-    collision = verdicts(scenario, "perception off")["collision"]
+def test_without_perception_the_ego_hits_what_it_does_not_see(scenario: str, fault: str, hit: str) -> None:
+    collision = verdicts(scenario, fault)["collision"]
     assert (collision.status, collision.object) == ("FAIL", hit)
 
 

@@ -15,7 +15,7 @@ from vehicle.messages import Detection, Observation
 
 @dataclass
 class Actor:
-    """A box that moves straight from `start` [s] on."""
+    """A box that moves straight from `start` [s] on, for `reach` [m]."""
 
     kind: str
     x: float
@@ -25,10 +25,15 @@ class Actor:
     width: float
     speed: float = 0.0
     start: float = 0.0
+    reach: float = math.inf
 
     def at(self, t: float) -> tuple[float, float]:
-        d = self.speed * max(t - self.start, 0.0)
+        d = min(self.speed * max(t - self.start, 0.0), self.reach)
         return self.x + d * math.cos(self.yaw), self.y + d * math.sin(self.yaw)
+
+    def pace(self, t: float) -> float:
+        """Speed [m/s] at `t` [s]."""
+        return self.speed if 0.0 <= (t - self.start) * self.speed < self.reach else 0.0
 
     def corners(self, t: float) -> np.ndarray:
         return corners(*self.at(t), self.yaw, self.length, self.width)
@@ -86,7 +91,7 @@ class SeeingAll:
         for i, a in enumerate(self.actors):
             x, y = a.at(t)
             if math.hypot(x - estimate.x, y - estimate.y) < self.reach:
-                v = a.speed if t >= a.start else 0.0
+                v = a.pace(t)
                 found.append(
                     Detection(
                         t,
@@ -121,7 +126,7 @@ class Watch:
             other = a.corners(t)
             gap = separation(own, other)
             self.least = min(self.least, gap)
-            v = a.speed if t >= a.start else 0.0
+            v = a.pace(t)
             relative = np.array(
                 [car.v * math.cos(car.yaw) - v * math.cos(a.yaw), car.v * math.sin(car.yaw) - v * math.sin(a.yaw)]
             )

@@ -42,6 +42,17 @@ def test_waits_for_an_oncoming_vehicle_before_it_overtakes():
     assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
 
 
+@pytest.mark.parametrize("from_x", [85.0, 90.0, 95.0, 100.0])
+def test_does_not_stop_for_an_oncoming_vehicle_that_goes_by_in_time(from_x):
+    # 5 m/s each: they meet where the car is still 15 to 23 m behind the rear of the parked one.
+    oncoming = Actor("vehicle", from_x, 1.75, math.pi, 4.4, 1.8, 5.0)
+    log, watch = run([parked(70.0), oncoming])
+    assert watch.least > 0.5
+    assert watch.inverse_ttc < 0.5
+    assert log.v[:400].min() > 1.0
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
 def test_an_oncoming_vehicle_that_only_sets_off_later_is_not_trusted():
     oncoming = Actor("vehicle", 95.0, 1.75, math.pi, 4.4, 1.8, 5.0, start=7.0)
     log, watch = run([parked(70.0), oncoming])
@@ -59,15 +70,28 @@ def test_stops_behind_a_box_it_cannot_pass():
     assert watch.inverse_ttc < 0.5
 
 
-def test_stops_for_a_pedestrian_on_the_crossing_and_goes_on_when_it_is_free():
+def test_lets_a_pedestrian_pass_without_a_stop_and_comes_to_the_crosswalk_behind_him():
     network = PlaneMap([(300.0, 0.0)], crosswalk_at=60.0)
     pedestrian = Actor("pedestrian", 60.0, 8.0, -math.pi / 2, 0.5, 0.6, 2.0, start=6.0)
     log, watch = run([pedestrian], network)
     assert watch.inverse_ttc <= 0.5
     assert watch.least > 1.0
-    assert log.v[100:300].min() < 0.5
+    slowest = log.v[:300].min()
+    assert 0.5 < slowest < 3.0
+    # He leaves the car's width (0.74 m to each side of -1.75 m) at t = 6 + (8 + 1.75 + 0.74 + 0.25) / 2 = 11.4 s;
+    # before, the bumper, 2.7 m ahead of the axle, is not on the crosswalk, which begins 1.5 m before 60 m.
+    before = [x + 2.7 for t, x, *_ in log.rows if t < 11.4]
+    assert max(before) < 58.5
     assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
-    assert log.jerk() < 2.5
+
+
+def test_stops_for_a_pedestrian_who_stops_before_the_car():
+    network = PlaneMap([(300.0, 0.0)], crosswalk_at=60.0)
+    pedestrian = Actor("pedestrian", 60.0, 8.0, -math.pi / 2, 0.5, 0.6, 2.0, start=6.0, reach=9.75)  # to -1.75
+    log, watch = run([pedestrian], network, duration=30.0)
+    assert log.v[-1] == 0.0
+    assert watch.inverse_ttc < 1.0
+    assert watch.least > 0.5
 
 
 def test_waits_15_m_before_the_middle_of_an_occupied_crossing():
