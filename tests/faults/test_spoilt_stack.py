@@ -40,7 +40,7 @@ def brake_inverted(parameters: Parameters, network: Map, vehicle: VehicleDescrip
 FAULTS: dict[str, dict[str, Any]] = {
     "none": {},
     "perception off": {"ads": blind},
-    # At 2.0 m/s he comes to the car's side, 8.75 m away, 0.1 s after it has gone by at crossing speed: 17.6 m at 4.1 m/s.
+    # At 2.0 m/s he comes to the car's side, 8.75 m off, 0.1 s after it has gone by: 17.6 m at crossing speed, 4.1 m/s.
     "perception off, pedestrian at 2.3 m/s": {"ads": blind, "parameters": {"pedestrian_speed": 2.3}},
     "brake inverted": {"ads": brake_inverted},
     "no distance kept to an occupied crossing": {"P": {"DECISION_PC_d_min": 0.0}},
