@@ -53,7 +53,7 @@ class Obstacle(NamedTuple):
 
 
 class Neighbour(NamedTuple):
-    """An object near the path: its track, s_from, s_to, l_from, l_to [m], speed along it [m/s], how long it stood [s]."""
+    """Object near the path: track, s_from, s_to, l_from, l_to [m], speed along it [m/s], how long it stood [s]."""
 
     track: int
     s_from: float
