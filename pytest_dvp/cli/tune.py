@@ -12,11 +12,11 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite, root_here
 from pytest_dvp.cli.progress import progress
-from pytest_dvp.settings import SettingError
+from pytest_dvp.settings import SettingError, unknown
 
 if TYPE_CHECKING:
     from pytest_dvp.tuning.tune import Tuning
@@ -46,10 +46,13 @@ def execute(arguments: argparse.Namespace) -> int:
         if value is not None and value < (1 if option == "budget" else 0):
             raise SettingError(f"--{option} is {value}, expected a whole number >= {1 if option == 'budget' else 0}")
     from pytest_dvp.tuning.cache import Cache
+    from pytest_dvp.tuning.study import SEARCHES
     from pytest_dvp.tuning.study_file import read_study
     from pytest_dvp.tuning.tune import tune
     from pytest_dvp.tuning.workers import Workers
 
+    if arguments.search is not None and arguments.search not in SEARCHES:
+        raise SettingError(f"--search: {unknown('search', arguments.search, SEARCHES)}")
     study = read_study(path, search=arguments.search, budget=arguments.budget, seed=arguments.seed)
     out = folder_of(arguments.out, f"{study.name}-{study.search}")
     with progress("dvp tune", "tuning") as tick, Workers(Cache(cache_of(arguments)), jobs, tick) as workers:
@@ -57,7 +60,7 @@ def execute(arguments: argparse.Namespace) -> int:
     write(found, out)
     print(f"dvp tune: {workers.done} simulated, {workers.known} kept from before; {out}", file=sys.stderr)
     if arguments.json:
-        print(json.dumps(finite(found.as_dict()), ensure_ascii=False, allow_nan=False))
+        print(json.dumps(finite(_document(found)), ensure_ascii=False, allow_nan=False))
     else:
         print(table(found))
     return 0 if found.best.score.allowed else 1
@@ -92,7 +95,7 @@ def write(found: Tuning, out: Path) -> None:
     """result.json, trials.csv and the best point as options of `dvp run`; each whole or not at all."""
     from pytest_dvp.tuning.cache import write_whole
 
-    document = json.dumps(finite(found.as_dict()), ensure_ascii=False, indent=1)
+    document = json.dumps(finite(_document(found)), ensure_ascii=False, indent=1)
     write_whole(out / "result.json", document.encode() + b"\n")
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
@@ -108,6 +111,12 @@ def write(found: Tuning, out: Path) -> None:
     write_whole(out / "trials.csv", text.getvalue().encode())
     words = " ".join(f"--set {name}={value:g}" for name, value in found.best.point.items())
     write_whole(out / "best.txt", f"{words}\n".encode())
+
+
+def _document(found: Tuning) -> dict[str, Any]:
+    from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
+
+    return {**found.as_dict(), "sensitivity": as_dict(sensitivity(found))}
 
 
 def table(found: Tuning) -> str:

@@ -6,8 +6,6 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.settings import unknown
-from pytest_dvp.tuning.errors import TuneError
 from pytest_dvp.tuning.objective import ALIGNMENT, PERFORMANCE
 from pytest_dvp.tuning.plan import Plan
 from pytest_dvp.tuning.reader import Reader
@@ -21,7 +19,7 @@ _ITERATE = (
 
 
 def read_plan(path: Path, **changes: Any) -> Plan:
-    """A plan from its file; `changes` of vehicle, iterations, search, structure from the command line. Raises
+    """A plan from its file; `changes` of vehicle, iterations, structure from the command line. Raises
     TuneError, one line."""
     return _PlanReader(path).plan({k: v for k, v in changes.items() if v is not None})
 
@@ -63,8 +61,6 @@ class _PlanReader(Reader):
         return plan
 
     def whole_plan(self, plan: Plan) -> None:
-        if plan.search not in SEARCHES:
-            raise TuneError(f"--search: {unknown('search', plan.search, SEARCHES)}")
         if not plan.variants:
             self.fail("iterate", "nothing to learn from: [[scenario]] file = ...")
         if not plan.held_out:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.settings import unknown
 from pytest_dvp.tuning.errors import TuneError
 from pytest_dvp.tuning.objective import Kind
 from pytest_dvp.tuning.reader import Reader
@@ -45,8 +44,6 @@ class _StudyReader(Reader):
         held = {name: value for name, value in {**P, **S, **fixed}.items() if name not in start}
         self.allowed({**held, **start})
         search = str(changes.get("search", self.word(head, "search", SEARCHES, "coordinate")))
-        if search not in SEARCHES:
-            raise TuneError(f"--search: {unknown('search', search, SEARCHES)}")
         study = Study(
             name=self.path.stem,
             objective=self.objective(kind),

@@ -1,0 +1,129 @@
+"""The iteration's rule: held-out drives decide what is taken, and it ends when they say that nothing improves.
+
+Simulations, diagnosis and comparison are replaced by what they would say; the rule is what is tested.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pytest_dvp.tuning import iterate as iteration
+from pytest_dvp.tuning.cache import Cache
+from pytest_dvp.tuning.gap import Gap
+from pytest_dvp.tuning.job import Job
+from pytest_dvp.tuning.judge import Judged
+from pytest_dvp.tuning.ledger import read_ledger
+from pytest_dvp.tuning.objective import Score
+from pytest_dvp.tuning.plan import Plan, State
+from pytest_dvp.tuning.plan_file import read_plan
+from pytest_dvp.tuning.structure import Found
+from pytest_dvp.tuning.workers import Workers
+from scenarios import path as shipped
+from vehicle.model.model_file import model_text, read_model
+
+NOTHING: dict[str, Any] = {"verdict": "NOTHING_MISSING", "effects": [], "chi2_per_n": None}
+Q11 = 50.0  # what drives best on the twin
+
+
+@dataclasses.dataclass
+class World:
+    """What the replaced parts say: chi^2/N of a twin with the delay, score of the stack on the car with q11."""
+
+    chi2_with_delay: float = 0.0
+    score_with_q11: float = 1.0
+    judged: int = 0
+
+
+@pytest.fixture
+def world(monkeypatch: pytest.MonkeyPatch) -> World:
+    said = World()
+
+    def log_chi2(model: Path, logs: Sequence[Path], workers: Workers) -> float:
+        return said.chi2_with_delay if "steer_delay" in model.read_text() else 3.0
+
+    def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs: Path) -> Judged:
+        said.judged += 1
+        score = said.score_with_q11 if state.P["rw"]["LQR_q11"] == Q11 else 2.0
+        return Judged(state, Score(score, {}), log_chi2(state.model, [], workers), 0.0, 0.0, Gap({}, {}, {}), ())
+
+    def look(logs: Any, model: Path, sheet: Path, cache: Cache, tick: Any, *, presets: bool) -> Found:
+        if not presets:
+            return Found(NOTHING, None, None, ())
+        found = read_model(model).with_effect("steer_delay", {"T": 0.2})
+        named = {**NOTHING, "verdict": "NAMED", "effects": [{"name": "steer_delay"}]}
+        return Found(named, {"refusal": ""}, model_text(found), ("+ steer_delay T = 0.2 s",))
+
+    for name, part in (("log_chi2", log_chi2), ("judge", judge), ("look_for_structure", look),
+                       ("gap", lambda drives: Gap({}, {}, {})), ("guard", lambda *arguments: [])):  # fmt: skip
+        monkeypatch.setattr(iteration, name, part)
+    return said
+
+
+def work(job: Job) -> dict[str, Any]:
+    """On the twin q11 = 50 is best; S moves nothing."""
+    terms = ("lateral_rmse_path", "max_jerk", "max_ttc_inverse", "completion_time", "detection_error")
+    metrics = dict.fromkeys((*terms, "collision", "tet", "road_departure", "missed_events"), 0.0)
+    metrics["max_jerk"] = abs(dict(job.P).get("LQR_q11", 0.0) - Q11)
+    if job.save is not None:
+        Path(job.save).parent.mkdir(parents=True, exist_ok=True)
+        Path(job.save).write_bytes(b"log")
+    return {"metrics": metrics, "ending": "goal", "error": None}
+
+
+def iterated(folder: Path) -> iteration.Iterated:
+    plan = dataclasses.replace(read_plan(shipped("mcrpg/paper.toml")), S=())
+    with Workers(Cache(folder / "cache"), work=work) as workers:
+        return iteration.iterate(plan, workers, folder / "out")
+
+
+def taken(found: iteration.Iterated) -> list[str]:
+    return [entry.accepted for entry in found.entries]
+
+
+def test_what_improves_is_taken_and_then_it_ends(tmp_path: Path, world: World) -> None:
+    found = iterated(tmp_path)
+    assert taken(found) == ["beginning", "twin and stack", ""]
+    assert found.ended == "nothing improves on held-out drives"
+    assert found.state.P["rw"]["LQR_q11"] == Q11
+    assert read_model(found.state.model).value("steer_delay", "T") == 0.2
+
+
+def test_a_twin_that_loses_on_held_out_logs_is_not_taken(tmp_path: Path, world: World) -> None:
+    world.chi2_with_delay = 4.0
+    found = iterated(tmp_path)
+    assert taken(found)[1] == "stack"
+    assert read_model(found.state.model).value("steer_delay", "T") is None
+
+
+def test_a_stack_that_is_better_on_the_twin_and_worse_on_the_car_is_not_taken(tmp_path: Path, world: World) -> None:
+    world.score_with_q11 = 2.5
+    found = iterated(tmp_path)
+    assert taken(found)[1] == "twin"
+    assert found.state.P["rw"]["LQR_q11"] == 20.0  # Arango et al., 1st iteration
+
+
+def test_no_drive_is_spent_on_what_is_no_better_on_paper(tmp_path: Path, world: World) -> None:
+    """The beginning, the first iteration, the last word; the second iteration offers nothing to drive."""
+    iterated(tmp_path)
+    assert world.judged == 3
+
+
+def test_the_ledger_tells_what_changed_and_why(tmp_path: Path, world: World) -> None:
+    iterated(tmp_path)
+    first = read_ledger(tmp_path / "out" / "ledger.jsonl")[1]
+    words = "\n".join(first["changes"])
+    assert "diagnosis NAMED: + steer_delay T = 0.2 s" in words
+    assert "P.LQR_q11 20 -> 50" in words
+    assert "held-out drives: taken" in words
+    assert first["effects"]["steer_delay"] == {"T": 0.2}
+
+
+def test_killed_between_two_iterations_it_ends_the_same(tmp_path: Path, world: World) -> None:
+    whole = iterated(tmp_path)
+    again = iterated(tmp_path)
+    assert [entry.as_dict() for entry in again.entries] == [entry.as_dict() for entry in whole.entries]
