@@ -1,0 +1,85 @@
+"""Drives a recorded run again and compares the logs: the same bytes, or what differs first, and when."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import shlex
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from pytest_dvp.cli.arguments import WrongArgument, add_json
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("run", metavar="RUN", help="a run's folder, with log.mcap and result.json")
+    add_json(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    folder = Path(arguments.run)
+    words = _command(folder)
+    before = folder / "log.mcap"
+    if not before.is_file():
+        raise WrongArgument(f"{before}: no such log")
+    print(f"dvp replay: {shlex.join(['dvp', *words])}", file=sys.stderr)
+    with tempfile.TemporaryDirectory() as place:
+        now = _drive(words, Path(place))
+        same = before.read_bytes() == now.read_bytes()
+        found = None if same else _difference(before, now)
+    if arguments.json:
+        first = None if found is None else {"t": found.t, "what": found.what, "before": found.before, "now": found.now}
+        print(json.dumps({"run": str(folder), "same_bytes": same, "first_difference": first}, ensure_ascii=False))
+    elif same:
+        print(f"{folder}: the same bytes again")
+    else:
+        print(f"{folder}: {found or 'the same values, but other bytes: written by another version'}")
+    return 0 if same else 1
+
+
+def _command(folder: Path) -> list[str]:
+    """The words after `dvp` that drive it again. Raises WrongArgument if there are none, or a real car would move."""
+    from pytest_dvp.stages import StageError, refuse_repetition
+
+    file = folder / "result.json"
+    try:
+        said = str(json.loads(file.read_text(encoding="utf-8"))["replay"])
+    except OSError as error:
+        raise WrongArgument(f"{file}: {error.strerror}; a run's folder is expected") from None
+    except (ValueError, KeyError, TypeError):
+        raise WrongArgument(f"{file}: not the result of a run") from None
+    words = shlex.split(said)
+    if words[:2] != ["dvp", "run"]:
+        raise WrongArgument(f"{folder}: {said}")
+    from pytest_dvp.cli import build_parser
+
+    plain: Any = build_parser().parse_args(words[1:])
+    try:
+        for stage in str(plain.stage).split(","):
+            refuse_repetition("dvp replay", stage, plain.vehicle or "surrogate")
+    except StageError as error:
+        raise WrongArgument(str(error)) from None
+    return words[1:]
+
+
+def _drive(words: list[str], place: Path) -> Path:
+    from pytest_dvp.cli import main
+
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        code = main([*words, "--runs", str(place)])
+    logs = sorted(place.glob("*/log.mcap"))
+    if code == 2 or not logs:
+        raise WrongArgument("it could not be driven again; run it from the folder it was run from")
+    return logs[0]
+
+
+def _difference(before: Path, now: Path) -> Any:
+    from pytest_dvp.log_difference import first_difference
+    from pytest_dvp.log_read import load_log
+
+    return first_difference(load_log(before), load_log(now))

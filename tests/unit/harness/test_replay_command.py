@@ -1,0 +1,78 @@
+"""`dvp replay RUN`: the same bytes again, or the first difference by name and time."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pytest_dvp.cli import main
+from pytest_dvp.log import LogEvent
+from pytest_dvp.log_difference import first_difference
+from pytest_dvp.run import run
+from tests.unit.harness.conftest import OneTrick, coast
+
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def folder(scenario: Write, tmp_path: Path) -> Path:
+    assert main(["run", str(scenario()), "--duration", "0.5", "--runs", str(tmp_path / "runs")]) in (0, 1)
+    return tmp_path / "runs" / "0001-x-dt"
+
+
+def test_an_untouched_run_gives_the_same_bytes(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert main(["replay", str(folder)]) == 0
+    assert capsys.readouterr().out == f"{folder}: the same bytes again\n"
+    assert [path.name for path in folder.parent.iterdir()] == [folder.name]
+
+
+def test_another_seed_is_the_first_difference(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = json.loads((folder / "result.json").read_text())
+    result["replay"] = result["replay"].replace("--seed 7", "--seed 8")
+    (folder / "result.json").write_text(json.dumps(result))
+    capsys.readouterr()
+    assert main(["replay", str(folder), "--json"]) == 1
+    said = json.loads(capsys.readouterr().out)
+    assert not said["same_bytes"]
+    assert said["first_difference"] == {"t": None, "what": "meta.seed", "before": "7", "now": "8"}
+
+
+@pytest.mark.parametrize(
+    ("result", "says"),
+    [
+        (None, "No such file or directory; a run's folder is expected"),
+        ("{}", "not the result of a run"),
+        ('{"replay": "no command line can name the ADS OneTrick"}', "no command line can name the ADS OneTrick"),
+        ('{"replay": "dvp run x.xosc --stage rw --vehicle tabby"}', "dvp replay is refused: vehicle 'tabby' is real"),
+    ],
+)
+def test_what_cannot_be_driven_again_is_one_line(
+    tmp_path: Path, result: str | None, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "log.mcap").write_bytes(b"")
+    if result is not None:
+        (tmp_path / "result.json").write_text(result)
+    assert main(["replay", str(tmp_path)]) == 2
+    said = capsys.readouterr().err
+    assert says in said
+    assert said.count("\n") == 1
+
+
+def test_the_earliest_difference_is_the_one_that_is_named(scenario: Write) -> None:
+    log = run(scenario(), duration=0.5, ads=OneTrick(coast)).log
+    assert first_difference(log, log) is None
+    later, sooner = np.array(log["v"]), np.array(log["yaw"])
+    later[40] += 1e-6
+    sooner[20] += 1e-6
+    changed = dataclasses.replace(log, columns={**log.columns, "v": later, "yaw": sooner})
+    found = first_difference(log, changed)
+    assert found is not None
+    assert (found.what, found.t) == ("column yaw", pytest.approx(float(log.t[20])))
+    event = dataclasses.replace(log, events=[LogEvent(0.1, "wire", "/gnss/fix", "lost 1"), *log.events])
+    assert str(first_difference(log, event)).startswith("first difference at t=")
