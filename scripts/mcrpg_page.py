@@ -73,12 +73,19 @@ def paper(runs: Path) -> str:
     tables = {car: {(b["what"], b["where"]): b for b in result["bounds"]} for car, result in found.items()}
     lines = ["| row | bound | paper, 10th | " + " | ".join(c.replace("_", ", ") for c in found) + " |"]
     lines.append("|---|---|---|" + "---|" * len(found))
+    again = {car: result["repeatability"] for car, result in found.items()}
     for pair, name in ((pair, name) for pair in ("dt-rw", "pe-rw") for name in LIKENESS):
         first = next(iter(tables.values()))[f"MNCC {name}", pair]
         cells = [_alike(table, name, pair) for table in tables.values()]
         lines.append(
             f"| MNCC {name}, {_pair(pair)} | {_sign(first['bound'])} | {first['paper']} | {' | '.join(cells)} |"
         )
+    for name in LIKENESS:
+        cells = [
+            f"{r[name]['mean']:.5f}, {r[f'{name}.lag']['mean']:.3f} s, {100 * r[f'{name}.gain']['mean']:.1f} %"
+            for r in again.values()
+        ]
+        lines.append(f"| MNCC {name}, RW to RW of another seed | shown | | {' | '.join(cells)} |")
     for name in DRIVE:
         first = next(iter(tables.values()))[name, "dt"]
         theirs = " / ".join(next(iter(tables.values()))[name, stage]["paper"] for stage in ("dt", "pe", "rw"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -84,6 +85,28 @@ def gap(drives: Sequence[Drive]) -> Gap:
                 if (one, other) == PAIRS[0]:
                     single.setdefault((other, row.name), []).append((seed, second.value))
     return Gap(_nested(cells), _nested(single), _nested(apart))
+
+
+def repeatability(drives: Sequence[Drive], stage: str = "rw") -> dict[str, Figure]:
+    """Likeness of the drives of one stage with those of the next seed: what no twin can be asked to pass."""
+    from pytest_dvp.log import Log
+    from pytest_dvp.stage_table import stage_table
+
+    cells: dict[tuple[str, str], list[tuple[int, float | None]]] = {}
+    by_variant: dict[str, list[Drive]] = {}
+    for drive in drives:
+        if drive.stage == stage:
+            by_variant.setdefault(drive.variant.title, []).append(drive)
+    for same in by_variant.values():
+        for one, other in itertools.pairwise(sorted(same, key=lambda drive: drive.seed)):
+            table = stage_table({"one": Log.load(one.log), "other": Log.load(other.log)})
+            for row in table.rows:
+                if row.metric == "mncc":
+                    cell = row.cells[1]
+                    cells.setdefault(("", row.name), []).append((one.seed, cell.value))
+                    cells.setdefault(("", f"{row.name}.lag"), []).append((one.seed, _size(cell.lag)))
+                    cells.setdefault(("", f"{row.name}.gain"), []).append((one.seed, _size(cell.gain, 1.0)))
+    return _nested(cells).get("", {})
 
 
 def _nested(rows: Mapping[tuple[str, str], list[tuple[int, float | None]]]) -> dict[str, dict[str, Figure]]:

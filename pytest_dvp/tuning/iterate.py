@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.tuning.cache import finite, write_whole
-from pytest_dvp.tuning.gap import gap
+from pytest_dvp.tuning.gap import Figure, gap, repeatability
 from pytest_dvp.tuning.guard import Suspicion, guard
 from pytest_dvp.tuning.judge import Judged, judge, log_chi2, rw_logs, stack_change, twin_change
 from pytest_dvp.tuning.knob import Point, changed
@@ -31,13 +31,15 @@ MOUNTS = ("GNSS_x", "CAMERA_x")  # of S, but no part of the vehicle model
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Iterated:
-    """Result of `iterate`: every entry of the ledger, the state at the end, and the judge's last word on it."""
+    """Result of `iterate`: every entry of the ledger, the state at the end, the judge's first and last word, and how
+    alike two drives of the car are that differ in the noise of its sensors alone."""
 
     plan: Plan
     entries: tuple[Entry, ...]
     state: State
     first: Judged
     last: Judged
+    repeatability: Mapping[str, Figure]
     ended: str
 
 
@@ -59,7 +61,9 @@ def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: N
             break
         state, now = step.judged.state, step.judged
     tick("the last word: held-out drives with repeats")
-    return Iterated(plan, tuple(entries), state, first, judge(plan, state, plan.last_seeds, workers, logs), ended)
+    last = judge(plan, state, plan.last_seeds, workers, logs)
+    again = repeatability(drives(plan, state, plan.held_out, plan.last_seeds, logs, ("rw",)))
+    return Iterated(plan, tuple(entries), state, first, last, again, ended)
 
 
 def beginning(plan: Plan, out: Path) -> State:

@@ -20,6 +20,7 @@ def document(found: Iterated) -> dict[str, Any]:
         "P": {stage: dict(values) for stage, values in found.state.P.items()},
         "ledger": [entry.as_dict() for entry in found.entries],
         "held_out": {"first": found.first.as_dict(), "last": found.last.as_dict()},
+        "repeatability": {name: figure.as_dict() for name, figure in found.repeatability.items()},
         "bounds": [bound.as_dict() for bound in bounds(found.first, found.last)],
     }
 

@@ -59,7 +59,7 @@ def world(monkeypatch: pytest.MonkeyPatch) -> World:
         return Found(named, {"refusal": ""}, model_text(found), ("+ steer_delay T = 0.2 s",))
 
     for name, part in (("log_chi2", log_chi2), ("judge", judge), ("look_for_structure", look),
-                       ("gap", lambda drives: Gap({}, {}, {})), ("guard", lambda *arguments: [])):  # fmt: skip
+                       ("gap", lambda drives: Gap({}, {}, {})), ("repeatability", lambda drives: {}), ("guard", lambda *arguments: [])):  # fmt: skip
         monkeypatch.setattr(iteration, name, part)
     return said
 
