@@ -10,11 +10,12 @@ import numpy as np
 
 from ads.ekf import COUNTS, GNSS, HA, HOLD, HW, IMU, NOISES, ODO, REJECTED, ROW, STATES, B, advance
 from ads.transforms import Pose, TransformTree, moved, sensor_frames
-from vehicle.messages import FloatArray, GnssFix, Observation, VehicleDescription
+from vehicle.messages import FloatArray, GnssFix, Imu, Observation, VehicleDescription
 
 UNKNOWN_SPEED = 15.0  # m/s, sigma before the wheels have spoken
 SHORTEST_WINDOW = 0.05  # s
 LONGEST_WINDOW = 0.5  # s; a measurement later than this is dropped
+TURNING_TIME = 0.1  # s over which the change of the yaw rate is smoothed
 CAPACITY = 512  # rows; at 400 rows/s and the longest window there is room to spare
 
 
@@ -100,6 +101,8 @@ class EkfLocalizer:
         self._mounts = sensor_frames(vehicle)
         self._odom = Pose(0.0, 0.0, 0.0)
         self._last: Estimate | None = None
+        self._spin: Imu | None = None  # the newest
+        self._spin_rate = 0.0  # rad/s^2
 
     @property
     def rejected(self) -> int:
@@ -144,7 +147,7 @@ class EkfLocalizer:
         w = float(self._hold_now[HW]) - bias
         p = self.covariance
         position = math.sqrt(max(0.5 * (p[0, 0] + p[1, 1]), 0.0))
-        ax = observation.imu[-1].ax if observation.imu else float(self._hold_now[HA])
+        ax = self._ahead(observation.imu[-1]) if observation.imu else float(self._hold_now[HA])
         before, sigma = self._last, math.sqrt(max(p[2, 2], 0.0))
         self._last = Estimate(now, x, y, yaw, v, w, ax, position, sigma, p[:4, :4].copy())
         if before is not None:  # dead reckoning: smooth, whatever the fixes say
@@ -194,14 +197,33 @@ class EkfLocalizer:
             if odo.t > start and n < CAPACITY and math.isfinite(odo.v + odo.steer):
                 rows[n] = (odo.t, ODO, odo.v, self._trust.wheels, odo.v * math.tan(odo.steer) / base, 0.0, 0.0)
                 n += 1
-        lever = self._vehicle.imu_x
+        ahead, beside = self._vehicle.imu_x, self._vehicle.imu_y
         for imu in observation.imu:
             oldest = min(oldest, imu.t)
-            if imu.t > start and n < CAPACITY and math.isfinite(imu.ax + imu.yaw_rate):
-                rows[n] = (imu.t, IMU, imu.yaw_rate, imu.ax + imu.yaw_rate**2 * lever, 0.0, 0.0, 0.0)
+            ax = self._ahead(imu)
+            if imu.t > start and n < CAPACITY and math.isfinite(ax + imu.yaw_rate):
+                ax += imu.yaw_rate**2 * ahead + self._turning(imu) * beside
+                rows[n] = (imu.t, IMU, imu.yaw_rate, ax, 0.0, 0.0, 0.0)
                 n += 1
         self._n = n
         self._window = min(LONGEST_WINDOW, max(self._window, observation.t - oldest + SHORTEST_WINDOW))
+
+    def _ahead(self, imu: Imu) -> float:
+        """Specific force [m/s^2] along the car's x axis where the unit sits, which may look askew."""
+        yaw = self._vehicle.imu_yaw
+        return imu.ax if yaw == 0.0 else imu.ax * math.cos(yaw) - imu.ay * math.sin(yaw)
+
+    def _turning(self, imu: Imu) -> float:
+        """Change of the yaw rate [rad/s^2], smoothed over TURNING_TIME: a unit beside the middle is sped up by it."""
+        before, turning = self._spin, self._spin_rate
+        if before is None or not 0.0 < imu.t - before.t < 1.0:
+            if before is None or imu.t > before.t:
+                self._spin, self._spin_rate = imu, 0.0
+            return self._spin_rate
+        dt = imu.t - before.t
+        turning += dt / (TURNING_TIME + dt) * ((imu.yaw_rate - before.yaw_rate) / dt - turning)
+        self._spin, self._spin_rate = imu, turning
+        return turning
 
 
 def _is_fix(fix: GnssFix) -> bool:

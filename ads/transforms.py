@@ -76,7 +76,7 @@ def sensor_frames(car: VehicleDescription) -> Mapping[str, Pose]:
     """Where the sensors sit on the car."""
     return {
         "gnss": Pose(car.gnss_x, car.gnss_y, 0.0),
-        "imu": Pose(car.imu_x, 0.0, 0.0),
+        "imu": Pose(car.imu_x, car.imu_y, car.imu_yaw),
         "lidar": Pose(car.lidar_x, car.lidar_y, car.lidar_yaw),
         "camera": Pose(car.camera_x, car.camera_y, car.camera_yaw),
     }

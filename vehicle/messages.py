@@ -59,6 +59,8 @@ class VehicleDescription(msgspec.Struct, frozen=True):
     lidar_yaw: float = 0.0  # of its x axis, counter-clockwise from ahead
     camera_y: float = 0.0
     camera_yaw: float = 0.0
+    imu_y: float = 0.0
+    imu_yaw: float = 0.0
 
 
 class VehicleState(msgspec.Struct, frozen=True):

@@ -58,7 +58,8 @@ class SensorSuite:
         if self.gnss:
             found |= {"gnss_x": self.gnss.mount.x, "gnss_y": self.gnss.mount.y}
         if self.imu:
-            found["imu_x"] = self.imu.mount.x
+            mount = self.imu.mount
+            found |= {"imu_x": mount.x, "imu_y": mount.y, "imu_yaw": mount.yaw}
         if self.lidar:
             mount = self.lidar.mount
             found |= {"lidar_x": mount.x, "lidar_y": mount.y, "lidar_z": mount.z, "lidar_yaw": mount.yaw}
