@@ -11,7 +11,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 from pytest_dvp.tuning.job import Job
 from pytest_dvp.tuning.work import work
@@ -60,8 +59,8 @@ def kills(runs: Path, jobs: int, seed: int = 1) -> str:
             process.wait()
             killed += 1
     _command(folder, "killed", jobs).wait()
-    same = _result(folder, "alone") == _result(folder, "killed")
-    alone = _result(folder, "alone")
+    one, other = ((folder / name / "result.json").read_bytes() for name in ("alone", "killed"))
+    same, alone = one == other, json.loads(one)
     verdict = "the same result, byte for byte" if same else "ANOTHER RESULT"
     return (
         f"`dvp tune` with {len(alone['trials'])} points ({alone['simulations']} replays of a log, {jobs} workers), "
@@ -76,7 +75,3 @@ def _command(folder: Path, name: str, jobs: int) -> subprocess.Popen[bytes]:
         [sys.executable, "-m", "pytest_dvp.cli", *words, "--jobs", str(jobs)],
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
     )  # fmt: skip
-
-
-def _result(folder: Path, name: str) -> Any:
-    return json.loads((folder / name / "result.json").read_text(encoding="utf-8"))

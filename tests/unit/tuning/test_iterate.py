@@ -58,8 +58,15 @@ def world(monkeypatch: pytest.MonkeyPatch) -> World:
         named = {**NOTHING, "verdict": "NAMED", "effects": [{"name": "steer_delay"}]}
         return Found(named, {"refusal": ""}, model_text(found), ("+ steer_delay T = 0.2 s",))
 
-    for name, part in (("log_chi2", log_chi2), ("judge", judge), ("look_for_structure", look),
-                       ("gap", lambda drives: Gap({}, {}, {})), ("repeatability", lambda drives: {}), ("guard", lambda *arguments: [])):  # fmt: skip
+    parts: dict[str, Any] = {
+        "log_chi2": log_chi2,
+        "judge": judge,
+        "look_for_structure": look,
+        "gap": lambda drives: Gap({}, {}, {}),
+        "repeatability": lambda drives: {},
+        "guard": lambda *arguments: [],
+    }
+    for name, part in parts.items():
         monkeypatch.setattr(iteration, name, part)
     return said
 
