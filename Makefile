@@ -7,7 +7,7 @@ STAMP  := $(VENV)/.installed
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: interop demo demo-gap test lint types contract unit stages nightly conformance reliability bench blind licences ads-report paper paper-searches paper-kills clean
+.PHONY: interop demo demo-gap test lint types contract unit stages real-time nightly conformance reliability bench blind licences ads-report paper paper-searches paper-kills clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -55,9 +55,15 @@ nightly: $(STAMP)
 	    tests/robust/test_mutated_roads.py tests/property/test_written_models.py
 	DVP_FAULTS=all DVP_CLEAN_SEEDS=$${DVP_CLEAN_SEEDS:-1000} $(BIN)/python -m pytest -q -n 2 tests/faults
 
-# The same scenarios on the surrogate car over ROS 2 messages: about a minute each.
+# The same scenarios on the surrogate car over ROS 2 messages, then the gates between stages: they pass with the twin that
+# learnt from the car's logs, and fail with every wrong one (writes docs/stages.md); ten minutes.
 stages: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 -m "pe or rw" scenarios
+	$(BIN)/python -m scripts.stage_twins
+
+# By the wall clock: deadlines, round trips, and how soon a dead car is noticed; writes docs/your-vehicle.md.
+real-time: $(STAMP)
+	$(BIN)/python -m scripts.real_time
 
 # Every message of the wire to a peer of another make and back: Fast DDS in C++, which Debian has.
 interop: $(STAMP)

@@ -149,7 +149,17 @@ class Reader:
             self.fail(name or what, f"no {what} {name!r}: neither beside the study nor here nor among what ships")
 
     def vehicle(self, text: str) -> str:
+        from pytest_dvp.settings import SIMULATED
+        from pytest_dvp.stages import StageError, find_adapter, refuse_repetition
+
         name, colon, hidden = text.partition(":")
+        if name not in SIMULATED:
+            try:
+                find_adapter(name)
+                refuse_repetition("tuning", "rw", text)
+            except StageError as error:
+                self.fail("vehicle", str(error))
+            return text
         return f"{name}:{self.file(hidden, 'file of hidden effects')}" if colon else text
 
     def known(self, given: Iterable[str], names: Sequence[str], what: str) -> None:

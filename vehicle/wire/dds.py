@@ -55,6 +55,8 @@ class End:
     `alive` is asked while it waits, and says by an exception that waiting is in vain.
     """
 
+    config: str | None = LOOPBACK  # of DDS; None: what CYCLONEDDS_URI says, or its defaults
+
     def __init__(
         self,
         domain: int,
@@ -66,7 +68,7 @@ class End:
         self._alive = alive
         self._writes, self._reads = tuple(writes), tuple(reads)
         self._step_out, self._step_in = step
-        self._domain = Domain(domain, LOOPBACK)
+        self._domain = Domain(domain) if self.config is None else Domain(domain, self.config)
         self._participant = DomainParticipant(domain)
         settings = qos()
         self._writers = {

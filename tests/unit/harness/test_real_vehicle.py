@@ -208,3 +208,14 @@ def test_dvp_run_drives_one_scenario_of_one_stage(
         assert main([*arguments, "--vehicle", "tabby", "--no-report"]) == 2
         assert "2 drives in a row is refused: vehicle 'tabby' is real" in capsys.readouterr().err
     assert told == []
+
+
+def test_tuning_is_refused(told: list[Command], keys: dict[str, Path], capsys: pytest.CaptureFixture[str]) -> None:
+    study = keys["scenario"].with_name("study.toml")
+    study.write_text(
+        '[study]\nobjective = "performance"\nstage = "rw"\nvehicle = "tabby"\n'
+        f'[[scenario]]\nfile = "{keys["scenario"].name}"\n[parameters]\n"P.LQR_q11" = [20, 30]\n'
+    )
+    assert main(["tune", os.fspath(study)]) != 0
+    assert "tuning is refused: vehicle 'tabby' is real" in capsys.readouterr().err
+    assert told == []

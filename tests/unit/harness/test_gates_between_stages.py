@@ -1,0 +1,77 @@
+"""Gates between stages that ship: a twin that learnt from the car's logs passes, one that did not does not.
+
+The first 20 s of overtaking, with a bend in them; all scenarios to their ends, and more wrong twins: `make stages`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("cyclonedds")
+
+import scenarios
+from pytest_dvp.across import gates_between
+from pytest_dvp.gates import Verdict, judge_between
+from pytest_dvp.log import Log
+from pytest_dvp.run import run
+from scripts.stage_twins import HIDDEN, TWINS
+from vehicle.model.model_file import read_model, write_model
+
+SCENARIO = scenarios.path("overtaking.xosc")
+EXTENDED = scenarios.path("models/surrogate_extended.toml")
+WHOLE_DRIVE = (
+    "completion_time",
+    "localization_error",
+    "heading_error",
+    "mncc(objects.x)",
+)  # whom it meets, it meets later
+LIMIT = 20.0  # s
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    """The car with what is hidden in it, on stage rw."""
+    car = tmp_path_factory.mktemp("car") / "car.toml"
+    car.write_text(HIDDEN)
+    return run(SCENARIO, stage="rw", vehicle=f"surrogate:{car}", model=EXTENDED, duration=LIMIT).log
+
+
+def judged(measured: Log, twin: str, folder: Path) -> dict[str, Verdict]:
+    """The verdicts by name, of a twin on stage dt against the car."""
+    model = folder / "twin.toml"
+    write_model(TWINS[twin][1](read_model(EXTENDED)), model)
+    simulated = run(SCENARIO, model=model, duration=LIMIT).log
+    gates = gates_between(SCENARIO, None, scenarios.path("stages.toml"))
+    found = judge_between(gates, ("dt", "rw"), {"dt": simulated, "rw": measured})
+    return {verdict.name: verdict for verdict in found if not {verdict.metric, verdict.name} & set(WHOLE_DRIVE)}
+
+
+def test_the_twin_that_learnt_passes(measured: Log, tmp_path: Path) -> None:
+    verdicts = judged(measured, "extended", tmp_path)
+    assert {name: verdict.short for name, verdict in verdicts.items() if verdict.status != "PASS"} == {}
+    assert len(verdicts) >= 12
+
+
+@pytest.mark.parametrize(
+    ("twin", "shown_by"),
+    [
+        ("baseline", ["twin_error", "response_lag difference", "response_gain difference", "gain(steer_cmd)"]),
+        ("gain", ["twin_error", "response_gain difference", "gain(steer_cmd)"]),
+        ("lag", ["twin_error", "response_lag difference"]),
+        ("speed", ["twin_error"]),
+        ("gnss", ["twin_error"]),
+        ("heading", ["twin_error"]),
+    ],
+)
+def test_a_wrong_twin_fails_by_the_gates_that_see_what_is_wrong(
+    measured: Log, tmp_path: Path, twin: str, shown_by: list[str]
+) -> None:
+    verdicts = judged(measured, twin, tmp_path)
+    assert {name: verdicts[name].status for name in shown_by} == dict.fromkeys(shown_by, "FAIL")
+
+
+def test_mncc_alone_would_let_a_quarter_of_the_steering_pass(measured: Log, tmp_path: Path) -> None:
+    verdicts = judged(measured, "gain", tmp_path)
+    assert (verdicts["mncc(x)"].status, verdicts["mncc(y)"].status) == ("PASS", "PASS")
