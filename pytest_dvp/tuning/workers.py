@@ -75,8 +75,10 @@ class Workers:
 
 def _kept(what: Work, folder: str, key: str, job: Job) -> dict[str, Any]:
     """Work, and keep the result at once: what was killed after it goes on from here."""
-    result = what(job)
-    Cache(Path(folder)).put(key, result)
+    cache = Cache(Path(folder))
+    cache.put(key, what(job))
+    result = cache.get(key)  # as it will be found the next time, to the order of its keys
+    assert result is not None
     return result
 
 

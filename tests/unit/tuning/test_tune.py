@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -72,6 +73,14 @@ def test_killed_anywhere_it_ends_with_the_result_of_one_left_alone(tmp_path: Pat
         command = [sys.executable, str(Path(bowl.__file__)), str(tmp_path / "killed"), search, str(last)]
         assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
     assert course(bowl.tuned(tmp_path / "killed", search)) == course(bowl.tuned(tmp_path / "alone", search))
+
+
+def test_a_document_is_the_same_to_the_byte_whether_simulated_or_kept(tmp_path: Path) -> None:
+    def told(job: Job) -> dict[str, Any]:
+        return {"metrics": {"max_jerk": 1.0, "collision": 0.0}, "ending": "goal", "error": None}
+
+    first, second = (json.dumps(bowl.tuned(tmp_path, what=told).as_dict()) for _ in range(2))
+    assert first == second
 
 
 def test_what_was_simulated_is_never_simulated_again(tmp_path: Path) -> None:
