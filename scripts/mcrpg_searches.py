@@ -16,14 +16,15 @@ if TYPE_CHECKING:
     from pytest_dvp.tuning.workers import Workers
 
 CAR = "nominal"
-BUDGET_S = 400  # replays
-BUDGET_P = 120  # simulations
+BUDGET_S = 300  # replays
+BUDGET_P = 80  # simulations
 SEARCHES = (("coordinate", "coordinate search"), ("cma", "CMA-ES"), ("tpe", "TPE"))
 
 
 def searches(runs: Path, jobs: int, docs: Path) -> str:
     """Tables as markdown; the figure is written to docs/mcrpg-searches.svg."""
     from pytest_dvp.tuning.cache import Cache
+    from pytest_dvp.tuning.guard import guard
     from pytest_dvp.tuning.iterate import baked, beginning
     from pytest_dvp.tuning.plan import drives
     from pytest_dvp.tuning.plan_file import read_plan
@@ -40,7 +41,7 @@ def searches(runs: Path, jobs: int, docs: Path) -> str:
         judging = drives(plan, state, plan.held_out, plan.held_out_seeds, out / "logs", ("rw",))
         workers.run([drive.job for drive in [*fitted, *judging]])
         logs, held_out = [d.log for d in fitted], [d.log for d in judging]
-        found = look_for_structure(logs, state.model, plan.model, workers.cache, print)
+        found = look_for_structure(logs, state.model, plan.model, workers.cache, print, presets=True)
         extended = runs / "searches" / "extended.toml"
         extended.parent.mkdir(parents=True, exist_ok=True)
         extended.write_text(found.model or state.model.read_text(encoding="utf-8"), encoding="utf-8")
@@ -55,6 +56,8 @@ def searches(runs: Path, jobs: int, docs: Path) -> str:
                 rows.append(_row(what, title, tuning, twin, held_out, workers))
             panels.append(Panel(f"S on alignment, {what}", "replays of logs", "chi²/N, best so far", True,
                                 [Curve(title, _chi2(tunings[name])) for name, title in SEARCHES]))  # fmt: skip
+        study = alone["coordinate"].study
+        suspects = guard(study.knobs, study.start, alone["coordinate"].best.point, logs, state.model, print)
         better = dataclasses.replace(state, model=extended)
         performance = {name: _performance(plan, better, name, workers) for name, _ in SEARCHES}
         panels.append(Panel("P on performance, on the extended twin", "simulations", "score, best so far", False,
@@ -65,12 +68,14 @@ def searches(runs: Path, jobs: int, docs: Path) -> str:
             "|---|---|---|---|---|---|"]  # fmt: skip
     told = "; ".join(found.taken) or "nothing"
     back = "; ".join(found.pruned) or "nothing"
-    return "\n".join([
-        *head, *rows, "", f"The diagnosis took no simulation: set back to the data sheet: {back}; taken: {told}.", "",
-        "| P on performance | simulations | score, start | score, drives tuned on | score, held-out drives (DT) |",
-        "|---|---|---|---|---|", *more, "",
-        "![Best score over the budget: S alone stalls, after the diagnosis it starts at the noise](mcrpg-searches.svg)",
-    ])  # fmt: skip
+    doubts = [f"- {suspicion.sentence}" for suspicion in suspects] or ["- nothing"]
+    lines = [*head, *rows, "", "What the guard says of the coordinate search alone:", "", *doubts, ""]
+    lines += [f"The diagnosis took no simulation: set back to the data sheet: {back}; taken: {told}.", ""]
+    lines += [
+        "| P on performance | simulations | score, start | score, drives tuned on | score, held-out drives (DT) |"
+    ]
+    lines += ["|---|---|---|---|---|", *more, ""]
+    return "\n".join([*lines, "![Best score over the budget, by search](mcrpg-searches.svg)"])
 
 
 def _alignment(plan: Plan, state: State, model: Path, logs: Sequence[Path], search: str, workers: Workers) -> Tuning:
