@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import signal
 import socket
 import subprocess
 import sys
-import tempfile
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.can_bus import CanActuators
+from vehicle.adapters.child import Child
 from vehicle.adapters.ros2 import STEP_TIMEOUT, Ros2Vehicle
 from vehicle.gated import Hands
 from vehicle.wire.can_map import SignalMap
@@ -76,23 +73,26 @@ class CarProcess(Ros2Vehicle):
         end: Callable[..., End] = End,
     ) -> None:
         self._lease = Lease()
-        self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  (lives as long as the car)
         command = [sys.executable, "-m", module, "--dds", str(self._lease.domain), *arguments]
-        by_wire: CanActuators | None = None
         if can is not None:
             bus = f"udp_multicast:{GROUP}:{FIRST_PORT + self._lease.domain}"
             command += ["--can", bus, "--dbc", str(can.file)]
-            by_wire = CanActuators(bus, can, self._alive, timeout=timeout)
-        self.by_wire = by_wire
-        self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self._errors, start_new_session=True
-        )
+        self._child = Child(command, "the car", VehicleLost)
+        self.by_wire: CanActuators | None = None
         try:
-            end = end if fault is None else partial(FaultyEnd, fault, seed, self.process.send_signal)
-            super().__init__(self._lease.domain, self._alive, timeout=timeout, by_wire=by_wire, record=record, end=end)
+            if can is not None:
+                self.by_wire = CanActuators(bus, can, self._alive, timeout=timeout)
+            opened = end if fault is None else partial(FaultyEnd, fault, seed, self.process.send_signal)
+            domain, alive = self._lease.domain, self._alive
+            super().__init__(domain, alive, timeout=timeout, by_wire=self.by_wire, record=record, end=opened)
         except BaseException:
             self._end_process()
             raise
+
+    @property
+    def process(self) -> subprocess.Popen[bytes]:
+        """The process that the car is."""
+        return self._child.process
 
     def close(self) -> None:
         """End the process, and leave the domain."""
@@ -100,24 +100,10 @@ class CarProcess(Ros2Vehicle):
         self._end_process()
 
     def _alive(self) -> None:
-        code = self.process.poll()
-        if code is None:
-            if _stopped(self.process.pid):
-                raise VehicleLost("the car's process is stopped (SIGSTOP)")
-            return
-        self._errors.seek(0)
-        said = self._errors.read().decode(errors="replace").strip().splitlines()
-        how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-        raise VehicleLost(f"the car's process ended ({how})" + (f": {said[-1][:200]}" if said else ""))
+        self._child.check()
 
     def _end_process(self) -> None:
-        if self.process.stdin is not None and not self.process.stdin.closed:
-            with contextlib.suppress(OSError):
-                self.process.stdin.close()
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(self.process.pid, signal.SIGKILL)  # nothing in it needs a last word
-        self.process.wait()
-        self._errors.close()
+        self._child.end()
         self._lease.release()
 
 
@@ -136,12 +122,3 @@ def surrogate(seed: int = 0, hidden: Path | None = None, *, can: SignalMap | Non
     extra = ["--hidden", str(hidden)] if hidden is not None else []
     kind = CarProcess if can is None else DriveByWireProcess
     return kind("vehicle.surrogate", ["--seed", str(seed), *extra], can=can, seed=seed, **options)
-
-
-def _stopped(pid: int) -> bool:
-    """Whether a process is stopped by a signal; where the system does not tell (it does on Linux), no."""
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2]
-    except OSError:
-        return False
-    return state.split()[:1] == ["T"]

@@ -1,0 +1,73 @@
+"""A process of this machine that serves a run: heard of when it dies or is stopped, gone when it is not needed."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import IO
+
+
+class Child:
+    """`command`, started now. `who` it is ("the car") and the kind of error that says what became of it.
+
+    It leads a process group of its own and is killed with it; its standard input is a pipe from here, so that it can
+    end by itself when this process does. Raises that error if it cannot be started.
+    """
+
+    def __init__(
+        self,
+        command: Sequence[str],
+        who: str,
+        error: Callable[[str], Exception],
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        self._who, self._error = who, error
+        self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  (lives as long as the child)
+        try:
+            self.process = subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=self._errors,
+                start_new_session=True,
+                env=None if environment is None else {**os.environ, **environment},
+            )
+        except OSError as failed:
+            self._errors.close()
+            raise error(f"{who}'s process cannot be started: {command[0]}: {failed.strerror}") from None
+
+    def check(self) -> None:
+        """Raises the error if it has ended or is stopped."""
+        code = self.process.poll()
+        if code is None:
+            if is_stopped(self.process.pid):
+                raise self._error(f"{self._who}'s process is stopped (SIGSTOP)")
+            return
+        self._errors.seek(0)
+        said = self._errors.read().decode(errors="replace").strip().splitlines()
+        how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        raise self._error(f"{self._who}'s process ended ({how})" + (f": {said[-1][:200]}" if said else ""))
+
+    def end(self) -> None:
+        """Kill it and all it has started; nothing in it needs a last word. May be called again."""
+        if self.process.stdin is not None and not self.process.stdin.closed:
+            with contextlib.suppress(OSError):
+                self.process.stdin.close()
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+        self._errors.close()
+
+
+def is_stopped(pid: int) -> bool:
+    """Whether a process is stopped by a signal; where the system does not tell (it does on Linux), no."""
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2]
+    except OSError:
+        return False
+    return state.split()[:1] == ["T"]
