@@ -65,9 +65,10 @@ def strike(how: signal.Signals) -> Struck:
 
 def rows(results: list[tuple[str, str, RunResult]], strikes: list[Struck]) -> str:
     """The table of the page."""
-    load = os.getloadavg()[1]
+    load, nice = os.getloadavg()[1], os.nice(0)
+    how = f", at priority nice {nice}" if nice else ""
     lines = [
-        f"Measured on {os.cpu_count()} cores, load average {load:.1f}, by `python -m scripts.real_time`:",
+        f"Measured on {os.cpu_count()} cores with a load average of {load:.1f}{how}, by `python -m scripts.real_time`:",
         "",
         "| drive | verdict | commands | over 10 ms late | 99 % within | worst | round trip | mirror error, worst |",
         "|---|---|---:|---:|---:|---:|---:|---:|",
