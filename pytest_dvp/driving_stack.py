@@ -1,6 +1,7 @@
 """Which driving stack is tested: found by name, made with as much as it takes, asked for no more than `tick`.
 
-A name is an entry point of the group `pytest_dvp.ads`, `module:Class`, or a file `my_stack.py:Class`.
+A name is an entry point of the group `pytest_dvp.ads`, `module:Class`, a file `my_stack.py:Class`, or
+`ros2:stack.toml`, a stack in a process of its own.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from vehicle.messages import Command, Detection, FloatArray, Observation
 
 ENTRY_POINTS = "pytest_dvp.ads"
+REMOTE = "ros2:"
 
 
 class AdsError(SettingError):
@@ -72,6 +74,11 @@ def find_ads(asked: object = None, folders: Sequence[Path] = ()) -> Ads:
 def check_name(text: str, origin: str, base: Path) -> str:
     """A name as a setting gives it, files made absolute; loads nothing. Raises SettingError with the nearest name."""
     file, colon, name = text.rpartition(":")
+    if text.startswith(REMOTE):
+        path = (base / text.removeprefix(REMOTE)).absolute()
+        if not path.is_file():
+            raise SettingError(f"{origin}: no file {path}")
+        return f"{REMOTE}{path}"
     if text.endswith(".py"):
         raise SettingError(f"{origin}: {text} is a file; name the class in it, as in {text}:Stack")
     if colon and file.endswith(".py"):
@@ -142,6 +149,12 @@ class OnlyTick:
         nets = getattr(self._driver, "nets", None)
         return list(nets) if isinstance(nets, list | tuple) else []
 
+    def close(self) -> None:
+        """Free what the stack holds, if it has something to free: its method close()."""
+        close = getattr(self._driver, "close", None)
+        if callable(close):
+            close()
+
     @property
     def path(self) -> FloatArray | None:
         """The stack's path as an array (n, 2), the same one until the stack gives another."""
@@ -171,7 +184,13 @@ def _points() -> dict[str, EntryPoint]:
 
 
 def _named(text: str, folders: Sequence[Path]) -> Ads:
-    file, colon, name = check_name(text, "ads", Path.cwd()).rpartition(":")
+    checked = check_name(text, "ads", Path.cwd())
+    if checked.startswith(REMOTE):
+        from pytest_dvp.remote_stack import RemoteStack
+
+        path = Path(checked.removeprefix(REMOTE))
+        return Ads(f"{REMOTE}{path.name}", f"{REMOTE}{shown(path)}", RemoteStack(path, keep=False))
+    file, colon, name = checked.rpartition(":")
     if not colon:
         point = _points()[text]
         with _importable(folders):

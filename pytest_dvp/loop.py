@@ -59,6 +59,8 @@ class Driver(Protocol):
 
     def tick(self, observation: Observation) -> Command: ...
 
+    def close(self) -> None: ...
+
 
 @dataclasses.dataclass(frozen=True)
 class Limits:

@@ -90,6 +90,7 @@ class Ready:
     def close(self) -> None:
         self.vehicle.close()
         self.world.close()
+        self.driver.close()
 
 
 def prepare(request: Request) -> Ready:

@@ -1,0 +1,101 @@
+"""Any driving stack in a process of its own, over ROS 2 messages:  python -m pytest_dvp.ads_node --dds 42 --ads NAME
+
+A new run is a message, not a new process: the stack is made anew. What it does wrong ends the process, with one line.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import threading
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from pytest_dvp.driving_stack import AdsFault, find_ads, make_driver, one_line
+from pytest_dvp.settings import REFERENCE, SettingError
+
+IDLE = 3600.0  # s without a word after which it gives up
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Returns the exit code: 0 served, 1 the stack broke, 2 there is no such stack."""
+    parser = argparse.ArgumentParser(prog="python -m pytest_dvp.ads_node", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--dds", type=int, required=True, metavar="DOMAIN")
+    parser.add_argument("--ads", default=REFERENCE, metavar="NAME", help="as of dvp run; default: the reference stack")
+    arguments = parser.parse_args(argv)
+    _end_with_parent()
+    try:
+        ads = find_ads(arguments.ads, [Path.cwd()])
+        _serve(arguments.dds, ads)
+    except SettingError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except AdsFault as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+def _serve(domain: int, ads: Any) -> None:
+    from vehicle.wire import convert, topics
+    from vehicle.wire import stack_topics as wire
+    from vehicle.wire.dds import End, Silence
+    from vehicle.wire.ros2_types import String
+
+    end = End(domain, wire.FROM_STACK, wire.TO_STACK, (wire.DONE, wire.STEP), lambda: None)
+    driver: Any = None
+    path: Any = None
+    while True:
+        try:
+            number, now = end.next_step(IDLE)
+        except Silence:
+            return
+        if number == 0:  # a call to see whether somebody is there: answered once every topic is
+            if end.matched():
+                end.step(0, now)
+            continue
+        observation, resets = wire.take_observation(end, now), end.take(wire.RESET)
+        if resets:
+            driver, path = _made(ads, json.loads(resets[-1].data)), None
+        elif driver is not None:
+            try:
+                command = driver.tick(observation)
+            except AdsFault:
+                raise
+            except Exception as error:  # a stack of somebody else may raise anything
+                raise AdsFault(f"ADS {ads.name}: {one_line(error)}") from error
+            new = driver.path if driver.path is not path else None
+            path = driver.path
+            state = wire.State(dict(driver.trace), list(driver.detections), None if new is None else new.tolist())
+            end.send(topics.COMMAND, convert.command_to_ros(command, now))
+            end.send(wire.STATE, String(msgspec.json.encode(state).decode()))
+        end.step(number, now)
+
+
+def _made(ads: Any, run: dict[str, Any]) -> Any:
+    from ads.parameters import preset
+    from openscenario.road.network import load_network
+    from vehicle.messages import VehicleDescription
+
+    parameters = preset().with_values(run["parameters"])
+    car = msgspec.convert(run["vehicle"], VehicleDescription)
+    return make_driver(ads, parameters, load_network(run["map"]), car)
+
+
+def _end_with_parent() -> None:
+    """Leave at once when standard input closes."""
+
+    def watch() -> None:
+        while sys.stdin.buffer.read(1):
+            pass
+        os._exit(0)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

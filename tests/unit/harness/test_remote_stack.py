@@ -1,0 +1,107 @@
+"""`--ads ros2:stack.toml`: a stack in a process of its own, reset for each run, an ERROR when it is lost."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("cyclonedds")
+
+from pytest_dvp.driving_stack import AdsError
+from pytest_dvp.log_difference import first_difference
+from pytest_dvp.remote_stack import RemoteStack
+from pytest_dvp.run import run
+from pytest_dvp.settings import SettingError
+
+Write = Callable[..., Path]
+REFERENCE = Path(__file__).parents[2] / "data" / "stacks" / "reference.toml"
+RESETS = 20
+
+
+@pytest.fixture(scope="module")
+def stack() -> Iterator[RemoteStack]:
+    with RemoteStack(REFERENCE) as stack:
+        yield stack
+
+
+def test_twenty_resets_give_the_same_log_from_one_process(scenario: Write, stack: RemoteStack) -> None:
+    path = scenario()
+    first = run(path, duration=0.3, ads=stack)
+    pid = stack.wire().pid
+    for _ in range(RESETS):
+        again = run(path, duration=0.3, ads=stack)
+        assert again.error is None
+        assert first_difference(first.log, again.log) is None
+    assert stack.wire().pid == pid
+
+
+def test_it_drives_as_the_same_stack_in_this_process_does(scenario: Write, stack: RemoteStack) -> None:
+    """What differs is float32 on the wire, and pedals that the harness adds: millimetres within 2 s."""
+    path = scenario()
+    here, there = run(path, duration=2.0).log, run(path, duration=2.0, ads=stack).log
+    assert there["x"][-1] == pytest.approx(here["x"][-1], abs=0.02)
+    assert there["ads.x"][-1] == pytest.approx(here["ads.x"][-1], abs=0.02)
+    assert there["steer_cmd"] == pytest.approx(here["steer_cmd"], abs=2e-3, nan_ok=True)
+
+
+def test_a_stack_that_dies_is_an_error_and_the_next_run_has_a_new_one(scenario: Write, stack: RemoteStack) -> None:
+    path = scenario()
+    run(path, duration=0.1, ads=stack)
+    before = stack.wire().pid
+    os.kill(before, signal.SIGKILL)
+    lost = run(path, duration=0.3, ads=stack)
+    assert (lost.status, lost.error) == ("ERROR", "the stack's process ended (killed by SIGKILL)")
+    assert run(path, duration=0.1, ads=stack).error is None
+    assert stack.wire().pid != before
+
+
+def test_a_stack_named_on_the_command_line_ends_with_its_run(scenario: Write) -> None:
+    result = run(scenario(), duration=0.2, ads=f"ros2:{REFERENCE}")
+    assert result.error is None
+    assert result.ads == "ros2:reference.toml"
+    assert f"--ads ros2:{REFERENCE}" in result.replay or "--ads ros2:tests/data/stacks/reference.toml" in result.replay
+    children = [path for path in Path("/proc").glob("[0-9]*/cmdline") if b"pytest_dvp.ads_node" in _read(path)]
+    ours = [path for path in children if f"\nPPid:\t{os.getpid()}\n".encode() in _read(path.with_name("status"))]
+    assert len(ours) <= 1  # the one that other tests here keep
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""
+
+
+def test_a_stack_that_cannot_start_says_why(scenario: Write, tmp_path: Path) -> None:
+    file = tmp_path / "stack.toml"
+    file.write_text('command = ["{python}", "-c", "raise SystemExit(\'no map server\')"]\n')
+    result = run(scenario(), duration=0.2, ads=RemoteStack(file))
+    assert (result.status, result.error) == ("ERROR", "the stack's process ended (exit code 1): no map server")
+    file.write_text('command = ["no-such-program"]\n')
+    assert run(scenario(), duration=0.2, ads=RemoteStack(file)).error == (
+        "the stack's process cannot be started: no-such-program: No such file or directory"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("comand = []", r"stack\.toml: unknown key 'comand', did you mean 'command'\?"),
+        ("", r"command: found None, allowed: a list of words"),
+        ("command = ['x']\nanswer = 0", r"answer: found 0, allowed: seconds > 0"),
+        ("command = ['x'\n", r"stack\.toml: no stack: "),
+    ],
+)
+def test_a_wrong_file_is_one_line(tmp_path: Path, text: str, says: str) -> None:
+    (tmp_path / "stack.toml").write_text(text)
+    with pytest.raises(AdsError, match=says):
+        RemoteStack(tmp_path / "stack.toml")
+
+
+def test_a_file_that_is_not_there_is_one_line(scenario: Write) -> None:
+    with pytest.raises(SettingError, match=r"no file .*nowhere\.toml$"):
+        run(scenario(), ads="ros2:nowhere.toml")
