@@ -6,6 +6,7 @@ A new run is a message, not a new process: the stack is made anew. What it does 
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import os
 import sys
@@ -78,12 +79,19 @@ def _serve(domain: int, ads: Any) -> None:
 
 def _made(ads: Any, run: dict[str, Any]) -> Any:
     from ads.parameters import preset
-    from openscenario.road.network import load_network
     from vehicle.messages import VehicleDescription
 
     parameters = preset().with_values(run["parameters"])
     car = msgspec.convert(run["vehicle"], VehicleDescription)
-    return make_driver(ads, parameters, load_network(run["map"]), car)
+    return make_driver(ads, parameters, _map(run["map"], Path(run["map"]).stat().st_mtime_ns), car)
+
+
+@functools.lru_cache(maxsize=4)
+def _map(path: str, changed: int) -> Any:
+    """A map, read anew when the file has changed: runs in a row are on the same one."""
+    from openscenario.road.network import load_network
+
+    return load_network(path)
 
 
 def _end_with_parent() -> None:

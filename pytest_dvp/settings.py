@@ -64,7 +64,11 @@ class Setting:
 SETTINGS: tuple[Setting, ...] = (
     Setting("seed", "int", 7, "seed of every random number of a run", "N", 0),
     Setting(
-        "ads", "ads", REFERENCE, "driving stack: entry point of pytest_dvp.ads, module:Class, file.py:Class or ros2:FILE.toml", "NAME"
+        "ads",
+        "ads",
+        REFERENCE,
+        "driving stack: entry point of pytest_dvp.ads, module:Class, FILE.py:Class, ros2:F.toml",
+        "NAME",
     ),
     Setting("model", "file", None, "vehicle model (TOML); default: the TABBY EVO", "FILE"),
     Setting("effects", "files", (), "effects of your own that the model uses; the file is run", "FILE.py"),
