@@ -23,11 +23,11 @@ class ChartRow(NamedTuple):
 def belief_rows(
     metrics: Mapping[str, Mapping[str, Any]], columns: Mapping[str, NDArray[np.float64]]
 ) -> tuple[ChartRow, ...]:
-    """Driven against planned path, estimated against true position, detections against true road users.
+    """Driven against planned path, estimated against true position and heading, detections against true road users.
 
-    Each from the series of its metric (`lateral_rmse_path`, `localization_error`, `detection_error`) [m]; a metric
-    without one gives no row. The standard deviation that the stack itself states (`ads.position_sigma`) stands beside
-    its error.
+    Each from the series of its metric (`lateral_rmse_path`, `localization_error`, `detection_error` [m],
+    `heading_error` [rad]); a metric without one gives no row. The standard deviation that the stack itself states
+    (`ads.position_sigma`) stands beside its error.
     """
     rows = []
     off = _series(metrics, "lateral_rmse_path")
@@ -43,6 +43,11 @@ def belief_rows(
             stated = curve(columns["t"], sigma, words, "y8", colour=GREEN, dash="dot", unit="m", legend=words)
             traces.insert(0, stated)
         rows.append(ChartRow("y8", "estimated −<br>true [m]", 84.0, traces))
+    heading = _series(metrics, "heading_error")
+    if heading is not None:
+        degrees = np.degrees(np.asarray(heading["value"], dtype=np.float64))
+        trace = curve(heading["t"], degrees, "estimated − true heading", "y10", colour=BLUE, unit="deg")
+        rows.append(ChartRow("y10", "heading, est.<br>− true [deg]", 84.0, [trace]))
     seen = _series(metrics, "detection_error")
     if seen is not None:
         t, error = thin(seen["t"], seen["value"])

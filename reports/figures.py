@@ -309,7 +309,7 @@ def _layout(
         height = heights[name]
         bottom = top - height
         axis: Figure = {"domain": [max(bottom / total, 0.0), top / total], "title": {"text": title, "standoff": 6}}
-        axis |= {"fixedrange": True, "zeroline": name in ("y3", "y4", "y7"), "anchor": "x", "automargin": False}
+        axis |= {"fixedrange": True, "zeroline": name in ("y3", "y4", "y7", "y10"), "anchor": "x", "automargin": False}
         if name == "y" or not height:
             axis |= {"visible": False, "range": [0, 1]}
         if name == "y":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any
 
@@ -89,16 +90,23 @@ def series(value: float) -> dict[str, Any]:
 
 
 def test_every_metric_with_a_course_gets_a_row() -> None:
-    metrics = {"lateral_rmse_path": series(0.1), "localization_error": series(0.2), "detection_error": series(0.3)}
+    metrics = {
+        "lateral_rmse_path": series(0.1),
+        "localization_error": series(0.2),
+        "heading_error": series(math.radians(0.4)),
+        "detection_error": series(0.3),
+    }
     columns = {"t": np.arange(5.0), "v": np.arange(5.0), "ads.position_sigma": np.full(5, 0.04)}
     rows = belief_rows(metrics, columns)
     assert [[trace["name"] for trace in row.traces] for row in rows] == [
         ["left of the planned path"],
         ["1 σ that the ADS states", "estimated − true position"],
+        ["estimated − true heading"],
         ["detected − true"],
     ]
+    assert rows[2].traces[0]["y"] == pytest.approx([0.4] * 5)  # deg
     shown = timeline(columns, more=rows)["layout"]
-    tops = [shown[f"yaxis{axis}"]["domain"][1] for axis in (2, 7, 8, 9)]
+    tops = [shown[f"yaxis{axis}"]["domain"][1] for axis in (2, 7, 8, 10, 9)]
     assert tops == sorted(tops, reverse=True)
 
 
