@@ -86,6 +86,7 @@ class ElementPlan:
     children: Table = field(default_factory=dict)
     required_attributes: list[tuple[str, str]] = field(default_factory=list)  # field, attribute
     required_children: list[tuple[str, str, str]] = field(default_factory=list)  # field, tag of the wrapper, allowed
+    choices: set[str] = field(default_factory=set)  # tags of wrappers that stand for one of several elements
     fields: list[FieldPlan] = field(default_factory=list)
     unset: list[str] = field(default_factory=list)  # fields that may be None but have no default
     text_field: str = ""
@@ -187,6 +188,7 @@ def _fill_children(plan: ElementPlan, name: str, kind: Any, spelling: Xml, requi
             table = _descend(table, spelled)
             for member in members:
                 steps = tag_path(member)
+                plan.choices.update(steps[:-1])
                 _descend(table, steps[:-1])[steps[-1]] = Leaf(name, many, plan_of(member))
         else:
             table = _descend(table, spelled[:-1])

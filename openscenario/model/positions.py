@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 from openscenario.model.enums import ReferenceContext
-from openscenario.model.kinds import Degree, Element, EntityName, Length, Metre, Radian, xml
+from openscenario.model.kinds import Element, EntityName, Latitude, Length, Longitude, Metre, Radian, xml
 
 if TYPE_CHECKING:
     from openscenario.model.routes import Route
@@ -136,8 +136,8 @@ class TrajectoryPosition(Element):
 class GeoPosition(Element):
     """`latitude_deg`, `longitude_deg` [deg], `altitude` [m] since 1.2; `latitude`, `longitude`, `height` before."""
 
-    latitude_deg: Degree | None = None
-    longitude_deg: Degree | None = None
+    latitude_deg: Latitude | None = None
+    longitude_deg: Longitude | None = None
     altitude: Metre | None = None
     latitude: Radian | None = None
     longitude: Radian | None = None

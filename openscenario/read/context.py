@@ -32,6 +32,16 @@ class Reference:
     origin: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class TypedValue:
+    """A value for a parameter or variable, at its attribute `value`, that must be one of the declared type."""
+
+    kind: RefKind
+    name: str
+    value: str
+    at: At
+
+
 @dataclass(slots=True)
 class Context:
     """State of one reading."""
@@ -41,6 +51,7 @@ class Context:
     references: list[Reference] = field(default_factory=list)
     names: dict[str, list[tuple[str, At]]] = field(default_factory=dict)  # kind or storyboard type -> name, place
     state_conditions: list[StoryboardElementStateCondition] = field(default_factory=list)
+    typed_values: list[TypedValue] = field(default_factory=list)
     of_phases: list[OfPhase] = field(default_factory=list)  # what names a phase of a signal controller
     on_road: list[OnRoad] = field(default_factory=list)  # what must exist on the road
     starts: set[At] = field(default_factory=set)  # positions that entities are put on

@@ -66,8 +66,10 @@ class ElementReader:
             self.context.names.setdefault(plan.names, []).append((values["name"], at))
         if plan.text_field:
             values[plan.text_field] = node.text.strip()
+        elif node.text and not node.text.isspace():
+            whole = self._stray_text(node, path)
         if node.children:
-            whole = self._children(plan.children, node, scope, path, values) and whole
+            whole = self._children(plan, plan.children, node, scope, path, values) and whole
         if plan.cls is Action and "action" not in values and whole:
             self.context.warning(
                 "storyboard.empty_action", at, "", "the action is empty: it does nothing and ends at once"
@@ -165,7 +167,7 @@ class ElementReader:
             values["parameter_declarations"] = declared
         return scope
 
-    def _children(self, table: Table, node: Node, scope: Scope, path: str, values: Values) -> bool:
+    def _children(self, plan: ElementPlan, table: Table, node: Node, scope: Scope, path: str, values: Values) -> bool:
         whole = True
         for child in node.children:
             tag = child.tag
@@ -186,7 +188,13 @@ class ElementReader:
                     name = next(iter(child.attributes))
                     at = At(self.file, child.line, below)
                     self.context.error("xml.unknown_attribute", at, f"@{name}", "unknown attribute", found=name)
-                whole = self._children(entry, child, scope, below, values) and whole
+                if child.text and not child.text.isspace():
+                    whole = self._stray_text(child, below)
+                if not child.children and tag in plan.choices and plan.cls is not Action:
+                    whole = False
+                    values[_UNKNOWN] = True
+                    self._missing_child(child, At(self.file, child.line, below), "", ", ".join(sorted(entry)))
+                whole = self._children(plan, entry, child, scope, below, values) and whole
             else:
                 whole = False
                 values[_UNKNOWN] = True
@@ -218,6 +226,13 @@ class ElementReader:
             return False
         values[entry.field] = value
         return value is not None
+
+    def _stray_text(self, node: Node, path: str) -> bool:
+        at, found = At(self.file, node.line, path), " ".join(node.text.split())
+        self.context.error(
+            "xml.unexpected_text", at, "", "text where only elements belong", found=found, allowed="none"
+        )
+        return False
 
     def _missing_child(self, node: Node, at: At, wrapper: str, allowed: str) -> None:
         inside = node.find(wrapper) if wrapper else None

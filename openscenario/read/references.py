@@ -8,6 +8,7 @@ from typing import Final
 from openscenario.findings import listed, nearest
 from openscenario.model.kinds import RefKind
 from openscenario.read.context import Context, Reference
+from openscenario.values import BadValue, check_type
 
 STORYBOARD_TYPES: Final = ("story", "act", "maneuverGroup", "maneuver", "event", "action")
 
@@ -48,6 +49,17 @@ def check_references(context: Context) -> None:
                 hint="; ".join(filter(None, (reference.origin, nearest(_last(reference), names)))),
             )
     _check_types(context)
+
+
+def check_types(context: Context, types: Mapping[tuple[RefKind, str], str]) -> None:
+    """Notes values that are none of the type that their parameter or variable is declared with."""
+    for value in context.typed_values:
+        kind = types.get((value.kind, value.name.removeprefix("$")))
+        try:
+            check_type(value.value, kind or "string")
+        except BadValue as error:
+            text = f"{error.text}: {value.kind} {value.name!r} is declared as {kind}"
+            context.error(error.code, value.at, "@value", text, found=value.value, allowed=error.allowed)
 
 
 def check_entity_names(context: Context) -> None:

@@ -18,7 +18,7 @@ from openscenario.model.declarations import (
     VariableDeclaration,
 )
 from openscenario.model.entities import Entities
-from openscenario.model.kinds import At, Element
+from openscenario.model.kinds import At, Element, RefKind
 from openscenario.model.scenario import RoadNetwork, Scenario
 from openscenario.model.storyboard import Storyboard
 from openscenario.parameters import Given, Scope, declare
@@ -27,7 +27,7 @@ from openscenario.plan import plan_of
 from openscenario.read.context import Context
 from openscenario.read.elements import ElementReader
 from openscenario.read.header import read_header
-from openscenario.read.references import check_entity_names, check_references
+from openscenario.read.references import check_entity_names, check_references, check_types
 from openscenario.read.road import check_beside, check_on_road, check_phases, with_road
 from openscenario.values import BadValue, check_type, spelled
 from openscenario.xml import Document, Node, read_xml
@@ -131,6 +131,9 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
     storyboard = _section(reading, sections, Storyboard, scope)
     check_entity_names(context)
     check_references(context)
+    types: dict[tuple[RefKind, str], str] = {("parameter", each.name): each.parameter_type for each in declared}
+    types.update({("variable", each.name): each.variable_type for each in variables})
+    check_types(context, types)
     check_on_road(network, context)
     check_phases(network, context)
     _check_locations(context.catalogs, context)

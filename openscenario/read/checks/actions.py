@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from openscenario.model.actions import LongitudinalDistanceAction, TransitionDynamics
 from openscenario.model.controllers import AppearanceAction, AssignControllerAction, ControllerAction
+from openscenario.model.global_actions import (
+    ParameterAction,
+    ParameterSetAction,
+    VariableAction,
+    VariableSetAction,
+)
 from openscenario.read.checks.registry import check, exactly_one
-from openscenario.read.context import Context
+from openscenario.read.context import Context, TypedValue
 
 
 @check(TransitionDynamics)
@@ -49,3 +55,16 @@ def some_appearance(action: AppearanceAction, context: Context) -> None:
     if not (action.light_state_action or action.animation_action):
         allowed = "LightStateAction, AnimationAction"
         context.error("xml.missing_element", action.at, "", "the action is empty", allowed=allowed)
+
+
+@check(ParameterAction)
+def of_the_parameter(action: ParameterAction, context: Context) -> None:
+    if isinstance(action.action, ParameterSetAction):
+        value = TypedValue("parameter", action.parameter_ref, action.action.value, action.action.at)
+        context.typed_values.append(value)
+
+
+@check(VariableAction)
+def of_the_variable(action: VariableAction, context: Context) -> None:
+    if isinstance(action.action, VariableSetAction):
+        context.typed_values.append(TypedValue("variable", action.variable_ref, action.action.value, action.action.at))

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from openscenario.model.conditions import StoryboardElementStateCondition, TimeToCollisionConditionTarget
+from openscenario.model.conditions import (
+    ParameterCondition,
+    StoryboardElementStateCondition,
+    TimeToCollisionConditionTarget,
+    VariableCondition,
+)
 from openscenario.read.checks.registry import check, exactly_one
-from openscenario.read.context import Context
+from openscenario.read.context import Context, TypedValue
 
 
 @check(TimeToCollisionConditionTarget)
@@ -16,3 +21,14 @@ def one_target(target: TimeToCollisionConditionTarget, context: Context) -> None
 def later(condition: StoryboardElementStateCondition, context: Context) -> None:
     """Its type is compared with the type of the element once all elements are known."""
     context.state_conditions.append(condition)
+
+
+@check(ParameterCondition)
+def of_the_parameter(condition: ParameterCondition, context: Context) -> None:
+    """A value of another type would never compare equal."""
+    context.typed_values.append(TypedValue("parameter", condition.parameter_ref, condition.value, condition.at))
+
+
+@check(VariableCondition)
+def of_the_variable(condition: VariableCondition, context: Context) -> None:
+    context.typed_values.append(TypedValue("variable", condition.variable_ref, condition.value, condition.at))

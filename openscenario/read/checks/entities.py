@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from openscenario.model.declarations import MonitorDeclaration, ParameterDeclaration, VariableDeclaration
-from openscenario.model.entities import Axles, EntitySelection, ScenarioObject, Trailer
+from openscenario.model.entities import Axle, Axles, EntitySelection, ScenarioObject, Trailer
 from openscenario.model.traffic import Range, TrafficArea
 from openscenario.read.checks.registry import check, exactly_one
 from openscenario.read.context import Context
@@ -24,6 +25,15 @@ def wheelbase(axles: Axles, context: Context) -> None:
             found=f"{front.position_x:g}",
             allowed=f"> {rear.position_x:g} m, the position of the rear axle",
         )
+
+
+@check(Axle)
+def steering(axle: Axle, context: Context) -> None:
+    """The standard's range; files with degrees are common, and nothing here divides by it."""
+    if axle.max_steering > math.pi:
+        text = "no wheel turns so far: radians are meant"
+        found, allowed = f"{axle.max_steering:g}", "0 to pi rad"
+        context.warning("value.out_of_range", axle.at, "@maxSteering", text, found=found, allowed=allowed)
 
 
 @check(ScenarioObject, EntitySelection, ParameterDeclaration, VariableDeclaration, MonitorDeclaration)

@@ -100,6 +100,39 @@ def test_the_hash_changes_with_the_file(spoil: Spoil) -> None:
         ('delay="0"', 'delay="-1"', "value.out_of_range", "[later]@delay"),
         ("<AbsoluteTargetLane ", "<AbsoluteTragetLane ", "xml.unknown_element", "LaneChangeTarget/AbsoluteTragetLane"),
         ('<AbsoluteTargetLane value="-1"/>', "", "xml.missing_element", "LaneChangeAction/LaneChangeTarget"),
+        (
+            '<SimulationTimeCondition value="1.0" rule="greaterThan"/>',
+            "",
+            "xml.missing_element",
+            "[later]/ByValueCondition",
+        ),
+        (
+            '<PrivateAction><TeleportAction><Position>\n            <LanePosition roadId="1" laneId="-1" s="50.0"/>\n'
+            "          </Position></TeleportAction></PrivateAction>",
+            "<PrivateAction/>",
+            "xml.missing_element",
+            "Private/PrivateAction",
+        ),
+        ("<Entities>", "<Entities>here they are:", "xml.unexpected_text", "OpenSCENARIO/Entities"),
+        (
+            '<LanePosition roadId="1" laneId="-1" s="50.0"/>',
+            '<GeoPosition latitudeDeg="95" longitudeDeg="10"/>',
+            "value.out_of_range",
+            "GeoPosition@latitudeDeg",
+        ),
+        (
+            "<Actions>",
+            '<Actions><GlobalAction><ParameterAction parameterRef="EgoSpeed"><SetAction value="fast"/>'
+            "</ParameterAction></GlobalAction>",
+            "value.not_a_number",
+            "SetAction@value",
+        ),
+        (
+            '<SimulationTimeCondition value="1.0" rule="greaterThan"/>',
+            '<ParameterCondition parameterRef="EgoSpeed" rule="equalTo" value="fast"/>',
+            "value.not_a_number",
+            "ParameterCondition@value",
+        ),
         ('<EntityRef entityRef="Ego"/>', "", "reference_control.valid_actor_reference_in_private_actions", "[group]"),
         ('filepath="road.xodr"', 'filepath="raod.xodr"', "path.not_found", "LogicFile@filepath"),
         ('filepath="road.xodr"', 'filepath="../road.xodr"', "path.outside_root", "LogicFile@filepath"),
@@ -182,6 +215,11 @@ def test_an_action_without_content_does_nothing_and_is_a_warning(spoil: Spoil) -
     event = read_scenario(path).storyboard.stories[0].acts[0].maneuver_groups[0].maneuvers[0].events[0]
     assert event.actions[0].action == CustomCommandAction("")
     assert [finding.severity for finding in check_scenario(path)] == ["warning"]
+
+
+def test_a_steering_angle_in_degrees_is_a_warning(spoil: Spoil) -> None:
+    (finding,) = check_scenario(spoil('maxSteering="0.5"', 'maxSteering="30"'))
+    assert (finding.severity, finding.element.split("/")[-1]) == ("warning", "FrontAxle@maxSteering")
 
 
 def test_a_negative_rate_counts_as_its_magnitude_and_is_a_warning(spoil: Spoil) -> None:
