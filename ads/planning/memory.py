@@ -7,8 +7,9 @@ import math
 from vehicle.messages import Detection
 
 STANDING = 0.6  # m/s; faster is moving
-DISPLACED = 2.0  # m from where it was first surely seen; so far away, it has moved
-SURE = 0.3  # m^2; a place less sure says nothing about motion
+DISPLACED = 2.0  # m from where it was seen, and more than the places are unsure; so far away, it has moved
+SIGMAS = 3.0
+SURER = 0.5  # of the variance; a place so much better known is the one to compare with
 FORGET = 5.0  # s unseen
 MOST = 64
 
@@ -41,12 +42,13 @@ class TrackMemory:
             known.seen = t
             if math.hypot(d.vx, d.vy) > STANDING:
                 known.still_since = t
-            if known.moved or d.position_variance > SURE:
+            if known.moved:
                 continue
-            if known.variance > SURE:
-                known.x, known.y, known.variance = d.x, d.y, d.position_variance
-            elif math.hypot(d.x - known.x, d.y - known.y) > DISPLACED:
+            unsure = SIGMAS * math.sqrt(known.variance + d.position_variance)
+            if math.hypot(d.x - known.x, d.y - known.y) > DISPLACED + unsure:
                 known.moved = True
+            elif d.position_variance < SURER * known.variance:
+                known.x, known.y, known.variance = d.x, d.y, d.position_variance
         if len(table) > MOST:
             for track in [number for number, known in table.items() if t - known.seen > FORGET]:
                 del table[track]
