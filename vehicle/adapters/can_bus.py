@@ -11,9 +11,10 @@ from collections.abc import Callable
 from vehicle.adapter import VehicleLost
 from vehicle.gated import Hands
 from vehicle.messages import Command, Odometry
-from vehicle.wire.can_codec import Codec, Reading
+from vehicle.wire.can_codec import Codec
 from vehicle.wire.can_link import DONE, STEP, BusError, Link, Silence, Stamped, open_bus
 from vehicle.wire.can_map import SignalMap
+from vehicle.wire.health import Trouble
 
 BEATS = 256  # the heartbeat counts to this
 GRANTED = 100_000_000  # ns that a car has to grant automatic mode
@@ -33,7 +34,7 @@ class CanActuators:
         self._codec = Codec(car, sends="command")
         self._link = Link(_opened(address), self._codec.sends, alive, steps=True)
         self._beat = 0
-        self.wrong: list[tuple[int, Reading]] = []  # frames that did not count, with their time [ns]
+        self._troubles: list[Trouble] = []
         self.reset()
 
     def reset(self) -> None:
@@ -86,6 +87,11 @@ class CanActuators:
         reports, self._reports = self._reports, []
         return reports
 
+    def troubles(self) -> list[Trouble]:
+        """Frames since the last call that did not count ("checksum", "length", "repeated"), or were lost before one."""
+        troubles, self._troubles = self._troubles, []
+        return troubles
+
     def close(self) -> None:
         """Leave the bus; a car in automatic mode stops when its heart no longer beats."""
         self._link.close()
@@ -96,7 +102,8 @@ class CanActuators:
             if said is None:
                 continue
             if said.wrong or said.lost:
-                self.wrong.append((ns, said))
+                what = said.wrong or "lost"
+                self._troubles.append(Trouble(ns / SECOND, f"CAN {said.message}", what, float(max(said.lost, 1))))
             if said.wrong:
                 continue
             self._heard.update(said.values)
