@@ -240,6 +240,8 @@ class Ros2Vehicle:
 
     def _take_feedback(self) -> None:
         if self._by_wire is not None:
+            for trouble in self._by_wire.troubles():
+                self._record(trouble)
             came = self._health.sift("CAN", self._by_wire.reports(), self._clock())
         else:
             came = self._sound(topics.FEEDBACK, self._heard)

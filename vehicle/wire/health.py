@@ -15,7 +15,7 @@ and does not jump. The rhythm is learnt: the median interval of its first messag
     frozen         a position that stands still while the wheels turn
 
 Whoever sees more than one topic may name further ones: "not_obeyed", a car that echoes none of the last commands;
-"malformed: ...", a message of a form that is not understood.
+"malformed: ...", a message of a form that is not understood; of CAN frames "checksum" and "length".
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Trouble(NamedTuple):
         return self.what if plain else f"{self.what} {self.amount:.3g} {unit}"
 
 
-_PLAIN = ("not_finite", "repeated", "not_obeyed")
+_PLAIN = ("not_finite", "repeated", "not_obeyed", "checksum", "length")
 
 
 class Health:

@@ -126,6 +126,25 @@ def test_a_stranger_on_a_simulated_bus_is_found_out(pair: Pair) -> None:
         pair.cycle()
 
 
+def test_a_frame_of_the_car_that_is_spoilt_does_not_count_and_is_named(
+    pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A bit of the reported angle flips on the bus: the angle before it stands."""
+    pair.cycle(wheels=Odometry(0.0, 5.0, 0.1))
+    frames = pair.unit._codec.frames
+
+    def spoilt(*values: object, **options: object) -> list[Frame]:
+        steering, *others = frames(*values, **options)  # type: ignore[arg-type]
+        return [steering._replace(data=steering.data[:2] + b"\xff" + steering.data[3:]), *others]
+
+    monkeypatch.setattr(pair.unit._codec, "frames", spoilt)
+    pair.cycle(wheels=Odometry(0.0, 5.0, 0.3))
+    assert [report.steer for report in pair.harness.reports()] == pytest.approx([0.1, 0.1])
+    (trouble,) = pair.harness.troubles()
+    assert (trouble.topic, trouble.what, trouble.t) == ("CAN DBW_STEER_STATE", "checksum", pytest.approx(0.04))
+    assert pair.harness.troubles() == []
+
+
 def test_a_bus_that_loses_a_frame_is_found_out() -> None:
     one, other = (open_bus("virtual:lossy") for _ in range(2))
     sender, receiver = (Link(bus, frozenset(), lambda: None, steps=k == 0) for k, bus in enumerate((one, other)))
