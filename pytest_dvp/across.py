@@ -224,6 +224,10 @@ def _of_one_scenario(drives: Mapping[str, Driven], absent: dict[str, str]) -> di
     first: Driven | None = None
     # What was driven now says which version counts: an earlier log gives way to it.
     for stage, drive in sorted(drives.items(), key=lambda item: (item[1].before, _STAGES.index(item[0]))):
+        unfit = _unfit(drive)
+        if unfit:
+            absent[stage] = unfit
+            continue
         first = first or drive
         changed = [what for what in ("scenario", "road") if _digest(drive, what) != _digest(first, what)]
         if changed:
@@ -232,6 +236,22 @@ def _of_one_scenario(drives: Mapping[str, Driven], absent: dict[str, str]) -> di
         else:
             kept[stage] = drive
     return {stage: kept[stage] for stage in STAGES if stage in kept}
+
+
+def _unfit(drive: Driven) -> str:
+    """Why a log is no evidence about its stage; empty if it is."""
+    from pytest_dvp.wire_log import wire_verdict
+
+    log, name = drive.log, drive.place if drive.place is not None else f"the drive of stage {drive.label}"
+    fault = next((event for event in log.events if event.kind == "fault"), None)
+    if fault is not None:
+        return f"{name} broke off at t={fault.t:.2f} s: {fault.text}"
+    troubled = wire_verdict(log)
+    if troubled is not None:
+        return f"{name}: {troubled.short}"
+    if log.meta.get("vehicle", {}).get("armed") is False:
+        return f"{name} was a dry run: no command reached the car"
+    return ""
 
 
 def _digest(drive: Driven, what: str) -> object:

@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import gc
 import inspect
+import json
 import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,7 +20,7 @@ from pytest_dvp.loop import Ending, Limits, Loop
 from pytest_dvp.paths import shown
 from pytest_dvp.replay_log import ReplayLog
 from pytest_dvp.settings import REFERENCE, Assignments
-from pytest_dvp.stages import REAL, STEPPED, SURROGATE, StageError, check_stage, is_real
+from pytest_dvp.stages import REAL, STEPPED, SURROGATE, StageError, check_stage, is_real, label
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters
@@ -112,6 +113,7 @@ def run(
     clock: str = STEPPED,
     arming: Path | None = None,
     envelope: Path | None = None,
+    passed: Sequence[Path] = (),
     require_real: bool = False,
     log_dir: Path | None = None,
     folder_name: str | None = None,
@@ -138,6 +140,7 @@ def run(
                      twin, so that everything is loaded, and a real car drives only what passed there
     arming           second key of a real car, used up by the run; without it a dry run, which never passes
     envelope         file that says where and how fast a real car may drive
+    passed           run folders of earlier drives: on stage "rw" a real car drives only what passed on "pe" with it
     folder_name      what is between number and stage in its name; default the scenario's
 
     Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost: one
@@ -170,7 +173,7 @@ def run(
     )
     live = stage != "dt" and (clock == REAL or is_real(stage, vehicle))
     if live:
-        _rehearse(request, duration, after_collision)
+        _rehearse(request, duration, after_collision, passed)
     ready = prepare(request)
     limit = duration if duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
     recorded = ready.gate_log.length if isinstance(ready.gate_log, ReplayLog) else float("inf")
@@ -190,11 +193,11 @@ def run(
     return _judged(request, ready, (ending, ended), loop.error, replay_command(request, duration), log_dir, folder_name)
 
 
-def _rehearse(request: Any, duration: float | None, after_collision: float) -> None:
+def _rehearse(request: Any, duration: float | None, after_collision: float, passed: Sequence[Path]) -> None:
     """Drive the same on the twin: what compiles or loads when it is first used must not do so by the wall clock.
 
     A stack that is one object, not a class that makes them, keeps its state for the car: the reference stack rehearses.
-    Raises StageError if a real car is to drive what does not pass there.
+    Raises StageError if a real car is armed for what does not pass there, or did not pass in parallel execution before.
     """
     result = run(
         request.path,
@@ -214,12 +217,31 @@ def _rehearse(request: Any, duration: float | None, after_collision: float) -> N
         if inspect.isclass(request.ads.factory) or inspect.isfunction(request.ads.factory)
         else None,
     )
-    if is_real(request.stage, request.vehicle) and result.status != "PASS":
+    if request.arming is None or not is_real(request.stage, request.vehicle):
+        return
+    if result.status != "PASS":
         worst = next(verdict.short for verdict in result.verdicts if verdict.status != "PASS")
         raise StageError(
             f"stage {request.stage} is refused: a real car drives only what passed on the twin, "
             f"and that is {result.status}: {worst}"
         )
+    before = label("pe", request.vehicle)
+    if request.stage == "rw" and not any(_same_test(folder, before, request, result.log) for folder in passed):
+        raise StageError(
+            f"stage rw is refused: a real car drives only what passed on stage {before} with the same settings; "
+            "name that run folder: --stage-logs RUN"
+        )
+
+
+def _same_test(folder: Path, stage: str, request: Any, rehearsed: Log) -> bool:
+    """Whether a run folder holds a PASS of this stage, of the same scenario, road and settings."""
+    try:
+        kept = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        meta = Log.load(folder).meta
+    except (OSError, ValueError):
+        return False
+    same = all(meta.get(key) == rehearsed.meta.get(key) for key in ("scenario_sha256", "road_sha256", "ads"))
+    return same and (kept.get("status"), kept.get("stage"), kept.get("set")) == ("PASS", stage, assigned(request))
 
 
 @contextlib.contextmanager

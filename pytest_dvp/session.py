@@ -173,6 +173,7 @@ class Session:
             "clock": settings.clock,
             "arming": settings.arming,
             "envelope": settings.envelope,
+            "passed": settings.stage_logs,
             "require_real": settings.require_real,
             "duration": settings.duration,
             "wall_limit": settings.wall_limit,

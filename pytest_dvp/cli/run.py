@@ -220,6 +220,7 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
             clock=settings.clock,
             arming=settings.arming,
             envelope=settings.envelope,
+            passed=settings.stage_logs,
             require_real=settings.require_real,
             duration=settings.duration,
             wall_limit=settings.wall_limit,

@@ -11,7 +11,7 @@ import pytest
 
 from pytest_dvp.across import Driven, gates_between, hold, pair_name, pairs_driven
 from pytest_dvp.gates import Gate, GateError, Stage
-from pytest_dvp.log import Log
+from pytest_dvp.log import Log, LogEvent
 from pytest_dvp.run import RunResult, run
 from pytest_dvp.shared_runs import SharedRuns, key_of
 from tests.plugin.conftest import write_scenario
@@ -62,6 +62,25 @@ def test_an_earlier_drive_of_another_version_of_the_scenario_is_not_compared(dri
     held = hold({"dt": staged(drive.log, "dt"), "rw": old}, [LIKE], [PAIR], ABOUT)
     assert held.status == "INCONCLUSIVE"
     assert "runs/0001 was driven with another version of the scenario" in held.verdicts[0].short
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "says"),
+    [
+        (
+            {"events": (LogEvent(0.5, "fault", "VehicleLost", "the car is gone"),)},
+            "broke off at t=0.50 s: the car is gone",
+        ),
+        ({"events": (LogEvent(0.5, "wire", "/gnss/fix", "lost 3 messages"),)}, "faults on the wire: lost on /gnss/fix"),
+        ({"meta": {"stage": "rw", "vehicle": {"armed": False}}}, "was a dry run: no command reached the car"),
+    ],
+)
+def test_a_log_that_is_no_evidence_is_not_compared(drive: RunResult, spoilt: dict[str, object], says: str) -> None:
+    meta = {**drive.log.meta, "stage": "rw", **spoilt.get("meta", {})}  # type: ignore[dict-item]
+    log = dataclasses.replace(drive.log, **{**spoilt, "meta": meta})  # type: ignore[arg-type]
+    held = hold({"dt": staged(drive.log, "dt"), "rw": Driven(log)}, [LIKE], [PAIR], ABOUT)
+    assert held.status == "INCONCLUSIVE"
+    assert says in held.verdicts[0].short
 
 
 def test_other_parameters_of_the_stack_are_said(drive: RunResult) -> None:

@@ -99,7 +99,7 @@ class Coasting:
 
 def drive(keys: dict[str, Path], *, vehicle: str = "tabby", with_keys: bool = True, **options: object):  # type: ignore[no-untyped-def]
     given = {"arming": keys["arming"], "envelope": keys["envelope"]} if with_keys else {}
-    return run(keys["scenario"], stage="rw", vehicle=vehicle, ads=Coasting, duration=1.0, **given, **options)  # type: ignore[arg-type]
+    return run(keys["scenario"], **{"stage": "pe", **options}, vehicle=vehicle, ads=Coasting, duration=1.0, **given)  # type: ignore[arg-type]
 
 
 NO_GATES = '[[gate]]\nmetric = "collision"\nmax = 0\n'
@@ -124,7 +124,7 @@ def test_with_both_keys_it_drives_once_and_is_called_by_its_stage_alone(
 ) -> None:
     result = drive(keys)
     assert len(told) >= 50
-    assert (result.status, result.stage) == ("PASS", "rw")
+    assert (result.status, result.stage) == ("PASS", "pe")
     assert not keys["arming"].exists()
     with pytest.raises(ArmingRefused, match="no arming file"):
         drive(keys)
@@ -139,7 +139,7 @@ def test_an_arming_for_another_scenario_does_not_fit(told: list[Command], keys: 
 
 def test_without_an_area_it_is_not_armed(told: list[Command], keys: dict[str, Path]) -> None:
     with pytest.raises(ArmingRefused, match="a real car needs a declared area"):
-        run(keys["scenario"], stage="rw", vehicle="tabby", ads=Coasting, duration=1.0, arming=keys["arming"])
+        run(keys["scenario"], stage="pe", vehicle="tabby", ads=Coasting, duration=1.0, arming=keys["arming"])
     assert told == []
 
 
@@ -152,6 +152,21 @@ def test_what_does_not_pass_on_the_twin_is_not_driven(told: list[Command], keys:
     assert keys["arming"].exists()
 
 
+def test_in_its_own_world_it_drives_what_passed_in_parallel_with_the_same_settings(
+    told: list[Command], keys: dict[str, Path], tmp_path: Path
+) -> None:
+    with pytest.raises(StageError, match="drives only what passed on stage pe with the same settings"):
+        drive(keys, stage="rw")
+    arming = keys["arming"].read_text()
+    before = drive(keys, log_dir=tmp_path / "runs").folder
+    keys["arming"].write_text(arming)
+    told.clear()
+    with pytest.raises(StageError, match="with the same settings"):
+        drive(keys, stage="rw", passed=[before], P={"LQR_q11": 29.0})
+    assert told == []
+    assert drive(keys, stage="rw", passed=[before]).stage == "rw"
+
+
 def test_in_parallel_execution_the_driver_keeps_the_last_word(told: list[Command], keys: dict[str, Path]) -> None:
     result = run(
         keys["scenario"], stage="pe", vehicle="tabby", ads=Coasting, duration=1.0,
@@ -162,8 +177,8 @@ def test_in_parallel_execution_the_driver_keeps_the_last_word(told: list[Command
 
 def test_what_is_no_real_car_is_called_by_its_name_and_needs_no_key(told: list[Command], keys: dict[str, Path]) -> None:
     result = drive(keys, vehicle="toy", with_keys=False)
-    assert (result.stage, result.status) == ("rw-toy", "PASS")
-    with pytest.raises(StageError, match="rw-toy ERROR: a real vehicle is required, toy says it is none"):
+    assert (result.stage, result.status) == ("pe-toy", "PASS")
+    with pytest.raises(StageError, match="pe-toy ERROR: a real vehicle is required, toy says it is none"):
         drive(keys, vehicle="toy", require_real=True)
 
 
