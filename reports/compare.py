@@ -59,7 +59,8 @@ def render_compare_report(pages: Sequence[Mapping[str, Any]]) -> str:
     for number, page in enumerate(pages):
         figures[f"groups{number}"] = groups_figure(page["groups"], page["signals"])
         if page["position"] is not None:
-            figures[f"path{number}"] = path_figure(page["t"], *page["position"], page["error"])
+            x, y = page["position"]
+            figures[f"path{number}"] = path_figure(page["t"], x, y, page["error"])
         figures[f"time{number}"] = time_figure(page)
     scripts = [plotly_js(), asset("theme.js"), asset("compare.js")]
     text: str = _template().render(

@@ -96,7 +96,8 @@ class LaneGraphPlanner:
         source, target = int(twin[node]), int(twin[end]) if ahead else end
         some = costs[order] + NOTHING
         matrix = csr_matrix((some, pairs[order, 1], first), shape=(total, total))
-        far, before = dijkstra(matrix, indices=source, return_predecessors=True)
+        costs_to, nodes_before = dijkstra(matrix, indices=[source], return_predecessors=True)
+        far, before = costs_to[0], nodes_before[0]
         if not np.isfinite(far[target]):
             return None
         path = [target]
