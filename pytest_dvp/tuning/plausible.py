@@ -24,7 +24,7 @@ class Plausible:
 S_RANGES = {
     "EGO_mass": Plausible(
         650.0, 1100.0, "730 kg with batteries, and up to four people",
-        ("drive_lag", "drive_delay", "jerk_limit", "drive_gain", "brake_gain", "mass", "force_rise"),
+        ("drive_lag", "drive_delay", "jerk_limit", "drive_gain", "brake_gain", "force_rise"),
     ),
     "EGO_max_steer_angle": Plausible(
         18.0, 25.0, "+-20 deg by the data sheet", ("steer_angle_limit", "steer_ratio", "understeer")
