@@ -202,7 +202,9 @@ class EkfLocalizer:
             oldest = min(oldest, imu.t)
             ax = self._ahead(imu)
             if imu.t > start and n < CAPACITY and math.isfinite(ax + imu.yaw_rate):
-                ax += imu.yaw_rate**2 * ahead + self._turning(imu) * beside
+                ax += imu.yaw_rate**2 * ahead
+                if beside != 0.0:
+                    ax += self._turning(imu) * beside
                 rows[n] = (imu.t, IMU, imu.yaw_rate, ax, 0.0, 0.0, 0.0)
                 n += 1
         self._n = n
