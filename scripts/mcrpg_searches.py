@@ -54,8 +54,9 @@ def searches(runs: Path, jobs: int, docs: Path) -> str:
                 point = {k[2:]: v for k, v in tuning.best.point.items() if v != tuning.start.point[k]}
                 twin = baked(model, point, runs / "searches" / f"{what.replace(' ', '-')}-{name}.toml")
                 rows.append(_row(what, title, tuning, twin, held_out, workers))
-            panels.append(Panel(f"S on alignment, {what}", "replays of logs", "chi²/N, best so far", True,
-                                [Curve(title, _chi2(tunings[name])) for name, title in SEARCHES]))  # fmt: skip
+            courses = [Curve(title, _chi2(tunings[name])) for name, title in SEARCHES]
+            text = f"S on alignment, {what}"
+            panels.append(Panel(text, "replays of logs", "chi²/N, best so far", True, courses, (1.0, 3000.0)))
         study = alone["coordinate"].study
         suspects = guard(study.knobs, study.start, alone["coordinate"].best.point, logs, state.model, print)
         better = dataclasses.replace(state, model=extended)

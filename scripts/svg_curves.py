@@ -21,13 +21,14 @@ class Curve:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Panel:
-    """Axes with curves; `log`: the y axis counts decades."""
+    """Axes with curves; `log`: the y axis counts decades; `span`: what it shows at least."""
 
     title: str
     x: str
     y: str
     log: bool
     curves: Sequence[Curve]
+    span: tuple[float, ...] = ()
 
 
 def curves(panels: Sequence[Panel]) -> str:
@@ -45,7 +46,7 @@ def curves(panels: Sequence[Panel]) -> str:
 def _panel(panel: Panel) -> list[str]:
     every = [point for curve in panel.curves for point in curve.points]
     wide = max(x for x, _ in every)
-    values = [math.log10(y) if panel.log else y for _, y in every if math.isfinite(y)]
+    values = [math.log10(y) if panel.log else y for y in (*(y for _, y in every), *panel.span) if math.isfinite(y)]
     low, high = min(values), max(values)
     margin = 0.06 * (high - low) or 0.5
     low, high = low - margin, high + margin
@@ -76,7 +77,7 @@ def _panel(panel: Panel) -> list[str]:
         steps = [f"M{px(known[0][0]):.1f} {py(known[0][1]):.1f}"]
         steps += [f"H{px(x):.1f}V{py(y):.1f}" for x, y in known[1:]]
         out.append(f'<path d="{"".join(steps)}" fill="none" stroke="{COLOURS[k]}" stroke-width="2"/>')
-        at = LEFT + 112 * k
+        at = 14 + 138 * k
         key = f'<line x1="{at}" x2="{at + 16}" y1="{HEIGHT - 12}" y2="{HEIGHT - 12}" stroke="{COLOURS[k]}"'
         out.append(f'{key} stroke-width="3"/>')
         out.append(f'<text x="{at + 20}" y="{HEIGHT - 8}">{escape(curve.name)}</text>')
