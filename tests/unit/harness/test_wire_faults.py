@@ -32,7 +32,6 @@ def drive(path: Path, fault: str | None = None, **options: object) -> RunResult:
     ("fault", "name", "topic"),
     [
         ("silence@1+5", "silent", "/vehicle/odom"),
-        ("clock_back:/imu/data@1.5+1", "stepped_back", "/imu/data"),
         ("nan:/vehicle/odom@1.5+1", "not_finite", "/vehicle/odom"),
         ("no_commands@1+1", "not_obeyed", "/vehicle/command"),
     ],
