@@ -8,7 +8,7 @@ from vehicle.messages import Detection
 
 STANDING = 0.6  # m/s; faster is moving
 DISPLACED = 2.0  # m from where it was seen, and more than the places are unsure; so far away, it has moved
-SIGMAS = 3.0
+SIGMAS = 6.0  # a filter that errs alike in every frame wanders farther than 3
 SURER = 0.5  # of the variance; a place so much better known is the one to compare with
 FORGET = 5.0  # s unseen
 MOST = 64

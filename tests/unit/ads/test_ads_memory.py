@@ -49,7 +49,7 @@ def test_a_place_that_wanders_within_its_doubt_is_no_motion() -> None:
     assert not memory.moved(1)
 
 
-@pytest.mark.parametrize(("sigma", "way"), [(0.1, 3.0), (1.2, 10.0)])
+@pytest.mark.parametrize(("sigma", "way"), [(0.1, 3.0), (1.2, 15.0)])
 def test_who_went_farther_than_the_doubt_of_his_place_has_moved(sigma: float, way: float) -> None:
     memory = TrackMemory()
     for k in range(50):
