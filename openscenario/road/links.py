@@ -35,7 +35,7 @@ def make_links(roads: Sequence[Road], junctions: Iterable[Junction]) -> dict[Lan
         for at_end, link in ((False, road.predecessor), (True, road.successor)):
             if link is None or link.id not in numbers or link.kind != "road" or link.s is not None:
                 continue
-            if not _answered(road, roads[numbers[link.id]], link):
+            if not answered(road, roads[numbers[link.id]], link):
                 continue
             for a, b in _road_link(roads, number, at_end, numbers[link.id], link):
                 join(a, b)
@@ -46,7 +46,7 @@ def make_links(roads: Sequence[Road], junctions: Iterable[Junction]) -> dict[Lan
     return {end: tuple(others) for end, others in found.items()}
 
 
-def _answered(road: Road, other: Road, link: RoadLink) -> bool:
+def answered(road: Road, other: Road, link: RoadLink) -> bool:
     """Whether the other road's own link there agrees, or it has none; a connecting road is named by its junction."""
     back = other.successor if link.contact == "end" else other.predecessor
     if back is None or not link.contact:

@@ -9,7 +9,7 @@ from openscenario.road.attributes import Attributes
 from openscenario.road.elements import Lane, OpenDrive, Road, lane_direction
 from openscenario.road.junction_rules import check_junctions
 from openscenario.road.lane_rules import LANE_TYPES, NO_WIDTH, check_lanes, width_at
-from openscenario.road.links import LaneEnd, end_lanes, make_links
+from openscenario.road.links import LaneEnd, answered, end_lanes, make_links
 from openscenario.road.shapes import geometry_rows, row_end
 from openscenario.road.thing_rules import check_things
 from openscenario.xml import Node
@@ -34,6 +34,7 @@ def check_network(attributes: Attributes, network: OpenDrive, nodes: list[Node])
     check_junctions(attributes, network, nodes)
     check_things(attributes, nodes)
     _contact_points(attributes, network, nodes, ends)
+    _road_links(attributes, network, nodes)
     _appearing_lanes(attributes, network, nodes)
 
 
@@ -161,10 +162,27 @@ def _known_lanes(attributes: Attributes, node: Node | None, targets: tuple[int, 
             attributes.report(
                 "asam.net:xodr:1.4.0:road.lane.link.unknown",
                 node,
-                "the lane is linked to a lane that its neighbouring section does not have",
+                "the lane is linked to a lane that the section it leads to does not have",
                 found=str(target),
                 allowed=", ".join(str(lane) for lane in known),
             )
+
+
+def _road_links(attributes: Attributes, network: OpenDrive, nodes: list[Node]) -> None:
+    """A lane at the end of a road is linked to lanes that the road linked there has."""
+    numbers = {road.id: number for number, road in enumerate(network.roads)}
+    for road, node in zip(network.roads, nodes, strict=True):
+        for at_end, link in ((False, road.predecessor), (True, road.successor)):
+            if link is None or link.kind != "road" or link.s is not None or not link.contact:
+                continue
+            if link.id not in numbers or not answered(road, network.roads[numbers[link.id]], link):
+                continue
+            known = {lane.id: lane for lane in end_lanes(network.roads[numbers[link.id]], link.contact == "end")}
+            for lane in end_lanes(road, at_end):
+                targets = lane.successors if at_end else lane.predecessors
+                if not known.keys() >= set(targets):
+                    element = list(_lane_nodes(node))[-1 if at_end else 0].get(lane.id, node)
+                    _known_lanes(attributes, element, targets, known)
 
 
 def _contact_points(

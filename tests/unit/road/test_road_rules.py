@@ -62,6 +62,13 @@ BROKEN = {
         one(section((), [lane(-1, after=-4)]) + section((), [lane(-1)], s=30.0)),
         "lane",
     ),
+    "lane link across roads": (
+        (
+            straight("1", 0, 0, 0, 50, section((), [lane(-1, after=-4)]), link=to_road("successor", "2", "start")),
+            straight("2", 50, 0, 0, 50, PLAIN, link=to_road("predecessor", "1", "end")),
+        ),
+        "lane",
+    ),
     "order of widths": (
         one(section((), [lane(-1, inside=cubic("width", 9.0, 3.5) + WIDTH)])),
         "width[2]@sOffset",
