@@ -51,7 +51,7 @@ def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: N
     now = first = judge(plan, state, plan.held_out_seeds, workers, logs)
     entries = [_entry(plan, 0, state, now, workers)]
     write_ledger(out / "ledger.jsonl", entries)
-    ended = f"{plan.iterations} iterations"
+    ended = f"the limit of {plan.iterations} (--iterations)"
     for number in range(1, plan.iterations + 1):
         step = _improve(plan, number, state, now, workers, out, tick)
         entries.append(step.entry)
