@@ -17,7 +17,7 @@ from pytest_dvp.driving_stack import AdsError
 from pytest_dvp.remote_stack import RemoteStack
 from pytest_dvp.run import run
 from pytest_dvp.settings import SettingError
-from tests.unit.adapters.test_replay import CAR
+from tests.unit.adapters.test_recorded_vehicle import CAR
 from vehicle.messages import GnssFix, Observation, Odometry, Task
 
 Write = Callable[..., Path]
