@@ -70,5 +70,7 @@ class GateError(ValueError):
         self.findings = tuple(findings)
         self.line = self.findings[0].line
         self.code = self.findings[0].code
-        more = f" (and {len(self.findings) - 1} more)" if len(self.findings) > 1 else ""
+        more = (
+            f" (and {len(self.findings) - 1} more: dvp check {self.findings[0].file})" if len(self.findings) > 1 else ""
+        )
         super().__init__(str(self.findings[0]) + more)

@@ -113,10 +113,17 @@ def _number(value: Any) -> float | None:
     return float(value)
 
 
+def _is_least(gate: str, value: float | None, bound: float | None, margin: float | None) -> bool:
+    """True if the bound is the lower one: of a gate with both, the margin tells which of them is meant."""
+    if value is not None and bound is not None and margin is not None and value != bound:
+        return abs(margin - (value - bound)) < abs(margin - (bound - value))
+    return ">" in gate or "≥" in gate
+
+
 def _row(verdict: Mapping[str, Any]) -> Row:
     gate = verdict.get("gate")
     text = str(gate or "")
-    at_least = ">" in text or "≥" in text
+    numbers = (_number(verdict.get("value")), _number(verdict.get("bound")), _number(verdict.get("margin")))
     place = str(verdict.get("file") or "")
     if place and verdict.get("line"):
         place += f":{verdict['line']}"
@@ -124,11 +131,11 @@ def _row(verdict: Mapping[str, Any]) -> Row:
         metric=str(verdict.get("metric", "")),
         name=str(verdict.get("name") or verdict.get("metric", "")),
         status=str(verdict.get("status", "ERROR")),
-        value=_number(verdict.get("value")),
-        bound=_number(verdict.get("bound")),
-        sign="≥" if at_least else "≤",
+        value=numbers[0],
+        bound=numbers[1],
+        sign="≥" if _is_least(text, *numbers) else "≤",
         unit=pretty_unit(verdict.get("unit")),
-        margin=_number(verdict.get("margin")),
+        margin=numbers[2],
         t=_number(verdict.get("t")),
         object=str(verdict.get("object") or ""),
         message=str(verdict.get("message") or ""),

@@ -47,6 +47,7 @@ SETTINGS = (
 NOT_JUDGED = "not judged:"
 PATIENCE = 8.0  # s of wall time before a silent run says why it may take long
 FIRST_RUN = "  still at it; the first run after an installation compiles for about a minute, once"
+ON_THE_WIRE = "  still at it; a car of its own, beside the harness, may take a minute"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -196,7 +197,8 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
     ads = "" if settings.ads == REFERENCE else f", ADS {settings.ads}"
     what = job.label or job.path
     print(f"dvp run: {what}, stage {job.stage}, seed {settings.seed}{ads}", file=sys.stderr)
-    notice = threading.Timer(PATIENCE, print, (FIRST_RUN,), {"file": sys.stderr, "flush": True})
+    said = FIRST_RUN if job.stage == "dt" else ON_THE_WIRE
+    notice = threading.Timer(PATIENCE, print, (said,), {"file": sys.stderr, "flush": True})
     notice.daemon = True
     notice.start()
     try:

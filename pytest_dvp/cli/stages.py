@@ -39,7 +39,10 @@ def execute(arguments: argparse.Namespace) -> int:
         if not Path(text).exists():
             raise WrongArgument(f"{text}: no such log")
         log = Log.load(text)
-        drives.setdefault(str(log.meta.get("stage", "")).split("-")[0], Driven(log, Path(text)))
+        stage = str(log.meta.get("stage", "")).split("-")[0]
+        if stage in drives:
+            print(f"dvp stages: {text} left out: {drives[stage].place} is of stage {stage} as well", file=sys.stderr)
+        drives.setdefault(stage, Driven(log, Path(text)))
     first = next(iter(drives.values())).log.meta
     before = None if arguments.before is None else Log.load(arguments.before)
     about = {
@@ -47,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
         "line": 1,
         "seed": int(first.get("seed") or 0),
         "ads": str(first.get("ads", "")),
-        "replay": " ".join(["dvp stages", *arguments.logs]),
+        "replay": " ".join(["dvp stages", *arguments.logs, *_options(settings.gates, arguments.before)]),
     }
     held = hold(drives, gates, pairs_driven(gates, list(drives)), about)
     if before is not None:
@@ -66,3 +69,13 @@ def execute(arguments: argparse.Namespace) -> int:
     else:
         print(across_text(held))
     return 0 if held.status == "PASS" or not gates else 1
+
+
+def _options(gates: Path | None, before: str | None) -> list[str]:
+    """What a reader must add to see the same comparison again."""
+    from pytest_dvp.paths import shown
+
+    return [
+        *(() if gates is None else ("--gates", str(shown(gates)))),
+        *(() if before is None else ("--before", str(before))),
+    ]

@@ -59,6 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
         found = tune(study, workers, tick, lambda so_far: write(so_far, out))
     write(found, out)
     print(f"dvp tune: {workers.done} simulated, {workers.known} kept from before; {out}", file=sys.stderr)
+    print(f"dvp tune: next: dvp run X.xosc $(cat {out / 'best.txt'})", file=sys.stderr)
     if arguments.json:
         print(json.dumps(finite(_document(found)), ensure_ascii=False, allow_nan=False))
     else:

@@ -54,3 +54,11 @@ def test_headline_of_a_failure_names_the_worst() -> None:
 
 def test_headline_without_gates_claims_nothing() -> None:
     assert headline("INCONCLUSIVE", []) == "No gate was judged."
+
+
+def test_of_a_gate_with_two_bounds_the_nearer_one_is_shown_with_its_own_sign() -> None:
+    both = "gain >= 0.95 and <= 1.05"
+    (upper,) = rows([{**verdict("gain", 1.04, 1.05), "gate": both, "margin": 0.01}])
+    (lower,) = rows([{**verdict("gain", 0.96, 0.95), "gate": both, "margin": 0.01}])
+    (broken,) = rows([{**verdict("gain", 1.19, 1.05, "FAIL"), "gate": both, "margin": -0.14}])
+    assert (upper.limit, lower.limit, broken.limit) == ("≤ 1.05", "≥ 0.95", "≤ 1.05")

@@ -142,7 +142,7 @@ def test_error_is_one_line_with_file_and_line(file: Path) -> None:
     with pytest.raises(GateError) as caught:
         read_gates(write(file, gate('metric = "max_jrk"\nmax = nan')))
     assert str(caught.value).startswith(f"{file}:2: error dvp.gates.unknown_metric gate[1].metric: unknown metric")
-    assert str(caught.value).endswith("(and 1 more)")
+    assert str(caught.value).endswith(f"(and 1 more: dvp check {file})")
     assert "\n" not in str(caught.value)
 
 
