@@ -271,6 +271,7 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
         return _replayed(request, ego)
     if refused := sorted(set(request.S) - set(scenario_parameters(request.S))):
         raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.stage} is what it is")
+    envelope = None if request.envelope is None else read_envelope(request.envelope)  # before waiting for the car
     gate_log = GateLog()
     car, gate_log.punctuality = open_vehicle(
         request.stage,
@@ -282,7 +283,6 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
         record=gate_log.wire.record,
     )
     name, _, hidden = request.vehicle.partition(":")
-    envelope = None if request.envelope is None else read_envelope(request.envelope)
     limits = limits_of(
         car.description,
         max_speed=None if envelope is None else envelope.max_speed,
