@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import os
 import re
 import shutil
@@ -17,6 +16,7 @@ from pytest_dvp.gates import Verdict, overall
 from pytest_dvp.log import Log
 from pytest_dvp.metrics import MetricValue, compute, known_metrics
 from pytest_dvp.metrics.base import REQUIRED
+from pytest_dvp.plain_json import finite
 
 _NUMBERED = re.compile(r"\.?(\d{4,})[.-]")
 
@@ -195,18 +195,7 @@ def _without_series(result: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _json(data: Mapping[str, Any]) -> bytes:
-    return msgspec.json.format(msgspec.json.encode(_finite(data)), indent=2) + b"\n"
-
-
-def _finite(value: Any) -> Any:
-    """JSON knows no NaN and no infinity."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return value
+    return msgspec.json.format(msgspec.json.encode(finite(data)), indent=2) + b"\n"
 
 
 def _write(path: Path, data: bytes) -> None:

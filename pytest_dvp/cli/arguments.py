@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 import configparser
-import math
 import shlex
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from pathlib import Path
-from typing import Any
 
 from pytest_dvp.settings import LISTS, SETTINGS, Setting, Settings, environment_lookup, from_sources
 
@@ -101,12 +99,3 @@ def existing(text: str, what: str) -> Path:
     if not path.is_file():
         raise WrongArgument(f"{text}: not a file, expected a {what}")
     return path
-
-
-def finite(value: Any) -> Any:
-    """NaN and infinite as null, all the way down: a document is JSON."""
-    if isinstance(value, Mapping):
-        return {key: finite(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
+from pytest_dvp.plain_json import finite
 
 if TYPE_CHECKING:
     from openscenario.findings import Finding
@@ -53,7 +53,7 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.report:
         _report(arguments.report, found, {name: findings for name, (_, findings) in logs.items()})
     if arguments.json:
-        print(json.dumps(_finite(pooled(found)), ensure_ascii=False, allow_nan=False))
+        print(json.dumps(finite(pooled(found)), ensure_ascii=False, allow_nan=False))
         return 0
     for number, (name, comparison) in enumerate(found.items()):
         print(("\n" if number else "") + _page(name, comparison))
@@ -118,12 +118,3 @@ def _report(path: str, found: dict[str, Comparison], findings: dict[str, tuple[F
     from reports.compare import write_compare_report
 
     write_compare_report(path, [page_of(name, one, findings[name]) for name, one in found.items()])
-
-
-def _finite(value: Any) -> Any:
-    """NaN and infinite as null: the document is JSON."""
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -15,12 +15,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
 from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.looked_at import looked_at
 from pytest_dvp.cli.progress import progress
+from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import unknown
 
 if TYPE_CHECKING:

@@ -11,9 +11,10 @@ import json
 import sys
 from pathlib import Path
 
-from pytest_dvp.cli.arguments import add_json, existing, finite
+from pytest_dvp.cli.arguments import add_json, existing
 from pytest_dvp.cli.progress import progress
 from pytest_dvp.cli.tune import add_workers, cache_of, folder_of, workers_of
+from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import SettingError
 
 

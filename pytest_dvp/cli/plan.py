@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
 from pytest_dvp.cli.carried import carried
 from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
@@ -21,6 +21,7 @@ from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.limits import add_limits, check_folder, limits_from, write_all
 from pytest_dvp.cli.looked_at import looked_at
 from pytest_dvp.cli.progress import progress
+from pytest_dvp.plain_json import finite
 
 if TYPE_CHECKING:
     from pytest_dvp.log import Log

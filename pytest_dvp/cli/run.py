@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import math
 import sys
 import threading
 from collections.abc import Mapping, Sequence
@@ -13,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import add_json, add_settings, existing, settings_from
+from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import REFERENCE, STAGES, SettingError, Settings, is_users_mistake, unknown
 
 if TYPE_CHECKING:
@@ -106,14 +106,14 @@ def execute(arguments: argparse.Namespace) -> int:
             continue
         passed = _passes(result, arguments.gate) and passed
         drives.setdefault(job.path, {})[job.stage] = result
-        documents.append(_finite(result.as_dict()))
+        documents.append(finite(result.as_dict()))
         if not arguments.json:
             print(table(result, arguments.gate), flush=True)
     if len(stages) > 1 or settings.stage_logs:
         for path, results in drives.items():
             held = _across(path, results, stages, arguments, settings)
             passed = passed and (held.status == "PASS" or not held.verdicts)
-            documents.append(_finite(held.as_dict()))
+            documents.append(finite(held.as_dict()))
             if not arguments.json:
                 print("\n" + across_text(held), flush=True)
     if arguments.json:
@@ -351,12 +351,3 @@ def table(result: RunResult, only: Sequence[str] | None = None) -> str:
 def _margin(verdict: Mapping[str, Any]) -> str:
     margin = verdict["margin"]
     return "" if margin is None else f", margin {margin:.3g}"
-
-
-def _finite(value: Any) -> Any:
-    """JSON knows no NaN."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    return [_finite(item) for item in value] if isinstance(value, list | tuple) else value

@@ -10,7 +10,8 @@ import json
 import sys
 from pathlib import Path
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, finite, settings_from
+from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, settings_from
+from pytest_dvp.plain_json import finite
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -14,8 +14,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, finite, root_here
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, root_here
 from pytest_dvp.cli.progress import progress
+from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import SettingError, unknown
 
 if TYPE_CHECKING:

@@ -12,7 +12,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.tuning.cache import finite, write_whole
+from pytest_dvp.plain_json import finite
+from pytest_dvp.tuning.cache import write_whole
 from pytest_dvp.tuning.gap import Figure, gap, repeatability
 from pytest_dvp.tuning.guard import Suspicion, guard
 from pytest_dvp.tuning.judge import Judged, judge, log_chi2, rw_logs, stack_change, twin_change

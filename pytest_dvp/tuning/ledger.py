@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.tuning.cache import finite, write_whole
+from pytest_dvp.plain_json import finite
+from pytest_dvp.tuning.cache import write_whole
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -10,7 +10,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.tuning.cache import Cache, finite
+from pytest_dvp.plain_json import finite
+from pytest_dvp.tuning.cache import Cache
 from pytest_dvp.tuning.job import code_digest, file_digest
 from pytest_dvp.tuning.pruned import ALLOWED, pruned
 
