@@ -125,19 +125,12 @@ class Session:
         """The drive of a stage in this session, or why there is none and how to get it."""
         from pytest_dvp.across import driven
         from pytest_dvp.run import run
-        from pytest_dvp.stages import StageError, check_stage, may_repeat
+        from pytest_dvp.stages import StageError, check_asked, may_repeat
         from vehicle.adapter import VehicleLost
 
         settings, chosen = self._settings, {**self.options(path, {}), "stage": stage}
         try:
-            check_stage(
-                stage,
-                settings.vehicle,
-                require_real=settings.require_real,
-                dbc=settings.dbc,
-                fault=settings.fault,
-                clock=settings.clock,
-            )
+            check_asked(stage, settings)
             shared = getattr(current_item(self._config), "dvp_shared", None)
             again = may_repeat(stage, settings.vehicle)
             if shared is None:

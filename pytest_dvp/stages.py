@@ -15,7 +15,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.settings import STAGES, unknown
+from pytest_dvp.settings import STAGES, Settings, unknown
 
 if TYPE_CHECKING:
     from vehicle.adapter import Vehicle
@@ -81,6 +81,18 @@ def check_stage(
         _check_can(dbc)
     elif dbc is not None:
         raise StageError(f"--dbc {dbc} is for a vehicle on CAN: --vehicle {CAN}; found {vehicle}")
+
+
+def check_asked(stage: str, settings: Settings) -> None:
+    """As `check_stage`, with everything else as the settings of a session say it."""
+    check_stage(
+        stage,
+        settings.vehicle,
+        require_real=settings.require_real,
+        dbc=settings.dbc,
+        fault=settings.fault,
+        clock=settings.clock,
+    )
 
 
 def _check_replay(

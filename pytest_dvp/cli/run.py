@@ -70,21 +70,19 @@ def execute(arguments: argparse.Namespace) -> int:
     settings = settings_from(arguments)
     stages = _stages(arguments.stage)
     from pytest_dvp.driving_stack import find_ads
-    from pytest_dvp.stages import StageError, check_stage
+    from pytest_dvp.stages import StageError, check_asked
 
     for stage in stages:
         try:
-            check_stage(
-                stage,
-                settings.vehicle,
-                require_real=settings.require_real,
-                dbc=settings.dbc,
-                fault=settings.fault,
-                clock=settings.clock,
-            )
+            check_asked(stage, settings)
         except StageError as error:
             raise SettingError(f"--stage {stage}: {error}") from None
     _check_gates(arguments.gate or ())
+    if len(stages) > 1 or settings.stage_logs:
+        from pytest_dvp.across import gates_between
+
+        for path in named:  # a wrong file is told before the first drive
+            gates_between(path, settings.gates, settings.stage_gates)
     jobs = _jobs(named, settings, stages)
     _refuse_repetition(jobs, settings)
     several = len(jobs) > 1 or any(job.label for job in jobs)

@@ -9,9 +9,13 @@ import select
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
+
+import pytest
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 FLAGS = (
@@ -128,3 +132,14 @@ class Browser:
             self.problems.append(details["entry"]["text"])
         elif method == "Network.requestWillBeSent":
             self.requests.append(details["request"]["url"])
+
+
+@contextmanager
+def opened(page: Path, ready: str) -> Iterator[Browser]:
+    """A browser that shows `page`, once the JavaScript expression `ready` is true. Skips where there is no Chromium."""
+    program = find_chromium()
+    if program is None:
+        pytest.skip("no Chromium on PATH")
+    with Browser(program) as browser:
+        browser.open(page, ready)
+        yield browser

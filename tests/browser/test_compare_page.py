@@ -13,7 +13,7 @@ from pytest_dvp.reality_gap.page import page_of
 from reports.compare import write_compare_report
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "unit" / "reality_gap")]
-from chromium import Browser, find_chromium  # noqa: E402
+from chromium import Browser, opened  # noqa: E402
 from gap_logs import baseline, drive  # noqa: E402
 
 READY = "document.body && document.body.dataset.ready === 'true' && !!document.querySelector('#time0 .cartesianlayer')"
@@ -29,11 +29,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def page(report: Path) -> Iterator[Browser]:
-    program = find_chromium()
-    if program is None:
-        pytest.skip("no Chromium on PATH")
-    with Browser(program) as browser:
-        browser.open(report, READY)
+    with opened(report, READY) as browser:
         yield browser
 
 

@@ -11,7 +11,7 @@ import pytest
 from reports.diagnosis import write_diagnosis_report
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "unit" / "reports")]
-from chromium import Browser, find_chromium  # noqa: E402
+from chromium import Browser, opened  # noqa: E402
 from test_diagnosis_report import effect, page  # noqa: E402
 
 READY = "document.body && document.body.dataset.ready === 'true' && !!document.querySelector('#time0 .cartesianlayer')"
@@ -28,11 +28,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def shown(report: Path) -> Iterator[Browser]:
-    program = find_chromium()
-    if program is None:
-        pytest.skip("no Chromium on PATH")
-    with Browser(program) as browser:
-        browser.open(report, READY)
+    with opened(report, READY) as browser:
         yield browser
 
 

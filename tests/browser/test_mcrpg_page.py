@@ -12,7 +12,7 @@ from pytest_dvp.tuning.page import iterate_page
 from reports.mcrpg import write_mcrpg_report
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "unit" / "tuning")]
-from chromium import Browser, find_chromium  # noqa: E402
+from chromium import Browser, opened  # noqa: E402
 from test_page import document  # noqa: E402
 
 READY = "document.body && document.body.dataset.ready === 'true'"
@@ -20,13 +20,9 @@ READY = "document.body && document.body.dataset.ready === 'true'"
 
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    program = find_chromium()
-    if program is None:
-        pytest.skip("no Chromium on PATH")
     path = tmp_path_factory.mktemp("mcrpg") / "report.html"
     write_mcrpg_report(path, iterate_page(document()))
-    with Browser(program) as browser:
-        browser.open(path, READY)
+    with opened(path, READY) as browser:
         yield browser
 
 

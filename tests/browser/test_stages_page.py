@@ -12,7 +12,7 @@ import pytest
 from reports.stages import write_stages_report
 
 sys.path[:0] = [str(Path(__file__).parent)]
-from chromium import Browser, find_chromium  # noqa: E402
+from chromium import Browser, opened  # noqa: E402
 
 READY = "document.body && document.body.dataset.ready === 'true'"
 NAME = "</script><img src=x onerror=document.title='owned'>"
@@ -55,11 +55,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def page(report: Path) -> Iterator[Browser]:
-    program = find_chromium()
-    if program is None:
-        pytest.skip("no Chromium on PATH")
-    with Browser(program) as browser:
-        browser.open(report, READY)
+    with opened(report, READY) as browser:
         yield browser
 
 

@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
+import scenarios
 from pytest_dvp.across import Driven, gates_between, hold, pair_name, pairs_driven
+from pytest_dvp.cli import main
 from pytest_dvp.gates import Gate, GateError, Stage
 from pytest_dvp.log import Log, LogEvent
 from pytest_dvp.run import RunResult, run
@@ -181,3 +183,16 @@ def test_a_worker_that_dies_while_it_drives_holds_nobody_up(drive: RunResult, tm
 def test_the_name_of_a_run_is_all_that_it_depends_on() -> None:
     assert key_of("a", 7, None) == key_of("a", 7, None)
     assert key_of("a", 7, None) != key_of("a", 8, None)
+
+
+def test_dvp_run_tells_of_a_wrong_gate_file_before_it_drives(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def drives(*_: object, **__: object) -> None:
+        raise AssertionError("it drove")
+
+    monkeypatch.setattr("pytest_dvp.run.run", drives)
+    wrong = tmp_path / "stages.toml"
+    wrong.write_text('[[gate]]\nmetric = "mnc"\nsignal = "v"\nbetween = ["dt", "rw"]\nmin = 0.9\n')
+    assert main(["run", str(scenarios.path("overtaking.xosc")), "--stage", "all", "--stage-gates", str(wrong)]) == 1
+    assert f"{wrong}:2: error dvp.gates.unknown_metric" in capsys.readouterr().err
