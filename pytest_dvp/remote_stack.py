@@ -124,8 +124,8 @@ class _Wire:
     """The process, and the end of the wire to it."""
 
     def __init__(self, command: list[str], environment: dict[str, str], answer: float, start: float) -> None:
-        from vehicle.adapters.child import Child
         from vehicle.adapters.process import Lease
+        from vehicle.child import Child
         from vehicle.wire import stack_topics as wire
         from vehicle.wire.dds import End, Silence
 

@@ -12,8 +12,8 @@ from typing import Any
 
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.can_bus import CanActuators
-from vehicle.adapters.child import Child
 from vehicle.adapters.ros2 import STEP_TIMEOUT, Ros2Vehicle
+from vehicle.child import Child
 from vehicle.gated import Hands
 from vehicle.wire.can_map import SignalMap
 from vehicle.wire.dds import End

@@ -15,8 +15,8 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
+from vehicle import child
 from vehicle.adapter import Vehicle, VehicleLost
-from vehicle.adapters import child
 from vehicle.adapters.process import CarProcess, Lease, surrogate
 from vehicle.messages import Command, Surroundings, VehicleState
 
@@ -140,10 +140,13 @@ def test_a_car_that_cannot_start_says_why(tmp_path: Path) -> None:
         surrogate(hidden=hidden)
 
 
-def test_a_car_ends_with_the_process_that_started_it() -> None:
+@pytest.mark.parametrize("stopped", [False, True], ids=["running", "stopped"])
+def test_a_car_ends_with_the_process_that_started_it(stopped: bool) -> None:
+    """However both are: a harness that is killed, and a car that is stopped and hears of nothing."""
     started = "from vehicle.adapters.process import surrogate; import os; c = surrogate(); print(c.process.pid)\n"
+    stop = "os.kill(c.process.pid, 19)\nwhile True:\n    try: c.step(0.05)\n    except ValueError: break\n"
     parent = subprocess.run(
-        [sys.executable, "-c", started + "import sys; sys.stdout.flush(); os.kill(os.getpid(), 9)"],
+        [sys.executable, "-c", started + stop * stopped + "import sys; sys.stdout.flush(); os.kill(os.getpid(), 9)"],
         stdout=subprocess.PIPE, text=True, timeout=60, check=False,
     )  # fmt: skip
     assert parent.returncode == -signal.SIGKILL
@@ -153,6 +156,7 @@ def test_a_car_ends_with_the_process_that_started_it() -> None:
             return
         os.sched_yield()
         subprocess.run(["true"], check=True)
+    os.kill(pid, signal.SIGKILL)
     pytest.fail(f"process {pid} is still there")
 
 

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import IO
+
+TIED = Path(__file__).with_name("tied.py")
 
 
 class Child:
     """`command`, started now. `who` it is ("the car") and the kind of error that says what became of it.
 
     It leads a process group of its own and is killed with it; its standard input is a pipe from here, so that it can
-    end by itself when this process does. Raises that error if it cannot be started.
+    end by itself when this process does, and if it is stopped and cannot, the kernel ends it (Linux; then it also ends
+    with the thread that started it, so who starts it must stay). `keep_open` are file descriptors that it gets.
+    Raises that error if it cannot be started.
     """
 
     def __init__(
@@ -25,12 +32,16 @@ class Child:
         who: str,
         error: Callable[[str], Exception],
         environment: Mapping[str, str] | None = None,
+        keep_open: Sequence[int] = (),
     ) -> None:
         self._who, self._error = who, error
+        if shutil.which(command[0]) is None:
+            raise error(f"{who}'s process cannot be started: {command[0]}: {os.strerror(errno.ENOENT)}")
         self._errors: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115  (lives as long as the child)
         try:
             self.process = subprocess.Popen(
-                command,
+                [sys.executable, "-I", "-S", str(TIED), str(os.getpid()), *command],
+                pass_fds=keep_open,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 stderr=self._errors,
@@ -39,7 +50,7 @@ class Child:
             )
         except OSError as failed:
             self._errors.close()
-            raise error(f"{who}'s process cannot be started: {command[0]}: {failed.strerror}") from None
+            raise error(f"{who}'s process cannot be started: {failed.strerror}") from None
 
     def check(self) -> None:
         """Raises the error if it has ended or is stopped."""
