@@ -6,16 +6,19 @@ anything about the stack, so that metrics of a closed loop are invalid in such a
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from pytest_dvp.gate_log import GateLog
 
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
+    from pytest_dvp.metrics import MetricValue
     from pytest_dvp.recorder import LogRecorder
     from vehicle.adapters.replay import Difference
 
 REPLAY = "replay"
+ERRORS = ("replay_steer_error", "replay_accel_error")  # metrics
 
 
 class ReplayLog(GateLog):
@@ -58,3 +61,20 @@ class ReplayLog(GateLog):
 def commands_apart(log: Log) -> float | None:
     """When [s] the stack and the recording went apart; None if they did not, or nothing was replayed."""
     return min((event.t for event in log.events if event.kind == REPLAY), default=None)
+
+
+def said_of(log: Log, metrics: Mapping[str, MetricValue]) -> tuple[str, ...]:
+    """One line about what a stack asked for in a replay, whether a gate judges it or not; nothing for other runs.
+
+    metrics: those of the log by name
+    """
+    if log.meta.get("vehicle", {}).get("name") != REPLAY:
+        return ()
+    off = [metrics[name] for name in ERRORS]
+    if not all(each.valid for each in off):
+        return ("recording: it holds no commands; whether this stack would have driven so, nobody can tell",)
+    parts = [f"{each.value:.2g} {each.unit} (at most {each.extra['greatest']:.2g} at t={each.t:.2f} s)" for each in off]
+    line = f"recording: off its commands by {parts[0]}, {parts[1]}, root mean square"
+    apart = commands_apart(log)
+    more = "" if apart is None else f"; apart from t={apart:.2f} s on: metrics of the ego's motion are INVALID"
+    return (line + more,)

@@ -18,7 +18,7 @@ from pytest_dvp.driving_stack import find_ads
 from pytest_dvp.log import Log
 from pytest_dvp.loop import Ending, Limits, Loop
 from pytest_dvp.paths import shown
-from pytest_dvp.replay_log import ReplayLog
+from pytest_dvp.replay_log import ReplayLog, said_of
 from pytest_dvp.settings import REFERENCE, Assignments
 from pytest_dvp.stages import REAL, STEPPED, SURROGATE, StageError, check_stage, is_real, label
 
@@ -272,6 +272,7 @@ def _judged(
     from pytest_dvp.wire_log import wire_verdict
 
     log = ready.recorder.finish()
+    measured = measure(log)
     verdicts = tuple(judge(ready.gates, log))
     if (troubled := wire_verdict(log)) is not None:
         verdicts = (troubled, *verdicts)
@@ -295,10 +296,11 @@ def _judged(
         replay=replay,
         metrics={
             **{verdict.metric: verdict.value for verdict in verdicts if verdict.metric},
-            **{name: metric.value for name, metric in measure(log).items()},
+            **{name: metric.value for name, metric in measured.items()},
         },
         error=error,
         notes=(
+            *said_of(log, measured),
             *_punctuality(log),
             *unjudged(verdicts, log),
             *map(_note, (*ready.storyboard.report(), *without_effect(ready.scenario))),

@@ -53,7 +53,7 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
         lines.append(f"  {verdict['status']} {clean(verdict['message'])}")
     lines += [f"  {clean(line)}" for line in result.get("explanation", ())]
     passed = sum(v["status"] == "PASS" for v in verdicts)
-    lines += [f"  {clean(note)}" for note in result.get("notes", ()) if note.startswith("not judged:")]
+    lines += [f"  {clean(note)}" for note in result.get("notes", ()) if note.startswith(("not judged:", "recording:"))]
     lines.append(f"  {passed} of {len(verdicts)} gates passed; {conditions(result)}")
     if result.get("ended"):
         lines.append(f"  ended by {clean(result['ended'])} at t={result['simulated']:.2f} s")

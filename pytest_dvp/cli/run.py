@@ -44,7 +44,7 @@ SETTINGS = (
     "runs",
 )
 
-NOT_JUDGED = "not judged:"
+BESIDE_VERDICTS = ("not judged:", "recording:")  # notes that belong to them; the others go to stderr
 PATIENCE = 8.0  # s of wall time before a silent run says why it may take long
 FIRST_RUN = "  still at it; the first run after an installation compiles for about a minute, once"
 ON_THE_WIRE = "  still at it; a car of its own, beside the harness, may take a minute"
@@ -235,7 +235,7 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
     finally:
         notice.cancel()
     for note in result.notes:
-        if not note.startswith(NOT_JUDGED):
+        if not note.startswith(BESIDE_VERDICTS):
             print(note, file=sys.stderr)
     return result
 
@@ -333,7 +333,8 @@ def table(result: RunResult, only: Sequence[str] | None = None) -> str:
     said = f"{plain['scenario']} [{plain['stage']}]: {plain['status']}"
     lines = [clean(f"{said} after {plain['simulated']:.2f} s simulated, ended by {plain['ended']}")]
     lines += [f"  {v['status']:<12} {reason(v)}{_margin(v)}" for v in worst_first(plain["verdicts"])]
-    lines += [clean(f"  !! {note}") for note in plain["notes"] if note.startswith(NOT_JUDGED)]
+    beside = [note for note in plain["notes"] if note.startswith(BESIDE_VERDICTS)]
+    lines += [clean(f"  {'!! ' if note.startswith(BESIDE_VERDICTS[0]) else ''}{note}") for note in beside]
     if only is not None:
         held = "holds" if _passes(result, only) else "does not hold"
         lines.append(clean(f"  by {', '.join(only)} alone: it {held}"))

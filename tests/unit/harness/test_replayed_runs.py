@@ -66,6 +66,15 @@ def test_a_stack_that_asks_for_something_else_is_told_and_not_judged(recorded: t
     assert result.status == "INCONCLUSIVE"
 
 
+def test_the_distance_to_the_recorded_commands_is_said_without_a_gate_on_it(recorded: tuple[Path, Path]) -> None:
+    """0.1 rad off from 0.6 s to the end of the 2 s: root mean square 0.1 sqrt(29/41)."""
+    (line,) = replayed(recorded, OneTrick(steer_left)).notes
+    assert line == (
+        "recording: off its commands by 0.084 rad (at most 0.1 at t=0.60 s), 0 m/s^2 (at most 0 at t=0.00 s), "
+        "root mean square; apart from t=0.60 s on: metrics of the ego's motion are INVALID"
+    )
+
+
 @pytest.mark.parametrize("stage", ["pe", "rw"])
 def test_what_was_not_recorded_is_rendered(recorded: tuple[Path, Path], stage: str) -> None:
     """The log has no LiDAR: the standing car of the scenario is seen from the recorded poses."""
