@@ -6,13 +6,15 @@ anything about the stack, so that metrics of a closed loop are invalid in such a
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from pytest_dvp.gate_log import GateLog
+from pytest_dvp.log import Log, LogError
+from pytest_dvp.signals import COMMAND_COLUMNS
 
 if TYPE_CHECKING:
-    from pytest_dvp.log import Log
     from pytest_dvp.metrics import MetricValue
     from pytest_dvp.recorder import LogRecorder
     from vehicle.adapters.replay import Difference
@@ -61,6 +63,20 @@ class ReplayLog(GateLog):
 def commands_apart(log: Log) -> float | None:
     """When [s] the stack and the recording went apart; None if they did not, or nothing was replayed."""
     return min((event.t for event in log.events if event.kind == REPLAY), default=None)
+
+
+def as_driven(log: Log) -> Log:
+    """A log with the commands that its car obeyed: of a replay those of the recording, not what this stack asked for.
+
+    Any other log is returned as it is. Raises LogError if the recording that was played holds no commands.
+    """
+    if log.meta.get("vehicle", {}).get("name") != REPLAY:
+        return log
+    recorded = {name.removeprefix("replay."): values for name, values in log.columns.items() if "replay." in name}
+    if not recorded:
+        raise LogError("the recording that was played holds no commands")
+    kept = {name: values for name, values in log.columns.items() if name not in COMMAND_COLUMNS}
+    return dataclasses.replace(log, columns={**kept, **recorded})
 
 
 def said_of(log: Log, metrics: Mapping[str, MetricValue]) -> tuple[str, ...]:

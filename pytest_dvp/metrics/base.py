@@ -87,7 +87,7 @@ class Metric:
     logs             1, or 2 for a comparison (model, measured)
     definition       its docstring: meaning, source, filter
     miss             verdict of a broken bound: FAIL, or INCONCLUSIVE if it says that the test itself did not take place
-    open_loop        says something of the stack even where the ego's motion is a recording's, not its doing
+    open_loop        says something of stack or car even where the ego's motion is a recording's, not the stack's doing
     options          keyword arguments of the function with their defaults; REQUIRED for those without
     """
 

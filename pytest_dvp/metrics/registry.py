@@ -104,7 +104,8 @@ def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> Me
     logs = [log] if chosen.logs == 1 or other is None else [log, other]
     if any(len(one.t) < 2 for one in logs):
         return invalid("the log has no samples")
-    if not chosen.open_loop and (apart := commands_apart(log)) is not None:
+    apart = next((t for one in logs if (t := commands_apart(one)) is not None), None)
+    if not chosen.open_loop and apart is not None:
         return invalid(f"the ego's motion is a recording's, and from t={apart:.2f} s on the stack asked for another")
     try:
         result = chosen(*logs, **options)

@@ -7,22 +7,24 @@ import numpy as np
 from pytest_dvp.log import Log
 from pytest_dvp.metrics.base import Measured, Series, Undefined, metric
 from pytest_dvp.metrics.similarity import Likeness, likeness, peak
+from pytest_dvp.replay_log import as_driven
 
 MAX_LAG = 1.0  # s; a car that answers later cannot be driven
 
 
-@metric(name="response_lag", unit="s", bigger_is_worse=None, note="lag within +-1 s")
+@metric(name="response_lag", unit="s", bigger_is_worse=None, note="lag within +-1 s", open_loop=True)
 def response_lag(log: Log, *, command: str = "steer_cmd", signal: str = "steer") -> Measured:
     """Lag at which a measured signal is most alike to its command: dead time and slowness of the actuator together.
 
-    Other than the lag between two drives it does not depend on when a driving stack did something.
+    Other than the lag between two drives it does not depend on when a driving stack did something. Of a
+    recording that was played to a stack, its own commands count.
     """
     found = _compare(log, command, signal)
     lag = peak(found.lags, found.correlation)
     return Measured(lag, None, "", Series(found.lags, found.correlation), {"mncc": found.mncc, "gain": found.gain})
 
 
-@metric(name="response_gain", unit="-", bigger_is_worse=None, note="at the best lag within +-1 s")
+@metric(name="response_gain", unit="-", bigger_is_worse=None, note="at the best lag within +-1 s", open_loop=True)
 def response_gain(log: Log, *, command: str = "steer_cmd", signal: str = "steer") -> Measured:
     """Slope of a measured signal against its command at the lag at which they are most alike."""
     found = _compare(log, command, signal)
@@ -30,6 +32,7 @@ def response_gain(log: Log, *, command: str = "steer_cmd", signal: str = "steer"
 
 
 def _compare(log: Log, command: str, signal: str) -> Likeness:
+    log = as_driven(log)
     both = np.isfinite(log[command]) & np.isfinite(log[signal])
     if both.sum() < 3:
         raise Undefined(f"{command} and {signal} were not measured together")

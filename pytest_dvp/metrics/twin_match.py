@@ -10,6 +10,7 @@ import numpy as np
 
 from pytest_dvp.log import Log
 from pytest_dvp.metrics.base import Measured, Series, Undefined, metric
+from pytest_dvp.replay_log import as_driven
 
 if TYPE_CHECKING:
     from pytest_dvp.reality_gap.compare import Comparison
@@ -17,13 +18,20 @@ if TYPE_CHECKING:
 POSITION = "position"
 
 
-@metric(name="twin_error", unit="m", bigger_is_worse=True, note="open loop on segments of about 5 s, start taken out")
+@metric(
+    name="twin_error",
+    unit="m",
+    bigger_is_worse=True,
+    note="open loop on segments of about 5 s, start taken out",
+    open_loop=True,
+)
 def twin_error(model: Log, measured: Log, *, signal: str = POSITION) -> Measured:
     """RMSE between the measured drive and what the twin of the other log makes of its commands, open loop.
 
     `signal` is "position" (distance in the plane) or a column as in `dvp compare`, then in its unit. Two drives that
     a driving stack steers to the same line are alike whatever the car; the commands that this took are not, and they
-    show here. Undefined if the first log is not of a twin: only such a log holds its model.
+    show here. Of a recording that was played to a stack, its own commands count. Undefined if the first log is not of
+    a twin: only such a log holds its model.
     """
     from pytest_dvp.reality_gap.words import sentence, worst_place
 
@@ -62,6 +70,7 @@ def _compared(model: Log, measured: Log) -> Comparison:
     text = about.get("toml") if isinstance(about, dict) else None
     if not isinstance(text, str):
         raise Undefined("the log it is compared with is not of a twin, or of an older version: it holds no model")
+    measured = as_driven(measured)
     check_sound(measured)  # a wrong unit is no reality gap
     try:
         return compare(measured, parse_model(text))

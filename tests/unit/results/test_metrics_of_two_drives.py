@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 from results_logs import drive_straight, log_of, times
 
-from pytest_dvp.log import DetectionTable, FloatArray, Log
+from pytest_dvp.log import DetectionTable, FloatArray, Log, LogEvent
 from pytest_dvp.metrics import compute
 from pytest_dvp.seen_tracks import matched, seen_tracks
 
@@ -59,6 +60,39 @@ def test_a_twin_that_steers_a_quarter_too_much_turns_a_quarter_too_fast() -> Non
     assert position.value is not None
     assert position.value > 0.1
     assert position.unit == "m"
+
+
+def played(drive: Log, apart: bool = True) -> Log:
+    """The drive as a recording that was played to a stack which wanted to go straight on."""
+    recorded = {f"replay.{name}": drive[name] for name in ("steer_cmd", "accel_cmd")}
+    wanted = {name: np.zeros_like(drive.t) for name in ("steer_cmd", "accel_cmd")}
+    events = (LogEvent(0.0, "replay", "apart"),) if apart else ()
+    meta = {**drive.meta, "stage": "rw-replay", "vehicle": {"name": "replay"}}
+    return dataclasses.replace(drive, columns={**drive.columns, **wanted, **recorded}, events=events, meta=meta)
+
+
+def test_of_a_replay_the_recorded_commands_judge_the_twin_not_what_the_stack_asked_for() -> None:
+    """The twin is the car: what a stack beside it wanted instead is no fault of either."""
+    assert compute("twin_error", circle(), played(circle())).value == pytest.approx(0.0, abs=1e-3)
+    t = times(40.0)
+    wave, late = ((t - at) * np.exp(-(((t - at) / 2.0) ** 2)) for at in (20.0, 20.3))
+    drive = log_of(40.0, columns={"steer_cmd": wave, "accel_cmd": 0.0, "steer": 0.9 * late})
+    assert compute("response_lag", played(drive)).value == pytest.approx(0.3, abs=0.005)
+    assert compute("response_gain", played(drive)).value == pytest.approx(0.9, abs=0.005)
+
+
+def test_a_recording_without_commands_tells_no_open_loop_error() -> None:
+    drive = circle()
+    meta = {**drive.meta, "vehicle": {"name": "replay"}}
+    found = compute("twin_error", circle(), dataclasses.replace(drive, meta=meta))
+    assert (found.valid, found.reason) == (False, "the recording that was played holds no commands")
+
+
+def test_two_drives_are_not_alike_or_unlike_once_the_stack_wanted_another_than_the_recorded() -> None:
+    assert compute("path_distance", circle(), played(circle(), apart=False)).valid
+    found = compute("path_distance", circle(), played(circle()))
+    assert not found.valid
+    assert found.reason.startswith("the ego's motion is a recording's, and from t=0.00 s on the stack asked")
 
 
 def test_a_log_that_holds_no_model_tells_no_open_loop_error() -> None:
