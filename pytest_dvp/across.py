@@ -93,12 +93,14 @@ def hold(
     *,
     missing: Mapping[str, str] | None = None,
     log_dir: Path | None = None,
+    notes: Sequence[str] = (),
 ) -> Across:
     """Judge the gates between `pairs` of stages, and make the table of all `drives` (by stage, "dt", "pe", "rw").
 
     about    `scenario`, `line`, `seed`, `ads`, `set`, `replay` as in Across
     missing  by stage, why there is no drive and how to get one: its gates are INCONCLUSIVE
     log_dir  folder for a numbered run folder with result.json and report.html; None writes nothing
+    notes    what else the result should say
 
     Drives of different scenario files are not compared: the later one counts as missing.
     """
@@ -115,7 +117,7 @@ def hold(
         verdicts=tuple(verdicts),
         table=table,
         logs={drive.label: shown(drive.place) for drive in there.values() if drive.place is not None},
-        notes=tuple(_differences(there)),
+        notes=(*notes, *_differences(there)),
         **about,
     )
     if log_dir is None:
@@ -131,31 +133,27 @@ def gates_between(scenario: Path, gates: Path | None = None, stage_gates: Path |
 
     Raises GateError for a file that is wrong, or for `stage_gates` without a gate between stages.
     """
-    from openscenario.findings import Finding
-    from pytest_dvp.gates import GateError, read_gates
+    from pytest_dvp.gates import read_gates
 
     beside = scenario.with_name(f"{scenario.stem}.gates.toml")
     file = gates if gates is not None else (beside if beside.is_file() else None)
     found = [gate for gate in read_gates(shown(file)).gates if gate.between] if file is not None else []
     if stage_gates is None:
         return tuple(found)
-    more = [gate for gate in read_gates(shown(stage_gates)).gates if gate.between]
-    if not more:
-        text = "no gate is between stages"
-        raise GateError(
-            [
-                Finding(
-                    "dvp.gates.between",
-                    "error",
-                    shown(stage_gates),
-                    1,
-                    "gate",
-                    text=text,
-                    allowed='between = ["dt", "rw"]',
-                )
-            ]
-        )
-    return (*found, *more)
+    return (*found, *read_between(stage_gates))
+
+
+def read_between(file: Path) -> tuple[Gate, ...]:
+    """The gates between stages of a file. Raises GateError if it is wrong, or holds none."""
+    from openscenario.findings import Finding
+    from pytest_dvp.gates import GateError, read_gates
+
+    gates = tuple(gate for gate in read_gates(shown(file)).gates if gate.between)
+    if gates:
+        return gates
+    allowed = 'between = ["dt", "rw"]'
+    text = "no gate is between stages"
+    raise GateError([Finding("dvp.gates.between", "error", shown(file), 1, "gate", text=text, allowed=allowed)])
 
 
 def pair_name(labels: Sequence[str]) -> str:
@@ -186,8 +184,24 @@ def earlier(paths: Sequence[Path], scenario_name: str) -> dict[str, Driven]:
 
 
 def pairs_driven(gates: Sequence[Gate], stages: Sequence[str]) -> list[tuple[Stage, Stage]]:
-    """The pairs that gates are between of which both stages are among `stages`."""
-    return [pair for pair in pairs_of(gates) if all(stage in stages for stage in pair)]
+    """The pairs that gates are between of which both stages are among `stages`.
+
+    If there is none, all of them: gates that were asked for and could not be judged are INCONCLUSIVE, not silent.
+    """
+    pairs = pairs_of(gates)
+    return [pair for pair in pairs if all(stage in stages for stage in pair)] or pairs
+
+
+def left_out(gates: Sequence[Gate], pairs: Sequence[tuple[Stage, Stage]], stages: Sequence[str]) -> list[str]:
+    """A line for each pair that gates are between and that is not among `pairs`: there is no drive of one of them."""
+    lines = []
+    for pair in pairs_of(gates):
+        count = sum(gate.between == pair for gate in gates)
+        absent = " or ".join(stage for stage in pair if stage not in stages)
+        if pair not in pairs:
+            which = f"{count} gate{'s' if count > 1 else ''} between {pair[0]} and {pair[1]}"
+            lines.append(f"not judged: {which} (no drive of stage {absent})")
+    return lines
 
 
 def assigned(options: Mapping[str, Any]) -> dict[str, str]:

@@ -271,7 +271,11 @@ def _across(
                                 stages, settings),
     }  # fmt: skip
     folder = None if arguments.no_report else settings.runs_folder
-    return across.hold(drives, gates, pairs, about, missing=missing, log_dir=folder)
+    for stage in STAGES:
+        if stage not in drives:
+            missing.setdefault(stage, f"stage {stage} was not asked for: --stage {','.join((*stages, stage))}")
+    unjudged = across.left_out(gates, pairs, [*results, *drives])
+    return across.hold(drives, gates, pairs, about, missing=missing, log_dir=folder, notes=unjudged)
 
 
 def across_text(held: Across) -> str:

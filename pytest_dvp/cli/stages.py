@@ -12,6 +12,7 @@ from pathlib import Path
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, settings_from
 from pytest_dvp.plain_json import finite
+from pytest_dvp.settings import STAGES
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,18 +24,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    from pytest_dvp.across import Driven, hold, pairs_driven
+    from pytest_dvp.across import Driven, hold, left_out, pairs_driven, read_between
     from pytest_dvp.cli.run import across_text
-    from pytest_dvp.gates import read_gates
     from pytest_dvp.log import Log
-    from pytest_dvp.paths import shown
     from pytest_dvp.stage_table import stage_table
 
     settings = settings_from(arguments)
     out = None if arguments.out is None else Path(arguments.out)
     if out is not None and not out.absolute().parent.is_dir():
         raise WrongArgument(f"--out {out}: no folder {out.parent}")
-    gates = () if settings.gates is None else read_gates(shown(settings.gates)).gates
+    gates = () if settings.gates is None else read_between(settings.gates)
     drives: dict[str, Driven] = {}
     for text in arguments.logs:
         if not Path(text).exists():
@@ -53,7 +52,9 @@ def execute(arguments: argparse.Namespace) -> int:
         "ads": str(first.get("ads", "")),
         "replay": " ".join(["dvp stages", *arguments.logs, *_options(settings.gates, arguments.before)]),
     }
-    held = hold(drives, gates, pairs_driven(gates, list(drives)), about)
+    pairs = pairs_driven(gates, list(drives))
+    missing = {stage: f"none of the logs is of stage {stage}" for stage in STAGES if stage not in drives}
+    held = hold(drives, gates, pairs, about, missing=missing, notes=left_out(gates, pairs, list(drives)))
     if before is not None:
         import dataclasses
 

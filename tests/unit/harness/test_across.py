@@ -99,6 +99,29 @@ def test_stages_are_named_once_each_and_the_surrogate_once() -> None:
 def test_only_pairs_that_were_driven_are_compared() -> None:
     gates = [LIKE, Gate("mncc", min=0.9, between=("pe", "rw"), options={"signal": "v"}), LIKE]
     assert pairs_driven(gates, ["dt", "rw"]) == [("dt", "rw")]
+    assert pairs_driven(gates, ["dt", "pe"]) == [("dt", "rw"), ("pe", "rw")]  # none: then each is INCONCLUSIVE
+
+
+def test_gates_that_none_of_the_logs_can_answer_are_inconclusive_and_say_which_stage_is_missing(
+    drive: RunResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = []
+    for stage in ("dt", "rw-surrogate"):
+        staged(drive.log, stage).log.save(tmp_path / f"{stage}.mcap")
+        logs.append(str(tmp_path / f"{stage}.mcap"))
+    gates = tmp_path / "stages.toml"
+    elsewhere = '[[gate]]\nmetric = "max_jerk"\nbetween = ["dt", "pe"]\nmax_difference = 1\n'
+    gates.write_text(elsewhere)
+    assert main(["stages", *logs, "--gates", str(gates)]) == 1
+    said = capsys.readouterr().out
+    assert "max_jerk difference INCONCLUSIVE: none of the logs is of stage pe" in said
+    gates.write_text(elsewhere + elsewhere.replace("pe", "rw"))
+    assert main(["stages", *logs, "--gates", str(gates)]) == 0
+    said = capsys.readouterr().out
+    assert "!! not judged: 1 gate between dt and pe (no drive of stage pe)" in said
+    gates.write_text('[[gate]]\nmetric = "tet"\nmax = 1\n')
+    assert main(["stages", *logs, "--gates", str(gates)]) == 2
+    assert "no gate is between stages" in capsys.readouterr().err
 
 
 def test_gates_between_stages_come_from_beside_the_scenario_and_from_the_session(scenario: Write) -> None:
