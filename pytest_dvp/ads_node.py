@@ -44,10 +44,11 @@ def main(argv: list[str] | None = None) -> int:
 def _serve(domain: int, ads: Any) -> None:
     from vehicle.wire import convert, topics
     from vehicle.wire import stack_topics as wire
-    from vehicle.wire.dds import End, Silence
+    from vehicle.wire.dds import on_domain
+    from vehicle.wire.end import End, Silence
     from vehicle.wire.ros2_types import String
 
-    end = End(domain, wire.FROM_STACK, wire.TO_STACK, (wire.DONE, wire.STEP), lambda: None)
+    end = End(on_domain(domain), wire.FROM_STACK, wire.TO_STACK, (wire.DONE, wire.STEP), lambda: None)
     driver: Any = None
     path: Any = None
     while True:

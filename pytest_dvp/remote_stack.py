@@ -127,7 +127,8 @@ class _Wire:
         from vehicle.adapters.process import Lease
         from vehicle.child import Child
         from vehicle.wire import stack_topics as wire
-        from vehicle.wire.dds import End, Silence
+        from vehicle.wire.dds import on_domain
+        from vehicle.wire.end import End, Silence
 
         self._answer, self._number = answer, 0
         self._lease = Lease()
@@ -141,7 +142,7 @@ class _Wire:
         steps = (wire.STEP, wire.DONE)
         self._end: End | None = None
         try:
-            self._end = End(self._lease.domain, wire.TO_STACK, wire.FROM_STACK, steps, self._child.check)
+            self._end = End(on_domain(self._lease.domain), wire.TO_STACK, wire.FROM_STACK, steps, self._child.check)
             waited = 0.0
             while True:
                 if self._end.matched():
@@ -194,7 +195,7 @@ class _Wire:
         self._lease.release()
 
     def _go_on(self, t: float) -> None:
-        from vehicle.wire.dds import Silence
+        from vehicle.wire.end import Silence
 
         assert self._end is not None
         self._number += 1

@@ -64,11 +64,14 @@ class Child:
         how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         raise self._error(f"{self._who}'s process ended ({how})" + (f": {said[-1][:200]}" if said else ""))
 
-    def end(self) -> None:
-        """Kill it and all it has started; nothing in it needs a last word. May be called again."""
+    def end(self, *, after: float = 0.0) -> None:
+        """Kill it and all it has started, `after` [s] that it has to end by itself. May be called again."""
         if self.process.stdin is not None and not self.process.stdin.closed:
             with contextlib.suppress(OSError):
                 self.process.stdin.close()
+        if after and not is_stopped(self.process.pid):
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.process.wait(after)
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.process.pid, signal.SIGKILL)
         self.process.wait()

@@ -27,8 +27,9 @@ from types_xml import dds_name, types_xml
 
 from vehicle.adapters.process import Lease
 from vehicle.wire import topics
-from vehicle.wire.dds import End
+from vehicle.wire.dds import on_domain
 from vehicle.wire.definitions import DEFINITIONS
+from vehicle.wire.end import End
 from vehicle.wire.topics import Topic
 
 HERE = Path(__file__).parent
@@ -81,7 +82,9 @@ class Peer:
         out = [topic for topic in MESSAGES if topic != topics.STEP]
         back = {topic: Back(*topic) for topic in MESSAGES}
         self.back = back
-        self.end = End(self.lease.domain, out, [back[t] for t in out], (topics.STEP, back[topics.STEP]), self.alive)
+        self.end = End(
+            on_domain(self.lease.domain), out, [back[t] for t in out], (topics.STEP, back[topics.STEP]), self.alive
+        )
         deadline = time.monotonic() + PATIENCE
         while not self.end.matched():
             self.alive()

@@ -16,7 +16,8 @@ from vehicle.adapters.ros2 import STEP_TIMEOUT, Ros2Vehicle
 from vehicle.child import Child
 from vehicle.gated import Hands
 from vehicle.wire.can_map import SignalMap
-from vehicle.wire.dds import End
+from vehicle.wire.dds import on_domain
+from vehicle.wire.end import End
 from vehicle.wire.faults import Fault, FaultyEnd
 from vehicle.wire.health import Trouble
 
@@ -83,8 +84,8 @@ class CarProcess(Ros2Vehicle):
             if can is not None:
                 self.by_wire = CanActuators(bus, can, self._alive, timeout=timeout)
             opened = end if fault is None else partial(FaultyEnd, fault, seed, self.process.send_signal)
-            domain, alive = self._lease.domain, self._alive
-            super().__init__(domain, alive, timeout=timeout, by_wire=self.by_wire, record=record, end=opened)
+            wire = on_domain(self._lease.domain)
+            super().__init__(wire, self._alive, timeout=timeout, by_wire=self.by_wire, record=record, end=opened)
         except BaseException:
             self._end_process()
             raise

@@ -28,7 +28,7 @@ from vehicle.messages import (
     VehicleState,
 )
 from vehicle.wire import convert, ros2_types, topics
-from vehicle.wire.dds import End, Silence
+from vehicle.wire.end import End, Opener, Silence
 from vehicle.wire.health import Health, Trouble
 
 M = TypeVar("M")
@@ -39,7 +39,7 @@ ECHO = 10  # commands, 0.2 s: a car that obeys none of them obeys nobody
 
 
 class Ros2Vehicle:
-    """A car on DDS domain `domain`.
+    """A car on the wire that `opener` opens.
 
     alive     raises VehicleLost if the car is known to be gone; asked while waiting
     ready     [s] wall time until it must have answered for the first time
@@ -54,7 +54,7 @@ class Ros2Vehicle:
 
     def __init__(
         self,
-        domain: int,
+        opener: Opener,
         alive: Callable[[], None],
         *,
         ready: float = 60.0,
@@ -74,7 +74,7 @@ class Ros2Vehicle:
         self._force = Imu(0.0, 0.0, 0.0, 0.0)
         self._asked: deque[float] = deque([0.0], maxlen=ECHO)  # accelerations of the last cycles
         self._record, self._health = record, Health(record)
-        self._end: End | None = end(domain, topics.TO_CAR, topics.FROM_CAR, (topics.STEP, topics.DONE), alive)
+        self._end: End | None = end(opener, topics.TO_CAR, topics.FROM_CAR, (topics.STEP, topics.DONE), alive)
         try:
             self._description = self._call(ready)
         except BaseException:

@@ -56,6 +56,7 @@ def _serve(domain: int, hidden: Hidden, seed: int, bus: str | None, dbc: Path | 
     from vehicle.surrogate.node import Node, end_with_parent
     from vehicle.wire.can_link import BusError
     from vehicle.wire.can_map import CanMapError, find_map
+    from vehicle.wire.dds import on_domain
 
     end_with_parent()
     try:
@@ -66,8 +67,8 @@ def _serve(domain: int, hidden: Hidden, seed: int, bus: str | None, dbc: Path | 
     if clock == "real":
         from vehicle.surrogate.live import LiveNode
 
-        LiveNode(domain, hidden, seed, unit).serve()
-    Node(domain, hidden, seed, unit).serve()
+        LiveNode(on_domain(domain), hidden, seed, unit).serve()
+    Node(on_domain(domain), hidden, seed, unit).serve()
     return 0
 
 

@@ -11,6 +11,7 @@ from vehicle.surrogate.ecu import DriveByWire
 from vehicle.surrogate.hidden import Hidden
 from vehicle.surrogate.node import SUBSTEP, Node
 from vehicle.wire import convert, topics
+from vehicle.wire.end import Opener
 from vehicle.wire.live import LiveEnd
 from vehicle.wire.ros2_types import String
 
@@ -18,11 +19,11 @@ BEGINNING = 1_000_000_000_000  # ns: what its clock shows at its start, so that 
 
 
 class LiveNode(Node):
-    """A surrogate car that serves DDS domain `domain` by the wall clock."""
+    """A surrogate car on the wire that `opener` opens, by the wall clock."""
 
-    def __init__(self, domain: int, hidden: Hidden, seed: int, unit: DriveByWire | None = None) -> None:
+    def __init__(self, opener: Opener, hidden: Hidden, seed: int, unit: DriveByWire | None = None) -> None:
         self._zero = time.monotonic_ns() - BEGINNING
-        super().__init__(domain, hidden, seed, unit, end=LiveEnd)
+        super().__init__(opener, hidden, seed, unit, end=LiveEnd)
         self._car.step(SUBSTEP / convert.SECOND)  # compiles
         self._place(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
 

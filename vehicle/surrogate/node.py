@@ -29,7 +29,7 @@ from vehicle.surrogate.scanner import Scanner
 from vehicle.surrogate.sensors import FACTOR, SIGMA
 from vehicle.surrogate.surrogate import DoubleTrack
 from vehicle.wire import convert, topics
-from vehicle.wire.dds import End, Silence
+from vehicle.wire.end import End, Opener, Silence
 from vehicle.wire.ros2_types import String
 
 MS = 1_000_000  # ns
@@ -41,13 +41,13 @@ IDLE = 3600.0  # s without a word after which it gives up
 
 
 class Node:
-    """A surrogate car that serves DDS domain `domain`. Same seed and same messages in, same messages out.
+    """A surrogate car on the wire that `opener` opens. Same seed and same messages in, same messages out.
 
     With a drive-by-wire `unit` its commands come, and its speed and steering angle go, over CAN.
     """
 
     def __init__(
-        self, domain: int, hidden: Hidden, seed: int, unit: DriveByWire | None = None, *, end: type[End] = End
+        self, opener: Opener, hidden: Hidden, seed: int, unit: DriveByWire | None = None, *, end: type[End] = End
     ) -> None:
         self._unit = unit
         self._car = DoubleTrack(hidden, seed=seed, pedals=unit is not None and unit.pedals)
@@ -55,7 +55,7 @@ class Node:
         self.description: VehicleDescription = msgspec.structs.replace(
             self._car.description, lidar_x=1.18, lidar_z=1.5, camera_x=1.58, camera_z=1.4
         )
-        self._end = end(domain, topics.FROM_CAR, topics.TO_CAR, (topics.DONE, topics.STEP), lambda: None)
+        self._end = end(opener, topics.FROM_CAR, topics.TO_CAR, (topics.DONE, topics.STEP), lambda: None)
         self._place(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
 
     def serve(self) -> None:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vehicle.wire import topics
-from vehicle.wire.dds import End
+from vehicle.wire.end import End
 from vehicle.wire.topics import Topic
 
 SECOND = 1_000_000_000  # ns

@@ -12,14 +12,10 @@ import time
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from cyclonedds.util import duration
-
 from vehicle.wire.convert import SECOND, nanoseconds, stamp
-from vehicle.wire.dds import AT_ONCE, End
+from vehicle.wire.end import POLL, End
 from vehicle.wire.ros2_types import UInt64MultiArray
 from vehicle.wire.topics import Topic
-
-POLL = 0.02  # s, between two looks at whether the other end is still there
 
 
 class Ping(NamedTuple):
@@ -40,16 +36,14 @@ class LiveEnd(End):
 
         `on_step` gets time of arrival [ns, monotonic] and content of each message on the topic of steps at once.
         """
-        self._collect(on_step)
+        self._collect(0.0, on_step)
         while (left := until - time.monotonic_ns()) > 0:
-            if self._waitset.wait(duration(nanoseconds=min(left, round(POLL * SECOND)))):
-                self._collect(on_step)
-            else:
+            if not self._collect(min(left / SECOND, POLL), on_step):
                 self._alive()
 
     def say(self, *numbers: int) -> None:
         """Put a message on the topic of steps."""
-        self._writers[self._step_out].write(UInt64MultiArray(data=list(numbers)))
+        self._wire.write(self._step_out, UInt64MultiArray(data=list(numbers)))
 
     def take(self, topic: Topic) -> list[Any]:
         """The messages of a topic since the last call, oldest first, their stamps on this end's clock."""
@@ -61,19 +55,12 @@ class LiveEnd(End):
                         part.header.stamp = stamp(nanoseconds(part.header) - self.shift)
         return messages
 
-    def _collect(self, on_step: Callable[[int, list[int]], None] | None) -> None:
-        for topic, reader in self._readers.items():
-            for sample in reader.take(AT_ONCE):
-                if not hasattr(sample, "__idl__"):  # a note that a writer has gone
-                    continue
-                self.heard = time.monotonic_ns()
-                if topic != self._step_in:
-                    self._kept[topic].append(sample)
-                elif on_step is not None:
-                    on_step(self.heard, list(sample.data))
-
-
-class NetworkEnd(LiveEnd):
-    """The same on whatever network DDS is configured for (CYCLONEDDS_URI), not on this machine alone."""
-
-    config = None
+    def _collect(self, wait: float, on_step: Callable[[int, list[int]], None] | None) -> bool:
+        came = self._wire.read(wait)
+        for topic, message in came:
+            self.heard = time.monotonic_ns()
+            if topic != self._step_in:
+                self._kept[topic].append(message)
+            elif on_step is not None:
+                on_step(self.heard, list(message.data))
+        return bool(came)

@@ -16,7 +16,7 @@ import msgspec
 from vehicle.messages import Detection, GnssFix, Observation, Task
 from vehicle.wire import convert, topics
 from vehicle.wire import ros2_types as ros
-from vehicle.wire.dds import End
+from vehicle.wire.end import End
 from vehicle.wire.topics import Topic
 
 RESET = Topic("/ads/reset", ros.String)
