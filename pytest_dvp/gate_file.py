@@ -12,6 +12,7 @@ from openscenario.findings import Finding, nearest
 from pytest_dvp.gate_lines import Lines, locate_lines
 from pytest_dvp.gate_match import model_file, read_model_gate
 from pytest_dvp.gate_model import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
+from pytest_dvp.gate_signal import wrong_signal
 from pytest_dvp.metrics import Metric, MetricError, find_metric, known_metrics
 from pytest_dvp.metrics.registry import check_options
 from vehicle.messages import RoadPoint
@@ -278,6 +279,12 @@ class _Reader:
         except MetricError as error:
             line = next((keys[key] for key in options if key in keys and repr(key) in str(error)), head)
             self.find("option", line, element, str(error))
+            return
+        for key in ("signal", "command"):
+            wrong = wrong_signal(chosen.name, options[key]) if key in options else None
+            if wrong is not None:
+                line, where = keys.get(key, head), f"{element}.{key}"
+                self.find("unknown_signal", line, where, wrong.text, allowed=wrong.allowed, hint=wrong.hint)
 
 
 def _two_stages(chosen: Metric, table: dict[str, Any]) -> str:

@@ -280,12 +280,12 @@ def _across(
 
 def across_text(held: Across) -> str:
     """The gates between stages and the table, as text."""
-    from pytest_dvp.summary import clean, reason, worst_first
+    from pytest_dvp.summary import clean, worst_first
 
     plain = held.as_dict()
     judged = "" if plain["verdicts"] else ", no gate is between them"
     lines = [clean(f"{plain['scenario']} [{plain['stage']}]: {plain['status'] if not judged else 'compared'}{judged}")]
-    lines += [f"  {v['status']:<12} {reason(v)}{_margin(v)}" for v in worst_first(plain["verdicts"])]
+    lines += [f"  {v['status']:<12} {_told(v)}" for v in worst_first(plain["verdicts"])]
     lines += [clean(f"  !! {note}") for note in plain["notes"]]
     lines += ["", *(f"  {clean(line)}" for line in held.table.lines()), ""] if held.table is not None else []
     if plain["folder"]:
@@ -331,12 +331,12 @@ def _passes(result: RunResult, only: Sequence[str] | None) -> bool:
 
 def table(result: RunResult, only: Sequence[str] | None = None) -> str:
     """The verdicts of a run as text, worst first, and where its report is; `only` those metrics decide."""
-    from pytest_dvp.summary import clean, on_condition, reason, worst_first
+    from pytest_dvp.summary import clean, on_condition, worst_first
 
     plain = result.as_dict()
     said = f"{plain['scenario']} [{plain['stage']}]: {plain['status']}"
     lines = [clean(f"{said} after {plain['simulated']:.2f} s simulated, ended by {plain['ended']}")]
-    lines += [f"  {v['status']:<12} {reason(v)}{_margin(v)}" for v in worst_first(plain["verdicts"])]
+    lines += [f"  {v['status']:<12} {_told(v)}" for v in worst_first(plain["verdicts"])]
     beside = [note for note in plain["notes"] if note.startswith(BESIDE_VERDICTS)]
     lines += [clean(f"  {'!! ' if note.startswith(BESIDE_VERDICTS[0]) else ''}{note}") for note in beside]
     if only is not None:
@@ -351,6 +351,11 @@ def table(result: RunResult, only: Sequence[str] | None = None) -> str:
     return "\n".join(lines)
 
 
-def _margin(verdict: Mapping[str, Any]) -> str:
+def _told(verdict: Mapping[str, Any]) -> str:
+    """A verdict in one line; of one that is not PASS with the place of its gate."""
+    from pytest_dvp.summary import clean, reason
+
+    if verdict["status"] != "PASS":
+        return clean(verdict["message"])
     margin = verdict["margin"]
-    return "" if margin is None else f", margin {margin:.3g}"
+    return reason(verdict) + ("" if margin is None else f", margin {margin:.3g}")

@@ -66,7 +66,7 @@ def test_task_is_read(file: Path) -> None:
 
 
 def test_header_inside_a_text_is_no_gate(file: Path) -> None:
-    text = '[[gate]]\nmetric = "mncc"\nmin = 0.9\nbetween = ["dt", "rw"]\nsignal = """\n[[gate]]\n"""\n\n[[gate]]\n'
+    text = '[[gate]]\nmetric = "event_started"\nmax = 9\n\nevent = """\n[[gate]]\n"""\n\n[[gate]]\n'
     gates = read_gates(write(file, text + 'metric = "collision"\nmax = 0\n')).gates
     assert [gate.line for gate in gates] == [1, 9]
 
@@ -74,6 +74,14 @@ def test_header_inside_a_text_is_no_gate(file: Path) -> None:
 def test_gates_in_an_inline_array_have_the_line_of_the_array(file: Path) -> None:
     gates = read_gates(write(file, '\ngate = [\n  { metric = "collision", max = 0 },\n]\n')).gates
     assert [gate.line for gate in gates] == [2]
+
+
+PAIR = 'between = ["dt", "rw"]'
+
+
+@pytest.mark.parametrize("signal", ["v", "objects.y", "object.Car.vx", "ads.what_my_stack_logs", "gate.steer_cmd"])
+def test_signals_of_a_log_are_known_and_those_of_a_stack_may_be_any(signal: str, file: Path) -> None:
+    assert read_gates(write(file, gate(f'metric = "mncc"\nmin = 0\nsignal = "{signal}"\n{PAIR}'))).gates
 
 
 def gate(body: str) -> str:
@@ -114,6 +122,15 @@ def gate(body: str) -> str:
             "compares two logs already",
         ),
         (gate('metric = "mncc"\nmin = 0\nsignal = "v"\nbetween = ["dt", "dt"]'), 5, "between", "two different stages"),
+        (
+            gate(f'metric = "mncc"\nmin = 0\nsignal = "yaw_rat"\n{PAIR}'),
+            4,
+            "unknown_signal",
+            "did you mean 'yaw_rate'?",
+        ),
+        (gate(f'metric = "twin_error"\nmax = 1\nsignal = "objects.x"\n{PAIR}'), 4, "unknown_signal", "allowed: x, y"),
+        (gate(f'metric = "lag"\nmax = 1\nsignal = "object.Car.z"\n{PAIR}'), 4, "unknown_signal", "object.NAME.x, y"),
+        (gate('metric = "response_lag"\nmax = 1\ncommand = "ster_cmd"'), 4, "unknown_signal", "'steer_cmd'?"),
         ("", 1, "no_gate", "a file without gates judges nothing"),
         ("gate = 3", 1, "not_a_table", "gates are written as [[gate]] tables"),
         ("\n[gates]\nx = 1", 2, "unknown_key", "unknown table or key 'gates' (did you mean 'gate'?)"),
