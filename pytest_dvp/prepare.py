@@ -289,10 +289,12 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
         area=None if envelope is None else envelope.area,
     )
     gated = Gated(car, limits, name=name, scenario=request.path.name, record=gate_log.record)
+    allowed = {} if envelope is None or envelope.max_speed is None else {"envelope_speed": envelope.max_speed}
     if name not in VEHICLES:
-        about = {"name": request.vehicle, "clock": request.clock}
+        about = {"name": request.vehicle, "clock": request.clock, **allowed}
         return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
     about = {"name": SURROGATE, "hidden_sha256": _sha256(Path(hidden)) if hidden else ""}
+    about |= allowed
     about |= {"clock": request.clock} if request.clock != STEPPED else {}
     if request.vehicle.partition(":")[0] == CAN:
         about |= {"wire": CAN, "dbc_sha256": _sha256(request.dbc) if request.dbc is not None else ""}

@@ -15,10 +15,12 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pytest_dvp.driving_stack import find_ads
+from pytest_dvp.gate_log import said_of as said_of_gate
 from pytest_dvp.log import Log
 from pytest_dvp.loop import Ending, Limits, Loop
 from pytest_dvp.paths import shown
-from pytest_dvp.replay_log import ReplayLog, said_of
+from pytest_dvp.replay_log import ReplayLog
+from pytest_dvp.replay_log import said_of as said_of_replay
 from pytest_dvp.settings import REFERENCE, Assignments
 from pytest_dvp.stages import REAL, STEPPED, SURROGATE, StageError, check_stage, is_real, label
 
@@ -300,7 +302,8 @@ def _judged(
         },
         error=error,
         notes=(
-            *said_of(log, measured),
+            *said_of_gate(log),
+            *said_of_replay(log, measured),
             *_punctuality(log),
             *unjudged(verdicts, log),
             *map(_note, (*ready.storyboard.report(), *without_effect(ready.scenario))),

@@ -20,6 +20,7 @@ Result = Mapping[str, Any]
 MAX_LINES = 20
 MAX_NOTES = 5
 MAX_TABLES = 3
+BESIDE_VERDICTS = ("not judged:", "recording:", "command gate:")  # begins of notes without which they mislead
 ORDER = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
 
 
@@ -53,7 +54,11 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
         lines.append(f"  {verdict['status']} {clean(verdict['message'])}")
     lines += [f"  {clean(line)}" for line in result.get("explanation", ())]
     passed = sum(v["status"] == "PASS" for v in verdicts)
-    lines += [f"  {clean(note)}" for note in result.get("notes", ()) if note.startswith(("not judged:", "recording:"))]
+    lines += [
+        f"  {clean(note)}"
+        for note in result.get("notes", ())
+        if note.startswith(("not judged:", "recording:", "command gate:"))
+    ]
     lines.append(f"  {passed} of {len(verdicts)} gates passed; {conditions(result)}")
     if result.get("ended"):
         lines.append(f"  ended by {clean(result['ended'])} at t={result['simulated']:.2f} s")

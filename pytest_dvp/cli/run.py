@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pytest_dvp.cli.arguments import add_json, add_settings, existing, settings_from
 from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import REFERENCE, STAGES, SettingError, Settings, is_users_mistake, unknown
+from pytest_dvp.summary import BESIDE_VERDICTS
 
 if TYPE_CHECKING:
     from pytest_dvp.across import Across
@@ -44,7 +45,6 @@ SETTINGS = (
     "runs",
 )
 
-BESIDE_VERDICTS = ("not judged:", "recording:")  # notes that belong to them; the others go to stderr
 PATIENCE = 8.0  # s of wall time before a silent run says why it may take long
 FIRST_RUN = "  still at it; the first run after an installation compiles for about a minute, once"
 ON_THE_WIRE = "  still at it; a car of its own, beside the harness, may take a minute"

@@ -182,6 +182,17 @@ def test_what_is_no_real_car_is_called_by_its_name_and_needs_no_key(told: list[C
         drive(keys, vehicle="toy", require_real=True)
 
 
+def test_an_envelope_below_the_starting_speed_is_why_the_gate_braked(
+    told: list[Command], keys: dict[str, Path]
+) -> None:
+    """The ego starts at 5 m/s: beyond 1.1 times 4 m/s it is braked, until 4 m/s it gets no traction."""
+    keys["envelope"].write_text("area = [[-50, -50], [1050, -50], [1050, 50], [-50, 50]]\nmax_speed = 4.0\n")
+    result = run(keys["scenario"], stage="pe", vehicle="toy", ads=Coasting, duration=1.0, envelope=keys["envelope"])
+    said = [note for note in result.notes if note.startswith("command gate: ")]
+    assert said[0].startswith("command gate: braked for 0.")
+    assert said[0].endswith("s from t=0.00 s on (far over the highest speed), the envelope allows 4 m/s")
+
+
 @pytest.mark.parametrize(
     ("vehicle", "says"),
     [
