@@ -56,10 +56,13 @@ nightly: $(STAMP)
 	DVP_FAULTS=all DVP_CLEAN_SEEDS=$${DVP_CLEAN_SEEDS:-1000} $(BIN)/python -m pytest -q -n 2 tests/faults
 
 # The same scenarios on the surrogate car over ROS 2 messages, then the gates between stages: they pass with the twin that
-# learnt from the car's logs, and fail with every wrong one (writes docs/stages.md); ten minutes.
+# learnt from the car's logs, and fail with every wrong one (writes docs/stages.md); once more with its drive-by-wire on CAN.
+# Half an hour.
 stages: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 -m "pe or rw" scenarios
 	$(BIN)/python -m scripts.stage_twins
+	$(BIN)/python -m pytest -q -n 2 -m "pe or rw" scenarios --dvp-vehicle can
+	$(BIN)/python -m scripts.stage_twins --wire can
 
 # By the wall clock: deadlines, round trips, and how soon a dead car is noticed; writes docs/your-vehicle.md.
 real-time: $(STAMP)

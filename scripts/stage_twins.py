@@ -1,10 +1,11 @@
 """Gates between stages: pass with the twin that was extended on the car's own logs, and fail with every wrong one.
 
-python -m scripts.stage_twins [--jobs 2] [--seed 7]     writes its table into docs/stages.md
+python -m scripts.stage_twins [--wire can] [--jobs 2] [--seed 7]     writes its table into docs/stages.md
 
-The car is the surrogate with something hidden in it (HIDDEN); the twin has learnt that from logs of stage rw
-(scenarios/models/surrogate_extended.toml). Each twin drives stage dt of each scenario, the car stage rw with what the
-stack is told from that twin; then scenarios/stages.toml judges. Exit code 0 only if all is as it must be.
+The car is the surrogate with something hidden in it (HIDDEN), over ROS 2 messages alone or with its drive-by-wire on
+CAN; the twin has learnt that from its logs of stage rw over the same wire (scenarios/models/*_extended.toml). Each twin
+drives stage dt of each scenario, the car stage rw with what the stack is told from that twin; then scenarios/stages.toml
+judges. Exit code 0 only if all is as it must be.
 """
 
 from __future__ import annotations
@@ -34,7 +35,32 @@ K = 0.002
 """
 SCENARIOS = ("overtaking", "pedestrian_crossing", "urban")
 PAGE = Path("docs/stages.md")
-BEGIN, END = "<!-- twins -->", "<!-- /twins -->"
+
+
+@dataclasses.dataclass(frozen=True)
+class Wire:
+    """How the car is reached: what `--vehicle` calls it, the twins from the data sheet and from the car's logs, the
+    marks of its table in the page."""
+
+    vehicle: str
+    baseline: str
+    extended: str
+    begin: str
+    end: str
+
+
+WIRES: Mapping[str, Wire] = {
+    "ros2": Wire(
+        "surrogate", "models/surrogate.toml", "models/surrogate_extended.toml", "<!-- twins -->", "<!-- /twins -->"
+    ),
+    "can": Wire(
+        "can",
+        "models/surrogate_can.toml",
+        "models/surrogate_can_extended.toml",
+        "<!-- twins on can -->",
+        "<!-- /twins on can -->",
+    ),
+}
 
 
 def more_steering(model: VehicleModel) -> VehicleModel:
@@ -42,16 +68,22 @@ def more_steering(model: VehicleModel) -> VehicleModel:
     return model.with_effect("steer_ratio", {"g": 1.25 * (model.value("steer_ratio", "g") or 1.0)})
 
 
+BASELINE = "baseline"
 TWINS: Mapping[str, tuple[str, Callable[[VehicleModel], VehicleModel]]] = {
     "extended": ("extended on the car's logs", lambda model: model),
-    "baseline": ("from the data sheet", lambda _: read_model(shipped("models/surrogate.toml"))),
+    BASELINE: ("from the data sheet", lambda model: model),
     "gain": ("steering gain 25 % off", more_steering),
     "lag": ("0.3 s of steering lag missing", lambda model: model.without_effect("steer_delay")),
     "speed": ("speed 5 % off", lambda model: model.with_effect("wheel_radius", {"ratio": 1.05})),
     "gnss": ("GNSS 0.2 s late", lambda model: model.with_effect("gnss_latency", {"T": 0.2})),
     "heading": ("heading 2° off", lambda model: model.with_effect("heading_bias", {"b": radians(2.0)})),
 }
-"""Twins by name: what the table says of them, and how each is made of the extended one."""
+"""Twins by name: what the table says of them, and how each is made of the extended one (BASELINE: is the baseline)."""
+
+
+def twin_of(name: str, wire: Wire) -> VehicleModel:
+    """The twin of a name for the car on a wire."""
+    return TWINS[name][1](read_model(shipped(wire.baseline if name == BASELINE else wire.extended)))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,7 +101,7 @@ class Held:
     drives: str
 
 
-def hold(twin: str, scenario: str, seed: int) -> Held:
+def hold(twin: str, scenario: str, seed: int, over: str = "ros2") -> Held:
     """Drive both stages and judge."""
     from pytest_dvp import across
     from pytest_dvp.run import run
@@ -77,13 +109,12 @@ def hold(twin: str, scenario: str, seed: int) -> Held:
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write_model(TWINS[twin][1](read_model(shipped("models/surrogate_extended.toml"))), folder / "twin.toml")
+        write_model(twin_of(twin, WIRES[over]), folder / "twin.toml")
         (folder / "car.toml").write_text(HIDDEN, encoding="utf-8")
         path = shipped(f"{scenario}.xosc")
+        vehicle = f"{WIRES[over].vehicle}:{folder / 'car.toml'}"
         results = {
-            stage: run(
-                path, stage=stage, seed=seed, model=folder / "twin.toml", vehicle=f"surrogate:{folder / 'car.toml'}"
-            )
+            stage: run(path, stage=stage, seed=seed, model=folder / "twin.toml", vehicle=vehicle)
             for stage in ("dt", "rw")
         }
     drives = {stage: across.Driven(result.log) for stage, result in results.items()}
@@ -125,21 +156,25 @@ def table(held: list[Held]) -> str:
 def main(argv: list[str] | None = None) -> int:
     """Returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m scripts.stage_twins", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--wire", choices=WIRES, default="ros2")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--dry", action="store_true", help="write no page")
     arguments = parser.parse_args(argv)
     cases = [(twin, scenario) for scenario in reversed(SCENARIOS) for twin in TWINS]
     with ProcessPoolExecutor(arguments.jobs) as pool:
-        held = list(pool.map(hold, *zip(*cases, strict=True), [arguments.seed] * len(cases)))
+        held = list(
+            pool.map(hold, *zip(*cases, strict=True), [arguments.seed] * len(cases), [arguments.wire] * len(cases))
+        )
     for one in held:
         print(f"{one.twin:9} {one.scenario:20} {one.status} {one.failed} of {one.gates}, {one.drives}; {one.worst}")
     text = table(held)
     print(text)
     if not arguments.dry:
         page = PAGE.read_text(encoding="utf-8")
-        before, rest = page.split(BEGIN)
-        PAGE.write_text(f"{before}{BEGIN}\n{text}\n{END}{rest.split(END)[1]}", encoding="utf-8")
+        wire = WIRES[arguments.wire]
+        before, rest = page.split(wire.begin)
+        PAGE.write_text(f"{before}{wire.begin}\n{text}\n{wire.end}{rest.split(wire.end)[1]}", encoding="utf-8")
     right = all((one.status == "PASS") == (one.twin == "extended") for one in held)
     print("as it must be" if right else "NOT as it must be", file=sys.stderr)
     return 0 if right else 1

@@ -16,8 +16,8 @@ from pytest_dvp.across import gates_between
 from pytest_dvp.gates import Verdict, judge_between
 from pytest_dvp.log import Log
 from pytest_dvp.run import run
-from scripts.stage_twins import HIDDEN, TWINS
-from vehicle.model.model_file import read_model, write_model
+from scripts.stage_twins import HIDDEN, WIRES, twin_of
+from vehicle.model.model_file import write_model
 
 SCENARIO = scenarios.path("overtaking.xosc")
 EXTENDED = scenarios.path("models/surrogate_extended.toml")
@@ -41,7 +41,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Log:
 def judged(measured: Log, twin: str, folder: Path) -> dict[str, Verdict]:
     """The verdicts by name, of a twin on stage dt against the car."""
     model = folder / "twin.toml"
-    write_model(TWINS[twin][1](read_model(EXTENDED)), model)
+    write_model(twin_of(twin, WIRES["ros2"]), model)
     simulated = run(SCENARIO, model=model, duration=LIMIT).log
     gates = gates_between(SCENARIO, None, scenarios.path("stages.toml"))
     found = judge_between(gates, ("dt", "rw"), {"dt": simulated, "rw": measured})
