@@ -30,7 +30,18 @@ from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
 from pytest_dvp.paths import shown
 from pytest_dvp.recorder import LogRecorder
-from pytest_dvp.stages import CAN, REPLAY, STEPPED, SURROGATE, VEHICLES, StageError, label, open_vehicle
+from pytest_dvp.stages import (
+    CAN,
+    REPLAY,
+    ROS1,
+    STEPPED,
+    SURROGATE,
+    VEHICLES,
+    StageError,
+    hidden_in,
+    label,
+    open_vehicle,
+)
 from pytest_dvp.world import World
 from vehicle.adapter import Vehicle
 from vehicle.messages import FloatArray, RoadPoint, VehicleDescription, VehicleState
@@ -282,7 +293,7 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
         clock=request.clock,
         record=gate_log.wire.record,
     )
-    name, _, hidden = request.vehicle.partition(":")
+    name = request.vehicle.partition(":")[0]
     limits = limits_of(
         car.description,
         max_speed=None if envelope is None else envelope.max_speed,
@@ -293,10 +304,13 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     if name not in VEHICLES:
         about = {"name": request.vehicle, "clock": request.clock, **allowed}
         return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
-    about = {"name": SURROGATE, "hidden_sha256": _sha256(Path(hidden)) if hidden else ""}
+    hidden = hidden_in(request.vehicle)
+    about = {"name": SURROGATE, "hidden_sha256": "" if hidden is None else _sha256(hidden)}
     about |= allowed
     about |= {"clock": request.clock} if request.clock != STEPPED else {}
-    if request.vehicle.partition(":")[0] == CAN:
+    if name == ROS1:
+        about |= {"wire": ROS1}
+    if name == CAN:
         about |= {"wire": CAN, "dbc_sha256": _sha256(request.dbc) if request.dbc is not None else ""}
     return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
 

@@ -23,11 +23,13 @@ if TYPE_CHECKING:
 
 SURROGATE = "surrogate"
 CAN = "can"  # the surrogate with its drive-by-wire on CAN
-VEHICLES = (SURROGATE, CAN)
+ROS1 = "ros1"  # the surrogate over ROS 1
+VEHICLES = (SURROGATE, CAN, ROS1)
 REPLAY = "replay"  # a recording
 ADAPTERS = "pytest_dvp.adapters"  # entry points
 STEPPED, REAL = CLOCKS = ("stepped", "real")
 MISSING = "needs ROS 2 messages on DDS: pip install 'pytest-dvp[ros2]'"
+MISSING_ROS1 = "needs message types and rosbags: pip install 'pytest-dvp[ros1]'"
 MISSING_CAN = "needs python-can and cantools: pip install 'pytest-dvp[ros2,can]'"
 
 
@@ -46,9 +48,10 @@ def check_stage(
 ) -> None:
     """Raises StageError unless a vehicle for `stage` exists and may stand in.
 
-    `vehicle` is "surrogate" or "can", with ":HIDDEN.toml" behind if something is hidden in it, or "replay:LOG", or the
-    name of an adapter of another package, with ":ARGUMENT"; `require_real` refuses what is no real car; `dbc` is read,
-    for a vehicle on CAN; `fault` goes on the wire of a surrogate; `clock` is "stepped" or "real".
+    `vehicle` is "surrogate" or "can", with ":HIDDEN.toml" behind if something is hidden in it, "ros1" or
+    "ros1:FILE.toml", which says how ROS 1 is reached, or "replay:LOG", or the name of an adapter of another package,
+    with ":ARGUMENT"; `require_real` refuses what is no real car; `dbc` is read, for a vehicle on CAN; `fault` goes on
+    the wire of a surrogate; `clock` is "stepped" or "real".
     """
     if stage not in STAGES:
         raise StageError(unknown("stage", stage, STAGES))
@@ -77,6 +80,8 @@ def check_stage(
     if not wire_installed():
         raise StageError(f"stage {stage!r} {MISSING}")
     _check_fault(fault)
+    if name == ROS1:
+        _check_ros1(hidden)
     if name == CAN:
         _check_can(dbc)
     elif dbc is not None:
@@ -122,6 +127,18 @@ def _check_fault(fault: str | None) -> None:
             parse_fault(fault)
         except FaultError as error:
             raise StageError(str(error)) from None
+
+
+def _check_ros1(file: str) -> None:
+    if importlib.util.find_spec("rosbags") is None:
+        raise StageError(f"vehicle {ROS1!r} {MISSING_ROS1}")
+    from vehicle.adapters.ros1 import settings_of
+    from vehicle.wire.ros1 import Ros1Error
+
+    try:
+        settings_of(Path(file) if file else None)
+    except Ros1Error as error:
+        raise StageError(str(error)) from None
 
 
 def _check_can(dbc: Path | None) -> None:
@@ -206,6 +223,16 @@ def refuse_repetition(what: str, stage: str, vehicle: str) -> None:
         )
 
 
+def hidden_in(vehicle: str) -> Path | None:
+    """What is hidden in a surrogate that `check_stage` has let through: a file, or nothing."""
+    name, _, argument = vehicle.partition(":")
+    if name == ROS1:
+        from vehicle.adapters.ros1 import settings_of
+
+        return settings_of(Path(argument) if argument else None)[1]
+    return Path(argument) if argument else None
+
+
 def open_vehicle(
     stage: str,
     vehicle: str,
@@ -226,24 +253,27 @@ def open_vehicle(
     name, _, hidden = vehicle.partition(":")
     if name not in VEHICLES:
         return _open_adapter(stage, vehicle, seed)
-    from vehicle.adapters.process import surrogate
+    within, options = hidden_in(vehicle), dict[str, Any](record=record)
+    if name == ROS1:
+        from vehicle.adapters.ros1 import by_ros1, settings_of
 
-    if clock == REAL:
-        from vehicle.adapters.live import live_surrogate
-
-        live = live_surrogate(seed, Path(hidden) if hidden else None, record=record)
-        return (in_parallel(live, seed) if stage == "pe" else live), lambda: live.punctuality.as_dict()
-    can = None
+        options["wire"] = by_ros1(settings_of(Path(hidden) if hidden else None)[0])
     if name == CAN:
         from vehicle.wire.can_map import find_map
 
-        can = find_map(dbc)
-    put = None
+        options["can"] = find_map(dbc)
     if fault is not None:
         from vehicle.wire.faults import parse_fault
 
-        put = parse_fault(fault)
-    car = surrogate(seed, Path(hidden) if hidden else None, can=can, record=record, fault=put)
+        options["fault"] = parse_fault(fault)
+    if clock == REAL:
+        from vehicle.adapters.live import live_surrogate
+
+        live = live_surrogate(seed, within, **options)
+        return (in_parallel(live, seed) if stage == "pe" else live), lambda: live.punctuality.as_dict()
+    from vehicle.adapters.process import surrogate
+
+    car = surrogate(seed, within, **options)
     return (in_parallel(car, seed) if stage == "pe" else car), dict
 
 
@@ -260,4 +290,5 @@ def _open_adapter(stage: str, vehicle: str, seed: int) -> tuple[Vehicle, Callabl
         car.close()
         raise StageError(f"vehicle {vehicle!r} announces that it is not real, and its car says it is")
     told = getattr(car, "punctuality", None)
-    return (in_parallel(car, seed) if stage == "pe" else car), (dict if told is None else lambda: dict(told()))
+    as_dict = dict if told is None else getattr(told, "as_dict", told)
+    return (in_parallel(car, seed) if stage == "pe" else car), lambda: dict(as_dict())

@@ -8,6 +8,7 @@ millimetre. A car that says nothing for SILENT is lost.
 from __future__ import annotations
 
 import time
+from math import degrees, hypot
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -27,6 +28,7 @@ BUSY = 0.05  # s: a harness that was away for longer did not listen, and does no
 LATE = 0.01  # s, half a command cycle: a command later than this missed its deadline
 PINGS = 40  # before a run, for the clock
 GRID = 0.01  # s
+NEAR, TURNED = 2.0, 0.35  # m, rad that a real car may be from where the scenario places it
 SETTLING = 15_000_000  # ns that the surrogate has to stand where it is put
 
 
@@ -80,7 +82,22 @@ class LiveCar(Ros2Vehicle):
         best = sorted(self.punctuality.pings)[: max(1, len(self.punctuality.pings) // 4)]
         self.punctuality.offset = round(median(ping.offset for ping in best))
         self.punctuality.pings.clear()
+        if self._real:
+            self._check_place(state)
         self._discard()
+
+    def _check_place(self, state: VehicleState) -> None:
+        """A car cannot be put anywhere: raises VehicleLost if it does not stand where it is to begin."""
+        said = self._wire().take(topics.ODOMETRY)
+        if not said:
+            raise VehicleLost(f"the car does not say where it is: nothing on {topics.ODOMETRY.name}")
+        there = convert.state_from_ros(said[-1])
+        away, turned = hypot(there.x - state.x, there.y - state.y), convert.unwrapped(there.yaw, state.yaw) - state.yaw
+        if away > NEAR or abs(turned) > TURNED:
+            raise VehicleLost(
+                f"the car is {away:.1f} m from where the scenario places the ego (x={state.x:.1f}, y={state.y:.1f}), "
+                f"turned by {degrees(turned):.0f} deg; allowed are {NEAR:g} m and {degrees(TURNED):.0f} deg"
+            )
 
     def observe(self, surroundings: Surroundings) -> Observation:
         """Everything that came since the last call."""
@@ -147,7 +164,7 @@ class LiveCar(Ros2Vehicle):
         return (time.monotonic_ns() - self._epoch) / convert.SECOND if self._begun else super()._clock()
 
     def _discard(self) -> None:
-        for topic in topics.FROM_CAR:
+        for topic in self.reads:
             self._wire().take(topic)
 
     def _live(self) -> LiveEnd:

@@ -17,7 +17,7 @@ from vehicle.child import Child
 from vehicle.gated import Hands
 from vehicle.wire.can_map import SignalMap
 from vehicle.wire.dds import on_domain
-from vehicle.wire.end import End
+from vehicle.wire.end import End, Opener
 from vehicle.wire.faults import Fault, FaultyEnd
 from vehicle.wire.health import Trouble
 
@@ -49,9 +49,15 @@ class Lease:
         self._held.close()
 
 
+def by_dds(number: int) -> tuple[list[str], Opener]:
+    """What a car process is told to be on DDS domain `number`, and the way there."""
+    return ["--dds", str(number)], on_domain(number)
+
+
 class CarProcess(Ros2Vehicle):
     """The car that `python -m MODULE --dds DOMAIN ARGUMENTS` is; `timeout` [s] wall time for a step.
 
+    wire    where it is, by a number that no other run has; as `by_dds`
     can     the messages of its drive-by-wire, if it has one: it is told `--can BUS --dbc FILE` too
     record  gets every trouble with its messages
     fault   what is to go wrong on the wire, by chance of `seed` where by chance
@@ -66,6 +72,7 @@ class CarProcess(Ros2Vehicle):
         module: str,
         arguments: Sequence[str] = (),
         *,
+        wire: Callable[[int], tuple[list[str], Opener]] = by_dds,
         timeout: float = STEP_TIMEOUT,
         can: SignalMap | None = None,
         record: Callable[[Trouble], None] = lambda _: None,
@@ -74,7 +81,8 @@ class CarProcess(Ros2Vehicle):
         end: Callable[..., End] = End,
     ) -> None:
         self._lease = Lease()
-        command = [sys.executable, "-m", module, "--dds", str(self._lease.domain), *arguments]
+        where, opener = wire(self._lease.domain)
+        command = [sys.executable, "-m", module, *where, *arguments]
         if can is not None:
             bus = f"udp_multicast:{GROUP}:{FIRST_PORT + self._lease.domain}"
             command += ["--can", bus, "--dbc", str(can.file)]
@@ -84,8 +92,7 @@ class CarProcess(Ros2Vehicle):
             if can is not None:
                 self.by_wire = CanActuators(bus, can, self._alive, timeout=timeout)
             opened = end if fault is None else partial(FaultyEnd, fault, seed, self.process.send_signal)
-            wire = on_domain(self._lease.domain)
-            super().__init__(wire, self._alive, timeout=timeout, by_wire=self.by_wire, record=record, end=opened)
+            super().__init__(opener, self._alive, timeout=timeout, by_wire=self.by_wire, record=record, end=opened)
         except BaseException:
             self._end_process()
             raise

@@ -52,6 +52,8 @@ class Ros2Vehicle:
     Raises VehicleLost if it does not come.
     """
 
+    reads: tuple[topics.Topic, ...] = topics.FROM_CAR
+
     def __init__(
         self,
         opener: Opener,
@@ -74,7 +76,7 @@ class Ros2Vehicle:
         self._force = Imu(0.0, 0.0, 0.0, 0.0)
         self._asked: deque[float] = deque([0.0], maxlen=ECHO)  # accelerations of the last cycles
         self._record, self._health = record, Health(record)
-        self._end: End | None = end(opener, topics.TO_CAR, topics.FROM_CAR, (topics.STEP, topics.DONE), alive)
+        self._end: End | None = end(opener, topics.TO_CAR, self.reads, (topics.STEP, topics.DONE), alive)
         try:
             self._description = self._call(ready)
         except BaseException:

@@ -4,6 +4,7 @@ python -m vehicle.surrogate --drive rich --hidden F.toml --out log.csv
 python -m vehicle.surrogate --dds 42 --hidden F.toml           as a car on the wire, for pytest -m rw
 python -m vehicle.surrogate --dds 42 --can socketcan:vcan0     with its drive-by-wire on CAN
 python -m vehicle.surrogate --dds 42 --clock real              by the wall clock
+python -m vehicle.surrogate --ros1 /car --ros1-file ros1.toml  over ROS 1, its topics under /car
 """
 
 from __future__ import annotations
@@ -11,9 +12,13 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vehicle.surrogate.driver import Driver
 from vehicle.surrogate.hidden import Hidden, HiddenError, read_hidden
+
+if TYPE_CHECKING:
+    from vehicle.wire.end import Opener
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -24,12 +29,18 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0, help="of drive and sensor noise")
     parser.add_argument("--out", type=Path, metavar="LOG.csv")
     parser.add_argument("--dds", type=int, metavar="DOMAIN", help="be a car on this DDS domain (0 to 232) instead")
+    parser.add_argument("--ros1", metavar="NAMESPACE", help="be one on ROS 1, topics under this name, or ''")
+    parser.add_argument("--ros1-file", type=Path, metavar="F.toml", help="how ROS 1 is reached (vehicle/wire/ros1.py)")
     parser.add_argument("--can", metavar="BUS", help="with --dds: commands come over CAN, as udp_multicast:GROUP:PORT")
     parser.add_argument("--dbc", type=Path, metavar="F.dbc", help="messages there, signal map beside it; default: ours")
-    parser.add_argument("--clock", choices=("stepped", "real"), default="stepped", help="with --dds: whose time counts")
+    parser.add_argument("--clock", choices=("stepped", "real"), default="stepped", help="on a wire: whose time counts")
+    parser.add_argument("--at", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="on a wire: where it stands first")
+    parser.add_argument("--driver", action="store_true", help="with --clock real: publish a driver's hands, at rest")
     args = parser.parse_args(argv)
-    if (args.out is None) == (args.dds is None):
-        parser.error("one of --out LOG.csv and --dds DOMAIN is needed")
+    if [args.out, args.dds, args.ros1].count(None) != 2:
+        parser.error("one of --out LOG.csv, --dds DOMAIN and --ros1 NAMESPACE is needed")
+    if args.ros1_file is not None and args.ros1 is None:
+        parser.error("--ros1-file F.toml needs --ros1 NAMESPACE")
     if (args.can is not None and args.dds is None) or (args.dbc is not None and args.can is None):
         parser.error("--can BUS needs --dds DOMAIN, --dbc F.dbc needs --can BUS")
     try:
@@ -37,8 +48,8 @@ def main(argv: list[str] | None = None) -> int:
     except HiddenError as error:
         print(error, file=sys.stderr)
         return 2
-    if args.dds is not None:
-        return _serve(args.dds, hidden, args.seed, args.can, args.dbc, args.clock)
+    if args.out is None:
+        return _serve(args, hidden)
     from vehicle.surrogate.recorder import record, write_csv  # compiles; not before the file is known to be good
 
     columns = record(hidden, args.drive, args.seed)
@@ -51,25 +62,44 @@ def main(argv: list[str] | None = None) -> int:
     return 0
 
 
-def _serve(domain: int, hidden: Hidden, seed: int, bus: str | None, dbc: Path | None, clock: str) -> int:
+def _serve(args: argparse.Namespace, hidden: Hidden) -> int:
     from vehicle.surrogate.ecu import DriveByWire
     from vehicle.surrogate.node import Node, end_with_parent
     from vehicle.wire.can_link import BusError
     from vehicle.wire.can_map import CanMapError, find_map
-    from vehicle.wire.dds import on_domain
 
     end_with_parent()
     try:
-        unit = None if bus is None else DriveByWire(bus, find_map(dbc))
-    except (BusError, CanMapError) as error:
+        unit = None if args.can is None else DriveByWire(args.can, find_map(args.dbc))
+        opener = _wire(args)
+        if args.clock == "real":
+            from vehicle.surrogate.live import LiveNode
+
+            LiveNode(opener, hidden, args.seed, unit, at=args.at or (0.0, 0.0, 0.0), driver=args.driver).serve()
+        Node(opener, hidden, args.seed, unit).serve()
+    except (BusError, CanMapError, _WireError) as error:
         print(error, file=sys.stderr)
         return 2
-    if clock == "real":
-        from vehicle.surrogate.live import LiveNode
-
-        LiveNode(on_domain(domain), hidden, seed, unit).serve()
-    Node(on_domain(domain), hidden, seed, unit).serve()
     return 0
+
+
+class _WireError(Exception):
+    """A wire that cannot be opened."""
+
+
+def _wire(args: argparse.Namespace) -> Opener:
+    """Raises _WireError; what it gives does too."""
+    if args.dds is not None:
+        from vehicle.wire.dds import on_domain
+
+        return on_domain(args.dds)
+    from vehicle.wire.ros1 import Ros1Error, on_ros1, read_settings
+
+    try:
+        settings = read_settings(args.ros1_file, {"hidden": str})
+    except Ros1Error as error:
+        raise _WireError(error) from None
+    return on_ros1(settings, "car", within=args.ros1, error=_WireError)
 
 
 if __name__ == "__main__":

@@ -3,29 +3,47 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 import msgspec
 
 from vehicle.messages import VehicleState
 from vehicle.surrogate.ecu import DriveByWire
 from vehicle.surrogate.hidden import Hidden
-from vehicle.surrogate.node import SUBSTEP, Node
+from vehicle.surrogate.node import MOTION, SUBSTEP, Node
 from vehicle.wire import convert, topics
 from vehicle.wire.end import Opener
 from vehicle.wire.live import LiveEnd
-from vehicle.wire.ros2_types import String
+from vehicle.wire.ros2_types import Bool, String
 
 BEGINNING = 1_000_000_000_000  # ns: what its clock shows at its start, so that nobody takes it for the harness's
 
 
 class LiveNode(Node):
-    """A surrogate car on the wire that `opener` opens, by the wall clock."""
+    """A surrogate car on the wire that `opener` opens, by the wall clock.
 
-    def __init__(self, opener: Opener, hidden: Hidden, seed: int, unit: DriveByWire | None = None) -> None:
+    at      x, y [m] and yaw [rad] where it stands before it is placed
+    driver  publish the hands of one, who never takes over: for a surrogate in the place of a real car
+    """
+
+    def __init__(
+        self,
+        opener: Opener,
+        hidden: Hidden,
+        seed: int,
+        unit: DriveByWire | None = None,
+        *,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        driver: bool = False,
+    ) -> None:
         self._zero = time.monotonic_ns() - BEGINNING
+        self._driver = driver
+        if driver:
+            self.writes = (*topics.FROM_CAR, *topics.HANDS)
         super().__init__(opener, hidden, seed, unit, end=LiveEnd)
         self._car.step(SUBSTEP / convert.SECOND)  # compiles
-        self._place(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+        x, y, yaw = at
+        self._place(VehicleState(t=0.0, x=x, y=y, yaw=yaw, v=0.0))
 
     def serve(self) -> None:
         """Live until the parent ends."""
@@ -35,6 +53,9 @@ class LiveNode(Node):
             end.receive_until(self._zero + self._now + SUBSTEP, self._answer)
             self._obey()
             self._advance(self._now + SUBSTEP)
+            if self._driver and (self._now - self._start) % MOTION == 0:
+                for topic in topics.HANDS:
+                    self._queue(topic, Bool(False), 0)
             self._look()
             self._deliver()
 

@@ -46,6 +46,8 @@ class Node:
     With a drive-by-wire `unit` its commands come, and its speed and steering angle go, over CAN.
     """
 
+    writes = topics.FROM_CAR
+
     def __init__(
         self, opener: Opener, hidden: Hidden, seed: int, unit: DriveByWire | None = None, *, end: type[End] = End
     ) -> None:
@@ -55,7 +57,7 @@ class Node:
         self.description: VehicleDescription = msgspec.structs.replace(
             self._car.description, lidar_x=1.18, lidar_z=1.5, camera_x=1.58, camera_z=1.4
         )
-        self._end = end(opener, topics.FROM_CAR, topics.TO_CAR, (topics.DONE, topics.STEP), lambda: None)
+        self._end = end(opener, self.writes, topics.TO_CAR, (topics.DONE, topics.STEP), lambda: None)
         self._place(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
 
     def serve(self) -> None:

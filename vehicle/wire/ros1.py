@@ -5,6 +5,7 @@ A file may say how it is reached; every line has a default:
     python = "/usr/bin/python3"                       # the interpreter with rospy; default: this one
     path = ["/opt/ros/noetic/lib/python3/dist-packages"]      # where it looks for modules besides
     master = "http://localhost:11311"                 # default: ROS_MASTER_URI
+    namespace = "/tabby"                              # before all topics; default: ""
     [topics]                                          # names of a car of your own
     "/vehicle/odom" = "/odom"
 """
@@ -12,9 +13,10 @@ A file may say how it is reached; every line has a default:
 from __future__ import annotations
 
 import os
+import re
 import sys
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -28,7 +30,8 @@ from vehicle.wire.topics import Topic
 
 MASTER = "http://localhost:11311"
 LOCAL = ("localhost", "127.0.0.1", "[::1]")
-NAMES = tuple(topic.name for topic in (*topics.TO_CAR, *topics.FROM_CAR, topics.STEP, topics.DONE))
+NAMES = tuple(t.name for t in (*topics.TO_CAR, *topics.FROM_CAR, *topics.HANDS, topics.STEP, topics.DONE))
+NAMESPACE = re.compile(r"(/[A-Za-z]\w*)+")
 
 
 class Ros1Error(ValueError):
@@ -42,6 +45,7 @@ class Ros1Settings:
     python: str = sys.executable
     path: tuple[str, ...] = ()
     master: str = field(default_factory=lambda: os.environ.get("ROS_MASTER_URI", MASTER))
+    namespace: str = ""
     topics: Mapping[str, str] = field(default_factory=dict)
     file: Path | None = None
     others: Mapping[str, Any] = field(default_factory=dict)
@@ -51,7 +55,14 @@ def read_settings(file: Path | None, others: Mapping[str, type] | None = None) -
     """The settings in a file, or the defaults; `others` are further keys that it may have. Raises Ros1Error."""
     if file is None:
         return Ros1Settings()
-    allowed: dict[str, type] = {"python": str, "path": list, "master": str, "topics": dict, **(others or {})}
+    allowed: dict[str, type] = {
+        "python": str,
+        "path": list,
+        "master": str,
+        "namespace": str,
+        "topics": dict,
+        **(others or {}),
+    }
     try:
         given = tomllib.loads(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -69,7 +80,10 @@ def read_settings(file: Path | None, others: Mapping[str, type] | None = None) -
             raise Ros1Error(f"{file}: [topics]: no topic {name}; there is {', '.join(NAMES)}")
         if not isinstance(to, str) or not to.startswith("/"):
             raise Ros1Error(f"{file}: [topics] {name}: found {to!r}, allowed: a name that begins with /")
-    known = {key: given[key] for key in ("python", "master") if key in given}
+    space = given.get("namespace", "")
+    if space and not NAMESPACE.fullmatch(space):
+        raise Ros1Error(f"{file}: namespace: found {space!r}, allowed: as /tabby")
+    known = {key: given[key] for key in ("python", "master", "namespace") if key in given}
     rest = {key: value for key, value in given.items() if key in (others or {})}
     return Ros1Settings(path=tuple(path), topics=names, file=file, others=rest, **known)
 
@@ -77,19 +91,27 @@ def read_settings(file: Path | None, others: Mapping[str, type] | None = None) -
 _WORDS = {str: "text in quotes", list: "a list of folders", dict: "a table", bool: "true or false"}
 
 
-def on_ros1(settings: Ros1Settings, node: str, *, namespace: str = "") -> Opener:
-    """Opens ROS 1 as node `node` (a bare name), with all topics under `namespace` ("" or "/name")."""
-    return partial(Ros1Transport, settings, node, namespace)
+def on_ros1(
+    settings: Ros1Settings, role: str, *, within: str = "", error: Callable[[str], Exception] = Ros1Error
+) -> Opener:
+    """Opens ROS 1, with all topics under the namespace of the settings, and in that under `within` ("" or "/name").
+
+    `role` ("harness", "car") makes the name of its node. `error` is what it raises if that cannot be, then and later.
+    """
+    space = settings.namespace + within
+    node = "_".join([*space.split("/"), role]).strip("_")
+    return partial(Ros1Transport, settings, node, space, error)
 
 
 class Ros1Transport:
-    """A node of rospy. Raises Ros1Error if it cannot be, then and later."""
+    """A node of rospy."""
 
     def __init__(
         self,
         settings: Ros1Settings,
         node: str,
         namespace: str,
+        error: Callable[[str], Exception],
         writes: Sequence[Topic],
         reads: Sequence[Topic],
     ) -> None:
@@ -99,8 +121,9 @@ class Ros1Transport:
         self._numbers = {topic: number for number, topic in enumerate(writes)}
         self._reads = tuple(reads)
         self._bridge = Bridge(
-            settings.python, settings.path, who="the bridge to ROS 1", error=Ros1Error, environment=environment
+            settings.python, settings.path, who="the bridge to ROS 1", error=error, environment=environment
         )
+        self._error = error
         try:
             self._bridge.module("rospy")
             out, into = ([_about(topic, settings, namespace) for topic in some] for some in (writes, reads))
@@ -127,7 +150,10 @@ class Ros1Transport:
         came = []
         for head, body in self._bridge.receive(wait):
             topic = self._reads[head["topic"]]
-            came.append((topic, from_bytes(topic, body)))
+            try:
+                came.append((topic, from_bytes(topic, body)))
+            except ValueError as error:
+                raise self._error(f"{topic.name}: {error}") from error
         return came
 
     def close(self) -> None:

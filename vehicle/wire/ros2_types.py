@@ -108,6 +108,11 @@ class String(IdlStruct, typename=ros("std_msgs/String")):
 
 
 @dataclass
+class Bool(IdlStruct, typename=ros("std_msgs/Bool")):
+    data: bool = False
+
+
+@dataclass
 class MultiArrayDimension(IdlStruct, typename=ros("std_msgs/MultiArrayDimension")):
     label: str = ""
     size: uint32 = 0

@@ -8,6 +8,7 @@ reliable profile but for the depth: in stepped time no sample may be lost.
     /vehicle/reset    stand there                    /imu/data /gnss/fix /gnss/heading /lidar/points
     /simulation/objects, /simulation/signals         /camera/detections /camera/signals /tf
                                                      /vehicle/description (JSON), /simulation/done
+    a real car besides: /vehicle/override, /vehicle/emergency_stop: its driver's hands
 """
 
 from __future__ import annotations
@@ -47,8 +48,11 @@ SEEN_SIGNALS = Topic("/camera/signals", ros.String)
 TF = Topic("/tf", ros.TFMessage)
 DESCRIPTION = Topic("/vehicle/description", ros.String)
 DONE = Topic("/simulation/done", ros.UInt64MultiArray)
+OVERRIDE = Topic("/vehicle/override", ros.Bool)
+EMERGENCY_STOP = Topic("/vehicle/emergency_stop", ros.Bool)
 
 TO_CAR: tuple[Topic, ...] = (CLOCK, COMMAND, RESET, OBJECTS, SIGNALS)
 FROM_CAR: tuple[Topic, ...] = (
     ODOMETRY, REFERENCE_IMU, FEEDBACK, IMU, FIX, HEADING, POINTS, CAMERA, SEEN_SIGNALS, TF, DESCRIPTION,
 )  # fmt: skip
+HANDS: tuple[Topic, ...] = (OVERRIDE, EMERGENCY_STOP)

@@ -25,7 +25,7 @@ from vehicle.messages import (
 )
 from vehicle.wire import convert, topics
 from vehicle.wire.definitions import DEFINITIONS
-from vehicle.wire.ros2_types import Clock, String, UInt64MultiArray
+from vehicle.wire.ros2_types import Bool, Clock, String, UInt64MultiArray
 
 NS = 12_340_000_000
 STATE = VehicleState(t=12.34, x=1.5, y=-2.25, yaw=3.0, v=4.0, vx=4.0, vy=0.1, yaw_rate=0.2)
@@ -49,6 +49,7 @@ MESSAGES = {
     topics.POINTS: convert.points_to_ros(POINTS, NS),
     topics.CAMERA: convert.camera_to_ros(FRAME, NS),
     topics.TF: convert.transform(STATE, NS),
+    topics.OVERRIDE: Bool(True),
     topics.DESCRIPTION: String('{"length": 3.03}'),
 }
 
@@ -106,7 +107,7 @@ def test_the_bytes_of_rosbags_are_read(topic: topics.Topic, store: Typestore) ->
 
 
 def test_every_topic_has_a_message_here() -> None:
-    kinds = {topic.type for topic in (*topics.TO_CAR, *topics.FROM_CAR, topics.STEP, topics.DONE)}
+    kinds = {topic.type for topic in (*topics.TO_CAR, *topics.FROM_CAR, *topics.HANDS, topics.STEP, topics.DONE)}
     assert {topic.type for topic in MESSAGES} == kinds
 
 

@@ -1,0 +1,77 @@
+"""A real car that speaks the topics of `vehicle/wire/topics.py`, by the wall clock: over ROS 2 or over ROS 1.
+
+    --dvp-vehicle ros2_car:7           on DDS domain 7 of the network that CYCLONEDDS_URI describes
+    --dvp-vehicle ros1_car:car.toml    on ROS 1, reached as the file says (vehicle/wire/ros1.py)
+
+Its driver's hands are two topics; who says nothing there for STALE, or has not yet, has the wheel.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from vehicle.adapter import VehicleLost
+from vehicle.adapters.live import LiveCar, Punctuality
+from vehicle.gated import Hands
+from vehicle.messages import VehicleState
+from vehicle.wire import topics
+from vehicle.wire.end import Opener
+from vehicle.wire.live import LiveEnd
+
+STALE = 0.2  # s without a word of the driver's hands
+
+
+class TopicCar(LiveCar):
+    """A real car on the wire that `opener` opens. Raises VehicleLost if it does not come."""
+
+    reads = (*topics.FROM_CAR, *topics.HANDS)
+
+    def __init__(self, opener: Opener, **options: Any) -> None:
+        self.punctuality = Punctuality()
+        self._held: dict[topics.Topic, bool] = {}
+        self._heard_at: dict[topics.Topic, float] = {}
+        super().__init__(opener, alive=lambda: None, is_real=True, end=LiveEnd, **options)
+
+    def reset(self, state: VehicleState) -> None:
+        """Learn the car's clock, and see that it stands at `state`; hands of before do not count."""
+        self._heard_at = {}
+        super().reset(state)
+
+    def _discard(self) -> None:
+        _ = self.hands  # these are of now, whatever else is under way
+        super()._discard()
+
+    @property
+    def hands(self) -> Hands:
+        """As last said; the driver's where that is stale."""
+        now = self._clock()
+        for topic in topics.HANDS:
+            for message in self._wire().take(topic):
+                self._held[topic], self._heard_at[topic] = bool(message.data), now
+        fresh = all(now - self._heard_at.get(topic, -STALE) < STALE for topic in topics.HANDS)
+        return Hands(not fresh or self._held[topics.OVERRIDE], self._held.get(topics.EMERGENCY_STOP, False))
+
+
+class Ros2Car(TopicCar):
+    """`ros2_car:DOMAIN`."""
+
+    def __init__(self, argument: str, **options: Any) -> None:
+        from vehicle.wire.dds import on_domain
+
+        if not argument.isdigit() or int(argument) > 232:
+            raise VehicleLost(f"vehicle ros2_car:{argument}: expected a DDS domain, 0 to 232, as ros2_car:7")
+        super().__init__(on_domain(int(argument), network=True), **options)
+
+
+class Ros1Car(TopicCar):
+    """`ros1_car:FILE`."""
+
+    def __init__(self, argument: str, **options: Any) -> None:
+        from vehicle.wire.ros1 import Ros1Error, on_ros1, read_settings
+
+        try:
+            settings = read_settings(Path(argument) if argument else None)
+        except Ros1Error as error:
+            raise VehicleLost(f"vehicle ros1_car:{argument}: {error}") from None
+        super().__init__(on_ros1(settings, "harness", error=VehicleLost), **options)
