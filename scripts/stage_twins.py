@@ -4,8 +4,8 @@ python -m scripts.stage_twins [--wire can] [--jobs 2] [--seed 7]     writes its 
 
 The car is the surrogate with something hidden in it (HIDDEN), over ROS 2 messages alone or with its drive-by-wire on
 CAN; the twin has learnt that from its logs of stage rw over the same wire (scenarios/models/*_extended.toml). Each twin
-drives stage dt of each scenario, the car stage rw with what the stack is told from that twin; then scenarios/stages.toml
-judges. Exit code 0 only if all is as it must be.
+drives stage dt of each scenario, the car stage rw with what the stack is told from that twin; then the gates of
+scenarios/stages.toml judge. Exit code 0 only if all is as it must be.
 """
 
 from __future__ import annotations

@@ -20,7 +20,6 @@ from scripts.stage_twins import HIDDEN, WIRES, twin_of
 from vehicle.model.model_file import write_model
 
 SCENARIO = scenarios.path("overtaking.xosc")
-EXTENDED = scenarios.path("models/surrogate_extended.toml")
 WHOLE_DRIVE = (
     "completion_time",
     "localization_error",
@@ -30,18 +29,30 @@ WHOLE_DRIVE = (
 LIMIT = 20.0  # s
 
 
+def car_on(wire: str, folder: Path) -> Log:
+    """The car with what is hidden in it, on stage rw."""
+    car = folder / "car.toml"
+    car.write_text(HIDDEN)
+    extended = scenarios.path(WIRES[wire].extended)
+    return run(SCENARIO, stage="rw", vehicle=f"{WIRES[wire].vehicle}:{car}", model=extended, duration=LIMIT).log
+
+
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Log:
-    """The car with what is hidden in it, on stage rw."""
-    car = tmp_path_factory.mktemp("car") / "car.toml"
-    car.write_text(HIDDEN)
-    return run(SCENARIO, stage="rw", vehicle=f"surrogate:{car}", model=EXTENDED, duration=LIMIT).log
+    return car_on("ros2", tmp_path_factory.mktemp("car"))
 
 
-def judged(measured: Log, twin: str, folder: Path) -> dict[str, Verdict]:
+@pytest.fixture(scope="module")
+def measured_over_can(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    pytest.importorskip("can")
+    pytest.importorskip("cantools")
+    return car_on("can", tmp_path_factory.mktemp("car"))
+
+
+def judged(measured: Log, twin: str, folder: Path, wire: str = "ros2") -> dict[str, Verdict]:
     """The verdicts by name, of a twin on stage dt against the car."""
     model = folder / "twin.toml"
-    write_model(twin_of(twin, WIRES["ros2"]), model)
+    write_model(twin_of(twin, WIRES[wire]), model)
     simulated = run(SCENARIO, model=model, duration=LIMIT).log
     gates = gates_between(SCENARIO, None, scenarios.path("stages.toml"))
     found = judge_between(gates, ("dt", "rw"), {"dt": simulated, "rw": measured})
@@ -75,3 +86,15 @@ def test_a_wrong_twin_fails_by_the_gates_that_see_what_is_wrong(
 def test_mncc_alone_would_let_a_quarter_of_the_steering_pass(measured: Log, tmp_path: Path) -> None:
     verdicts = judged(measured, "gain", tmp_path)
     assert (verdicts["mncc(x)"].status, verdicts["mncc(y)"].status) == ("PASS", "PASS")
+
+
+def test_over_can_the_twin_that_learnt_over_can_passes(measured_over_can: Log, tmp_path: Path) -> None:
+    verdicts = judged(measured_over_can, "extended", tmp_path, "can")
+    assert {name: verdict.short for name, verdict in verdicts.items() if verdict.status != "PASS"} == {}
+    assert len(verdicts) >= 12
+
+
+def test_over_can_the_twin_from_the_data_sheet_fails(measured_over_can: Log, tmp_path: Path) -> None:
+    verdicts = judged(measured_over_can, "baseline", tmp_path, "can")
+    seen = ["twin_error", "response_lag difference", "response_gain difference"]
+    assert {name: verdicts[name].status for name in seen} == dict.fromkeys(seen, "FAIL")
