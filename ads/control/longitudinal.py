@@ -24,6 +24,7 @@ TOO_FAST = 3.0  # m/s over the path's limit; more is worth hard braking
 STANDSTILL = 0.08  # m/s
 ROOM = 16  # constraints
 PREVIEW = 0.3  # s over which the path's change of speed is taken: as long as a limited jerk needs for it
+LONGEST_REACTION = 0.6  # s; with more, the acceleration under way would be fed back too strongly
 NOW = -1e9  # m; as a distance: from now on
 
 
@@ -47,7 +48,8 @@ def wanted_acceleration(
     _, _, _, _, limit = sample(path, index, look)
     _, _, _, _, beyond = sample(path, index, look + ahead)
     slope = (beyond * beyond - limit * limit) / (2.0 * ahead)
-    a = slope + GAIN * (limit - v) if abs(limit - v) < 1.0 else GAIN * (limit - v)
+    then = v + a_now * min(lag + 0.5 * PREVIEW, LONGEST_REACTION)  # what is under way changes the speed before a does
+    a = slope + GAIN * (limit - then) if abs(limit - v) < 1.0 else GAIN * (limit - v)
     floor = max(b, 1.2) if v - limit < TOO_FAST else HARD_DECELERATION
     a = min(max(a, -floor), a_up * (1.0 if limit - v > 1.0 else max(limit - v, 0.0) ** 0.5 + 1e-3))
     stop = False

@@ -38,7 +38,6 @@ DANGER_MARGIN = 0.15  # m beside the car
 AVERTED = 2.0  # s
 SIGNAL_GAP = 1.0  # m before a signal
 AMBER_DECELERATION = 2.0  # m/s^2; amber is a stop if this much suffices
-IN_LANE = 0.3  # m of offset; with less, on the way back, the overtaking speed is over
 GOAL_NEAR = 1.0  # m
 END_GAP = 2.0  # m before a dead end
 FREE = 1e6  # m
@@ -78,7 +77,6 @@ class Behaviour:
         self._parameters = parameters
         self._car = car
         self._front = car.center_x + 0.5 * car.length
-        self.nets = nets
         self.nets = nets
         self._nets = NetSystem(nets)
         self.trace = self._nets.trace
@@ -334,7 +332,6 @@ class Behaviour:
                 limits.append((self._stop_behind(s, v, obstacle), 0.0))
             else:
                 self._stop_s = None
-        back = marked("overtaking", "back") and abs(self._overtaking.offset(s)) < IN_LANE
-        if self._passing() and not back:
+        if self._passing() and not marked("overtaking", "back"):
             limits.append((NOW, self._parameters.DECISION_OT_speed))
         return limits

@@ -23,6 +23,8 @@ WALKS = 0.8  # m/s; when he leaves the lane is not known of one who is slower
 BEHIND_HIM = 0.6  # s between his leaving the car's way and the car's coming
 SLOWEST = 0.6  # m/s; where the car would have to come slower than this, it stops
 LATE = 2.0  # m/s^2; a stop that needs more is left to the emergency net
+RUN_UP = 2.5  # m kept to gather speed in while he leaves; who creeps to the crosswalk is slow behind it
+HALTS = 2.5  # m/s^2; a walker stops no harder, so that one about to be out of the way cannot stay in it
 SETS_OFF = 1.4  # m/s^2 of the car when it sets off behind him
 SETTING_OFF = 0.8  # s until it does
 FIRM = 1.5  # m/s^2 of a stop for one who stays in the way
@@ -46,6 +48,8 @@ class CrossingRule:
         self._seen = -math.inf
         self._watch = False
         self._leaves = -math.inf  # when the last pedestrian leaves the car's way [s]; inf: not known
+        self._decided = -math.inf  # when he can stay in it no more [s]
+        self._may_stay = True
         self._him = math.inf  # where the nearest of those who cross is [m along the path]
         self.passing: frozenset[int] = frozenset()  # tracks of those who are let pass: no leads of ours
         self._crossed: set[int] = set()  # tracks of pedestrians who were in the car's way
@@ -70,7 +74,9 @@ class CrossingRule:
             self._stop_s = None
             return True, False
         left, time = self._last_place(crossing) - s, max(self._leaves - t, 0.0)
-        speed = left / (time + BEHIND_HIM)
+        self._may_stay = t < self._decided
+        slowest = left / (time + BEHIND_HIM)
+        speed = max((left - RUN_UP) / (time + BEHIND_HIM), min(slowest, SLOWEST))
         if left > v * time + 0.5 * SETS_OFF * max(time - SETTING_OFF, 0.0) ** 2:
             speed = math.inf  # setting off now, the car still comes after him
         if speed >= SLOWEST:
@@ -83,15 +89,19 @@ class CrossingRule:
     def limits(self, s: float, set_speed: float, stop: bool) -> list[tuple[float, float]]:
         """Limits (distance [m], speed [m/s]) for the crossing ahead; `stop` if the net says so."""
         crossing = self.crossing
-        if crossing is None:
+        if crossing is None or s + self._front > crossing.s_to:  # nobody can step before it any more
             return []
         found = [(NOW, self._approach_speed(crossing.s_middle - s, set_speed))]
         if self._watch and s < crossing.s_from:
             left = crossing.s_middle - self._d_min - s
             found.append((left if left > 0.0 else NOW, max(WATCH_SPEED * set_speed, LEAST_SPEED)))
         if stop and self._yield_speed is not None:
-            room = self._him - self._front - EDGE_GAP - s  # should he stay
-            found.append((NOW, min(self._yield_speed, math.sqrt(2.0 * FIRM * max(room, 0.0)))))
+            allowed = self._yield_speed
+            if self._may_stay:
+                room = self._him - self._front - EDGE_GAP - s
+                allowed = min(allowed, math.sqrt(2.0 * FIRM * max(room, 0.0)))
+            if allowed < math.inf:
+                found.append((NOW, allowed))
         elif stop and self._stop_s is not None:
             found.append((self._stop_s - s, 0.0))
         return found
@@ -140,7 +150,7 @@ class CrossingRule:
         """
         half = self._half
         self._watch = False
-        occupied, leaves, him = False, -math.inf, crossing.s_from
+        occupied, leaves, decided, him = False, -math.inf, -math.inf, crossing.s_from
         for row, detection in zip(placed, detections, strict=True):
             if detection.kind not in ("pedestrian", "bicycle"):
                 continue
@@ -161,12 +171,13 @@ class CrossingRule:
                 occupied, him = True, min(him, s_from) if occupied else s_from
                 out = half - SIDE + SIDE_LEAVING
                 way = out + l_to if across < 0.0 else out - l_from  # until he is out on the side he walks to
-                leaves = max(leaves, t + way / abs(across) if abs(across) > WALKS else math.inf)
+                out_at = t + way / abs(across) if abs(across) > WALKS else math.inf
+                leaves, decided = max(leaves, out_at), max(decided, out_at - 0.5 * abs(across) / HALTS)
                 if within:
                     self._crossed.add(track)
                 else:
                     self._across[track] = t + min((abs(middle) + half) / towards, UNSEEN_FOR)
         unseen = [until for until in self._across.values() if t < until]
         if occupied or unseen:
-            self._leaves, self._him = max(leaves, *unseen) if unseen else leaves, him
+            self._leaves, self._decided, self._him = max([leaves, *unseen]), max([decided, *unseen]), him
         return occupied or bool(unseen)

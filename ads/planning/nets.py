@@ -86,7 +86,7 @@ OVERTAKING = Net(
         "wait": "approach the obstacle and stop behind it",
         "out": "path around the obstacle, overtaking speed",
         "beside": "as out, alongside the obstacle: no way back",
-        "back": "as out, back to the lane",
+        "back": "path back to the lane, no lower speed any more",
         "abort": "path back behind the obstacle, stop there",
     },
     transitions=(

@@ -17,6 +17,7 @@ COMFORT_CLEARANCE = 0.9  # m, wanted
 WAIT_GAP = 12.0  # m between bumpers when waiting behind an obstacle; enough to swing out from
 SHORTEST_GAP = 3.0  # m; nearer than this the offset must clear the obstacle already
 SWING = 22.0  # m of path for a swing, wanted
+SWING_EARLY = 6.0  # m before the car may return at which the swing back begins, gently
 EDGE = 0.2  # m left between the car and the edge of the lane it passes in
 SETTLED = 6.0  # s; a vehicle in the other lane that stood so long will not set off
 UNKNOWN_SPEED = 5.0  # m/s assumed of one that may set off
@@ -251,7 +252,8 @@ class Overtaking:
             gap = obstacle.s_from - (s + self._front)
             early = min(max(0.45 * gap, SHORTEST_GAP), 12.0)
             full_from, full_to = obstacle.s_from - self._front - early, self.back_at(obstacle)
-            wanted[(at >= full_from) & (at <= full_to)] = side * goal
+            share = np.clip((at - full_to + SWING_EARLY) / SWING, 0.0, 1.0)  # evenly back: a sharp bend costs speed
+            wanted = np.where(at >= full_from, side * goal * (0.5 + 0.5 * np.cos(np.pi * share)), 0.0)
             floor = self.needed_offset(obstacle, side, CLEARANCE)
             bound = (at >= obstacle.s_from - self._front - SHORTEST_GAP) & (at <= obstacle.s_to + self._rear + 0.5)
             room = monitor.room(0.5 * (obstacle.s_from + obstacle.s_to))
