@@ -14,7 +14,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
+from xml.parsers import expat
 
+import msgspec
 from lxml import etree
 
 from openscenario.findings import Finding, ScenarioError
@@ -45,23 +47,21 @@ _DECLARED: Final = re.compile(rb"""^\s*<\?xml\s[^>]{0,400}?encoding\s*=\s*["']([
 _DSL: Final = re.compile(r"\s*(?:#.*\s+)*(?:import\s+osc|scenario\s+\w|actor\s+\w|struct\s+\w|action\s+\w)")
 _ASSIGNED: Final = re.compile(r"""[\w:.\-]\s*=\s*["']""")
 _WIDE: Final = 4 * MAX_ATTRIBUTES  # characters of a tag, from which its attributes are counted
+_BROKEN_TAG: Final = re.compile(r"<[^>!?\n]*\n")  # a tag that goes on in the next line
 _PROLOG: Final = re.compile(r"\s+|<!--.*?-->|<\?.*?\?>", re.DOTALL)
 _TAG: Final = re.compile(r"<([A-Za-z_][\w.:\-]*)")
 _ATTRIBUTE: Final = re.compile(r"""([A-Za-z_][\w.:\-]*)\s*=\s*(?:"[^"]*|'[^']*)$""")
 
 
-class Node:
-    """One element: tag (with its prefix, if it has one), 1-based line, attributes, children, text."""
+class Node(msgspec.Struct, eq=False):
+    """One element: tag (with its prefix, if it has one), 1-based line, attributes, text, parent, children."""
 
-    __slots__ = ("attributes", "children", "line", "parent", "tag", "text")
-
-    def __init__(self, tag: str, line: int, attributes: dict[str, str], text: str, parent: Node | None) -> None:
-        self.tag = tag
-        self.line = line
-        self.attributes = attributes
-        self.text = text
-        self.parent = parent
-        self.children: list[Node] = []
+    tag: str
+    line: int
+    attributes: dict[str, str]
+    text: str
+    parent: Node | None
+    children: list[Node] = []
 
     def get(self, name: str, default: str = "") -> str:
         """The value of an attribute, or the default."""
@@ -85,6 +85,11 @@ class Node:
             node = stack.pop()
             yield node
             stack.extend(reversed(node.children))
+
+    def release(self) -> None:
+        """Lets go of the parents below: a tree that is not needed any more then leaves memory without a collection."""
+        for node in self.walk():
+            node.parent = None
 
     @property
     def path(self) -> str:
@@ -245,7 +250,11 @@ def _refuse_doctype(text: str, start: int, file: str) -> None:
 
 
 def _parse(text: str, file: str) -> Node:
-    _refuse_wide_tags(text, file)
+    odd = not _refuse_wide_tags(text, file) or ("xml" in text and ("xmlns" in text or "xml:" in text))
+    if not odd and _BROKEN_TAG.search(text) is None:
+        top = _parse_plain(text)
+        if top is not None:
+            return top
     parser = etree.XMLParser(
         encoding="utf-8",
         resolve_entities=False,
@@ -269,20 +278,71 @@ def _parse(text: str, file: str) -> Node:
         raise _error("xml.not_well_formed", file, line, element, reason, hint=hint) from None
     except ValueError as error:
         raise _error("xml.not_well_formed", file, 1, "", f"not well-formed XML: {str(error)[:200]}") from None
-    return _nodes(root, file, "xmlns:" in text or "xml:" in text)
+    return _nodes(root, file, odd)
 
 
-def _refuse_wide_tags(text: str, file: str) -> None:
-    """Before parsing: comparing the names of 20,000 attributes with each other would take the parser seconds."""
+def _parse_plain(text: str) -> Node | None:
+    """The tree of a file without namespaces, wide tags and tags over several lines, in half of lxml's time.
+
+    None for whatever is wrong with it: lxml has the better messages, and numbers the last line of a tag, not its first.
+    """
+    parser = expat.ParserCreate("utf-8", " ")  # a prefix that is not declared is an error
+    parser.buffer_text = True
+    above = Node("", 0, {}, "", None)
+    open_nodes, pieces = [above], list[str]()
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        parent = open_nodes[-1]
+        siblings = parent.children
+        if pieces:
+            if not siblings:  # as lxml has it, the text of an element is what stands before its first child
+                parent.text = "".join(pieces)
+            pieces.clear()
+        node = Node(tag, parser.CurrentLineNumber, attributes, "", parent)
+        siblings.append(node)
+        open_nodes.append(node)
+        if len(open_nodes) > MAX_DEPTH:
+            raise _NotPlainError
+
+    def end(_: str) -> None:
+        node = open_nodes.pop()
+        if pieces:
+            if not node.children:
+                node.text = "".join(pieces)
+            pieces.clear()
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler = pieces.append
+    try:
+        parser.Parse(text.encode("utf-8", "surrogatepass"), True)
+    except (expat.ExpatError, _NotPlainError):
+        return None
+    finally:  # the parser, its handlers and the tree would hold each other
+        parser.StartElementHandler = parser.EndElementHandler = parser.CharacterDataHandler = None
+    top = above.children[0]
+    top.parent = None
+    return top
+
+
+class _NotPlainError(Exception):
+    """The file is for the parser with the better messages."""
+
+
+def _refuse_wide_tags(text: str, file: str) -> bool:
+    """Before parsing: comparing the names of 20,000 attributes with each other would take the parser seconds.
+
+    Returns whether the file has neither wide tags nor more than so many.
+    """
     parts = text.split("<")
     if max(map(len, parts)) < _WIDE:
-        return
+        return len(parts) <= MAX_NODES
     line = 1
     for part in parts:
         tag, ended, _ = part.partition(">")
         if len(tag) >= _WIDE and ended and tag[:1] not in "!?" and len(_ASSIGNED.findall(tag)) > MAX_ATTRIBUTES:
             raise _error("xml.too_big", file, line, tag.split(None, 1)[0], f"more than {MAX_ATTRIBUTES} attributes")
         line += part.count("\n")
+    return False
 
 
 def _element_at(text: str, line: int, column: int) -> str:
@@ -295,33 +355,36 @@ def _element_at(text: str, line: int, column: int) -> str:
     return _place(text[: start + max(0, column - 1)])[1]
 
 
-def _nodes(root: Any, file: str, prefixed: bool) -> Node:
-    """`prefixed`: some attribute of the file may have a namespace."""
-    top: Node | None = None
-    open_nodes: list[Node] = []
-    count = 0
-    for event, element in etree.iterwalk(
-        root, events=("start", "end")
-    ):  # one element at a time: lxml reuses its proxies
+def _nodes(root: Any, file: str, odd: bool) -> Node:
+    """`odd`: an attribute of the file may be too long, one of too many, or have a namespace."""
+    top = _node(root, None, file, odd)
+    parent, count = top, 1
+    open_nodes = [top]
+    # one element at a time: lxml reuses its proxies
+    events = etree.iterwalk(root, events=("start", "end"))
+    next(events)
+    for event, element in events:
         if event == "end":
             open_nodes.pop()
+            parent = open_nodes[-1] if open_nodes else top
             continue
-        node = _node(element, open_nodes[-1] if open_nodes else None, file, prefixed)
-        if open_nodes:
-            open_nodes[-1].children.append(node)
+        tag = element.tag
+        if odd or not isinstance(tag, str) or tag[0] == "{":
+            node = _node(element, parent, file, odd)
         else:
-            top = node
+            node = Node(tag, element.sourceline or 0, dict(element.items()), element.text or "", parent)
+        parent.children.append(node)
         open_nodes.append(node)
+        parent = node
         count += 1
         if len(open_nodes) > MAX_DEPTH:
             raise _too_deep(file, open_nodes[-2].line)
         if count > MAX_NODES:
             raise _error("xml.too_big", file, node.line, "", f"more than {MAX_NODES} elements")
-    assert top is not None
     return top
 
 
-def _node(element: Any, parent: Node | None, file: str, prefixed: bool) -> Node:
+def _node(element: Any, parent: Node | None, file: str, odd: bool) -> Node:
     tag = element.tag
     if not isinstance(tag, str):  # an entity reference that was not resolved
         line = element.sourceline or 1
@@ -335,7 +398,7 @@ def _node(element: Any, parent: Node | None, file: str, prefixed: bool) -> Node:
         found, allowed = f"{len(value)} characters", f"up to {MAX_ATTRIBUTE}"
         text = "the value is too long"
         raise _error("xml.attribute_too_long", file, element.sourceline, f"{tag}@{name}", text, found, allowed)
-    if prefixed:  # xsi:noNamespaceSchemaLocation and the like say nothing about the scenario
+    if odd:  # xsi:noNamespaceSchemaLocation and the like say nothing about the scenario
         attributes = {name: value for name, value in attributes.items() if name[0] != "{"}
     if len(attributes) > MAX_ATTRIBUTES:
         raise _error("xml.too_big", file, element.sourceline, tag, f"more than {MAX_ATTRIBUTES} attributes")

@@ -57,7 +57,6 @@ class RoadNetwork:
         self._ids = tuple(road.id for road in file.roads)
         self._numbers = {road.id: number for number, road in enumerate(file.roads)}
         self._index = search.make_index(self.tables)
-        self._links = make_links(file.roads, file.junctions)
 
     def lane_pose(self, road: str, lane: int, s: float, offset: float = 0.0) -> Pose:
         """Pose `offset` [m] left of a lane's middle at s [m]; lane 0 is the centre lane.
@@ -193,6 +192,10 @@ class RoadNetwork:
         last = self.file.roads[road].length
         ids = {item.id for item in self.file.roads[road].sections[-1].lanes}
         return self.driving_sign(self._ids[road], lane, last if lane in ids else 0.0) > 0
+
+    @cached_property
+    def _links(self) -> dict[LaneEnd, tuple[LaneEnd, ...]]:
+        return make_links(self.file.roads, self.file.junctions)
 
     @cached_property
     def _graph(self) -> LaneGraph:

@@ -72,6 +72,12 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
         root = read_xml(path).root
     except ScenarioError as error:
         return None, error.findings
+    network = _examine(attributes, root)
+    root.release()
+    return network, tuple(attributes.findings)
+
+
+def _examine(attributes: Attributes, root: Node) -> OpenDrive | None:
     if root.tag.rpartition(":")[2] != "OpenDRIVE":
         what = OTHER_FORMATS.get(root.tag, "")
         attributes.report(
@@ -82,7 +88,7 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
             allowed="OpenDRIVE",
             hint="convert the road network to OpenDRIVE, for example with SUMO's netconvert",
         )
-        return None, tuple(attributes.findings)
+        return None
     check_vocabulary(attributes, root)
     parts = by_tag(root)
     _only_one(attributes, parts, ("header",))
@@ -91,7 +97,7 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
     if not road_nodes:
         attributes.report("xml.valid_schema", root, "a road network needs at least one road")
     network = OpenDrive(
-        path=os.fspath(path),
+        path=attributes.file,
         version=version,
         geo_reference=geo_reference,
         geo_offset=geo_offset,
@@ -100,7 +106,7 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
     )
     if not any(finding.severity == "error" for finding in attributes.findings):
         check_network(attributes, network, road_nodes)
-    return network, tuple(attributes.findings)
+    return network
 
 
 def moved(road: Road, offset: tuple[float, float, float, float]) -> Road:

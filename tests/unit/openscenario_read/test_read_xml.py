@@ -125,3 +125,33 @@ def test_a_file_beyond_the_size_limit_is_not_read(tmp_path: Path) -> None:
     (tmp_path / "big.xml").write_bytes(b"<a/>" + b" " * 100)
     with pytest.raises(ScenarioError, match=r"xml\.too_big"):
         read_xml(tmp_path / "big.xml", max_bytes=50)
+
+
+@pytest.mark.parametrize(
+    "inner",
+    [
+        b'<b k="v">text</b>',
+        b"<b>before<c/>after</b>",
+        b"<b>one<!-- x -->two<?x y?>three</b>",
+        b"<b><![CDATA[<raw> & such]]></b>",
+        b'<b k="&lt;&#65;&amp;\t&#10;">&gt;&#x42;</b>',
+        b"\r\n<b/>\r\n  <c>\r\n</c>",
+        b'\n<b\n  k="v"/>\n<c/>',
+        "<größe wert='ä€𝄞'/>".encode(),
+    ],
+)
+def test_a_namespace_that_nobody_uses_changes_nothing(inner: bytes) -> None:
+    """Files with and without namespaces take different parsers."""
+
+    def seen(data: bytes) -> list[tuple[str, int, dict[str, str], str]]:
+        nodes = parse_xml(data, "x.xml").root.walk()
+        return [(node.tag, node.line, node.attributes, node.text) for node in nodes]
+
+    without, unused = seen(b"<a>" + inner + b"</a>"), seen(b'<a xmlns:x="http://x">' + inner + b"</a>")
+    assert without == unused
+    assert without[1][1] > 0
+
+
+@pytest.mark.parametrize("data", [b"<a><x:b/></a>", b'<a><b x:k="1"/></a>'])
+def test_a_prefix_that_is_not_declared_is_refused(data: bytes) -> None:
+    assert refused(data).code == "xml.not_well_formed"
