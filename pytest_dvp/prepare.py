@@ -299,7 +299,8 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
         max_speed=None if envelope is None else envelope.max_speed,
         area=None if envelope is None else envelope.area,
     )
-    gated = Gated(car, limits, name=name, scenario=request.path.name, record=gate_log.record)
+    keys = request.arming is not None
+    gated = Gated(car, limits, name=name, scenario=request.path.name, record=gate_log.record, keys=keys)
     allowed = {} if envelope is None or envelope.max_speed is None else {"envelope_speed": envelope.max_speed}
     if name not in VEHICLES:
         about = {"name": request.vehicle, "clock": request.clock, **allowed}
@@ -336,14 +337,14 @@ def _replayed(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str,
 
 
 def _reset(vehicle: Vehicle, state: VehicleState, request: Request) -> bool | None:
-    """Put the vehicle at its start. Of a real car, whether it is armed: with both keys; without the second a dry run.
+    """Put the vehicle at its start. Of a car that needs keys, whether it is armed: with both; with one a dry run.
 
     Raises ArmingRefused.
     """
     from vehicle.arming import take
     from vehicle.gated import Gated
 
-    if not isinstance(vehicle, Gated) or not vehicle.is_real:
+    if not isinstance(vehicle, Gated) or not vehicle.needs_keys:
         vehicle.reset(state)
         return None
     if request.arming is None:

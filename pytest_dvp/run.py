@@ -22,7 +22,7 @@ from pytest_dvp.paths import shown
 from pytest_dvp.replay_log import ReplayLog
 from pytest_dvp.replay_log import said_of as said_of_replay
 from pytest_dvp.settings import REFERENCE, Assignments
-from pytest_dvp.stages import REAL, STEPPED, SURROGATE, StageError, check_stage, is_real, label
+from pytest_dvp.stages import REAL, REPLAY, STEPPED, SURROGATE, StageError, check_stage, is_real, label
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters
@@ -140,7 +140,8 @@ def run(
     log_dir          folder for a numbered run folder; None writes nothing
     clock            of stages "pe" and "rw": "stepped", or "real" by the wall clock; before that it is rehearsed on the
                      twin, so that everything is loaded, and a real car drives only what passed there
-    arming           second key of a real car, used up by the run; without it a dry run, which never passes
+    arming           second key of a real car, used up by the run; without it a dry run, which never passes; a
+                     surrogate that is given one needs both keys and an area, too: a rehearsal
     envelope         file that says where and how fast a real car may drive
     passed           run folders of earlier drives: on stage "rw" a real car drives only what passed on "pe" with it
     folder_name      what is between number and stage in its name; default the scenario's
@@ -173,7 +174,15 @@ def run(
         arming=None if arming is None else Path(arming),
         envelope=None if envelope is None else Path(envelope),
     )
-    live = stage != "dt" and (clock == REAL or is_real(stage, vehicle))
+    keys = _needs_keys(request)
+    if keys and request.arming is not None:
+        from vehicle.arming import read
+        from vehicle.command_gate import ArmingRefused
+
+        if request.envelope is None:
+            raise ArmingRefused(f"{request.arming}: a real car needs a declared area: --envelope FILE")
+        read(request.arming, vehicle.partition(":")[0], request.path.name)  # told before anything runs or waits
+    live = stage != "dt" and (clock == REAL or keys)
     if live:
         _rehearse(request, duration, after_collision, passed)
     ready = prepare(request)
@@ -193,6 +202,13 @@ def run(
     if whole and ending == "timeout":
         ended = "the end of the recording"
     return _judged(request, ready, (ending, ended), loop.error, replay_command(request, duration), log_dir, folder_name)
+
+
+def _needs_keys(request: Any) -> bool:
+    """Whether the car is armed by two keys: a real one, or another that is given an arming file to rehearse it."""
+    if request.stage == "dt" or request.vehicle.partition(":")[0] == REPLAY:
+        return False
+    return request.arming is not None or is_real(request.stage, request.vehicle)
 
 
 def _rehearse(request: Any, duration: float | None, after_collision: float, passed: Sequence[Path]) -> None:
@@ -219,7 +235,7 @@ def _rehearse(request: Any, duration: float | None, after_collision: float, pass
         if inspect.isclass(request.ads.factory) or inspect.isfunction(request.ads.factory)
         else None,
     )
-    if request.arming is None or not is_real(request.stage, request.vehicle):
+    if request.arming is None or not _needs_keys(request):
         return
     if result.status != "PASS":
         worst = next(verdict.short for verdict in result.verdicts if verdict.status != "PASS")
@@ -302,6 +318,7 @@ def _judged(
         },
         error=error,
         notes=(
+            *_unused_arming(request),
             *said_of_gate(log),
             *said_of_replay(log, measured),
             *_punctuality(log),
@@ -344,6 +361,14 @@ def _punctuality(log: Log) -> tuple[str, ...]:
         f"(99 % within {ms['lateness_99']} ms, worst {ms['lateness_worst']} ms), "
         f"round trip {ms['round_trip_median']} ms",
     )
+
+
+def _unused_arming(request: Any) -> tuple[str, ...]:
+    """One line where a second key was given and nothing is armed."""
+    if request.arming is None or _needs_keys(request):
+        return ()
+    what = "the twin" if request.stage == "dt" else "a recording"
+    return (f"arming file {shown(request.arming)} is not used: stage {request.stage} drives {what}",)
 
 
 def _dry() -> Verdict:

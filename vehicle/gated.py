@@ -60,13 +60,24 @@ def limits_of(
 
 
 class Gated:
-    """A vehicle that obeys the gate only. `record` gets every decision; arguments are those of Gate."""
+    """A vehicle that obeys the gate only. `record` gets every decision; arguments are those of Gate.
+
+    keys  asks a vehicle that is not real for both keys and an area as well: a rehearsal of what a real one needs
+    """
 
     def __init__(
-        self, vehicle: Vehicle, limits: Limits, *, name: str, scenario: str, record: Callable[[Decision], None]
+        self,
+        vehicle: Vehicle,
+        limits: Limits,
+        *,
+        name: str,
+        scenario: str,
+        record: Callable[[Decision], None],
+        keys: bool = False,
     ) -> None:
         self._vehicle = vehicle
-        self._gate = Gate(limits, vehicle=name, scenario=scenario, record=record, real=vehicle.is_real)
+        self._keys = keys or vehicle.is_real
+        self._gate = Gate(limits, vehicle=name, scenario=scenario, record=record, real=self._keys)
         self._sequence = 0
         self._motion: Measured | None = None
         self._t = 0.0
@@ -83,20 +94,25 @@ class Gated:
         return self._vehicle.is_real
 
     @property
+    def needs_keys(self) -> bool:
+        """Whether it is armed by both keys only: a real car, or a rehearsal of one."""
+        return self._keys
+
+    @property
     def armed(self) -> bool:
         """False in a dry run: nothing reaches the actuators."""
         return self._gate.state is not State.DRY
 
     def reset(self, state: VehicleState, *, named: str | None = None, arming: Arming | None = None) -> None:
-        """Reset the vehicle, then arm the gate: a vehicle that is not real at once, a real one with both keys.
+        """Reset the vehicle, then arm the gate: a vehicle that needs no keys at once, any other with both.
 
-        A real one without any key stays dry. Raises ArmingRefused if keys were given and do not fit.
+        One without any key stays dry. Raises ArmingRefused if keys were given and do not fit.
         """
         self._gate.disarm()
         self._vehicle.reset(state)
         self._t, self._sequence, self._asked = state.t, 0, None
         self._motion = self._with_hands(state.t, state.x, state.y, state.yaw, state.v, state.steer)
-        if self.is_real and named is None and arming is None:
+        if self._keys and named is None and arming is None:
             return
         self.arm(named, arming)
 

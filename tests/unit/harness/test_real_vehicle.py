@@ -182,6 +182,48 @@ def test_what_is_no_real_car_is_called_by_its_name_and_needs_no_key(told: list[C
         drive(keys, vehicle="toy", require_real=True)
 
 
+def test_the_two_keys_are_rehearsed_with_a_car_that_is_not_real(
+    told: list[Command], keys: dict[str, Path], tmp_path: Path
+) -> None:
+    """As with a real one: this vehicle, this scenario, an area, on pe first; used up by the drive."""
+    with pytest.raises(ArmingRefused, match="second key: vehicle = 'tabby', this drive is of 'toy'"):
+        drive(keys, vehicle="toy")
+    key = keys["arming"].read_text().replace("tabby", "toy")
+    keys["arming"].write_text(key)
+    with pytest.raises(ArmingRefused, match="a real car needs a declared area: --envelope FILE"):
+        run(keys["scenario"], stage="pe", vehicle="toy", ads=Coasting, duration=1.0, arming=keys["arming"])
+    with pytest.raises(StageError, match="drives only what passed on stage pe-toy"):
+        drive(keys, vehicle="toy", stage="rw")
+    assert told == []
+    result = drive(keys, vehicle="toy", log_dir=tmp_path / "runs")
+    assert (result.status, result.stage, result.log.meta["vehicle"]["armed"]) == ("PASS", "pe-toy", True)
+    with pytest.raises(ArmingRefused, match=r"no arming file: .* was used up: write a new one"):
+        drive(keys, vehicle="toy")
+    keys["arming"].write_text(key)
+    assert drive(keys, vehicle="toy", stage="rw", passed=[result.folder]).status == "PASS"
+
+
+def test_a_key_that_arms_nothing_is_called_so(told: list[Command], keys: dict[str, Path]) -> None:
+    (note,) = [note for note in drive(keys, stage="dt").notes if "arming" in note]
+    assert note.endswith("arming.toml is not used: stage dt drives the twin")
+    assert keys["arming"].exists()
+
+
+def test_what_is_wrong_with_the_second_key_is_told_before_anyone_waits_for_the_car(
+    keys: dict[str, Path], told: list[Command], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def wait(*_: object, **__: object) -> None:
+        raise AssertionError("it waited for the car")
+
+    monkeypatch.setattr("pytest_dvp.prepare.open_vehicle", wait)
+    keys["arming"].write_text('vehicle = "tabby"\n')
+    with pytest.raises(ArmingRefused, match=r"found \['vehicle'\], allowed: vehicle and scenario"):
+        drive(keys)
+    keys["arming"].unlink()
+    with pytest.raises(ArmingRefused, match="no arming file"):
+        drive(keys)
+
+
 def test_an_envelope_below_the_starting_speed_is_why_the_gate_braked(
     told: list[Command], keys: dict[str, Path]
 ) -> None:

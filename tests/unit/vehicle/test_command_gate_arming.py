@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vehicle.arming import take
+from vehicle.arming import read, take
 from vehicle.command_gate import ArmingRefused
 from vehicle.gate_messages import Arming
 
@@ -55,3 +55,34 @@ def test_one_that_cannot_be_used_up_arms_nothing(tmp_path: Path) -> None:
     (tmp_path / "arming.toml.used").mkdir()
     with pytest.raises(ArmingRefused, match="cannot be used up"):
         take(path)
+
+
+def test_it_can_be_read_before_the_drive_and_stays(tmp_path: Path) -> None:
+    path = written(tmp_path, GOOD)
+    assert read(path, "tabby", "overtaking.xosc") == Arming("tabby", "overtaking.xosc", 7_000)
+    assert path.exists()
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "scenario", "why"),
+    [
+        ("tabi", "overtaking.xosc", r"arming\.toml: second key: vehicle = 'tabby', this drive is of 'tabi'"),
+        (
+            "tabby",
+            "urban.xosc",
+            r"arming\.toml: second key: scenario = 'overtaking\.xosc', this drive is of 'urban\.xosc'",
+        ),
+    ],
+)
+def test_one_for_something_else_is_told_with_both_names(tmp_path: Path, vehicle: str, scenario: str, why: str) -> None:
+    with pytest.raises(ArmingRefused, match=why):
+        read(written(tmp_path, GOOD), vehicle, scenario)
+
+
+def test_one_that_was_used_up_is_called_so_and_one_that_never_was_there_is_not(tmp_path: Path) -> None:
+    path = written(tmp_path, GOOD)
+    take(path)
+    with pytest.raises(ArmingRefused, match=r"no arming file: .* \(there is one that was used up: write a new one\)$"):
+        read(path, "tabby", "overtaking.xosc")
+    with pytest.raises(ArmingRefused, match=r"No such file or directory: '[^']*other\.toml'$"):
+        read(tmp_path / "other.toml", "tabby", "overtaking.xosc")
