@@ -96,6 +96,21 @@ def test_a_car_that_is_not_real_is_driven_after_its_reset() -> None:
     assert log[0].outcome is Outcome.PASSED
 
 
+def test_a_car_that_is_not_real_can_be_asked_for_both_keys_as_a_rehearsal() -> None:
+    limits, log = limits_of(SHEET, area=FIELD), list[Decision]()
+    vehicle = Gated(Car(), limits, name="car", scenario="a.xosc", record=log.append, keys=True)
+    assert (vehicle.is_real, vehicle.needs_keys, gated(Car())[0].needs_keys) == (False, True, False)
+    vehicle.reset(START)
+    assert not vehicle.armed
+    with pytest.raises(ArmingRefused, match="second key"):
+        vehicle.reset(START, named="car", arming=Arming("car", "b.xosc", 1))
+    vehicle.reset(START, named="car", arming=KEY)
+    assert vehicle.armed
+    nowhere = Gated(Car(), limits_of(SHEET), name="car", scenario="a.xosc", record=log.append, keys=True)
+    with pytest.raises(ArmingRefused, match="declared area"):
+        nowhere.reset(START, named="car", arming=KEY)
+
+
 def test_a_tick_of_50_ms_is_three_cycles_of_20_ms_at_most_and_no_motion_is_lost() -> None:
     car = Car()
     vehicle, log = gated(car)
