@@ -343,13 +343,16 @@ class Storyboard:
                     held.entity.hold(domain, None)
 
     def _displace(self, entity: Entity, runner: Runner) -> None:
-        """A new action in a domain ends the one that runs there."""
+        """A new action in a domain ends the one that runs there, for all of a selection if it acts on one (7.5.1)."""
         for domain in runner.domains:
             old = entity.holder(domain)
             if old is None:
                 continue
             for node, held in list(self._active):
                 mine = [each for each in held if each.runner is old]
+                if mine:
+                    together = self._together(node, entity)
+                    mine += [each for each in held if each.runner is not old and each.entity in together]
                 for each in mine:
                     each.runner.stop()
                     self._release(each)
@@ -359,6 +362,15 @@ class Storyboard:
                     self._change(node, STOP, COMPLETE)
                     if node.parent is not None and node.parent.kind == "event":
                         self._completed(node.parent)
+
+    def _together(self, action: Node, entity: Entity) -> list[Entity]:
+        """The entities of the selections of which an action has this one as its actor."""
+        event = action.parent
+        group = event.parent.parent if event is not None and event.parent is not None else None
+        actors = None if group is None else group.actors
+        names = () if actors is None else (each.entity_ref for each in actors.entity_refs)
+        selections = [self.selections.get(name, ()) for name in names]
+        return [self.entities[name] for members in selections if entity.name in members for name in members]
 
     def _drop(self, node: Node) -> None:
         self._active = [each for each in self._active if each[0] is not node]

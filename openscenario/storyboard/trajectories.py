@@ -147,6 +147,19 @@ class Course:
         u = (t - times[i]) / step if step > 0.0 else 1.0
         return self.s[i] + u * (self.s[i + 1] - self.s[i])
 
+    def time_at(self, s: float) -> float:
+        """Trajectory time [s] at which the way has come to `s` [m]; 0 without time stamps."""
+        early, late = self.start_time, self.end_time
+        if s <= 0.0:
+            return early
+        for _ in range(60):
+            middle = 0.5 * (early + late)
+            if self.s_at(middle) < s:
+                early = middle
+            else:
+                late = middle
+        return late
+
     @property
     def start_time(self) -> float:
         return self.t[0] if self.t else 0.0

@@ -27,11 +27,17 @@ class FollowTrajectory:
     differ in how the default controller gets from vertex to vertex of a polyline: `follow` turns and accelerates
     evenly, `position` turns at the vertices and has constant speed between them.
 
+    An initial distance offset cuts the trajectory: it begins there, with relative timing at once, with absolute timing
+    at that place's own time.
+
     Properties of the vehicle that esmini knows count here too: `refpoint_x_offset` [m] (the point that follows lies so
     far ahead of another that is drawn along), `ignoreHeadingForTrajMotion`, `plineInterpolation`.
     """
 
-    __slots__ = ("_aim", "_board", "_clock", "_course", "_element", "_entity", "_hilly", "_reverse", "_s", "domains")
+    __slots__ = (
+        *("_aim", "_board", "_clock", "_course", "_cut", "_element", "_entity", "_hilly", "_reverse", "_s"),
+        "domains",
+    )
 
     def __init__(self, element: model.FollowTrajectoryAction, entity: Entity, board: Storyboard) -> None:
         self._element = element
@@ -42,6 +48,7 @@ class FollowTrajectory:
         self.domains: tuple[str, ...] = ("longitudinal", "lateral") if timed else ("lateral",)
         self._course: Course | None = None
         self._s = 0.0
+        self._cut = 0.0  # [m] of the trajectory that are left out at its beginning
         self._clock = 0.0
         self._reverse = False
         self._hilly = False
@@ -64,6 +71,9 @@ class FollowTrajectory:
         if isinstance(timing, model.Timing):
             # domain relative: time stamps count from the start of the action
             self._clock = 0.0 if timing.domain_absolute_relative == "relative" else board.time
+        self._cut = min(self._element.initial_distance_offset, along.length)
+        if self._cut > 0.0 and isinstance(timing, model.Timing) and timing.domain_absolute_relative == "relative":
+            self._clock = _scale(timing) * (along.time_at(self._cut) - along.start_time)
         return along
 
     def start(self) -> bool:
@@ -76,9 +86,7 @@ class FollowTrajectory:
             self._reverse = math.cos(along.h[0] - along.tangent(0.0)) < 0.0
         else:
             self._reverse = len(self.domains) == 1 and entity.speed < 0.0
-        self._s = min(self._element.initial_distance_offset, along.length)
-        if len(self.domains) > 1:
-            self._s = max(self._s, along.s_at(self._trajectory_time()))
+        self._s = max(self._cut, along.s_at(self._trajectory_time())) if len(self.domains) > 1 else self._cut
         x, y = entity.x, entity.y
         self._go(along)
         if math.hypot(entity.x - x, entity.y - y) > JUMP:
@@ -88,8 +96,7 @@ class FollowTrajectory:
     def _trajectory_time(self) -> float:
         timing = self._element.time_reference
         assert isinstance(timing, model.Timing)
-        scale = timing.scale if timing.scale > 0.0 else 1.0
-        return (self._clock - timing.offset) / scale
+        return (self._clock - timing.offset) / _scale(timing)
 
     def step(self, dt: float) -> bool:
         entity, along = self._entity, self._course
@@ -119,7 +126,7 @@ class FollowTrajectory:
         before = self._s
         self._clock += dt
         time = self._trajectory_time()
-        self._s = along.s_at(time)
+        self._s = max(self._cut, along.s_at(time))
         late = time - along.end_time
         if late > 1e-9:
             return late * abs(entity.speed)
@@ -177,6 +184,10 @@ class FollowTrajectory:
         left = max(along.end_time - self._trajectory_time(), 0.0) if timed else 0.0
         points = tuple(zip(along.x, along.y, along.h, strict=True))
         return "trajectory", {"points": points, "times": tuple(along.t) if timed and along.t else None}, left
+
+
+def _scale(timing: model.Timing) -> float:
+    return timing.scale if timing.scale > 0.0 else 1.0
 
 
 def _positions(shape: model.Shape) -> list[model.Position]:

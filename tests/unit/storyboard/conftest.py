@@ -151,12 +151,14 @@ def make(road: Path, network: RoadNetwork) -> Make:
         acceleration: float = 10.0,
         on: RoadNetwork | None = None,
         without_road: bool = False,
+        selections: str = "",
         **actions: list[str],
     ) -> Storyboard:
         entities = "".join(
             f'<ScenarioObject name="{name}">{CAR.format(name=name, acceleration=acceleration)}</ScenarioObject>'
             for name in actions
         )
+        entities += selections
         init = "".join(f'<Private entityRef="{name}">{"".join(each)}</Private>' for name, each in actions.items())
         path = road.parent / "scenario.xosc"
         text = XOSC.format(entities=entities, init=init, stories=stories, stop=stop)

@@ -169,6 +169,28 @@ def test_a_trajectory_with_timing_gives_the_speed(make: Make) -> None:
     assert a.speed == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize(
+    ("domain", "after_start", "after_two", "over"),
+    [
+        ("relative", 104.0, 108.0, 4.0),  # 4 m of 10 m in 5 s left out: the rest takes 3 s from the start at 1 s
+        ("absolute", 104.0, 106.0, 5.0),  # at 1 s the file would have it at 102 m: it waits for its time
+    ],
+)
+def test_an_initial_distance_offset_cuts_a_trajectory_with_timing(
+    make: Make, domain: str, after_start: float, after_two: float, over: float
+) -> None:
+    path = vertex(100.0, 0.0, 0.0) + vertex(110.0, 0.0, 5.0)
+    timing = f'<Timing domainAbsoluteRelative="{domain}" scale="1" offset="0"/>'
+    cut = follow(path, timing).replace("<FollowTrajectoryAction", '<FollowTrajectoryAction initialDistanceOffset="4"')
+    board = make(A=HERE, stories=story(event("e", cut, start=LATER)))
+    run(board, 1.01)
+    assert board.entities["A"].x == pytest.approx(after_start, abs=0.03)
+    run(board, 1.99)
+    assert board.entities["A"].x == pytest.approx(after_two, abs=0.03)
+    run(board, 3.0)
+    assert log(board, "event")[-1] == (over, "e", "endTransition")
+
+
 def test_synchronize_arrives_with_the_master(make: Make) -> None:
     action = (
         '<PrivateAction><SynchronizeAction masterEntityRef="B">'

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from .conftest import (
     Make,
     at_time,
@@ -128,6 +130,32 @@ def test_a_new_action_in_the_same_domain_ends_the_old_one(make: Make) -> None:
     run(board, 3.0)
     assert (1.0, "first-0", "stopTransition") in log(board, "action")
     assert board.entities["A"].speed == 0.0
+
+
+def test_an_action_on_a_selection_is_overridden_for_all_of_it(make: Make) -> None:
+    """7.5.1 (1.3): if there is a conflict for one entity, all others of the selection are treated so as well."""
+    both = '<EntitySelection name="both"><Members><EntityRef entityRef="A"/><EntityRef entityRef="B"/></Members>'
+    ramp = speed(30.0, "linear", "time", 2.0)
+    alone = story(event("alone", speed(10.0), start=when(1.0))).replace("story", "other")
+    board = make(
+        A=HERE,
+        B=[teleport(lane_position(50.0)), speed(10.0)],
+        stories=story(event("ramp", ramp), actor="both") + alone,
+        selections=f"{both}</EntitySelection>",
+    )
+    run(board, 3.0)
+    assert (1.0, "ramp-0", "stopTransition") in log(board, "action")
+    assert board.entities["B"].speed == pytest.approx(20.0, abs=0.2)  # half of the ramp from 10 to 30 m/s
+
+
+def test_an_action_of_two_actors_goes_on_for_the_other(make: Make) -> None:
+    ramp = event("ramp", speed(30.0, "linear", "time", 2.0))
+    alone = story(event("alone", speed(10.0), start=when(1.0))).replace("story", "other")
+    pair = story(ramp).replace('<EntityRef entityRef="A"/>', '<EntityRef entityRef="A"/><EntityRef entityRef="B"/>')
+    board = make(A=HERE, B=[teleport(lane_position(50.0)), speed(10.0)], stories=pair + alone)
+    run(board, 3.0)
+    assert (2.0, "ramp-0", "endTransition") in log(board, "action")
+    assert (board.entities["A"].speed, board.entities["B"].speed) == (10.0, 30.0)
 
 
 def test_an_event_runs_as_often_as_it_may(make: Make) -> None:
