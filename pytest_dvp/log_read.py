@@ -46,7 +46,7 @@ def load_log(path: Path) -> Log:
     try:
         data = path.read_bytes()
     except OSError as error:
-        text = f"{path}: the log cannot be read: {error.strerror or error}"
+        text = f"{path}: the log cannot be read: {error.strerror or error}{_of_a_comparison(path)}"
         raise LogError(text, "log.unreadable") from error
     try:
         return _build(_messages(data))
@@ -56,6 +56,17 @@ def load_log(path: Path) -> Log:
         raise LogError(
             f"{path}: not a log of dvp: {type(error).__name__}: {error}".split("\n")[0], "log.foreign"
         ) from error
+
+
+def _of_a_comparison(path: Path) -> str:
+    """A hint for who names the folder of stages held against each other, which has no log of its own."""
+    try:
+        result = msgspec.json.decode(path.with_name("result.json").read_bytes())
+    except (OSError, msgspec.MsgspecError):
+        return ""
+    logs = result.get("logs") if isinstance(result, dict) else None
+    places = ", ".join(map(str, logs.values())) if isinstance(logs, dict) else ""
+    return f"; it holds stages against each other, their logs are in {places}" if places else ""
 
 
 def _messages(data: bytes) -> Channels:

@@ -55,6 +55,10 @@ COMMANDS = (
 )
 
 
+MEANT = {"--out": "--runs", "--output": "--runs", "--log-dir": "--runs", "--report": "--runs"}
+"""Options by the names that other commands and tools have for them."""
+
+
 class Parser(argparse.ArgumentParser):
     """An argument parser whose complaint is one line with the nearest valid option."""
 
@@ -109,7 +113,8 @@ def _parse(words: list[str]) -> argparse.Namespace:
             if module.__name__.endswith(f".{arguments.command}")
             for option in _options(module)
         ]
-        near = nearest(rest[0].partition("=")[0], options) if rest[0].startswith("-") else None
+        word = rest[0].partition("=")[0]
+        near = (MEANT.get(word) if MEANT.get(word) in options else nearest(word, options)) if word[0] == "-" else None
         hint = f", did you mean {near}?" if near else ""
         raise WrongArgument(f"{command}: unknown argument {rest[0]!r}{hint} ({command} --help)")
     return arguments

@@ -47,11 +47,15 @@ def _command(folder: Path) -> list[str]:
 
     file = folder / "result.json"
     try:
-        said = str(json.loads(file.read_text(encoding="utf-8"))["replay"])
+        kept = json.loads(file.read_text(encoding="utf-8"))
+        said = str(kept["replay"])
+        compared = list(kept.get("logs", {}).values())
     except OSError as error:
         raise WrongArgument(f"{file}: {error.strerror}; a run's folder is expected") from None
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         raise WrongArgument(f"{file}: not the result of a run") from None
+    if compared:
+        raise WrongArgument(f"{folder}: holds stages against each other; replay the runs: {', '.join(compared)}")
     words = shlex.split(said)
     if words[:2] != ["dvp", "run"]:
         raise WrongArgument(f"{folder}: {said}")

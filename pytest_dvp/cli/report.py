@@ -26,14 +26,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     settings = settings_from(arguments)
     named = Path(arguments.log)
-    path = existing(str(named / "log.mcap" if named.is_dir() else named), "log")
+    path = named / "log.mcap" if named.is_dir() else existing(str(named), "log")
     out = Path(arguments.out) if arguments.out else path.with_name("report.html")
     if not out.parent.is_dir():
         raise WrongArgument(f"--out {out}: no folder {out.parent}")
-    from pytest_dvp.log import Log
+    from pytest_dvp.log import Log, LogError
     from pytest_dvp.results import write_report, write_result
 
-    log = Log.load(path)
+    try:
+        log = Log.load(path)
+    except LogError as error:
+        if path.is_file():
+            raise
+        raise WrongArgument(str(error)) from None
     stored = path.with_name("result.json")
     result = _result(log, stored, settings.gates)
     beside = out.absolute().parent == path.absolute().parent

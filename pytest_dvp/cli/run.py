@@ -77,6 +77,9 @@ def execute(arguments: argparse.Namespace) -> int:
             check_asked(stage, settings)
         except StageError as error:
             raise SettingError(f"--stage {stage}: {error}") from None
+    if stages == ["dt"] and arguments.vehicle is not None:
+        text = f"--vehicle {arguments.vehicle} is not used: stage dt drives the twin; --stage pe or rw drives a car"
+        print(f"dvp run: {text}", file=sys.stderr)
     _check_gates(arguments.gate or ())
     if len(stages) > 1 or settings.stage_logs:
         from pytest_dvp.across import gates_between

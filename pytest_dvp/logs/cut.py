@@ -11,6 +11,7 @@ import numpy as np
 
 from pytest_dvp.log import DETECTION_COLUMNS, TRACK_COLUMNS, DetectionTable, Log, LogError, ObjectTrack
 
+_ALONE = re.compile(r"^(?P<file>.+)@(?P<start>[-+.\deE]+)$")
 _CUT = re.compile(r"^(?P<file>.+)@(?P<start>[-+.\deE]*):(?P<stop>[-+.\deE]*)$")
 
 
@@ -33,7 +34,13 @@ def parse_argument(argument: str | Path) -> Argument:
     """
     whole = Argument(Path(argument), -np.inf, np.inf)
     cut = _CUT.match(str(argument))
-    if cut is None or whole.path.exists():
+    if whole.path.exists():
+        return whole
+    alone = _ALONE.match(str(argument))
+    if alone is not None and Path(alone["file"]).exists():
+        ends = f"{argument}: from there on, {alone['file']}@:{alone['start']} up to there"
+        raise LogError(f"{argument}: no such log; a part of one is {ends}", "log.bad_cut")
+    if cut is None:
         return whole
     try:
         start = float(cut["start"]) if cut["start"] else -np.inf

@@ -196,6 +196,8 @@ def with_s(physics: Any, values: Mapping[str, float]) -> Any:
 
 
 def _read(file: Path) -> dict[str, Any]:
+    if not file.is_file():
+        raise VehicleLost(f"vehicle carla:{file}: no file {file}; expected carla:FILE.toml, which may be empty")
     try:
         given = tomllib.loads(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:

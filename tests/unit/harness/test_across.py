@@ -13,7 +13,7 @@ import scenarios
 from pytest_dvp.across import Driven, gates_between, hold, pair_name, pairs_driven
 from pytest_dvp.cli import main
 from pytest_dvp.gates import Gate, GateError, Stage
-from pytest_dvp.log import Log, LogEvent
+from pytest_dvp.log import Log, LogError, LogEvent
 from pytest_dvp.run import RunResult, run
 from pytest_dvp.shared_runs import SharedRuns, key_of
 from tests.plugin.conftest import write_scenario
@@ -45,6 +45,15 @@ def test_two_drives_are_judged_and_tabled(drive: RunResult, tmp_path: Path) -> N
     assert held.folder == tmp_path / "0001-s-dt-rw-surrogate"
     assert {file.name for file in held.folder.iterdir()} == {"result.json", "report.html"}
     assert held.as_dict()["metrics"]["rw-surrogate.mncc(v).lag"] == 0.0
+
+
+def test_the_folder_of_a_comparison_has_no_log_and_says_where_they_are(drive: RunResult, tmp_path: Path) -> None:
+    here = {stage: dataclasses.replace(staged(drive.log, stage), place=Path(f"runs/{stage}")) for stage in ("dt", "rw")}
+    folder = hold(here, [LIKE], [PAIR], ABOUT, log_dir=tmp_path).folder
+    assert folder is not None
+    with pytest.raises(LogError, match=r"holds stages against each other, their logs are in runs/dt, runs/rw$"):
+        Log.load(folder)
+    assert main(["report", str(folder)]) == 2
 
 
 def test_a_missing_drive_is_inconclusive_and_says_how_to_get_it(drive: RunResult) -> None:

@@ -141,6 +141,7 @@ def test_report_of_a_damaged_log_is_one_line(capsys: pytest.CaptureFixture[str])
     [
         (["rum"], "did you mean 'run'?"),
         (["run", "x.xosc", "--sed", "3"], "did you mean --seed?"),
+        (["run", "x.xosc", "--out", "x.html"], "did you mean --runs?"),
         (["run"], "X.xosc"),
         (["run", "nowhere.xosc"], "nowhere.xosc: no such scenario"),
         (["run", "x.xosc", "--stage", "dtt"], "did you mean 'dt'?"),

@@ -49,6 +49,10 @@ def test_another_seed_is_the_first_difference(folder: Path, capsys: pytest.Captu
         (None, "No such file or directory; a run's folder is expected"),
         ("{}", "not the result of a run"),
         ('{"replay": "no command line can name the ADS OneTrick"}', "no command line can name the ADS OneTrick"),
+        (
+            '{"replay": "dvp run x.xosc --stage dt,rw", "logs": {"dt": "runs/0001-x-dt", "rw": "runs/0002-x-rw"}}',
+            "holds stages against each other; replay the runs: runs/0001-x-dt, runs/0002-x-rw",
+        ),
         ('{"replay": "dvp run x.xosc --stage rw --vehicle tabby"}', "dvp replay is refused: vehicle 'tabby' is real"),
     ],
 )

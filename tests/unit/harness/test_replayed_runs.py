@@ -100,6 +100,7 @@ def test_a_log_that_begins_elsewhere_is_refused(recorded: tuple[Path, Path]) -> 
     [
         ({"vehicle": "replay:"}, r"no log \(replay:LOG or replay:LOG@FROM:TO\)$"),
         ({"vehicle": "replay:nowhere.mcap"}, r"^vehicle replay:nowhere\.mcap: no log nowhere\.mcap$"),
+        ({"vehicle": "replay:{log}@5"}, r"@5: no such log; a part of one is .*@5: from there on, .*@:5 up to there$"),
         ({"vehicle": "replay:{log}", "require_real": True}, r"a recording cannot be driven$"),
         ({"vehicle": "replay:{log}", "fault": "drop"}, r"^--fault is not for a recording"),
         ({"vehicle": "replay:{log}", "clock": "real"}, r"^--clock real is not for a recording"),
