@@ -147,7 +147,7 @@ def table(held: list[Held]) -> str:
             continue
         cells = [one.status if not one.failed else f"{one.status} ({one.failed} of {one.gates})" for one in mine]
         errors = [one.twin_error for one in mine if one.twin_error is not None]
-        told = f"{min(errors):.3f} to {max(errors):.3f}" if errors else "-"
+        told = " to ".join(dict.fromkeys(f"{error:.3f}" for error in (min(errors), max(errors)))) if errors else "-"
         worst = max(mine, key=lambda one: one.failed).worst.replace("|", "\\|")
         lines.append(f"| {words} | {' | '.join(cells)} | {told} | {worst or 'nothing'} |")
     return "\n".join(lines)
