@@ -68,9 +68,10 @@ stages: $(STAMP)
 real-time: $(STAMP)
 	$(BIN)/python -m scripts.real_time
 
-# Every message of the wire to a peer of another make and back: Fast DDS in C++, which Debian has.
+# Every message of the wire to a peer of another make and back: Fast DDS in C++, and ROS 1 with its roscore. Debian has both.
 interop: $(STAMP)
 	@[ -d /usr/include/fastdds ] || { [ "$$(id -u)" = 0 ] && apt-get install -y -qq g++ libfastrtps-dev >/dev/null; } || true
+	@command -v rosmaster >/dev/null || { [ "$$(id -u)" = 0 ] && apt-get install -y -qq --no-install-recommends ros-core python3-rospy >/dev/null; } || true
 	DVP_INTEROP=1 $(BIN)/python -m pytest -q -rs tests/interop
 
 # All reference trajectories, storyboard events and roads; writes docs/conformance.md.

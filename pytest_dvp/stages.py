@@ -257,7 +257,7 @@ def open_vehicle(
     if name == ROS1:
         from vehicle.adapters.ros1 import by_ros1, settings_of
 
-        options["wire"] = by_ros1(settings_of(Path(hidden) if hidden else None)[0])
+        options |= by_ros1(settings_of(Path(hidden) if hidden else None)[0])
     if name == CAN:
         from vehicle.wire.can_map import find_map
 
@@ -289,6 +289,10 @@ def _open_adapter(stage: str, vehicle: str, seed: int) -> tuple[Vehicle, Callabl
     if car.is_real and not adapter.is_real:
         car.close()
         raise StageError(f"vehicle {vehicle!r} announces that it is not real, and its car says it is")
-    told = getattr(car, "punctuality", None)
-    as_dict = dict if told is None else getattr(told, "as_dict", told)
-    return (in_parallel(car, seed) if stage == "pe" else car), lambda: dict(as_dict())
+
+    def told() -> dict[str, Any]:
+        """A method of the car, or what has one: a new object for each run."""
+        kept = getattr(car, "punctuality", dict)
+        return dict(getattr(kept, "as_dict", kept)())
+
+    return (in_parallel(car, seed) if stage == "pe" else car), told

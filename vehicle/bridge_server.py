@@ -17,6 +17,7 @@ import socket
 import struct
 import sys
 import threading
+import warnings
 from typing import Any, Dict, List, Tuple
 
 BEAT = 0.02  # s
@@ -126,6 +127,7 @@ class Node:
         import rosgraph
         import rospy
 
+        warnings.filterwarnings("ignore", "The publisher should be created")  # without a queue it is at once: meant
         master = rosgraph.Master("/" + ask["name"])
         try:
             master.getPid()

@@ -174,7 +174,11 @@ class LiveCar(Ros2Vehicle):
 
     def _ping(self) -> None:
         self._number += 1
-        self._live().say(self._number, time.monotonic_ns())
+        try:
+            self._live().say(self._number, time.monotonic_ns())
+        except VehicleLost:
+            self._lost = True
+            raise
 
     def _pinged(self, arrived: int, numbers: list[int]) -> None:
         if len(numbers) == 4:

@@ -57,11 +57,12 @@ def by_dds(number: int) -> tuple[list[str], Opener]:
 class CarProcess(Ros2Vehicle):
     """The car that `python -m MODULE --dds DOMAIN ARGUMENTS` is; `timeout` [s] wall time for a step.
 
-    wire    where it is, by a number that no other run has; as `by_dds`
-    can     the messages of its drive-by-wire, if it has one: it is told `--can BUS --dbc FILE` too
-    record  gets every trouble with its messages
-    fault   what is to go wrong on the wire, by chance of `seed` where by chance
-    end     opens the end of the wire where nothing is to go wrong
+    wire      where it is, by a number that no other run has; as `by_dds`
+    can       the messages of its drive-by-wire, if it has one: it is told `--can BUS --dbc FILE` too
+    record    gets every trouble with its messages
+    fault     what is to go wrong on the wire, by chance of `seed` where by chance
+    end       opens the end of the wire where nothing is to go wrong
+    farewell  [s] that its process has to leave the wire before it is killed
 
     It leads a process group of its own, is killed with it, and ends by itself when this process does: its standard
     input is a pipe from here. Raises VehicleLost if it does not come.
@@ -79,7 +80,9 @@ class CarProcess(Ros2Vehicle):
         fault: Fault | None = None,
         seed: int = 0,
         end: Callable[..., End] = End,
+        farewell: float = 0.0,
     ) -> None:
+        self._farewell = farewell
         self._lease = Lease()
         where, opener = wire(self._lease.domain)
         command = [sys.executable, "-m", module, *where, *arguments]
@@ -111,7 +114,7 @@ class CarProcess(Ros2Vehicle):
         self._child.check()
 
     def _end_process(self) -> None:
-        self._child.end()
+        self._child.end(after=self._farewell)
         self._lease.release()
 
 

@@ -6,14 +6,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from vehicle.adapter import VehicleLost
 from vehicle.wire.end import Opener
 from vehicle.wire.ros1 import Ros1Error, Ros1Settings, on_ros1, read_settings
 
+FAREWELL = 2.0  # s
 HIDDEN = {"hidden": str}  # further keys of the file of a surrogate
 
 
@@ -28,9 +29,9 @@ def settings_of(file: Path | None) -> tuple[Ros1Settings, Path | None]:
     return settings, hidden
 
 
-def by_ros1(settings: Ros1Settings) -> Callable[[int], tuple[list[str], Opener]]:
-    """As `process.by_dds`: a car process that is number `number` on a roscore, and the way there."""
-    return partial(_by_ros1, settings)
+def by_ros1(settings: Ros1Settings) -> dict[str, Any]:
+    """What CarProcess takes for a car on a roscore, which keeps whoever does not leave it."""
+    return {"wire": partial(_by_ros1, settings), "farewell": FAREWELL}
 
 
 def _by_ros1(settings: Ros1Settings, number: int) -> tuple[list[str], Opener]:

@@ -170,7 +170,11 @@ class Ros2Vehicle:
         return self._end
 
     def _send(self, topic: topics.Topic, message: Any) -> None:
-        self._wire().send(topic, message)
+        try:
+            self._wire().send(topic, message)
+        except VehicleLost:
+            self._lost = True
+            raise
 
     def _go_on(self) -> None:
         end = self._wire()

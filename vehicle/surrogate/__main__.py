@@ -68,15 +68,25 @@ def _serve(args: argparse.Namespace, hidden: Hidden) -> int:
     from vehicle.wire.can_link import BusError
     from vehicle.wire.can_map import CanMapError, find_map
 
-    end_with_parent()
+    serving: list[Node] = []
+
+    def leave() -> None:
+        """A roscore keeps whoever does not leave it; DDS finds out by itself."""
+        for node in serving if args.ros1 is not None else ():
+            node.close()
+
+    end_with_parent(leave)
     try:
         unit = None if args.can is None else DriveByWire(args.can, find_map(args.dbc))
         opener = _wire(args)
         if args.clock == "real":
             from vehicle.surrogate.live import LiveNode
 
-            LiveNode(opener, hidden, args.seed, unit, at=args.at or (0.0, 0.0, 0.0), driver=args.driver).serve()
-        Node(opener, hidden, args.seed, unit).serve()
+            at = args.at or (0.0, 0.0, 0.0)
+            serving.append(LiveNode(opener, hidden, args.seed, unit, at=at, driver=args.driver))
+        else:
+            serving.append(Node(opener, hidden, args.seed, unit))
+        serving[0].serve()
     except (BusError, CanMapError, _WireError) as error:
         print(error, file=sys.stderr)
         return 2

@@ -9,6 +9,7 @@ import os
 import sys
 import threading
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -59,6 +60,10 @@ class Node:
         )
         self._end = end(opener, self.writes, topics.TO_CAR, (topics.DONE, topics.STEP), lambda: None)
         self._place(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+
+    def close(self) -> None:
+        """Leave the wire."""
+        self._end.close()
 
     def serve(self) -> None:
         """Answer steps until nothing comes any more."""
@@ -165,12 +170,15 @@ class Node:
                 self._end.send(topic, waiting.popleft()[1])
 
 
-def end_with_parent() -> None:
-    """Leave at once when standard input closes."""
+def end_with_parent(leave: Callable[[], None] = lambda: None) -> None:
+    """End at once when standard input closes, after what `leave` does."""
 
     def watch() -> None:
         while sys.stdin.buffer.read(1):
             pass
-        os._exit(0)
+        try:
+            leave()
+        finally:
+            os._exit(0)
 
     threading.Thread(target=watch, daemon=True).start()

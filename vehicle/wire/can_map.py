@@ -158,10 +158,10 @@ def _place(file: Path, database: Any, key: str, where: Any) -> Place:
         raise CanMapError(f'{file}: {key}: found {where!r}, allowed: "MESSAGE.SIGNAL"')
     messages = {m.name: m for m in database.messages}
     if message not in messages:
-        raise CanMapError(f"{file}: {key}: no message {message} in the DBC{_near(message, messages)}")
+        raise CanMapError(f"{file}: {key}: no message {message} in the DBC{near(message, messages)}")
     signals = [s.name for s in messages[message].signals]
     if signal not in signals:
-        raise CanMapError(f"{file}: {key}: no signal {signal} in {message}{_near(signal, signals)}")
+        raise CanMapError(f"{file}: {key}: no signal {signal} in {message}{near(signal, signals)}")
     if messages[message].is_multiplexed():
         raise CanMapError(f"{file}: {key}: {message} is multiplexed, which is not supported")
     return Place(message, signal)
@@ -181,7 +181,7 @@ def _protection(file: Path, database: Any, text: Mapping[str, Any]) -> tuple[str
     names = {signal.name for message in database.messages for signal in message.signals}
     for key in ("counter", "checksum"):
         if key in given and given[key] not in names:
-            raise CanMapError(f"{file}: [protection] {key}: no signal {given[key]!r}{_near(str(given[key]), names)}")
+            raise CanMapError(f"{file}: [protection] {key}: no signal {given[key]!r}{near(str(given[key]), names)}")
     kind = given.get("kind", "crc8_j1850")
     if kind not in CHECKSUMS:
         raise CanMapError(f"{file}: [protection] kind: found {kind!r}, allowed: {', '.join(CHECKSUMS)}")
@@ -215,10 +215,11 @@ def _known(file: Path, part: str, given: Iterable[str], allowed: Iterable[str]) 
     for name in given:
         if name not in tuple(allowed):
             where = f"[{part}] " if part else ""
-            raise CanMapError(f"{file}: {where}{name} is unknown{_near(name, allowed)}")
+            raise CanMapError(f"{file}: {where}{name} is unknown{near(name, allowed)}")
 
 
-def _near(name: str, known: Iterable[str]) -> str:
+def near(name: str, known: Iterable[str]) -> str:
+    """The end of a line about a name that is not known: the nearest that is, or all."""
     known = sorted(known)
     close = difflib.get_close_matches(name, known, 1, 0.5)
     return f"; did you mean {close[0]}?" if close else f"; there is {', '.join(known[:12])}"

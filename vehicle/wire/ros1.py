@@ -24,6 +24,7 @@ from typing import Any
 
 from vehicle.bridge import Bridge
 from vehicle.wire import topics
+from vehicle.wire.can_map import near
 from vehicle.wire.end import Opener
 from vehicle.wire.ros1_messages import from_bytes, kind_of, to_bytes
 from vehicle.wire.topics import Topic
@@ -69,7 +70,7 @@ def read_settings(file: Path | None, others: Mapping[str, type] | None = None) -
         raise Ros1Error(f"{file}: {getattr(error, 'strerror', None) or error}") from None
     for key, value in given.items():
         if key not in allowed:
-            raise Ros1Error(f"{file}: unknown key {key!r}; there is {', '.join(allowed)}")
+            raise Ros1Error(f"{file}: {key} is unknown{near(key, allowed)}")
         if not isinstance(value, allowed[key]):
             raise Ros1Error(f"{file}: {key}: found {value!r}, allowed: {_WORDS[allowed[key]]}")
     path, names = given.get("path", []), given.get("topics", {})
@@ -77,7 +78,7 @@ def read_settings(file: Path | None, others: Mapping[str, type] | None = None) -
         raise Ros1Error(f"{file}: path: found {path!r}, allowed: {_WORDS[list]}")
     for name, to in names.items():
         if name not in NAMES:
-            raise Ros1Error(f"{file}: [topics]: no topic {name}; there is {', '.join(NAMES)}")
+            raise Ros1Error(f"{file}: [topics]: no topic {name}{near(name, NAMES)}")
         if not isinstance(to, str) or not to.startswith("/"):
             raise Ros1Error(f"{file}: [topics] {name}: found {to!r}, allowed: a name that begins with /")
     space = given.get("namespace", "")
