@@ -46,6 +46,7 @@ class Verdict:
     name     what is bounded, as its gate file calls it: the metric, of a model "rmse(v, car.toml)"
     value    the metric, None if it is not defined; bound: the limit it came nearest to or broke, both in `unit`
     margin   distance to that limit in `unit`, negative if broken
+    used     share of what that limit allows, 1 at it, > 1 if broken; None where a share has no meaning (a bound of 0)
     t, object  time [s] and road user of the worst moment
     short    one line for a summary; message: the same with margin and the place of the gate, file:line
     """
@@ -64,6 +65,7 @@ class Verdict:
     file: str
     line: int | None
     name: str = ""
+    used: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON-able data."""
@@ -203,15 +205,32 @@ def _margin(gate: Gate, value: float) -> tuple[float, float, str]:
     return min(limits, key=lambda limit: limit[0])
 
 
+def _used(gate: Gate, value: float, bound: float) -> float | None:
+    """Share of what a bound allows: of the way from the value that could not be better, where there is one.
+
+    Without one it is value over bound; of a lower bound, which a value may pass by any amount, bound over value.
+    """
+    ideal = find_metric(gate.metric).ideal if gate.max_difference is None else None
+    if ideal is not None and bound != ideal:
+        return max((value - ideal) / (bound - ideal), 0.0)
+    if bound == 0.0 or ideal is not None:
+        return None
+    lower = bound == gate.min and bound != gate.max
+    if not lower or bound < 0.0:
+        return value / bound
+    return bound / value if value > 0.0 else None
+
+
 def _verdict(gate: Gate, status: Status, value: MetricValue | None, reason: str) -> Verdict:
     unit = value.unit if value is not None else ""
     number = value.value if value is not None and value.valid else None
-    margin = bound = None
+    margin = bound = used = None
     name = _name(gate)
     short = f"{name} {status}: {_printable(reason)}"
     message = short
     if number is not None and value is not None:
         margin, bound, relation = _margin(gate, number)
+        used = _used(gate, number, bound)
         shown, limit = _pair(number, bound, unit)
         short = f"{name} {shown}{_suffix(unit)} {relation} {limit}"
         short += f" at t={value.t:.2f} s" if value.t is not None else ""
@@ -234,6 +253,7 @@ def _verdict(gate: Gate, status: Status, value: MetricValue | None, reason: str)
         file=gate.file,
         line=gate.line,
         name=name,
+        used=used,
     )
 
 

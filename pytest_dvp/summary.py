@@ -207,13 +207,16 @@ def _name(case: Result) -> str:
 
 
 def _urgency(verdict: Mapping[str, Any]) -> tuple[int, float]:
-    """Status, then margin as a share of the bound: margins of different units have nothing else in common."""
+    """Status, then what is left of the bound as a share: margins of different units have nothing else in common."""
     margin, bound = verdict.get("margin"), verdict.get("bound")
     order = ORDER.get(verdict["status"], 0)
     if not _finite(margin) or margin is None:
         return order, math.inf
     if verdict["status"] == "PASS" and margin == 0:
         return order, math.inf  # 0 collisions of 0 allowed: it cannot be better, and no number says how near it was
+    used = verdict.get("used")
+    if used is not None and _finite(used):
+        return order, 1.0 - float(used)
     return order, float(margin) / abs(bound) if _finite(bound) and bound else float(margin)
 
 

@@ -26,15 +26,12 @@ class Row:
     object: str
     message: str
     place: str
+    share: float | None  # of the bound, as the verdict tells it
 
     @property
     def used(self) -> float | None:
         """Share of the bound that is used up, 1 = at the bound; None where a share has no meaning (bound 0, counts)."""
-        if self.value is None or not self.bound or self.is_count:
-            return None
-        if self.sign == "≥":
-            return self.bound / self.value if self.value > 0 else None
-        return self.value / self.bound
+        return None if self.value is None or self.is_count else self.share
 
     @property
     def is_count(self) -> bool:
@@ -120,6 +117,15 @@ def _is_least(gate: str, value: float | None, bound: float | None, margin: float
     return ">" in gate or "≥" in gate
 
 
+def _share(value: float | None, bound: float | None, *, least: bool) -> float | None:
+    """Share of the bound, of a result that was written before verdicts told it."""
+    if value is None or not bound:
+        return None
+    if least:
+        return bound / value if value > 0 else None
+    return value / bound
+
+
 def _row(verdict: Mapping[str, Any]) -> Row:
     gate = verdict.get("gate")
     text = str(gate or "")
@@ -127,17 +133,19 @@ def _row(verdict: Mapping[str, Any]) -> Row:
     place = str(verdict.get("file") or "")
     if place and verdict.get("line"):
         place += f":{verdict['line']}"
+    least = _is_least(text, *numbers)
     return Row(
         metric=str(verdict.get("metric", "")),
         name=str(verdict.get("name") or verdict.get("metric", "")),
         status=str(verdict.get("status", "ERROR")),
         value=numbers[0],
         bound=numbers[1],
-        sign="≥" if _is_least(text, *numbers) else "≤",
+        sign="≥" if least else "≤",
         unit=pretty_unit(verdict.get("unit")),
         margin=numbers[2],
         t=_number(verdict.get("t")),
         object=str(verdict.get("object") or ""),
         message=str(verdict.get("message") or ""),
         place=place,
+        share=_number(verdict["used"]) if "used" in verdict else _share(*numbers[:2], least=least),
     )

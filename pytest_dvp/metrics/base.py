@@ -87,6 +87,7 @@ class Metric:
     logs             1, or 2 for a comparison (model, measured)
     definition       its docstring: meaning, source, filter
     miss             verdict of a broken bound: FAIL, or INCONCLUSIVE if it says that the test itself did not take place
+    ideal            the value that could not be better, where that is not 0 for "smaller is better": 1 of a likeness
     open_loop        says something of stack or car even where the ego's motion is a recording's, not the stack's doing
     options          keyword arguments of the function with their defaults; REQUIRED for those without
     """
@@ -101,6 +102,7 @@ class Metric:
     function: Callable[..., Measured]
     miss: Miss = "FAIL"
     open_loop: bool = False
+    ideal: float | None = None
 
     def __call__(self, *logs: Any, **options: Any) -> Measured:
         return self.function(*logs, **options)
@@ -118,6 +120,7 @@ def metric(
     note: str = "",
     miss: Miss = "FAIL",
     open_loop: bool = False,
+    ideal: float | None = None,
 ) -> Callable[[Callable[..., Measured]], Metric]:
     """Make a metric of a function `f(log, *, options...)` or `f(model, measured, *, options...)`.
 
@@ -129,6 +132,6 @@ def metric(
         logs = sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
         options = {p.name: p.default for p in parameters if p.kind == p.KEYWORD_ONLY}
         text = inspect.cleandoc(function.__doc__ or "")
-        return Metric(name, unit, bigger_is_worse, logs, text, note, options, function, miss, open_loop)
+        return Metric(name, unit, bigger_is_worse, logs, text, note, options, function, miss, open_loop, ideal)
 
     return wrap

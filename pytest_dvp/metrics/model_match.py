@@ -23,7 +23,7 @@ def open_loop_error(log: Log, *, model: str, signal: str) -> Measured:
     return _measured(log, model, signal, "rmse")
 
 
-@metric(name="model_mncc", unit="-", bigger_is_worse=False, note=_NOTE)
+@metric(name="model_mncc", unit="-", bigger_is_worse=False, note=_NOTE, ideal=1.0)
 def model_mncc(log: Log, *, model: str, signal: str) -> Measured:
     """Maximum normalised cross-correlation of a log's signal and the model's. Blind to gain, delay and bias."""
     return _measured(log, model, signal, "mncc")

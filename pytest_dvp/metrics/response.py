@@ -24,7 +24,14 @@ def response_lag(log: Log, *, command: str = "steer_cmd", signal: str = "steer")
     return Measured(lag, None, "", Series(found.lags, found.correlation), {"mncc": found.mncc, "gain": found.gain})
 
 
-@metric(name="response_gain", unit="-", bigger_is_worse=None, note="at the best lag within +-1 s", open_loop=True)
+@metric(
+    name="response_gain",
+    unit="-",
+    bigger_is_worse=None,
+    note="at the best lag within +-1 s",
+    open_loop=True,
+    ideal=1.0,
+)
 def response_gain(log: Log, *, command: str = "steer_cmd", signal: str = "steer") -> Measured:
     """Slope of a measured signal against its command at the lag at which they are most alike."""
     found = _compare(log, command, signal)

@@ -99,7 +99,7 @@ def _correlate(x: FloatArray, y: FloatArray, reach: int) -> FloatArray:
     return np.asarray(irfft(spectrum, size)[: 2 * reach + 1], dtype=np.float64)
 
 
-@metric(name="mncc", unit="-", bigger_is_worse=False, note=_NOTE)
+@metric(name="mncc", unit="-", bigger_is_worse=False, note=_NOTE, ideal=1.0)
 def mncc(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) -> Measured:
     """Maximum normalised cross-correlation of a signal in two logs. Blind to gain, delay and bias: see lag and gain.
 
@@ -126,7 +126,7 @@ def lag(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) -> 
     return _measured(result, result.lag, {"mncc": result.mncc, "gain": result.gain})
 
 
-@metric(name="gain", unit="-", bigger_is_worse=None, note=_NOTE)
+@metric(name="gain", unit="-", bigger_is_worse=None, note=_NOTE, ideal=1.0)
 def gain(model: Log, measured: Log, *, signal: str, max_lag: float = MAX_LAG) -> Measured:
     """Slope of the measured signal against the model's at the lag at which they are most alike; 1 is right."""
     result = _compare(model, measured, signal, max_lag)

@@ -35,6 +35,11 @@ def test_least_value_uses_its_bound_the_other_way() -> None:
     assert row.limit == "≥ 0.5"
 
 
+def test_the_share_is_the_one_that_the_verdict_tells() -> None:
+    (row,) = rows([verdict("mncc", 0.9999, 0.999, sign=">=", used=0.1)])
+    assert (row.used, row.used_percent) == (0.1, 10.0)
+
+
 def test_inconclusive_stands_before_passes() -> None:
     table = rows([verdict("passed", 0.99, 1.0), verdict("unknown", None, 1.0, "INCONCLUSIVE")])
     assert table[0].metric == "unknown"

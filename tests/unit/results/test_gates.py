@@ -46,6 +46,20 @@ def test_nearer_of_two_bounds_gives_the_margin() -> None:
     assert (verdict.status, verdict.bound) == ("PASS", 0.6)
 
 
+def test_share_of_a_bound_is_of_what_it_allows() -> None:
+    """A slope of 0.98 where 1 is right is a tenth of the fifth that is allowed; else value over bound."""
+    assert one(Gate("max_ttc_inverse", max=1.0)).used == pytest.approx(5.0 / 7.3)
+    assert one(Gate("max_ttc_inverse", min=0.5)).used == pytest.approx(0.5 / (5.0 / 7.3))
+    assert one(Gate("collision", max=0.0)).used is None
+    t = times(40.0)
+    bell = (t - 20.0) * np.exp(-(((t - 20.0) / 3.0) ** 2))
+    drives = {"dt": log_of(40.0, columns={"v": bell}), "rw": log_of(40.0, columns={"v": 0.98 * bell})}
+    gain = Gate("gain", min=0.8, max=1.4, between=("dt", "rw"), options={"signal": "v"})
+    like = Gate("mncc", min=0.5, between=("dt", "rw"), options={"signal": "v"})
+    found = judge_between([gain, like], ("dt", "rw"), drives)
+    assert [verdict.used for verdict in found] == [pytest.approx(0.1), pytest.approx(0.0, abs=1e-6)]
+
+
 def test_message_of_a_failure_leads_to_value_bound_time_object_and_gate() -> None:
     verdict = one(Gate("max_ttc_inverse", max=0.5, file="overtaking.gates.toml", line=12))
     assert verdict.short == "max_ttc_inverse 0.68 1/s > 0.50 at t=10.00 s (target)"
