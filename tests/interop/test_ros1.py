@@ -209,6 +209,13 @@ def test_by_the_wall_clock_it_drives_too(scenario: Write, reached: Path) -> None
     assert result.log.meta["timing"]["commands"] >= 50
 
 
+def test_a_fault_on_the_wire_is_named_there_too(scenario: Write, reached: Path) -> None:
+    where = {"stage": "rw", "vehicle": f"ros1:{reached}", "duration": 2.0, "ads": OneTrick(coast)}
+    result = run(scenario(), fault="duplicate@1+0.5", **where)  # type: ignore[arg-type]
+    assert result.status == "INCONCLUSIVE"
+    assert any(event.kind == "wire" and "repeated" in str(event) for event in result.log.events)
+
+
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
 def test_a_bridge_that_dies_or_is_stopped_ends_the_run_and_leaves_nothing(
     scenario: Write, reached: Path, how: signal.Signals

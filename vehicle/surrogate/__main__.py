@@ -35,7 +35,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--dbc", type=Path, metavar="F.dbc", help="messages there, signal map beside it; default: ours")
     parser.add_argument("--clock", choices=("stepped", "real"), default="stepped", help="on a wire: whose time counts")
     parser.add_argument("--at", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="on a wire: where it stands first")
-    parser.add_argument("--driver", action="store_true", help="with --clock real: publish a driver's hands, at rest")
+    parser.add_argument("--driver", action="store_true", help="in a real car's place: its driver's hands too")
     args = parser.parse_args(argv)
     if [args.out, args.dds, args.ros1].count(None) != 2:
         parser.error("one of --out LOG.csv, --dds DOMAIN and --ros1 NAMESPACE is needed")
@@ -102,7 +102,7 @@ def _wire(args: argparse.Namespace) -> Opener:
     if args.dds is not None:
         from vehicle.wire.dds import on_domain
 
-        return on_domain(args.dds)
+        return on_domain(args.dds, network=args.driver)
     from vehicle.wire.ros1 import Ros1Error, on_ros1, read_settings
 
     try:

@@ -50,7 +50,8 @@ class DdsTransport:
     """A participant of a domain; `config` None: what CYCLONEDDS_URI says, or DDS's defaults."""
 
     def __init__(self, domain: int, config: str | None, writes: Sequence[Topic], reads: Sequence[Topic]) -> None:
-        self._domain = Domain(domain) if config is None else Domain(domain, config)
+        # A Domain made without a configuration would ignore CYCLONEDDS_URI; one that a participant makes does not.
+        self._domain = None if config is None else Domain(domain, config)
         self._participant = DomainParticipant(domain)
         settings = qos()
         self._writers = {topic: DataWriter(self._participant, self._open(topic), settings) for topic in writes}
@@ -90,7 +91,8 @@ class DdsTransport:
         for entity in (self._waitset, *self._conditions, *self._readers.values(), *self._writers.values()):
             _delete(entity)
         _delete(self._participant)
-        _delete(self._domain)
+        if self._domain is not None:
+            _delete(self._domain)
 
 
 def _delete(entity: Any) -> None:

@@ -1,0 +1,137 @@
+"""A real car on topics: driven only from where it stands, and only while its driver's hands are known to be off.
+
+The car is the surrogate with a driver at rest, in a process of its own, on DDS as CYCLONEDDS_URI configures it.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cyclonedds")
+
+from vehicle.adapter import VehicleLost
+from vehicle.adapters.process import Lease
+from vehicle.adapters.topic_car import Ros1Car, Ros2Car
+from vehicle.gate_messages import Decision, State
+from vehicle.gated import Gated, Hands, limits_of
+from vehicle.messages import Command, VehicleState, no_surroundings
+from vehicle.wire.dds import LOOPBACK
+
+START = VehicleState(t=0.0, x=30.0, y=5.0, yaw=0.3, v=0.0)
+
+
+@pytest.fixture(scope="module")
+def car() -> Iterator[tuple[Ros2Car, subprocess.Popen[bytes]]]:
+    """The harness's side, and the process of the car."""
+    lease, before = Lease(), os.environ.get("CYCLONEDDS_URI")
+    os.environ["CYCLONEDDS_URI"] = f"<CycloneDDS><Domain>{LOOPBACK}</Domain></CycloneDDS>"
+    words = ["--dds", str(lease.domain), "--clock", "real", "--driver", "--at", "30", "5", "0.3"]
+    process = subprocess.Popen([sys.executable, "-m", "vehicle.surrogate", *words], stdin=subprocess.PIPE)
+    try:
+        car = Ros2Car(str(lease.domain))
+        yield car, process
+        car.close()
+    finally:
+        assert process.stdin is not None
+        process.stdin.close()
+        process.kill()
+        process.wait()
+        lease.release()
+        os.environ.pop("CYCLONEDDS_URI")
+        if before is not None:
+            os.environ["CYCLONEDDS_URI"] = before
+
+
+def test_it_is_real_and_its_driver_has_it_until_hands_are_heard_of(car: tuple[Ros2Car, object]) -> None:
+    assert car[0].is_real
+    car[0].reset(START)
+    assert car[0].hands == Hands(False, False)
+
+
+@pytest.mark.parametrize(
+    ("place", "says"),
+    [
+        (
+            (20.0, 5.0, 0.3),
+            r"^the car is 10\.0 m from where the scenario places the ego \(x=20\.0, y=5\.0\)",
+        ),
+        ((30.0, 5.0, -0.2), r"turned by 29 deg; allowed are 2 m and 20 deg$"),
+    ],
+)
+def test_a_car_that_stands_elsewhere_is_not_driven(
+    car: tuple[Ros2Car, object], place: tuple[float, float, float], says: str
+) -> None:
+    x, y, yaw = place
+    with pytest.raises(VehicleLost, match=says):
+        car[0].reset(VehicleState(t=0.0, x=x, y=y, yaw=yaw, v=0.0))
+
+
+def test_behind_the_gate_it_stays_where_it_is_until_it_is_armed(car: tuple[Ros2Car, object]) -> None:
+    """A dry run: half a second of full acceleration asked for, none given; how punctual it was is known."""
+    decisions: list[Decision] = []
+    gated = Gated(car[0], limits_of(car[0].description), name="ros2_car", scenario="x.xosc", record=decisions.append)
+    gated.reset(START)
+    rows = []
+    for tick in range(10):
+        gated.observe(no_surroundings())
+        gated.apply(Command(0.05 * tick, 0.0, 2.0, 1.0, 0.0))
+        rows.append(gated.step(0.05))
+    motion = np.concatenate(rows)
+    assert len(motion) >= 30
+    assert motion[:, 1] == pytest.approx(30.0, abs=0.01)
+    assert motion[:, 2] == pytest.approx(5.0, abs=0.01)
+    assert {decision.state for decision in decisions} == {State.DRY}
+    assert car[0].hands == Hands(False, False)
+
+
+def test_a_car_whose_hands_fall_silent_is_its_drivers(
+    car: tuple[Ros2Car, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing new for STALE = 0.2 s: whoever has the wheel, it is not the stack."""
+    car[0].reset(START)
+    assert car[0].hands == Hands(False, False)
+    monkeypatch.setattr(car[0]._wire(), "take", lambda topic: [])
+    monkeypatch.setattr(car[0], "_clock", lambda: 0.19)
+    assert car[0].hands == Hands(False, False)
+    monkeypatch.setattr(car[0], "_clock", lambda: 0.2)
+    assert car[0].hands == Hands(True, False)
+
+
+def test_a_car_that_is_stopped_is_lost_within_what_it_may_be_silent(
+    car: tuple[Ros2Car, subprocess.Popen[bytes]],
+) -> None:
+    live, process = car
+    live.reset(START)
+    live.observe(no_surroundings())
+    live.step(0.05)
+    process.send_signal(signal.SIGSTOP)
+
+    def go_on() -> None:
+        for _ in range(100):
+            live.step(0.02)
+
+    with pytest.raises(VehicleLost, match=r"^the car has been silent for 0\.\d+ s"):
+        go_on()
+    live.stop()  # nobody is asked anything any more
+
+
+def test_a_domain_or_a_file_that_is_none_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(VehicleLost, match=r"^vehicle ros2_car:seven: expected a DDS domain, 0 to 232, as ros2_car:7$"):
+        Ros2Car("seven")
+    with pytest.raises(VehicleLost, match=r"^vehicle ros1_car:no\.toml: no\.toml: No such file or directory$"):
+        Ros1Car("no.toml")
+
+
+def test_an_interpreter_without_rospy_is_one_line(tmp_path: Path) -> None:
+    """A virtual environment does not see the system's packages."""
+    (tmp_path / "ros1.toml").write_text("")
+    with pytest.raises(VehicleLost, match=r"^the bridge to ROS 1: \S+ lacks a module: No module named 'rospy'$"):
+        Ros1Car(str(tmp_path / "ros1.toml"))
