@@ -180,34 +180,41 @@ class EkfLocalizer:
         self._started = True
 
     def _collect(self, observation: Observation) -> None:
-        rows, n, start = self._rows, self._n, self._hold[0]
+        start, room = self._hold[0], CAPACITY - self._n
         oldest = observation.t
-        base = self._vehicle.wheelbase
+        base, wheels, finite = self._vehicle.wheelbase, self._trust.wheels, math.isfinite
+        rows: list[tuple[float, ...]] = []
         for fix in observation.gnss:
-            oldest = min(oldest, fix.t)
-            if fix.t > start and n < CAPACITY and _is_fix(fix):
+            t = fix.t
+            oldest = min(oldest, t)
+            if t > start and _is_fix(fix):
                 yaw = fix.yaw
-                rows[n] = (
-                    fix.t, GNSS, fix.x, fix.y, max(fix.sigma, 0.01),
-                    0.0 if yaw is None else yaw, 0.0 if yaw is None else max(fix.yaw_sigma, 0.002),
-                )  # fmt: skip
-                n += 1
+                rows.append(
+                    (t, GNSS, fix.x, fix.y, max(fix.sigma, 0.01), 0.0, 0.0)
+                    if yaw is None
+                    else (t, GNSS, fix.x, fix.y, max(fix.sigma, 0.01), yaw, max(fix.yaw_sigma, 0.002))
+                )
         for odo in observation.odometry:
-            oldest = min(oldest, odo.t)
-            if odo.t > start and n < CAPACITY and math.isfinite(odo.v + odo.steer):
-                rows[n] = (odo.t, ODO, odo.v, self._trust.wheels, odo.v * math.tan(odo.steer) / base, 0.0, 0.0)
-                n += 1
+            t, v, steer = odo.t, odo.v, odo.steer
+            if t < oldest:
+                oldest = t
+            if t > start and finite(v + steer):
+                rows.append((t, ODO, v, wheels, v * math.tan(steer) / base, 0.0, 0.0))
         ahead, beside = self._vehicle.imu_x, self._vehicle.imu_y
+        straight = self._vehicle.imu_yaw == 0.0
         for imu in observation.imu:
-            oldest = min(oldest, imu.t)
-            ax = self._ahead(imu)
-            if imu.t > start and n < CAPACITY and math.isfinite(ax + imu.yaw_rate):
-                ax += imu.yaw_rate**2 * ahead
+            t, rate = imu.t, imu.yaw_rate
+            if t < oldest:
+                oldest = t
+            ax = imu.ax if straight else self._ahead(imu)
+            if t > start and finite(ax + rate):
+                ax += rate**2 * ahead
                 if beside != 0.0:
                     ax += self._turning(imu) * beside
-                rows[n] = (imu.t, IMU, imu.yaw_rate, ax, 0.0, 0.0, 0.0)
-                n += 1
-        self._n = n
+                rows.append((t, IMU, rate, ax, 0.0, 0.0, 0.0))
+        if rows := rows[:room]:
+            self._rows[self._n : self._n + len(rows)] = rows
+            self._n += len(rows)
         self._window = min(LONGEST_WINDOW, max(self._window, observation.t - oldest + SHORTEST_WINDOW))
 
     def _ahead(self, imu: Imu) -> float:

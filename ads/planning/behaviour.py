@@ -115,14 +115,7 @@ class Behaviour:
         for signal in signals:
             self._signals[signal.id] = signal.state
         self._memory.note(t, detections)
-        objects = objects_of(detections)
-        in_path = place(navigator.path, navigator.index, objects)
-        placed = in_path.tolist()
-        sure = [i for i, d in enumerate(detections) if d.score > SURE]
-        contact = first_contact(
-            self._path, navigator.path, navigator.index, s, v, 0.5 * self._car.length,
-            0.5 * self._car.width + DANGER_MARGIN, self._car.center_x, objects[sure], in_path[sure], DANGER_HORIZON,
-        )  # fmt: skip
+        placed, contact = self._place(s, v, navigator, self._path, detections)
         monitor = navigator.monitor
         needed = self._needed_deceleration(v, contact)
         crossing_near, crossing_stop = self._crossing.update(t, s, v, monitor, detections, placed)
@@ -154,6 +147,26 @@ class Behaviour:
         return Decision(limits, brake, self._path)
 
     # what is seen ---------------------------------------------------------------------------------------------------
+
+    def _place(
+        self, s: float, v: float, navigator: Navigator, path: FloatArray, detections: tuple[Detection, ...]
+    ) -> tuple[list[list[float]], float]:
+        """Objects in coordinates of the reference path, and the time [s] until the car would touch one."""
+        if not detections:
+            return [], math.inf
+        reference, index, car = navigator.path, navigator.index, self._car
+        assert reference is not None
+        objects = objects_of(detections)
+        in_path = place(reference, index, objects)
+        placed: list[list[float]] = in_path.tolist()
+        sure = [i for i, d in enumerate(detections) if d.score > SURE]
+        if len(sure) < len(detections):
+            objects, in_path = objects[sure], in_path[sure]
+        contact = first_contact(
+            path, reference, index, s, v, 0.5 * car.length, 0.5 * car.width + DANGER_MARGIN, car.center_x,
+            objects, in_path, DANGER_HORIZON,
+        )  # fmt: skip
+        return placed, float(contact)
 
     def _needed_deceleration(self, v: float, contact: float) -> float:
         if contact > DANGER_HORIZON or v < 0.1:

@@ -96,6 +96,7 @@ class NetSystem:
         self._index = {net.name: i for i, net in enumerate(nets)}
         self._by_place = [{p: tuple(t for t in net.transitions if p in t.take) for p in net.actions} for net in nets]
         self.trace: dict[str, float] = {}
+        self._quiet: Mapping[str, bool] | None = None  # facts of the last step, if it fired nothing
         for i in range(len(nets)):
             self._note(i)
 
@@ -105,6 +106,8 @@ class NetSystem:
 
     def step(self, facts: Mapping[str, bool]) -> tuple[str, ...]:
         """Fire what the facts let fire, each transition at most once; returns "net.transition" in firing order."""
+        if facts == self._quiet:  # neither facts nor marking have changed
+            return ()
         fired: list[str] = []
         for i, net in enumerate(self.nets):
             if net.parent:
@@ -133,6 +136,7 @@ class NetSystem:
                         break
             if done:
                 self._note(i)
+        self._quiet = None if fired else dict(facts)
         return tuple(fired)
 
     def _note(self, i: int) -> None:
