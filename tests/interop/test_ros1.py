@@ -211,9 +211,10 @@ def test_by_the_wall_clock_it_drives_too(scenario: Write, reached: Path) -> None
 
 def test_a_fault_on_the_wire_is_named_there_too(scenario: Write, reached: Path) -> None:
     where = {"stage": "rw", "vehicle": f"ros1:{reached}", "duration": 2.0, "ads": OneTrick(coast)}
-    result = run(scenario(), fault="duplicate@1+0.5", **where)  # type: ignore[arg-type]
-    assert result.status == "INCONCLUSIVE"
-    assert any(event.kind == "wire" and "repeated" in str(event) for event in result.log.events)
+    result = run(scenario(*WITH_TARGET), fault="duplicate@1+0.5", **where)  # type: ignore[arg-type]
+    named = {(event.text.split(" ")[0], event.element) for event in result.log.events if event.kind == "wire"}
+    assert ("repeated", "/vehicle/odom") in named
+    assert result.status != "PASS"
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
