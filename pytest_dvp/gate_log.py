@@ -85,6 +85,6 @@ def _spans(log: Log) -> list[tuple[float, float, str, list[str]]]:
     events = [event for event in log.events if event.kind == "gate"]
     ends = [*(later.t for _, later in pairwise(events)), float(log.t[-1]) if len(log.t) else 0.0]
     return [
-        (event.t, end, event.element, event.text.split(", ") if event.text else [])
+        (event.t, max(end, event.t), event.element, event.text.split(", ") if event.text else [])
         for event, end in zip(events, ends, strict=False)
     ]

@@ -33,7 +33,7 @@ def belief_rows(
     off = _series(metrics, "lateral_rmse_path")
     if off is not None:
         trace = curve(off["t"], off["value"], "left of the planned path", "y7", colour=BLUE, unit="m")
-        rows.append(ChartRow("y7", "driven −<br>planned [m]", 84.0, [trace]))
+        rows.append(ChartRow("y7", "driven −<br>planned [m]", 78.0, [trace]))
     pose = _series(metrics, "localization_error")
     if pose is not None:
         traces = [curve(pose["t"], pose["value"], "estimated − true position", "y8", colour=BLUE, unit="m")]
@@ -42,12 +42,12 @@ def belief_rows(
             words = "1 σ that the ADS states"
             stated = curve(columns["t"], sigma, words, "y8", colour=GREEN, dash="dot", unit="m", legend=words)
             traces.insert(0, stated)
-        rows.append(ChartRow("y8", "estimated −<br>true [m]", 84.0, traces))
+        rows.append(ChartRow("y8", "estimated −<br>true [m]", 78.0, traces))
     heading = _series(metrics, "heading_error")
     if heading is not None:
         degrees = np.degrees(np.asarray(heading["value"], dtype=np.float64))
         trace = curve(heading["t"], degrees, "estimated − true heading", "y10", colour=BLUE, unit="deg")
-        rows.append(ChartRow("y10", "heading, est.<br>− true [deg]", 84.0, [trace]))
+        rows.append(ChartRow("y10", "heading −<br>true [deg]", 78.0, [trace]))
     seen = _series(metrics, "detection_error")
     if seen is not None:
         t, error = thin(seen["t"], seen["value"])
@@ -56,7 +56,7 @@ def belief_rows(
             "xaxis": "x", "yaxis": "y9", "showlegend": False, "marker": {"size": 3.5, "color": PURPLE},
             "hovertemplate": "detected − true %{y:.2f} m<extra></extra>",
         }  # fmt: skip
-        rows.append(ChartRow("y9", "detected −<br>true [m]", 84.0, [points]))
+        rows.append(ChartRow("y9", "detected −<br>true [m]", 78.0, [points]))
     return tuple(rows)
 
 

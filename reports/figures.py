@@ -286,15 +286,15 @@ def _layout(
     """Rows from top to bottom; those on whose axis nothing is drawn get no room."""
     wishes = {
         "y": ("", 22.0),
-        "y2": ("speed<br>[m/s]", 120.0),
-        "y3": ("steer<br>[deg]", 120.0),
-        "y4": ("acceleration<br>[m/s²]", 120.0),
-        "y5": ("1 / TTC<br>[1/s]", 105.0),
+        "y2": ("speed<br>[m/s]", 96.0),
+        "y3": ("steer<br>[deg]", 96.0),
+        "y4": ("acceleration<br>[m/s²]", 96.0),
+        "y5": ("1 / TTC<br>[1/s]", 80.0),
         **{name: (title, height) for name, title, height, _ in more},
         "y6": ("", 22.0 * len(rows)),
     }
     heights = {name: height if name in drawn else 0.0 for name, (_, height) in wishes.items()}
-    gap = 20.0
+    gap = 16.0
     total = max(sum(heights.values()) + gap * sum(1 for name, height in heights.items() if height and name != "y"), gap)
     layout: Figure = {
         "height": round(total + 66), "margin": {"l": 86, "r": 12, "t": 26, "b": 40}, "barmode": "overlay",
