@@ -31,6 +31,17 @@ class Cubic(msgspec.Struct, frozen=True):
     d: float
 
 
+class Shape(msgspec.Struct, frozen=True):
+    """Height a + b dt + c dt^2 + d dt^3 above the cross-section from t [m] to the left, at s [m]; linear between s."""
+
+    s: float
+    t: float
+    a: float
+    b: float
+    c: float
+    d: float
+
+
 class Geometry(msgspec.Struct, frozen=True):
     """One geometry of a reference line.
 
@@ -205,6 +216,7 @@ class Road(msgspec.Struct, frozen=True):
     objects: tuple[RoadObject, ...]
     signals: tuple[Signal, ...]
     line: int
+    shapes: tuple[Shape, ...] = ()
 
 
 class Connection(msgspec.Struct, frozen=True):

@@ -23,7 +23,7 @@ from openscenario.road.elements import (
 )
 from openscenario.road.lane_reader import read_section, read_speed
 from openscenario.road.object_reader import read_objects, read_signals
-from openscenario.road.plan_reader import MAX_LENGTH, read_cubics, read_geometries
+from openscenario.road.plan_reader import MAX_LENGTH, read_cubics, read_geometries, read_shapes
 from openscenario.road.rules import check_network
 from openscenario.road.vocabulary import check_vocabulary
 from openscenario.xml import Node, read_xml
@@ -188,12 +188,12 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
             )
     elevation = by_tag(parts["elevationProfile"][0]) if "elevationProfile" in parts else {}
     lateral = by_tag(parts["lateralProfile"][0]) if "lateralProfile" in parts else {}
-    for tag in ("shape", "crossfall", "crossSectionSurface"):
+    for tag in ("crossfall", "crossSectionSurface"):
         if tag in lateral:
             attributes.report(
                 "road.unsupported",
                 lateral[tag][0],
-                "the surface's shape is not used: heights are those of elevation and superelevation",
+                "this part of the surface is not used: heights are those of elevation, superelevation and shape",
                 severity="warning",
             )
     lanes = by_tag(parts["lanes"][0]) if "lanes" in parts else {}
@@ -234,6 +234,7 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
         objects=read_objects(attributes, objects.get("object", [])),
         signals=read_signals(attributes, signals.get("signal", []), identity),
         line=node.line,
+        shapes=read_shapes(attributes, lateral.get("shape", [])),
     )
 
 

@@ -6,7 +6,7 @@ import math
 from typing import Literal
 
 from openscenario.road.attributes import Attributes, by_tag
-from openscenario.road.elements import Cubic, Geometry
+from openscenario.road.elements import Cubic, Geometry, Shape
 from openscenario.road.shapes import NODES, WEIGHTS
 from openscenario.xml import Node
 
@@ -53,6 +53,26 @@ def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tu
             )
         records.append(record)
     return tuple(records if ordered else sorted(records, key=lambda record: record.s))
+
+
+def read_shapes(attributes: Attributes, nodes: list[Node]) -> tuple[Shape, ...]:
+    """Records of a road's shape, in ascending order of s, at each s in ascending order of t."""
+    records: list[Shape] = []
+    for node in nodes:
+        values = [attributes.number(node, name) for name in ("s", "t", "a", "b", "c", "d")]
+        for name, value in zip(("s", "t", "a", "b", "c", "d"), values, strict=True):
+            bounded(attributes, node, name, value, MAX_LENGTH if name in "st" else MAX_COEFFICIENT)
+        record = Shape(*values)
+        if records and (record.s, record.t) < (records[-1].s, records[-1].t):
+            attributes.report(
+                "asam.net:xodr:1.4.0:road.profile.elem_asc_order",
+                node,
+                "records must ascend along the road, and from right to left at each place",
+                attribute="s" if record.s < records[-1].s else "t",
+                found=node.get("s" if record.s < records[-1].s else "t"),
+            )
+        records.append(record)
+    return tuple(sorted(records, key=lambda record: (record.s, record.t)))
 
 
 def _negative(attributes: Attributes, node: Node) -> None:

@@ -4,7 +4,8 @@ The cross-section is turned by pitch (elevation) and roll (superelevation) about
 lies at R(heading, pitch, roll) (0, t, 0) from it. The heading is that of the reference line plus the angle by which the
 lane leaves it, atan(dt/ds). In a bend that differs from the tangent of the lane's middle, atan(dt/ds / (1 - kappa t)),
 by a few mrad where the width changes: positions on a lane refer to the road's s axis. A path's tangent is `path.py`'s.
-Source: ASAM OpenDRIVE 1.8, 10.3 (elevation), 10.5 (superelevation).
+A road's shape is a height above the cross-section, in the direction of its normal.
+Source: ASAM OpenDRIVE 1.8, 10.3 (elevation), 10.5 (superelevation, shape).
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from openscenario.road.tables import (
     ROAD_FLAT,
     ROAD_GEOMETRY,
     ROAD_GEOMETRY_END,
+    ROAD_SHAPE,
+    ROAD_SHAPE_END,
     ROAD_SUPERELEVATION,
     ROAD_SUPERELEVATION_END,
     SECTION_CENTRE,
@@ -48,6 +51,37 @@ def slopes(tables: Tables, road: int, s: float) -> tuple[float, float, float, fl
 
 
 @njit(cache=True, error_model="numpy")
+def _cross_section(tables: Tables, section: int, t: float) -> tuple[float, float]:
+    """Height [m] of a cross-section at t [m] and its slope; right of its first record it goes on level."""
+    cubics = tables[1]
+    first, last = int(cubics[section, 1]), int(cubics[section, 2])
+    if t <= cubics[first, 0]:
+        return float(cubics[first, 1]), 0.0
+    height, slope, _ = profile(cubics, first, last, t)
+    return height, slope
+
+
+@njit(cache=True, error_model="numpy")
+def shape_height(tables: Tables, road: int, s: float, t: float) -> tuple[float, float, float]:
+    """Height [m] of a road's shape above its cross-section at (s, t), its slopes along s and along t.
+
+    Cross-sections are joined by straight lines in s; beyond the last one it goes on level, before the first it is 0.
+    """
+    cubics, roads = tables[1], tables[3]
+    first, last = roads[road, ROAD_SHAPE], roads[road, ROAD_SHAPE_END]
+    if last <= first or s < cubics[first, 0] - 1e-9:
+        return 0.0, 0.0, 0.0
+    row = record_at(cubics, first, last, s)
+    height, slope = _cross_section(tables, row, t)
+    if row + 1 == last:
+        return height, 0.0, slope
+    apart = cubics[row + 1, 0] - cubics[row, 0]
+    share = (s - cubics[row, 0]) / apart
+    height2, slope2 = _cross_section(tables, row + 1, t)
+    return height + share * (height2 - height), (height2 - height) / apart, slope + share * (slope2 - slope)
+
+
+@njit(cache=True, error_model="numpy")
 def surface_pose(
     tables: Tables, road: int, s: float, t: float, t1: float, height: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -58,6 +92,8 @@ def surface_pose(
         heading += math.atan(t1) if t1 != 0.0 else 0.0
         return x - sn * t, y + c * t, height, heading, 0.0, 0.0
     z, z1, z2, roll, roll1 = slopes(tables, road, s)
+    shape, shape1, bank = shape_height(tables, road, s, t)
+    height += shape
     run2 = 1.0 + z1 * z1
     cp = 1.0 / math.sqrt(run2)
     sp = -z1 * cp  # uphill is a negative pitch: x forward, y left, z up
@@ -69,14 +105,14 @@ def surface_pose(
     along1 = t1 * sp * sr + t * (sp1 * sr + sp * cr * roll1)
     across1 = t1 * cr - t * sr * roll1
     forward, sideways = 1.0 - kappa * across + along1, across1 + kappa * along
-    rise = z1 + t1 * cp * sr + t * (cp1 * sr + cp * cr * roll1)
+    rise = z1 + t1 * cp * sr + t * (cp1 * sr + cp * cr * roll1) + (shape1 + t1 * bank) * cp * cr
     return (
         x + c * along - sn * across,
         y + sn * along + c * across,
         z + up,
         heading + math.atan(across1),
         -math.atan2(rise, math.sqrt(forward * forward + sideways * sideways)),
-        roll,
+        roll + math.atan(bank),
     )
 
 

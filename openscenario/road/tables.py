@@ -1,9 +1,9 @@
 """Tables: a road network flattened to plain arrays, which all compiled functions take as one tuple.
 
 geometry  (n, 20) float   rows of shapes.py
-cubics    (m, 5)  float   s, a, b, c, d of every profile
+cubics    (m, 5)  float   s, a, b, c, d of every profile; t, a, b, c, d of shapes; s, first row, end of cross-sections
 lengths   (r,)    float   road lengths [m]
-roads     (r, 12) int     row ranges of a road, see ROAD_*
+roads     (r, 14) int     row ranges of a road, see ROAD_*
 spans     (q, 2)  float   s of start and end of each lane section [m]
 sections  (q, 4)  int     row of the centre lane, number of left and right lanes, road
 lanes     (k, 12) int     see LANE_*
@@ -12,11 +12,12 @@ lanes     (k, 12) int     see LANE_*
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 from typing import TypeAlias
 
 import numpy as np
 
-from openscenario.road.elements import Cubic, Lane, LaneHeight, Road, lane_direction
+from openscenario.road.elements import Cubic, Lane, LaneHeight, Road, Shape, lane_direction
 from openscenario.road.profile import Floats, Ints
 from openscenario.road.shapes import COLUMNS, geometry_rows
 
@@ -34,8 +35,10 @@ Tables: TypeAlias = tuple[Floats, Floats, Floats, Ints, Floats, Ints, Ints]
     ROAD_SECTION,
     ROAD_SECTION_END,
     ROAD_RULE,  # +1 right-hand, -1 left-hand traffic
-    ROAD_FLAT,  # 1: no elevation, superelevation or lane height anywhere
-) = range(12)
+    ROAD_FLAT,  # 1: no elevation, superelevation, shape or lane height anywhere
+    ROAD_SHAPE,  # its cross-sections
+    ROAD_SHAPE_END,
+) = range(14)
 SECTION_CENTRE, SECTION_LEFT, SECTION_RIGHT, SECTION_ROAD = range(4)
 (
     LANE_ID,
@@ -64,6 +67,17 @@ class _Rows:
         self.rows.extend((start + r.s, r.a, r.b, r.c, r.d) for r in records)
         return first, len(self.rows)
 
+    def shapes(self, records: Sequence[Shape]) -> tuple[int, int]:
+        """Rows of all records, and behind them one a cross-section, whose range is returned."""
+        sections: list[tuple[float, float, float, float, float]] = []
+        for s, group in groupby(records, key=lambda record: record.s):
+            first = len(self.rows)
+            self.rows.extend((r.t, r.a, r.b, r.c, r.d) for r in group)
+            sections.append((s, float(first), float(len(self.rows)), 0.0, 0.0))
+        start = len(self.rows)
+        self.rows.extend(sections)
+        return start, len(self.rows)
+
     def heights(self, records: Sequence[LaneHeight], start: float) -> tuple[int, int]:
         if not any(r.inner or r.outer for r in records):
             return 0, 0
@@ -88,20 +102,25 @@ def make_tables(roads: Sequence[Road]) -> Tables:
         elevation = cubics.cubics(road.elevations)
         superelevation = cubics.cubics(road.superelevations)
         offset = cubics.cubics(road.lane_offsets)
+        shape = cubics.shapes(road.shapes)
         first_section = len(sections)
         first_lane = len(lanes)
         _add_sections(road, index, rule, cubics, spans, sections, lanes)
         flat = not any(
             r[1] or r[2] or r[3] or r[4] for pair in (elevation, superelevation) for r in cubics.rows[slice(*pair)]
         )
-        flat = flat and not any(lane[LANE_HEIGHT_END] > lane[LANE_HEIGHT] for lane in lanes[first_lane:])
+        flat = (
+            flat
+            and shape[0] == shape[1]
+            and not any(lane[LANE_HEIGHT_END] > lane[LANE_HEIGHT] for lane in lanes[first_lane:])
+        )
         ranges = (first_geometry, len(geometry), *elevation, *superelevation, *offset, first_section, len(sections))
-        road_rows.append((*ranges, rule, int(flat)))
+        road_rows.append((*ranges, rule, int(flat), *shape))
     return (
         np.array(geometry, dtype=np.float64).reshape(-1, COLUMNS),
         np.array(cubics.rows, dtype=np.float64).reshape(-1, 5),
         np.array([road.length for road in roads], dtype=np.float64),
-        np.array(road_rows, dtype=np.int64).reshape(-1, 12),
+        np.array(road_rows, dtype=np.int64).reshape(-1, 14),
         np.array(spans, dtype=np.float64).reshape(-1, 2),
         np.array(sections, dtype=np.int64).reshape(-1, 4),
         np.array(lanes, dtype=np.int64).reshape(-1, 12),

@@ -117,3 +117,12 @@ def test_virtual_junction_is_said_to_be_unused(tmp_path: Path) -> None:
 def test_checking_a_road_loads_no_compiler() -> None:
     code = "import sys; import openscenario.road.opendrive; sys.exit('numba' in sys.modules or 'scipy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize(("second", "wrong"), [((10, -2), "shape[2]@t"), ((0, 2), "shape[2]@s")])
+def test_records_of_a_shape_ascend_along_the_road_and_to_the_left(
+    tmp_path: Path, second: tuple[int, int], wrong: str
+) -> None:
+    records = "".join(f'<shape s="{s}" t="{t}" a="0" b="0" c="0" d="0"/>' for s, t in ((10, 0), second))
+    path = write(tmp_path, straight("1", 0, 0, 0, 60, superelevation=records))
+    assert only(path) == ("road.profile.elem_asc_order", wrong)

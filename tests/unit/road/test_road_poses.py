@@ -63,6 +63,40 @@ def test_uphill_is_a_negative_pitch(tmp_path: Path) -> None:
     assert pose.pitch == pytest.approx(-math.atan(0.1))
 
 
+def shape(s: float, t: float, *values: float) -> str:
+    a, b, c, d = (*values, 0.0, 0.0, 0.0, 0.0)[:4]
+    return f'<shape s="{s}" t="{t}" a="{a}" b="{b}" c="{c}" d="{d}"/>'
+
+
+def test_a_shape_is_a_height_above_the_cross_section_from_right_to_left(tmp_path: Path) -> None:
+    """ASAM OpenDRIVE 1.8, 10.5: a + b dt + c dt^2 + d dt^3 from each t on."""
+    crown = shape(0.0, -4.0, 0.2, 0.1) + shape(0.0, -2.0, 0.4, 0.0, 0.1, 0.2)
+    net = network(tmp_path, straight("1", 0, 0, 0, 100, superelevation=crown))
+    right, left = net.road_pose("1", 30.0, -3.0), net.road_pose("1", 30.0, -1.5)
+    assert (right.x, right.y, right.z) == pytest.approx((30.0, -3.0, 0.2 + 0.1 * 1.0))
+    assert right.roll == pytest.approx(math.atan(0.1))
+    assert left.z == pytest.approx(0.4 + 0.1 * 0.25 + 0.2 * 0.125)
+    assert left.roll == pytest.approx(math.atan(0.2 * 0.5 + 0.6 * 0.25))
+    assert net.road_pose("1", 30.0, -6.0).z == pytest.approx(0.2)
+
+
+def test_cross_sections_of_a_shape_are_joined_by_straight_lines(tmp_path: Path) -> None:
+    profile = shape(20.0, 0.0, 0.0) + shape(60.0, 0.0, 1.0, 0.1) + shape(80.0, 0.0, 1.0)
+    net = network(tmp_path, straight("1", 0, 0, 0, 100, superelevation=profile))
+    heights = [net.road_pose("1", s, 2.0).z for s in (10.0, 30.0, 60.0, 70.0, 90.0)]
+    assert heights == pytest.approx([0.0, 0.25 * 1.2, 1.2, 1.1, 1.0])
+    pose = net.road_pose("1", 30.0, 2.0)
+    assert (pose.pitch, pose.roll) == pytest.approx((-math.atan(1.2 / 40.0), math.atan(0.25 * 0.1)))
+
+
+def test_a_shape_stands_on_the_turned_cross_section(tmp_path: Path) -> None:
+    bank = cubic("superelevation", 0.0, 0.2) + shape(0.0, -10.0, 0.5)
+    net = network(tmp_path, straight("1", 0, 0, 0, 100, superelevation=bank))
+    pose = net.road_pose("1", 50.0, 3.0)
+    expected = 3.0 * math.cos(0.2) - 0.5 * math.sin(0.2), 3.0 * math.sin(0.2) + 0.5 * math.cos(0.2)
+    assert (pose.y, pose.z) == pytest.approx(expected)
+
+
 def test_positive_superelevation_lifts_the_left(tmp_path: Path) -> None:
     net = network(tmp_path, straight("1", 0, 0, 0, 100, superelevation=cubic("superelevation", 0.0, 0.2)))
     pose = net.road_pose("1", 30.0, 3.0)
