@@ -15,6 +15,7 @@ from vehicle.messages import FloatArray
 LATERAL_ACCELERATION = 2.5  # m/s^2, ISO 15622 leaves 2.3 to 3; at high set speeds it takes over from LQR_rc_max
 EASE_A = 0.15  # m/s^2
 EASE_K = 0.7  # 1/s
+FIRMEST = 1.6  # times the planned deceleration, for a stop that is learnt of late
 GAP_GAIN = 0.4  # 1/s^2; how firmly a gap that is too small is opened
 
 
@@ -77,6 +78,24 @@ def approach_speed(distance: float, b: float) -> float:
 
 
 @compiled
+def firmer(v: float, distance: float, b: float) -> float:
+    """Deceleration [m/s^2] from `b` to FIRMEST times `b` with which the law comes from `v` [m/s] to rest in `distance`.
+
+    Who learns late of a stop brakes evenly a little harder, not hard at first and gently then.
+    """
+    if v <= 0.0 or stopping_distance(v, b) <= distance:
+        return b
+    low, high = b, FIRMEST * b
+    for _ in range(10):
+        middle = 0.5 * (low + high)
+        if stopping_distance(v, middle) > distance:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@compiled
 def approach_acceleration(v: float, v_target: float, distance: float, b: float, gain: float, lag: float) -> float:
     """Acceleration [m/s^2] that reaches `v_target` [m/s] in `distance` [m] by the braking law, with feedback `gain`.
 
@@ -87,8 +106,9 @@ def approach_acceleration(v: float, v_target: float, distance: float, b: float, 
     left = distance - max(relative, 0.0) * lag
     if left <= 0.0 and v_target > 0.0:
         return -gain * relative + GAP_GAIN * left
-    wanted = approach_speed(left, b)
-    a = -min(b, EASE_A + EASE_K * wanted) + gain * (wanted - relative)
+    firm = firmer(relative, left, b)
+    wanted = approach_speed(left, firm)
+    a = -min(firm, EASE_A + EASE_K * wanted) + gain * (wanted - relative)
     if relative > 0.0:
         needed = relative * relative / (2.0 * max(distance, 0.05))
         if needed > 1.15 * b:

@@ -21,7 +21,6 @@ BESIDE = 1.8  # m beside the middle of a way that an object is on it
 ALONG = 0.5  # cosine; an object that moves more across a way than this does not drive along it
 MOVING = 0.8  # m/s
 WAITS_TOO = 2.0  # s; who stood so long lets others go
-LIKELY = 5.0  # m/s; who moves slower is taken to speed up to it, or is faster than his track knows yet
 AFTER = 1.5  # s between our leaving the way and the other's coming
 BEFORE = 0.8  # s between the other's leaving and our coming
 FREE_FOR = 0.4  # s until the way counts as free
@@ -124,10 +123,10 @@ class JunctionRule:
                     continue
                 if rear > way.last:
                     continue
-                his_coming, his_leaving = (end / max(pace, 0.1) for end in (way.first - front, way.last - rear))
                 if pace > MOVING:
                     passing.add(d.track)
-                    his_coming = self._time_to(way.first - front, pace, max(pace, LIKELY))
+                pace = max(pace, 0.1)
+                his_coming, his_leaving = (way.first - front) / pace, (way.last - rear) / pace
                 taken = taken or (his_coming < leaves + AFTER and his_leaving > comes - BEFORE)
         self.passing = frozenset(passing)
         return taken

@@ -15,7 +15,7 @@ from ads.control.longitudinal import COMFORT_DECELERATION, NOW, ComfortSpeedCont
 from ads.control.lqr import DT, V_0, riccati_gain
 from ads.control.mpc import N, OffsetPlanner, offset_at
 from ads.control.pedals import PiPedals
-from ads.control.speed_profile import LATERAL_ACCELERATION, approach_speed, fill_speed, stopping_distance
+from ads.control.speed_profile import LATERAL_ACCELERATION, approach_speed, fill_speed, firmer, stopping_distance
 from ads.control.spline import KAPPA, SPEED, YAW, S, X, Y, project, sample, shifted, spline_path
 from ads.localization import Estimate
 
@@ -98,6 +98,16 @@ class TestSpeedProfile:
     @pytest.mark.parametrize("v", [0.05, 0.5, 1.4, 5.0, 25.0])
     def test_approach_speed_is_its_inverse(self, v):
         assert approach_speed(stopping_distance(v, 1.0), 1.0) == pytest.approx(v, rel=1e-4)
+
+    @pytest.mark.parametrize("distance", [12.0, 13.0, 15.0])
+    def test_a_stop_learnt_late_is_braked_for_evenly_and_no_harder_than_it_needs(self, distance: float) -> None:
+        # 5.5 m/s at 1.0 m/s^2, easing out, take 15.5 m
+        firm = firmer(5.5, distance, 1.0)
+        assert 1.0 < firm < 1.6
+        assert stopping_distance(5.5, firm) == pytest.approx(distance, abs=0.05)
+
+    def test_a_stop_learnt_in_time_is_braked_for_as_planned(self) -> None:
+        assert firmer(5.5, 16.0, 1.0) == 1.0
 
 
 class TestLqr:

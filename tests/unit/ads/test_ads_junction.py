@@ -116,12 +116,6 @@ class TestRule:
         (_, waits), _ = self.wait(scenarios_dir, tmp_path, oncoming(100.0, 1.0))
         assert not waits
 
-    def test_one_who_has_only_begun_to_move_is_taken_to_speed_up(self, scenarios_dir: Path, tmp_path: Path) -> None:
-        # At 1 m/s he would need 15 s to the crossing of the ways; speeding up by 0.8 m/s^2 he is there in about 5 s,
-        # and a car at 4 m/s, 15 m off, needs more than that to be out of his way.
-        (_, waits), _ = self.wait(scenarios_dir, tmp_path, oncoming(80.0, 1.0))
-        assert waits
-
     def test_one_who_has_passed_is_not_waited_for(self, scenarios_dir: Path, tmp_path: Path) -> None:
         (_, waits), _ = self.wait(scenarios_dir, tmp_path, oncoming(40.0, 5.0))
         assert not waits
