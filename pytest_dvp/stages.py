@@ -70,9 +70,8 @@ def check_stage(
         if dbc is not None or fault is not None:
             raise StageError(f"{'--dbc' if dbc is not None else '--fault'} is for the surrogate; found {vehicle}")
         return
-    if clock == REAL and (name == CAN or fault is not None):
-        what = f"vehicle {CAN}" if name == CAN else f"fault {fault}"
-        raise StageError(f"{what} runs in stepped time; real time is of vehicle {SURROGATE} and of adapters")
+    if clock == REAL and fault is not None:
+        raise StageError(f"fault {fault} runs in stepped time")
     if colon and not Path(hidden).is_file():
         raise StageError(f"vehicle {vehicle!r}: no file {hidden}")
     if require_real:

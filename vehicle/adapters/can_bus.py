@@ -18,6 +18,8 @@ from vehicle.wire.health import Trouble
 
 BEATS = 256  # the heartbeat counts to this
 GRANTED = 100_000_000  # ns that a car has to grant automatic mode
+GRANTED_LIVE = 300_000_000  # ns, by the wall clock
+SILENT = 150_000_000  # ns of wall time without a frame after which a car is lost that was commanded
 SECOND = 1_000_000_000  # ns
 
 
@@ -25,7 +27,8 @@ class CanActuators:
     """The harness's end of CAN bus `address`, with the messages of `car`.
 
     Nothing is sent before the first command: a dry run leaves the bus alone. From then on every cycle sends all
-    commands, asks for automatic mode and beats. Time [ns] is simulated, in lock-step with the surrogate.
+    commands, asks for automatic mode and beats. Time [ns] is simulated, in lock-step with the surrogate (`stepped`), or
+    that of a run by the wall clock (`listen`).
     `alive` raises VehicleLost if the car is known to be gone.
     """
 
@@ -41,6 +44,7 @@ class CanActuators:
         """Ask for nothing any more; forget what was measured."""
         self._command: Command | None = None
         self._since: int | None = None
+        self._last = 0
         self._mode: str = ""
         self._heard: dict[str, float] = {}
         self._reports: list[Odometry] = []
@@ -80,7 +84,19 @@ class CanActuators:
         except BusError as error:
             raise VehicleLost(str(error)) from None
         self._take(came)
-        self._check_mode(now)
+        self._check_mode(now, GRANTED)
+
+    def listen(self, epoch: int, now: int) -> None:
+        """Take what has come by `now` [ns], the monotonic clock's time less `epoch`. Raises VehicleLost."""
+        try:
+            came = self._link.waiting()
+        except BusError as error:
+            raise VehicleLost(str(error)) from None
+        self._last = now if came else self._last
+        self._take([Stamped(ns - epoch, frame) for ns, frame in came])
+        self._check_mode(now, GRANTED_LIVE)
+        if self._since is not None and now - max(self._last, self._since) > SILENT:
+            raise VehicleLost(f"the car's CAN has been silent for {(now - self._last) / SECOND:.2f} s")
 
     def reports(self) -> list[Odometry]:
         """Measured speed and steering angle since the last call, oldest first."""
@@ -116,11 +132,11 @@ class CanActuators:
             if "speed" in said.values and "steer" in heard:
                 self._reports.append(Odometry(ns / SECOND, heard["speed"], heard["steer"]))
 
-    def _check_mode(self, now: int) -> None:
+    def _check_mode(self, now: int, granted: int) -> None:
         """Raise VehicleLost if the car does not obey and no driver's hand is the reason."""
         if self._since is None or "mode" not in self._map.report or any(self.hands):
             return
-        if self._mode != "automatic" and now - self._since >= GRANTED:
+        if self._mode != "automatic" and now - self._since >= granted:
             raise VehicleLost(f"the car's drive-by-wire is in mode {self._mode or 'unknown'}, asked for was automatic")
 
 

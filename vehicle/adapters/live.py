@@ -17,10 +17,11 @@ import msgspec
 import numpy as np
 
 from vehicle.adapter import VehicleLost
-from vehicle.adapters.process import CarProcess
+from vehicle.adapters.process import CarProcess, DriveByWireProcess
 from vehicle.adapters.ros2 import CALL, Ros2Vehicle
 from vehicle.messages import Command, FloatArray, Observation, Odometry, Surroundings, VehicleDescription, VehicleState
 from vehicle.wire import convert, topics
+from vehicle.wire.can_map import SignalMap
 from vehicle.wire.live import LiveEnd, Ping
 
 SILENT = 0.15  # s without a message after which the car is lost
@@ -30,6 +31,7 @@ PINGS = 40  # before a run, for the clock
 GRID = 0.01  # s
 NEAR, TURNED = 2.0, 0.35  # m, rad that a real car may be from where the scenario places it
 SETTLING = 15_000_000  # ns that the surrogate has to stand where it is put
+PLACED = 0.5  # s until which motion of before it was put there does not count
 
 
 class Punctuality:
@@ -120,6 +122,8 @@ class LiveCar(Ros2Vehicle):
         """Let `dt` [s] of wall time pass, counted from the last step's end. Returns the rows that have come."""
         if not self._begun:
             self._begin()
+        if self._by_wire is not None:
+            self._by_wire.cycle(self._now)
         self._now += round(dt * convert.SECOND)
         self._ping()
         self._listen(self._epoch + self._now)
@@ -131,6 +135,9 @@ class LiveCar(Ros2Vehicle):
             self._send(topics.RESET, convert.state_to_ros(self._state, self._now))
             end.receive_until(time.monotonic_ns() + SETTLING)
         self._discard()  # what was under way belongs to the time before
+        if self._by_wire is not None:
+            self._by_wire.listen(0, 0)
+            self._by_wire.reset()
         self._begun = True
         self._epoch = time.monotonic_ns() - self._now
         end.shift = self.punctuality.offset + self._epoch
@@ -144,7 +151,18 @@ class LiveCar(Ros2Vehicle):
             [[state.t, state.x, state.y, state.z, state.yaw, state.v, state.vx, 0, 0, 0, 0, state.steer]]
         )
         self._told = 0  # rows of the grid
+        self._placed = self._real
         end.heard = self._listened = time.monotonic_ns()
+
+    def _rows(self) -> FloatArray:
+        """As of any car; a surrogate on a busy machine may have gone on elsewhere for a while."""
+        if not self._placed:
+            self._placed = self._live().drop_until(topics.ODOMETRY, self._is_there) or self._clock() > PLACED
+        return super()._rows()
+
+    def _is_there(self, message: Any) -> bool:
+        there, state = convert.state_from_ros(message), self._state
+        return hypot(there.x - state.x, there.y - state.y) <= NEAR + PLACED * abs(state.v)
 
     def _on_grid(self, rows: FloatArray) -> FloatArray:
         """Measured rows (n, 12) at the car's stamps -> those of the 10 ms grid that they reach."""
@@ -193,6 +211,8 @@ class LiveCar(Ros2Vehicle):
             end.heard += away
         try:
             end.receive_until(until, self._pinged)
+            if self._by_wire is not None and self._begun:
+                self._by_wire.listen(self._epoch, time.monotonic_ns() - self._epoch)
         except VehicleLost:
             self._lost = True
             raise
@@ -221,8 +241,15 @@ class LiveCarProcess(LiveCar, CarProcess):
     """A car in real time that is a process of this machine: `python -m MODULE --dds DOMAIN --clock real ARGUMENTS`."""
 
 
-def live_surrogate(seed: int = 0, hidden: Path | None = None, **options: Any) -> LiveCarProcess:
+class LiveDriveByWireProcess(LiveCar, DriveByWireProcess):
+    """One with a drive-by-wire."""
+
+
+def live_surrogate(
+    seed: int = 0, hidden: Path | None = None, *, can: SignalMap | None = None, **options: Any
+) -> LiveCarProcess | LiveDriveByWireProcess:
     """The surrogate car in a process of its own, by the wall clock; arguments as of `process.surrogate`."""
     extra = ["--hidden", str(hidden)] if hidden is not None else []
     arguments = ["--clock", "real", "--seed", str(seed), *extra]
-    return LiveCarProcess("vehicle.surrogate", arguments, seed=seed, end=LiveEnd, **options)
+    kind = LiveCarProcess if can is None else LiveDriveByWireProcess
+    return kind("vehicle.surrogate", arguments, seed=seed, can=can, end=LiveEnd, **options)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from math import inf
 
 from vehicle.messages import Command, Odometry
-from vehicle.wire.can_codec import Codec
+from vehicle.wire.can_codec import Codec, Frame
 from vehicle.wire.can_link import DONE, STEP, TIME, Link, open_bus
 from vehicle.wire.can_map import SignalMap
 
@@ -46,18 +46,11 @@ class DriveByWire:
 
     def hear(self, number: int, now: int) -> None:
         """Take the frames that came with step `number`."""
-        for _, frame in self._link.until(STEP, number, STEP_TIMEOUT):
-            said = self._codec.read(frame)
-            if said is None:
-                continue
-            self._refused += bool(said.wrong) + said.lost
-            if said.wrong:
-                continue
-            self._asked.update(said.values)
-            self._heard.update(dict.fromkeys(said.values, float(now)))
-            if "mode" in said.values:
-                self._ask_mode(self._names.get(round(said.values["mode"]), MANUAL), now)
-        self.watch(now)
+        self._hear([frame for _, frame in self._link.until(STEP, number, STEP_TIMEOUT)], now)
+
+    def listen(self, now: int) -> None:
+        """Take the frames that have come, by the wall clock."""
+        self._hear([frame for _, frame in self._link.waiting()], now)
 
     def watch(self, now: int) -> None:
         """Fall into fault if what automatic mode needs has stayed away."""
@@ -78,9 +71,10 @@ class DriveByWire:
             now, asked["steer"], asked.get("accel", 0.0), asked.get("throttle", 0.0), asked.get("brake", 0.0)
         )
 
-    def report(self, now: int, wheels: Odometry) -> None:
-        """Send the measured motion and the state, as of `now`."""
-        self._link.say(TIME, now)
+    def report(self, now: int, wheels: Odometry, *, stamped: bool = True) -> None:
+        """Send the measured motion and the state, as of `now`; `stamped`: and say that it is of then."""
+        if stamped:
+            self._link.say(TIME, now)
         values = {
             "steer": wheels.steer, "speed": wheels.v, "mode": float(self._map.mode.get(self.mode, 0)),
             "override": 0.0, "emergency_stop": 0.0, "refused": float(min(self._refused, 65535)),
@@ -95,6 +89,20 @@ class DriveByWire:
     def close(self) -> None:
         """Leave the bus."""
         self._link.close()
+
+    def _hear(self, frames: list[Frame], now: int) -> None:
+        for frame in frames:
+            said = self._codec.read(frame)
+            if said is None:
+                continue
+            self._refused += bool(said.wrong) + said.lost
+            if said.wrong:
+                continue
+            self._asked.update(said.values)
+            self._heard.update(dict.fromkeys(said.values, float(now)))
+            if "mode" in said.values:
+                self._ask_mode(self._names.get(round(said.values["mode"]), MANUAL), now)
+        self.watch(now)
 
     def _ask_mode(self, asked: str, now: int) -> None:
         if asked == MANUAL:

@@ -26,6 +26,8 @@ class LiveNode(Node):
     driver  publish the hands of one, who never takes over: for a surrogate in the place of a real car
     """
 
+    stepped = False
+
     def __init__(
         self,
         opener: Opener,
@@ -52,6 +54,8 @@ class LiveNode(Node):
         while True:
             end.receive_until(self._zero + self._now + SUBSTEP, self._answer)
             self._obey()
+            if self._unit is not None:
+                self._unit.listen(self._now)
             self._advance(self._now + SUBSTEP)
             if self._driver and (self._now - self._start) % MOTION == 0:
                 for topic in topics.HANDS:

@@ -48,6 +48,7 @@ class Node:
     """
 
     writes = topics.FROM_CAR
+    stepped = True  # harness and car in lock-step
 
     def __init__(
         self, opener: Opener, hidden: Hidden, seed: int, unit: DriveByWire | None = None, *, end: type[End] = End
@@ -151,7 +152,7 @@ class Node:
             echo = 0.0 if self._obeyed is None else self._obeyed.accel
             self._queue(topics.FEEDBACK, convert.feedback_to_ros(wheels, now, echo), 0)
         else:
-            self._unit.report(now, wheels)
+            self._unit.report(now, wheels, stamped=self.stepped)
         felt = Imu(0.0, shown["ax"], shown["ay"], shown["yaw_rate"])
         self._queue(topics.IMU, convert.imu_to_ros(felt, now), 0)
         if with_gnss:

@@ -117,12 +117,20 @@ class Link:
                 came.append(Stamped(self._ns, frame))
 
     def waiting(self) -> list[Stamped]:
-        """All frames that have come, with the bus's own stamps; without lock-step."""
-        came = []
-        while (message := self._bus.recv(0.0)) is not None:
-            frame = _plain(message)
-            if frame is not None and (frame.id, frame.extended) not in self._own:
-                came.append(Stamped(round(message.timestamp * 1e9), frame))
+        """All frames that have come, with the bus's own stamps on this machine's monotonic clock; without lock-step.
+
+        Raises BusError.
+        """
+        import can
+
+        came, shift = [], time.time_ns() - time.monotonic_ns()  # buses stamp by the wall clock, which may be set
+        try:
+            while (message := self._bus.recv(0.0)) is not None:
+                frame = _plain(message)
+                if frame is not None and (frame.id, frame.extended) not in self._own:
+                    came.append(Stamped(round(message.timestamp * 1e9) - shift, frame))
+        except can.CanError as error:
+            raise BusError(f"CAN: {error}") from None
         return came
 
     def close(self) -> None:

@@ -55,6 +55,13 @@ class LiveEnd(End):
                         part.header.stamp = stamp(nanoseconds(part.header) - self.shift)
         return messages
 
+    def drop_until(self, topic: Topic, wanted: Callable[[Any], bool]) -> bool:
+        """Forget the messages of a topic before the first wanted one; whether that has come."""
+        kept = self._kept[topic]
+        while kept and not wanted(kept[0]):
+            kept.pop(0)
+        return bool(kept)
+
     def _collect(self, wait: float, on_step: Callable[[int, list[int]], None] | None) -> bool:
         came = self._wire.read(wait)
         for topic, message in came:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 
 import pytest
@@ -18,6 +19,7 @@ from vehicle.wire.can_map import find_map
 
 MS = 1_000_000  # ns
 CYCLE = 20 * MS
+SECOND = 1000 * MS
 
 
 class Pair:
@@ -177,3 +179,81 @@ def test_a_bus_that_cannot_be_opened_is_one_line(address: str, says: str) -> Non
     with pytest.raises(BusError, match=says) as refused:
         open_bus(address)
     assert "\n" not in str(refused.value)
+
+
+class LivePair(Pair):
+    """By the wall clock, whose time is given by hand: nobody says when a cycle ends."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.spy = open_bus(f"virtual:{name}")
+
+    def live(self, *, mute: bool = False, deaf: bool = False) -> Command | None:
+        """A cycle; `mute`: the harness sends nothing; `deaf`: the car reports nothing."""
+        if not mute:
+            self.harness.cycle(self.now)
+        self.unit.listen(self.now)
+        self.unit.watch(self.now)
+        command = self.unit.command(self.now / 1e9)
+        self.now += CYCLE
+        if not deaf:
+            self.unit.report(self.now, Odometry(0.0, 5.0, 0.1), stamped=False)
+        self.harness.listen(0, self.now)
+        return command
+
+
+@pytest.fixture
+def live(request: pytest.FixtureRequest) -> Iterator[LivePair]:
+    pair = LivePair(request.node.name)
+    yield pair
+    pair.spy.shutdown()
+    pair.harness.close()
+    pair.unit.close()
+
+
+def test_by_the_wall_clock_frames_of_the_car_alone_are_on_the_bus(live: LivePair) -> None:
+    live.harness.apply(asked())
+    assert live.live() == Command(0.0, pytest.approx(0.1, abs=1e-4), 0.0, pytest.approx(0.3, abs=1e-4), 0.0)
+    seen = []
+    while (message := live.spy.recv(0.0)) is not None:
+        seen.append((message.arbitration_id, message.is_extended_id))
+    assert seen
+    assert not any(extended for _, extended in seen)  # STEP, DONE and TIME are
+
+
+def test_by_the_wall_clock_a_report_is_of_when_it_came(live: LivePair, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bus stamps by a wall clock that stands 1000 s off the monotonic one."""
+    monkeypatch.setattr("vehicle.wire.can_link.time.monotonic_ns", lambda: time.time_ns() - 1_000 * SECOND)
+    live.harness.apply(asked())
+    before = time.time() - 1_000.0
+    live.live()
+    (report,) = live.harness.reports()
+    assert before - 1e-3 <= report.t <= time.time() - 1_000.0 + 1e-3
+    assert (report.v, report.steer) == pytest.approx((5.0, 0.1), abs=1e-3)
+
+
+def test_by_the_wall_clock_a_command_that_stays_away_for_100_ms_makes_the_car_brake(live: LivePair) -> None:
+    """And the harness is told that the car no longer obeys: 300 ms after it asked first, as it must not hurry a car."""
+    live.harness.apply(asked())
+    for _ in range(15):
+        live.live()
+    got = [live.live(mute=True) for _ in range(4)]
+    assert [command and command.throttle for command in got] == pytest.approx([0.3] * 4, abs=1e-4)
+    assert live.now - 15 * CYCLE == 80 * MS
+    with pytest.raises(VehicleLost, match=r"^the car's drive-by-wire is in mode fault, asked for was automatic$"):
+        live.live(mute=True)
+    command = live.unit.command(live.now / 1e9)
+    assert command is not None
+    assert (command.accel, command.brake, command.steer) == (-7.0, 1.0, pytest.approx(0.1, abs=1e-4))
+
+
+def test_by_the_wall_clock_a_can_that_falls_silent_is_a_lost_car(live: LivePair) -> None:
+    """150 ms without a frame; before the first command a car may say nothing."""
+    for _ in range(20):
+        live.live(deaf=True)
+    live.harness.apply(asked())
+    live.live()
+    for _ in range(7):
+        live.live(deaf=True)  # 140 ms
+    with pytest.raises(VehicleLost, match=r"^the car's CAN has been silent for 0\.16 s$"):
+        live.live(deaf=True)

@@ -130,6 +130,18 @@ def test_a_domain_or_a_file_that_is_none_is_one_line(tmp_path: Path) -> None:
         Ros1Car("no.toml")
 
 
+def test_who_waits_for_a_car_that_does_not_come_learns_where_it_was_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    lease, network = Lease(), f"<CycloneDDS><Domain>{LOOPBACK}</Domain></CycloneDDS>"
+    monkeypatch.setenv("CYCLONEDDS_URI", network)
+    with pytest.raises(
+        VehicleLost, match=r"^no car answered on the wire within 0\.1 s: waiting for a node that"
+    ) as lost:
+        Ros2Car(str(lease.domain), ready=0.1)
+    for named in ("/vehicle/description", f"on DDS domain {lease.domain} (", network):
+        assert named in str(lost.value)
+    assert Ros1Car.waits_for("car.toml").endswith("at the ROS master that car.toml names")
+
+
 def test_an_interpreter_without_rospy_is_one_line(tmp_path: Path) -> None:
     """A virtual environment does not see the system's packages."""
     (tmp_path / "ros1.toml").write_text("")
