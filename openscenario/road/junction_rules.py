@@ -31,6 +31,8 @@ def check_junctions(attributes: Attributes, network: OpenDrive, road_nodes: list
         connections = node.findall("connection")
         for connection in connections:
             _connection(attributes, connection, node, roads)
+        if node.get("type") != "virtual":
+            _appearing(attributes, connections, roads)
         if network.version == (1, 7):
             _one_connection(attributes, connections)
 
@@ -91,7 +93,6 @@ def _ways(attributes: Attributes, node: Node, junction: Node, incoming: Road, co
         return
     _contact(attributes, node, incoming, connecting)
     links = node.findall("laneLink")
-    _appearing(attributes, node, incoming, connecting)
     ends = (("from", incoming), ("to", connecting))
     right = [all(int(link.get(name)) in _lanes(road) for name, road in ends) for link in links]
     for link, fits in zip(links, right, strict=True):
@@ -109,21 +110,26 @@ def _ways(attributes: Attributes, node: Node, junction: Node, incoming: Road, co
                 )
 
 
-def _appearing(attributes: Attributes, node: Node, incoming: Road, connecting: Road) -> None:
-    """Of the lanes that one lane is linked to, none begins there with no width."""
-    targets: dict[str, list[Node]] = {}
-    for link in node.findall("laneLink"):
-        targets.setdefault(link.get("from"), []).append(link)
-    at_end = node.get("contactPoint") == "end"
-    for links in targets.values():
-        for link in links if len(links) > 1 else ():
+def _appearing(attributes: Attributes, connections: list[Node], roads: Mapping[str, Road]) -> None:
+    """Of the lanes of a road that one lane is linked to, none begins there with no width."""
+    targets: dict[tuple[str, ...], list[Node]] = {}
+    for node in connections:
+        ways = tuple(node.get(name) for name in ("incomingRoad", "connectingRoad", "linkedRoad", "contactPoint"))
+        for link in node.findall("laneLink"):
+            targets.setdefault((*ways, link.get("from")), []).append(link)
+    for (incoming, direct, linked, contact, source), links in targets.items():
+        connecting = roads.get(direct or linked)
+        if len(links) < 2 or connecting is None:
+            continue
+        at_end = contact == "end"
+        for link in links:
             lane = next((lane for lane in end_lanes(connecting, at_end) if str(lane.id) == link.get("to")), None)
             place = connecting.length - connecting.sections[-1].s if at_end else 0.0
             if lane is not None and lane.widths and abs(width_at(lane, place)) < NO_WIDTH:
                 attributes.report(
                     "asam.net:xodr:1.4.0:road.lane.link.new_lane_appear",
                     link,
-                    f"only the lane that continues lane {link.get('from')} of road {incoming.id} is linked",
+                    f"only the lane that continues lane {source} of road {incoming} is linked",
                     found=f"lane {lane.id} of road {connecting.id}, which has no width there",
                 )
 

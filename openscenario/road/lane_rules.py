@@ -13,6 +13,7 @@ from openscenario.road.elements import Cubic, Lane, LaneSection, Road
 from openscenario.xml import Node
 
 NO_WIDTH = 1e-3  # m
+CROSSED = 0.9e-6  # m, of two borders: ASAM's own checker allows 1e-6
 NEGATIVE = 0.01  # m; cubics end a little below zero where a lane vanishes
 CROSSED = 5e-7  # m, of one border beyond the other
 STATIONS = 32  # of a section at which borders are compared, beside the ends of their records
@@ -169,7 +170,7 @@ def _borders(attributes: Attributes, section: LaneSection, length: float, lanes:
             continue
         stations = {0.0, length, *(record.s for lane in (inner, outer) for record in lane.borders)}
         inside = [
-            s for s in sorted(stations) if side * (_value(outer.borders, s) - _value(inner.borders, s)) < -NO_WIDTH
+            s for s in sorted(stations) if side * (_value(outer.borders, s) - _value(inner.borders, s)) < -CROSSED
         ]
         if inside:
             attributes.report(

@@ -209,8 +209,8 @@ def _contact_points(
                 claims.setdefault((other, at_end), []).append((number, name))
                 continue
             pair = (min(number, other), max(number, other))
-            back = network.roads[other].successor if at_end else network.roads[other].predecessor
-            returned = back is not None and back.kind == "road" and back.id == road.id
+            backs = network.roads[other].successor, network.roads[other].predecessor
+            returned = any(back is not None and back.kind == "road" and back.id == road.id for back in backs)
             if pair not in done:
                 done.add(pair)
                 attributes.report(

@@ -126,3 +126,22 @@ def test_records_of_a_shape_ascend_along_the_road_and_to_the_left(
     records = "".join(f'<shape s="{s}" t="{t}" a="0" b="0" c="0" d="0"/>' for s, t in ((10, 0), second))
     path = write(tmp_path, straight("1", 0, 0, 0, 60, superelevation=records))
     assert only(path) == ("road.profile.elem_asc_order", wrong)
+
+
+def test_roads_that_name_each_other_at_different_ends_are_apart(tmp_path: Path) -> None:
+    first = straight("1", 0, 0, 0, 60, link=to_road("successor", "2", "end"))
+    second = straight("2", 60, 0, 0, 60, link=to_road("predecessor", "1", "end"))
+    assert only(write(tmp_path, first, second)) == ("road.geometry.contact_point", "road[1]")
+
+
+@pytest.mark.parametrize("apart", ["", '</connection><connection id="1" {ways}>'])
+def test_an_appearing_lane_is_linked_in_no_connection(tmp_path: Path, apart: str) -> None:
+    """The lane that appears beside the one that goes on is linked to no lane, in whichever connection."""
+    ways = 'incomingRoad="1" connectingRoad="2" contactPoint="start"'
+    growing = lane(-2, inside=cubic("width", 0.0, 0.0, 0.05))
+    beside = straight("2", 60, 0, 0, 60, section(right=[lane(-1), growing]), junction="9")
+    links = '<laneLink from="-1" to="-1"/>' + apart.format(ways=ways) + '<laneLink from="-1" to="-2"/>'
+    junction = f'<junction id="9" name="j"><connection id="0" {ways}>{links}</connection></junction>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 60, link='<successor elementType="junction" elementId="9"/>'), beside)
+    path.write_text(path.read_text().replace("</OpenDRIVE>", junction + "</OpenDRIVE>"))
+    assert "road.lane.link.new_lane_appear" in [finding.code.rpartition(":")[2] for finding in findings_of(path)]
