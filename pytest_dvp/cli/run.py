@@ -198,6 +198,7 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
     ads = "" if settings.ads == REFERENCE else f", ADS {settings.ads}"
     what = job.label or job.path
     print(f"dvp run: {what}, stage {job.stage}, seed {settings.seed}{ads}", file=sys.stderr)
+    _say_who_is_waited_for(job.stage, settings.vehicle)
     said = FIRST_RUN if job.stage == "dt" else ON_THE_WIRE
     notice = threading.Timer(PATIENCE, print, (said,), {"file": sys.stderr, "flush": True})
     notice.daemon = True
@@ -241,6 +242,18 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
         if not note.startswith(BESIDE_VERDICTS):
             print(note, file=sys.stderr)
     return result
+
+
+def _say_who_is_waited_for(stage: str, vehicle: str) -> None:
+    """Of an adapter that can tell, where it looks for the car: nobody should wait a minute to learn that."""
+    from pytest_dvp.stages import REPLAY, VEHICLES, find_adapter
+
+    name, _, argument = vehicle.partition(":")
+    if stage == "dt" or name in (*VEHICLES, REPLAY):
+        return
+    waits_for = getattr(find_adapter(name).open, "waits_for", None)
+    if waits_for is not None:
+        print(f"  {waits_for(argument)}", file=sys.stderr, flush=True)
 
 
 def _across(

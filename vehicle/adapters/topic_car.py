@@ -8,30 +8,39 @@ Its driver's hands are two topics; who says nothing there for STALE, or has not 
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.live import LiveCar, Punctuality
 from vehicle.gated import Hands
-from vehicle.messages import VehicleState
+from vehicle.messages import VehicleDescription, VehicleState
 from vehicle.wire import topics
 from vehicle.wire.end import Opener
 from vehicle.wire.live import LiveEnd
 
 STALE = 0.2  # s without a word of the driver's hands
+_ASKED = f"waiting for a node that answers {topics.STEP.name} by {topics.DONE.name} and {topics.DESCRIPTION.name}"
 
 
 class TopicCar(LiveCar):
-    """A real car on the wire that `opener` opens. Raises VehicleLost if it does not come."""
+    """A real car on the wire that `opener` opens. Raises VehicleLost if it does not come, naming `where` it was."""
 
     reads = (*topics.FROM_CAR, *topics.HANDS)
 
-    def __init__(self, opener: Opener, **options: Any) -> None:
+    def __init__(self, opener: Opener, where: str, **options: Any) -> None:
         self.punctuality = Punctuality()
         self._held: dict[topics.Topic, bool] = {}
         self._heard_at: dict[topics.Topic, float] = {}
+        self._where = where
         super().__init__(opener, alive=lambda: None, is_real=True, end=LiveEnd, **options)
+
+    def _call(self, ready: float) -> VehicleDescription:
+        try:
+            return super()._call(ready)
+        except VehicleLost as error:
+            raise VehicleLost(f"{error}: {self._where}") from None
 
     def reset(self, state: VehicleState) -> None:
         """Learn the car's clock, and see that it stands at `state`; hands of before do not count."""
@@ -56,16 +65,27 @@ class TopicCar(LiveCar):
 class Ros2Car(TopicCar):
     """`ros2_car:DOMAIN`."""
 
+    @staticmethod
+    def waits_for(argument: str) -> str:
+        """What is looked for, and where, for who waits."""
+        network = os.environ.get("CYCLONEDDS_URI") or "not set: the network that the system prefers"
+        return f"{_ASKED} on DDS domain {argument} (ROS_DOMAIN_ID there; CYCLONEDDS_URI {network})"
+
     def __init__(self, argument: str, **options: Any) -> None:
         from vehicle.wire.dds import on_domain
 
         if not argument.isdigit() or int(argument) > 232:
             raise VehicleLost(f"vehicle ros2_car:{argument}: expected a DDS domain, 0 to 232, as ros2_car:7")
-        super().__init__(on_domain(int(argument), network=True), **options)
+        super().__init__(on_domain(int(argument), network=True), self.waits_for(argument), **options)
 
 
 class Ros1Car(TopicCar):
     """`ros1_car:FILE`."""
+
+    @staticmethod
+    def waits_for(argument: str) -> str:
+        """What is looked for, and where, for who waits."""
+        return f"{_ASKED} at the ROS master that {argument or 'ROS_MASTER_URI'} names"
 
     def __init__(self, argument: str, **options: Any) -> None:
         from vehicle.wire.ros1 import Ros1Error, on_ros1, read_settings
@@ -74,4 +94,4 @@ class Ros1Car(TopicCar):
             settings = read_settings(Path(argument) if argument else None)
         except Ros1Error as error:
             raise VehicleLost(f"vehicle ros1_car:{argument}: {error}") from None
-        super().__init__(on_ros1(settings, "harness", error=VehicleLost), **options)
+        super().__init__(on_ros1(settings, "harness", error=VehicleLost), self.waits_for(argument), **options)

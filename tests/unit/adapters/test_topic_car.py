@@ -137,6 +137,7 @@ def test_who_waits_for_a_car_that_does_not_come_learns_where_it_was_looked_for(m
         VehicleLost, match=r"^no car answered on the wire within 0\.1 s: waiting for a node that"
     ) as lost:
         Ros2Car(str(lease.domain), ready=0.1)
+    lease.release()
     for named in ("/vehicle/description", f"on DDS domain {lease.domain} (", network):
         assert named in str(lost.value)
     assert Ros1Car.waits_for("car.toml").endswith("at the ROS master that car.toml names")
