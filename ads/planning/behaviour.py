@@ -17,7 +17,7 @@ from ads.planning.junction import JunctionRule
 from ads.planning.memory import TrackMemory
 from ads.planning.navigator import Navigator
 from ads.planning.nets import NETS
-from ads.planning.overtaking import WAIT_GAP, Neighbour, Obstacle, Overtaking
+from ads.planning.overtaking import CREEPS, WAIT_GAP, Neighbour, Obstacle, Overtaking
 from ads.planning.petri_net import Net, NetSystem
 from ads.planning.scene import first_contact, objects_of, place
 from vehicle.messages import Detection, FloatArray, SignalState, VehicleDescription
@@ -30,7 +30,7 @@ ABORT_GAP = 8.0  # m
 ABORT_DECELERATION = 1.5  # m/s^2
 CONFLICT_FOR = 0.4  # s of conflict until the car gives up
 BLOCKED_FOR = 2.0  # s without room to pass until another way is looked for
-STUCK_GAP = 4.0  # m before an obstacle without a way around it
+STUCK_GAP = 6.0  # m before an obstacle without a way around it; from 5.5 m on there is a tight one
 SURE = 0.5  # score; an object less sure, or unseen for a while, is no reason for an emergency
 DANGER_HORIZON = 3.5  # s
 DANGER_DECELERATION = 3.2  # m/s^2; when a collision needs more, it is an emergency
@@ -250,7 +250,7 @@ class Behaviour:
     ) -> dict[str, bool]:  # fmt: skip
         o, plan, monitor = self._obstacle, self._overtaking, navigator.monitor
         facts = dict.fromkeys(("obstacle", "in_range", "gap_free", "way_around", "beside", "conflict", "passed"), False)
-        plan.met, plan.meeting_speed = frozenset(), None
+        plan.met, plan.meeting_speed, plan.creeps = frozenset(), None, v < CREEPS
         facts["standing"] = v < 0.05
         facts["in_lane"] = plan.offsets is None or (plan.back_in_lane(s) and abs(navigator.lateral) < 0.25)
         if o is None or monitor is None:

@@ -17,6 +17,9 @@ COMFORT_CLEARANCE = 0.9  # m, wanted
 WAIT_GAP = 12.0  # m between bumpers when waiting behind an obstacle; enough to swing out from
 SHORTEST_GAP = 3.0  # m; nearer than this the offset must clear the obstacle already
 SWING = 22.0  # m of path for a swing, wanted
+TIGHT_GAP = -0.5  # m; as SHORTEST_GAP, of a car that creeps out from where it stands: its corner leads its axle
+TIGHT_SWING = 14.0  # m
+CREEPS = 0.5  # m/s
 SWING_EARLY = 6.0  # m before the car may return at which the swing back begins, gently
 EDGE = 0.2  # m left between the car and the edge of the lane it passes in
 SETTLED = 6.0  # s; a vehicle in the other lane that stood so long will not set off
@@ -84,6 +87,7 @@ class Overtaking:
         self.offsets: FloatArray | None = None  # None: in the lane everywhere
         self.s_end = -math.inf  # where the plan is back in the lane [m]
         self.obstacle: Obstacle | None = None
+        self.creeps = False  # the car hardly moves: it may swing out as tightly as it can
 
     def reset(self) -> None:
         """Forget the plan: the reference path is a new one, or the manoeuvre is over."""
@@ -237,10 +241,19 @@ class Overtaking:
 
     def _solve(self, s: float, obstacle: Obstacle | None, monitor: MapMonitor) -> tuple[FloatArray, float] | None:
         """Pieces and step [m] of a plan from `s` [m] on, None if there is none."""
+        found = self._solve_with(s, obstacle, monitor, SHORTEST_GAP, SWING)
+        if found is None and obstacle is not None and self.creeps:
+            found = self._solve_with(s, obstacle, monitor, TIGHT_GAP, TIGHT_SWING)
+        return found
+
+    def _solve_with(
+        self, s: float, obstacle: Obstacle | None, monitor: MapMonitor, shortest: float, swing: float
+    ) -> tuple[FloatArray, float] | None:
+        """As _solve; clear of the obstacle `shortest` [m] before it, and `swing` [m] for the way back."""
         start = (0.0, 0.0, 0.0)
         if self._pieces is not None:
             start = offset_at(self._pieces, self._s_from, self._step, s)
-        end = (self.back_at(obstacle) if obstacle is not None else s) + SWING + 2.0
+        end = (self.back_at(obstacle) if obstacle is not None else s) + swing + 2.0
         step = max((end - s) / N, 0.8)
         at = s + step * np.arange(1, N + 1)
         wanted, low, high = np.zeros(N), np.full(N, -NO_BOUND), np.full(N, NO_BOUND)
@@ -250,12 +263,12 @@ class Overtaking:
             if goal is None:
                 return None
             gap = obstacle.s_from - (s + self._front)
-            early = min(max(0.45 * gap, SHORTEST_GAP), 12.0)
+            early = min(max(0.45 * gap, shortest), 12.0)
             full_from, full_to = obstacle.s_from - self._front - early, self.back_at(obstacle)
-            share = np.clip((at - full_to + SWING_EARLY) / SWING, 0.0, 1.0)  # evenly back: a sharp bend costs speed
+            share = np.clip((at - full_to + SWING_EARLY) / swing, 0.0, 1.0)  # evenly back: a sharp bend costs speed
             wanted = np.where(at >= full_from, side * goal * (0.5 + 0.5 * np.cos(np.pi * share)), 0.0)
             floor = self.needed_offset(obstacle, side, CLEARANCE)
-            bound = (at >= obstacle.s_from - self._front - SHORTEST_GAP) & (at <= obstacle.s_to + self._rear + 0.5)
+            bound = (at >= obstacle.s_from - self._front - shortest) & (at <= obstacle.s_to + self._rear + 0.5)
             room = monitor.room(0.5 * (obstacle.s_from + obstacle.s_to))
             ceiling = min(room.half_width + room.side_width - 0.5 * car.width, goal + OVERSHOOT)
             needed = np.where(bound, floor, -NO_BOUND)

@@ -33,6 +33,18 @@ def test_drives_around_a_standing_vehicle_and_on_to_the_goal():
     assert log.rmse() < 0.15
 
 
+@pytest.mark.parametrize("gap", [6.0, 8.0, 12.0])
+@pytest.mark.parametrize("length", [4.3, 12.0])
+def test_gets_out_from_where_it_stands_close_behind_an_obstacle(gap, length):
+    # A swing of 2.3 m to the side on arcs of the tightest radius, 6.5 m, is 7.4 m long; the corner is clear before.
+    truck = Actor("vehicle", 70.0, -1.75, 0.0, length, 1.8)
+    front = TABBY.center_x + 0.5 * TABBY.length
+    car = Car(TABBY, 70.0 - 0.5 * length - gap - front, -1.75, 0.0, 0.0)
+    log, watch = run([truck], car=car)
+    assert watch.least > 0.4
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
 def test_waits_for_an_oncoming_vehicle_before_it_overtakes():
     oncoming = Actor("vehicle", 130.0, 1.75, math.pi, 4.4, 1.8, 5.0)
     log, watch = run([parked(70.0), oncoming])
