@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import gc
 import inspect
 import json
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -19,6 +18,7 @@ from pytest_dvp.gate_log import said_of as said_of_gate
 from pytest_dvp.log import Log
 from pytest_dvp.loop import Ending, Limits, Loop
 from pytest_dvp.paths import shown
+from pytest_dvp.punctual import punctual
 from pytest_dvp.replay_log import ReplayLog
 from pytest_dvp.replay_log import said_of as said_of_replay
 from pytest_dvp.settings import REFERENCE, Assignments
@@ -192,10 +192,10 @@ def run(
     limit = min(limit, recorded)
     try:
         loop = Loop(ready, Limits(limit, wall_limit, after_collision))
-        with _undisturbed() if live else contextlib.nullcontext():
+        with punctual() if live else contextlib.nullcontext(False) as first:
             ending = loop.drive()
         if timing := ready.gate_log.punctuality():
-            ready.recorder.meta["timing"] = timing
+            ready.recorder.meta["timing"] = {**timing, "scheduling": "real time" if first else "ordinary"}
     finally:
         ready.close()
     ended = _ended(ending, limit, "default " if duration is None else "", wall_limit)
@@ -260,19 +260,6 @@ def _same_test(folder: Path, stage: str, request: Any, rehearsed: Log) -> bool:
         return False
     same = all(meta.get(key) == rehearsed.meta.get(key) for key in ("scenario_sha256", "road_sha256", "ads"))
     return same and (kept.get("status"), kept.get("stage"), kept.get("set")) == ("PASS", stage, assigned(request))
-
-
-@contextlib.contextmanager
-def _undisturbed() -> Iterator[None]:
-    """No garbage collection: it would stop everything for tens of milliseconds."""
-    gc.collect()
-    gc.freeze()
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.enable()
-        gc.unfreeze()
 
 
 def _judged(
@@ -359,7 +346,7 @@ def _punctuality(log: Log) -> tuple[str, ...]:
     return (
         f"real time: {timing['commands']} commands, {100.0 * timing['missed']:.2f} % over 10 ms late "
         f"(99 % within {ms['lateness_99']} ms, worst {ms['lateness_worst']} ms), "
-        f"round trip {ms['round_trip_median']} ms",
+        f"round trip {ms['round_trip_median']} ms, {timing.get('scheduling', 'ordinary')} scheduling",
     )
 
 
