@@ -118,6 +118,8 @@ Weight: TypeAlias = Annotated[float, Quantity("1", low=0.0)]
 Number: TypeAlias = Annotated[float, Quantity("1")]
 NonNegative: TypeAlias = Annotated[float, Quantity("1", low=0.0)]
 Count: TypeAlias = Annotated[int, Quantity("1", low=0.0)]
+Executions: TypeAlias = Annotated[int, Quantity("1", low=1.0)]
+Scale: TypeAlias = Annotated[float, Quantity("1", above=0.0)]
 
 RawText: TypeAlias = Annotated[str, Raw()]
 DateTime: TypeAlias = Annotated[str, Moment()]

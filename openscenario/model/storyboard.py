@@ -11,7 +11,7 @@ from openscenario.model.declarations import ParameterDeclaration
 from openscenario.model.entities import EntityRef
 from openscenario.model.enums import Priority
 from openscenario.model.global_actions import GlobalAction, UserDefinedAction
-from openscenario.model.kinds import Count, Element, EntityName, xml
+from openscenario.model.kinds import Element, EntityName, Executions, xml
 
 AnyAction: TypeAlias = PrivateAction | GlobalAction | UserDefinedAction
 
@@ -31,7 +31,7 @@ class Event(Element):
     name: str
     priority: Priority
     actions: tuple[Action, ...]
-    maximum_execution_count: Count = 1
+    maximum_execution_count: Executions = 1
     start_trigger: Trigger | None = None
 
 
@@ -55,7 +55,7 @@ class ManeuverGroup(Element):
     """Maneuvers of catalogues stand among the others, in the file's order."""
 
     name: str
-    maximum_execution_count: Count
+    maximum_execution_count: Executions
     actors: Actors
     maneuvers: tuple[Maneuver, ...] = field(metadata=xml(catalog=True), default=())
 

@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from openscenario.model.declarations import ParameterDeclaration
 from openscenario.model.enums import ReferenceContext
-from openscenario.model.kinds import Count, Curvature, Duration, Element, Length, Number, Radian, Second, xml
+from openscenario.model.kinds import Count, Curvature, Element, Length, Number, Radian, Scale, Second, xml
 from openscenario.model.positions import Position
 
 
@@ -85,8 +85,8 @@ class Trajectory(Element):
 @dataclass(frozen=True, slots=True)
 class Timing(Element):
     domain_absolute_relative: ReferenceContext
-    scale: Number
-    offset: Duration
+    scale: Scale
+    offset: Second
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from openscenario.road.thing_rules import check_things
 from openscenario.xml import Node
 
 MAX_GAP = 0.1  # m, between two geometries of a road; more than rounding, and a vehicle on it would feel a kick
+MAX_KINK = 0.05  # rad, between the headings of two geometries; the most that public files have is 0.005
 MAX_CONTACT_GAP = 0.5  # m, between the reference lines of two linked roads
 MAX_STATION_GAP = 0.1  # m, between the end of a geometry and the s that the next one states
 
@@ -83,6 +84,17 @@ def _plan(attributes: Attributes, road: Road, node: Node) -> tuple[Point, Point]
                     "the geometry does not begin where the one before it ends",
                     found=f"a gap of {gap:.3g} m",
                     allowed=f"up to {MAX_GAP} m",
+                )
+            kink = abs(math.remainder(geometry.hdg - end[2], 2.0 * math.pi))
+            if kink > MAX_KINK:
+                attributes.report(
+                    "road.geometry_kink",
+                    elements.get(geometry.line, node),
+                    "the reference line should have no kinks: lanes jump there, and vehicles turn at once",
+                    attribute="hdg",
+                    found=f"a kink of {kink:.3g} rad",
+                    allowed=f"up to {MAX_KINK} rad",
+                    severity="warning",
                 )
         end = row_end(geometry_rows(geometry)[-1])
     first, last = road.geometries[0], road.geometries[-1]

@@ -73,7 +73,7 @@ class FollowTrajectory:
             self._clock = 0.0 if timing.domain_absolute_relative == "relative" else board.time
         self._cut = min(self._element.initial_distance_offset, along.length)
         if self._cut > 0.0 and isinstance(timing, model.Timing) and timing.domain_absolute_relative == "relative":
-            self._clock = _scale(timing) * (along.time_at(self._cut) - along.start_time)
+            self._clock = timing.scale * (along.time_at(self._cut) - along.start_time)
         return along
 
     def start(self) -> bool:
@@ -96,7 +96,7 @@ class FollowTrajectory:
     def _trajectory_time(self) -> float:
         timing = self._element.time_reference
         assert isinstance(timing, model.Timing)
-        return (self._clock - timing.offset) / _scale(timing)
+        return (self._clock - timing.offset) / timing.scale
 
     def step(self, dt: float) -> bool:
         entity, along = self._entity, self._course
@@ -184,10 +184,6 @@ class FollowTrajectory:
         left = max(along.end_time - self._trajectory_time(), 0.0) if timed else 0.0
         points = tuple(zip(along.x, along.y, along.h, strict=True))
         return "trajectory", {"points": points, "times": tuple(along.t) if timed and along.t else None}, left
-
-
-def _scale(timing: model.Timing) -> float:
-    return timing.scale if timing.scale > 0.0 else 1.0
 
 
 def _positions(shape: model.Shape) -> list[model.Position]:

@@ -134,6 +134,7 @@ def test_the_hash_changes_with_the_file(spoil: Spoil) -> None:
             "ParameterCondition@value",
         ),
         ('<EntityRef entityRef="Ego"/>', "", "reference_control.valid_actor_reference_in_private_actions", "[group]"),
+        ('maximumExecutionCount="1"', 'maximumExecutionCount="0"', "value.out_of_range", "@maximumExecutionCount"),
         ('filepath="road.xodr"', 'filepath="raod.xodr"', "path.not_found", "LogicFile@filepath"),
         ('filepath="road.xodr"', 'filepath="../road.xodr"', "path.outside_root", "LogicFile@filepath"),
     ],

@@ -36,6 +36,14 @@ def test_gap_between_geometries(tmp_path: Path) -> None:
     assert only(write(tmp_path, road("1", plan, 100))) == ("road.geometry_gap", "geometry[2]")
 
 
+@pytest.mark.parametrize(("heading", "warned"), [(0.04, False), (-0.06, True), (6.2832, False)])
+def test_a_kink_between_geometries_is_a_warning(tmp_path: Path, heading: float, warned: bool) -> None:
+    plan = geometry(0, 0, 0, 0, 60) + geometry(60, 60, 0, heading, 40)
+    findings = examine_opendrive(write(tmp_path, road("1", plan, 100)))[1]
+    codes = [(each.severity, each.code, each.element.rpartition("/")[2]) for each in findings]
+    assert codes == ([("warning", "road.geometry_kink", "geometry[2]@hdg")] if warned else [])
+
+
 @pytest.mark.parametrize("value", ["NaN", "inf", "-inf"])
 def test_number_that_is_not_finite(tmp_path: Path, value: str) -> None:
     plan = geometry(0, 0, 0, 0, 60, f'<arc curvature="{value}"/>')

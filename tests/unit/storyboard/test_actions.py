@@ -6,6 +6,8 @@ import math
 
 import pytest
 
+from openscenario.findings import ScenarioError
+
 from .conftest import (
     Make,
     at_time,
@@ -189,6 +191,14 @@ def test_an_initial_distance_offset_cuts_a_trajectory_with_timing(
     assert board.entities["A"].x == pytest.approx(after_two, abs=0.03)
     run(board, 3.0)
     assert log(board, "event")[-1] == (over, "e", "endTransition")
+
+
+@pytest.mark.parametrize("scale", ["0", "-1"])
+def test_time_cannot_be_scaled_by_nothing(make: Make, scale: str) -> None:
+    timing = f'<Timing domainAbsoluteRelative="relative" scale="{scale}" offset="0"/>'
+    path = vertex(100.0, 0.0, 0.0) + vertex(110.0, 0.0, 5.0)
+    with pytest.raises(ScenarioError, match="Timing@scale"):
+        make(A=HERE, stories=story(event("e", follow(path, timing))))
 
 
 def test_synchronize_arrives_with_the_master(make: Make) -> None:
