@@ -253,7 +253,7 @@ def _say_who_is_waited_for(stage: str, vehicle: str) -> None:
         return
     waits_for = getattr(find_adapter(name).open, "waits_for", None)
     if waits_for is not None:
-        print(f"  {waits_for(argument)}", file=sys.stderr, flush=True)
+        print(f"  waits for {waits_for(argument)}", file=sys.stderr, flush=True)
 
 
 def _across(

@@ -97,8 +97,9 @@ class LiveCar(Ros2Vehicle):
         away, turned = hypot(there.x - state.x, there.y - state.y), convert.unwrapped(there.yaw, state.yaw) - state.yaw
         if away > NEAR or abs(turned) > TURNED:
             raise VehicleLost(
-                f"the car is {away:.1f} m from where the scenario places the ego (x={state.x:.1f}, y={state.y:.1f}), "
-                f"turned by {degrees(turned):.0f} deg; allowed are {NEAR:g} m and {degrees(TURNED):.0f} deg"
+                f"the car is {away:.1f} m from where the scenario places the ego (x={state.x:.1f}, y={state.y:.1f}, "
+                f"yaw={state.yaw:.2f} rad), turned by {degrees(turned):.0f} deg; "
+                f"allowed are {NEAR:g} m and {degrees(TURNED):.0f} deg"
             )
 
     def observe(self, surroundings: Surroundings) -> Observation:

@@ -21,7 +21,7 @@ from vehicle.wire.end import Opener
 from vehicle.wire.live import LiveEnd
 
 STALE = 0.2  # s without a word of the driver's hands
-_ASKED = f"waiting for a node that answers {topics.STEP.name} by {topics.DONE.name} and {topics.DESCRIPTION.name}"
+_ASKED = f"a node that answers {topics.STEP.name} by {topics.DONE.name} and {topics.DESCRIPTION.name}"
 
 
 class TopicCar(LiveCar):
@@ -40,7 +40,7 @@ class TopicCar(LiveCar):
         try:
             return super()._call(ready)
         except VehicleLost as error:
-            raise VehicleLost(f"{error}: {self._where}") from None
+            raise VehicleLost(f"{error}; expected {self._where}") from None
 
     def reset(self, state: VehicleState) -> None:
         """Learn the car's clock, and see that it stands at `state`; hands of before do not count."""
