@@ -10,12 +10,16 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from pytest_dvp.wire_log import WireLog
 
 if TYPE_CHECKING:
-    from pytest_dvp.log import Log
+    from pytest_dvp.log import FloatArray, Log
     from pytest_dvp.recorder import LogRecorder
     from vehicle.gate_messages import Decision
+
+GATE = "gate."  # of its columns
 
 
 class GateLog:
@@ -32,8 +36,12 @@ class GateLog:
         self._decisions.append(decision)
 
     def drain(self, recorder: LogRecorder) -> None:
-        """An event `gate` where outcome or reasons change, text as `clamped: angle, rate`."""
+        """What it let out, several times a tick, and an event `gate` where outcome or reasons change, text as
+        `clamped: angle, rate`."""
         for decision in self._decisions:
+            out = decision.output
+            passed = {"steer": out.steer, "accel": out.accel, "throttle": out.throttle, "brake": out.brake}
+            recorder.hold(decision.t, {f"{GATE}{name}_cmd": value for name, value in passed.items()})
             before, self._last = self._last, decision
             same = before is not None and (before.outcome, before.reasons) == (decision.outcome, decision.reasons)
             if same or (before is None and not decision.reasons):
@@ -44,10 +52,17 @@ class GateLog:
 
     @property
     def output(self) -> dict[str, float]:
-        """The newest output: columns gate.steer_cmd [rad], gate.accel_cmd [m/s^2]; none before the first decision."""
-        if self._last is None:
-            return {}
-        return {"gate.steer_cmd": self._last.output.steer, "gate.accel_cmd": self._last.output.accel}
+        """Further columns that hold from now on; none here."""
+        return {}
+
+
+def obeyed(log: Log, name: str) -> FloatArray | None:
+    """A command (n,) as the car got it: what the gate let out, where one stood before the car, else what was asked.
+    None if the log does not have it."""
+    asked, passed = log.columns.get(name), log.columns.get(GATE + name)
+    if asked is None or passed is None:
+        return asked
+    return np.where(np.isfinite(passed), passed, asked)
 
 
 WORDS = {"overspeed": "far over the highest speed", "speed": "at the highest speed", "area": "at the edge of the area"}

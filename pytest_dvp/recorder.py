@@ -33,6 +33,7 @@ class LogRecorder:
         self._commands: list[Command | None] = []
         self._ads: list[dict[str, float]] = []
         self._held: list[dict[str, float]] = []
+        self._between: list[tuple[float, Mapping[str, float]]] = []
         self._names: list[tuple[str, ...]] = []
         self._boxes: list[FloatArray] = []
         self._kinds: list[NDArray[np.int64]] = []
@@ -80,6 +81,10 @@ class LogRecorder:
             self._last_path = path
             self._paths.append((t, np.array(path[:, :2], dtype=np.float64)))
 
+    def hold(self, t: float, values: Mapping[str, float]) -> None:
+        """Columns that hold from `t` [s] on, whenever that is, until they are given again; never those of a `tick`."""
+        self._between.append((t, values))
+
     def event(self, t: float, kind: str, element: str, text: str = "", file: str = "", line: int | None = None) -> None:
         """Something happened; kinds as in LogEvent. `file` is relative to the scenario's folder."""
         self._events.append(LogEvent(t, kind, element, text, file, line))
@@ -113,8 +118,13 @@ class LogRecorder:
         for prefix, rows in (("ads.", self._ads), ("", self._held)):
             for name in dict.fromkeys(name for row in rows for name in row):
                 values[prefix + name] = [row.get(name, nan) for row in rows]
-        index = np.searchsorted(np.array(self._times), t + _SAME_TIME, side="right")
-        return {name: np.array([nan, *column], dtype=np.float64)[index] for name, column in values.items()}
+        found = _holding(self._times, values, t)
+        between: dict[str, list[float]] = {
+            name: [] for name in dict.fromkeys(n for _, row in self._between for n in row)
+        }
+        for name, column in between.items():
+            column.extend(row.get(name, nan) for _, row in self._between)
+        return found | _holding([time for time, _ in self._between], between, t)
 
     def _tracks(self) -> dict[str, ObjectTrack]:
         pieces: dict[str, list[FloatArray]] = {}
@@ -139,6 +149,12 @@ class LogRecorder:
         table = np.array(cells, dtype=np.float64).reshape(-1, len(DETECTION_COLUMNS))
         columns = {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(DETECTION_COLUMNS)}
         return DetectionTable(kind=tuple(d.kind for _, d in rows), **columns)
+
+
+def _holding(times: Sequence[float], values: Mapping[str, Sequence[float]], t: FloatArray) -> dict[str, FloatArray]:
+    """Each column, given at `times` (ascending), at every stamp t (n,) [s]; NaN before the first."""
+    index = np.searchsorted(np.array(times), t + _SAME_TIME, side="right")
+    return {name: np.array([np.nan, *column], dtype=np.float64)[index] for name, column in values.items()}
 
 
 _NO_BOXES: FloatArray = np.zeros((0, 9))

@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from pytest_dvp.gate_log import GateLog
+from pytest_dvp.gate_log import GateLog, obeyed
 from pytest_dvp.log import Log, LogError
 from pytest_dvp.signals import COMMAND_COLUMNS
 
@@ -66,12 +66,14 @@ def commands_apart(log: Log) -> float | None:
 
 
 def as_driven(log: Log) -> Log:
-    """A log with the commands that its car obeyed: of a replay those of the recording, not what this stack asked for.
+    """A log with the commands that its car obeyed: of a replay those of the recording, not what this stack asked for,
+    else those that a command gate let out, where one stood before the car.
 
-    Any other log is returned as it is. Raises LogError if the recording that was played holds no commands.
+    Raises LogError if the recording that was played holds no commands.
     """
     if log.meta.get("vehicle", {}).get("name") != REPLAY:
-        return log
+        passed = {name: obeyed(log, name) for name in COMMAND_COLUMNS}
+        return dataclasses.replace(log, columns={**log.columns, **{n: c for n, c in passed.items() if c is not None}})
     recorded = {name.removeprefix("replay."): values for name, values in log.columns.items() if "replay." in name}
     if not recorded:
         raise LogError("the recording that was played holds no commands")

@@ -61,6 +61,8 @@ _MIRROR = (
 _GATE = (
     Signal("gate.steer_cmd", "rad", "body", "road-wheel angle that the command gate let out", held=True),
     Signal("gate.accel_cmd", "m/s^2", "body", "acceleration that the command gate let out", held=True),
+    Signal("gate.throttle_cmd", "-", "", "throttle pedal that the command gate let out", held=True),
+    Signal("gate.brake_cmd", "-", "", "brake pedal that the command gate let out", held=True),
 )
 _REPLAY = (
     Signal("replay.steer_cmd", "rad", "body", "road-wheel angle asked for when the recording was made", held=True),

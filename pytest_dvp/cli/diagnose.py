@@ -7,6 +7,7 @@ or that nothing known explains what is left.
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import sys
 from pathlib import Path
@@ -35,6 +36,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--held-out", action="append", default=[], metavar="LOG",
         help="log that is not fitted on but judges every effect; default: each log is predicted from the others",
     )  # fmt: skip
+    parser.add_argument(
+        "--twin", action="append", default=[], metavar="RUN",
+        help="run of the twin in a scenario of the logs: their detections are compared with its",
+    )  # fmt: skip
     add_log_options(parser)
     add_effects(parser)
     parser.add_argument("--report", metavar="FILE", help="write a page with figures")
@@ -44,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    for text in [*arguments.logs, *arguments.held_out]:
+    for text in [*arguments.logs, *arguments.held_out, *arguments.twin]:
         existing_log(text)
     existing(arguments.model, "model")
     if arguments.report and not Path(arguments.report).absolute().parent.is_dir():
@@ -61,12 +66,13 @@ def execute(arguments: argparse.Namespace) -> int:
     fitted = looked_at(arguments.logs, read_all(arguments.logs, arguments), model)
     judged = looked_at(arguments.held_out, read_all(arguments.held_out, arguments), model)
     logs, held_out = fitted.logs, judged.logs
-    said = [text for text in (fitted.said, judged.said) if text]
+    twins = _twins(arguments, logs)
+    said = [text for text in (fitted.said, judged.said, _unjudged(logs, twins)) if text]
     warning = wrong_wheelbase(logs, model)
     if warning:
         print(f"dvp diagnose: warning: {warning}", file=sys.stderr)
     with progress("dvp diagnose", "diagnosing") as tick:
-        found = diagnose(logs, model, held_out=held_out, effects=tuple(extra.values()), tick=tick)
+        found = diagnose(logs, model, held_out=held_out, effects=tuple(extra.values()), twins=twins, tick=tick)
         if arguments.plan:
             tick("planning")
             found = with_manoeuvres(found, logs, model, envelope, tuple(extra.values()), Path(arguments.plan))
@@ -79,7 +85,10 @@ def execute(arguments: argparse.Namespace) -> int:
         return 0
     from pytest_dvp.reality_gap.diagnosis_words import extend_command, page, plan_command
 
-    given = (found, arguments.model, fitted.texts, judged.texts)
+    own = found
+    if twins:  # what their detections show comes on top of the sensors that the twin has: no value for its model
+        own = dataclasses.replace(found, effects=tuple(e for e in found.effects if not e.name.startswith("detection_")))
+    given = (own, arguments.model, fitted.texts, judged.texts)
     command = extend_command(*given, carried(arguments))
     plan = plan_command(*given, [*carried(arguments), *limit_words(arguments)])
     print(*said, page(found, model=Path(arguments.model).name, command=command, plan=plan), sep="\n")
@@ -97,6 +106,37 @@ def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: LookedAt, m
     )  # fmt: skip
     write_diagnosis_report(arguments.report, page)
     print(f"dvp diagnose: report in {arguments.report}", file=sys.stderr)
+
+
+def _twins(arguments: argparse.Namespace, logs: dict[str, Log]) -> dict[str, Log]:
+    """Runs of the twin by scenario. Raises WrongArgument for one that belongs to none of the logs."""
+    found: dict[str, Log] = {}
+    driven = {log.meta.get("scenario", "") for log in logs.values()} - {""}
+    for text, log in zip(arguments.twin, read_all(arguments.twin, arguments).values(), strict=True):
+        scenario, stage = log.meta.get("scenario", ""), log.meta.get("stage", "")
+        if stage != "dt":
+            raise WrongArgument(
+                f"--twin {text}: {f'a run of stage {stage}' if stage else 'no run'}; allowed: of stage dt"
+            )
+        if scenario not in driven:
+            known = ", ".join(sorted(driven)) or "of no scenario"
+            raise WrongArgument(f"--twin {text}: a run of {scenario}; the logs are {known}")
+        found[scenario] = log
+    return found
+
+
+def _unjudged(logs: dict[str, Log], twins: dict[str, Log]) -> str:
+    """What to give so that detections of simulated sensors are judged; "" if they are, or there are none."""
+    from pytest_dvp.reality_gap.perception_gap import simulated_sensors
+
+    open_ones = sorted({
+        log.meta.get("scenario", "") for log in logs.values()
+        if simulated_sensors(log) and log.meta["stage"] != "dt" and len(log.detections.t)
+    } - set(twins))  # fmt: skip
+    if not open_ones:
+        return ""
+    names = ", ".join(open_ones)
+    return f"detections are not judged: simulated sensors made them; name the twin's run of {names} by --twin"
 
 
 def read_all(texts: list[str], arguments: argparse.Namespace) -> dict[str, Log]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
+from pytest_dvp.gate_log import obeyed
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.projection import BoolArray, IntArray
 from pytest_dvp.reality_gap.segments import CHANNELS, Segments, longest_step, posed
@@ -195,8 +196,11 @@ def load_subject(
 
 
 def held(log: Log, name: str, who: str) -> FloatArray:
-    """A command of the log at each stamp (n,), held where it was not logged. Raises CompareError if it is not there."""
-    values = log.columns.get(name)
+    """A command of the log at each stamp (n,), held where it was not logged. Raises CompareError if it is not there.
+
+    Of a run with a command gate before the car it is what the gate let out: its limits are not the car's.
+    """
+    values = obeyed(log, name)
     if values is None or not np.isfinite(values).any():
         raise CompareError(f"{who}: is driven by {name!r}, which the log does not have{_instead(log, name)}")
     known = np.isfinite(values)

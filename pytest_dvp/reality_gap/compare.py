@@ -38,6 +38,9 @@ Comparable: TypeAlias = "Subject | VehicleModel | Log"
 RATING_STEP = 0.1  # s: both signals are averaged to this step before they are rated, as ISO 18571 wants filtered ones
 POSE = ("x", "y", "yaw")
 """Position and heading come out of somebody's filter: what is white in an INS is its last digit, not its error."""
+FINEST = (0.01, 0.01, 0.001, 0.01, 0.001, 0.02, 0.02, 0.001)
+"""Sigma of CHANNELS in their units that the best sensors of road cars have (satellites with corrections, a fibre-optic
+gyro, wheel encoders). A simulator's own log is finer, and no effect is worth adding for what nobody can measure."""
 _LAG_SIGNALS = ("yaw_rate", "v", "ay", "ax")
 _VISIBLE = 4.0  # a signal tells a lag if it varies by this many sigma
 
@@ -226,13 +229,13 @@ def judged_channels(
 def noise_floor(
     t: FloatArray, measured: FloatArray, judged: Collection[str], rest: FloatArray | None = None
 ) -> FloatArray:
-    """Sigma (8,) of the judged channels, inf for the others; a noiseless constant gets a tiny one."""
+    """Sigma (8,) of the judged channels, inf for the others; never less than FINEST."""
     found = np.full(len(CHANNELS), np.inf)
     for name in judged:
         k = CHANNELS.index(name)
         pose = name in POSE
         sigma = noise.sigma(t, measured[:, k], None if rest is None else rest[:, k], filtered=pose)
-        found[k] = max(sigma, 1e-9) if np.isfinite(sigma) else np.inf
+        found[k] = max(sigma, FINEST[k]) if np.isfinite(sigma) else np.inf
     return found
 
 

@@ -36,12 +36,14 @@ def diagnose(
     held_out: Mapping[str, Log] | None = None,
     *,
     effects: Sequence[Effect] = (),
+    twins: Mapping[str, Log] | None = None,
     tick: Tick = lambda text: None,
 ) -> Diagnosis:
     """Try every effect of the catalogue (and `effects`, the user's own) on what the model leaves unexplained.
 
     logs by name, fitted on; held_out: logs that have the last word on each effect. Without them each log is predicted
-    from the others, a single one its last 40 % from what came before.
+    from the others, a single one its last 40 % from what came before. twins: runs of the twin by scenario, with whose
+    detections those of the same scenario are compared.
 
     Raises CompareError or ModelError (one line): an input missing, nothing to judge.
     """
@@ -90,7 +92,7 @@ def diagnose(
         _removal(known[name], (steps[k].chi2_per_n - steps[k + 1].chi2_per_n) * search.count / excess)
         for k, name in enumerate(gone)
     )
-    named += diagnose_perceptions(logs.values(), model)
+    named += diagnose_perceptions(logs.values(), model, twins)
     channels = target.by_channel(final.values)
     verdict = _verdict(final.chi2 / search.count, channels, named, found, len(tried))
     return Diagnosis(

@@ -15,6 +15,7 @@ from pytest_dvp.reality_gap.words import CAUSES, NOTHING_LEFT
 
 SHOWN = 3  # signals whose own error the ladder shows
 _SIGNS = {"add": "+", "change": "~", "remove": "-"}
+SLIGHT = 0.01  # of the error: what explains less is told apart
 WIDTH = 112  # of a line, about
 
 
@@ -120,8 +121,10 @@ def _lacks(found: Diagnosis, model: str) -> str:
     """ "car.toml lacks a and one of b, c"."""
     parts = []
     wanted = [e for e in found.effects if e.action == "add"]
-    if wanted:
-        parts.append("lacks " + _and([_choice(e) for e in wanted]))
+    if wanted:  # a reader with a deadline adds what matters; the rest is in the table
+        chief = [e for e in wanted if e.gain >= SLIGHT] or wanted
+        few = [_choice(e) if len(wanted) - len(chief) < 3 else e.name for e in wanted if e not in chief]
+        parts.append(f"lacks {_and([_choice(e) for e in chief])}{f', and by far less {_and(few)}' if few else ''}")
     changed = [e.name for e in found.effects if e.action == "change"]
     if changed:
         parts.append(f"has another {_and(changed)} than the car")

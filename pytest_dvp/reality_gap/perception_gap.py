@@ -52,12 +52,12 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
     (intervals of both logs with a `twin`): clustered by object and block of 5 s; range by profile likelihood; false
     boxes by the exact Poisson interval. gain: share of the log-likelihood of all effects named.
 
-    () for a log of the simulated stage "dt" without a `twin`, for its detections are the twin's own, with all that
-    simulated sensors do to them; also for a log without detections or objects, or with fewer than 50 pairs of them.
+    () for a run of a stage without a `twin`, for its detections come from simulated sensors, with all that those do to
+    them; also for a log without detections or objects, or with fewer than 50 pairs of them.
     Objects in directions in which the detector hardly ever sees one do not count as missed; hidden ones do, for a log
     does not say what hides what.
     """
-    if twin is None and measured.meta.get("stage") == "dt":
+    if twin is None and simulated_sensors(measured):
         return ()
     found = perceived_in(measured)
     if found is None:
@@ -77,11 +77,20 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
     return tuple(_named(name, found, model, catalogue()[name], found.worth[name] / total) for name in named)
 
 
-def diagnose_perceptions(logs: Iterable[Log], model: VehicleModel) -> tuple[NamedEffect, ...]:
-    """The same of several logs; an effect that several show is told as the log with the narrowest interval has it."""
+def simulated_sensors(measured: Log) -> bool:
+    """Whether the detections of a log are of simulated sensors: of a run of any stage whose objects are known."""
+    return bool(measured.meta.get("stage"))
+
+
+def diagnose_perceptions(
+    logs: Iterable[Log], model: VehicleModel, twins: Mapping[str, Log] | None = None
+) -> tuple[NamedEffect, ...]:
+    """The same of several logs; an effect that several show is told as the log with the narrowest interval has it.
+    twins: by scenario, as meta["scenario"] has it."""
     best: dict[str, NamedEffect] = {}
     for measured in logs:
-        for effect in diagnose_perception(measured, model):
+        twin = (twins or {}).get(measured.meta.get("scenario", ""))
+        for effect in diagnose_perception(measured, model, twin=twin):
             if effect.name not in best or _width(effect) < _width(best[effect.name]):
                 best[effect.name] = effect
     return tuple(sorted(best.values(), key=lambda e: (-e.gain, e.name)))

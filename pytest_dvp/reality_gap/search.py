@@ -93,7 +93,7 @@ class Search:
     def run(self) -> Found:
         """Search until nothing pays any more; where much is left, begin again from what came second."""
         base = self.trial((), self.start)
-        if max(self.target.by_channel(base.values).values(), default=0.0) < 1.0:  # all within the sensors' noise
+        if self._within_noise(base):
             self._scan(base, self.tried)
             return Found(base, {}, self._hidden())
         turns: list[Trial] = []
@@ -194,6 +194,8 @@ class Search:
     def _next(self, now: Trial) -> list[Trial]:
         """Sets with one more effect that pays, best first; of the finer effects only if no other one does and a misfit
         is left, for what a sensor's clock or a step of integration leaves looks like one."""
+        if self._within_noise(now):
+            return []
         full = sum(not self.tried[name].detail for name in now.names) >= MOST
         for detail in (True,) if full else (False, True):
             if detail and not self._misfit(now):
@@ -214,6 +216,10 @@ class Search:
         if now.chi2 > MISFIT * self.count:
             return True
         return max(self.target.by_channel(now.values).values(), default=0.0) > CHANNEL_MISFIT
+
+    def _within_noise(self, now: Trial) -> bool:
+        """True if no channel is off by more than its sensor is."""
+        return max(self.target.by_channel(now.values).values(), default=0.0) < 1.0
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""

@@ -27,7 +27,8 @@ UNITS: Mapping[str, str] = {
 LENGTH = 5.0  # s
 _GAP = 0.1  # s, and
 _GAP_STEPS = 5.0  # usual steps without a value are a gap, after which a segment starts anew
-_AWAKE = 0.5  # s after a gap that do not count, of a short segment a quarter: actuators still do what was before it
+_AWAKE = 0.5  # s after a gap or a start on the move that do not count, of a short segment a quarter: actuators still do
+# what was before it
 _SETTLE = 1.0  # s of a standstill that still counts, at both ends: a late or early start shows there
 _COURSE = 0.2  # s to either side, over which the direction of motion is taken
 _SLIP = 0.3  # rad between where a car points and where it goes, that no wheel on the road allows
@@ -103,7 +104,8 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
             cuts.append(best)
     lost: BoolArray = np.zeros(n, dtype=np.bool_)
     every: BoolArray = np.ones(n, dtype=np.bool_)
-    awake: set[int] = set()
+    # A log that begins on the move is like one after a gap
+    awake = {0} if n and not unknown and abs(v[0]) > still_speed(v) else set[int]()
     for rows in [every, *known]:
         resumes, missing = _gaps(t, rows)
         lost |= missing

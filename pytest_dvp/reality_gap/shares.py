@@ -45,6 +45,6 @@ def shares(ladder: Sequence[Step], *, held_out: bool = False) -> dict[str, Share
     found = {}
     for (k, _), (_, after) in itertools.pairwise(enumerate(ladder)):
         low, high = np.quantile((drawn[:, k] - drawn[:, k + 1]) / excess, [0.025, 0.975])
-        value = float((total[k] - total[k + 1]) / (total[0] - samples))
+        value = min(float((total[k] - total[k + 1]) / (total[0] - samples)), 1.0)  # less than the noise is no gain
         found[after.added] = Share(value, min(float(low), value), max(min(float(high), 1.0), value))
     return found

@@ -93,7 +93,7 @@ def test_a_car_that_dies_is_an_error_with_its_log_so_far(scenario: Write, monkey
 
 
 def test_a_command_beyond_the_gate_is_clamped_and_logged(scenario: Write) -> None:
-    """0.4 rad/s of the road wheel are 0.02 rad in a tick of 50 ms."""
+    """0.4 rad/s of the road wheel are 0.008 rad from one decision of the gate to the next, 20 ms later."""
 
     def jerk(observation: Observation) -> Command:
         return Command(t=observation.t, steer=0.3, accel=0.0, throttle=0.0, brake=0.0)
@@ -102,7 +102,7 @@ def test_a_command_beyond_the_gate_is_clamped_and_logged(scenario: Write) -> Non
     findings = [event for event in log.events if event.kind == "gate"]
     assert findings[0].element == "clamped"
     assert np.nanmax(log.columns["steer_cmd"]) == pytest.approx(0.3)
-    assert np.nanmax(np.diff(log.columns["gate.steer_cmd"])) == pytest.approx(0.4 * 0.05)
+    assert np.nanmax(np.diff(log.columns["gate.steer_cmd"])) == pytest.approx(0.4 * 0.02)
 
 
 @pytest.mark.parametrize(

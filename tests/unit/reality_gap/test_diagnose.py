@@ -59,6 +59,24 @@ def test_the_effect_explains_all_that_was_beyond_the_noise_here_and_on_the_end_t
     assert after.held_out_rmse["v"] == pytest.approx(NOISE["v"], rel=0.1)
 
 
+def test_in_a_log_without_noise_what_no_sensor_could_show_is_not_named() -> None:
+    """A simulator's own log: half a milliradian of heading and 0.03 % of steering are finer than any gyro's."""
+    found = diagnose({"log": drive(drive_gain=0.85, steer_ratio=0.9997, yaw_bias=0.0005, noise=0.0)}, baseline())
+    assert (found.verdict, found.names) == ("NAMED", ("drive_gain",))
+    assert found.effects[0].parameters["g"].value == pytest.approx(0.85, rel=0.002)
+    trifles = diagnose({"log": drive(steer_ratio=0.9997, yaw_bias=0.0005, noise=0.0)}, baseline())
+    assert trifles.verdict == "NOTHING_MISSING"
+
+
+def test_what_the_command_gate_did_is_not_the_cars() -> None:
+    """The car got commands that the gate had made weaker; the car itself does as it is told."""
+    log = drive(drive_gain=0.85, seed=3)
+    passed = np.where(log.columns["accel_cmd"] > 0.0, 0.85, 1.0) * log.columns["accel_cmd"]
+    passed[:5] = np.nan  # before its first decision
+    found = diagnose({"log": with_columns(log, **{"gate.accel_cmd": passed})}, baseline())
+    assert found.verdict == "NOTHING_MISSING"
+
+
 def test_the_noise_floor_is_the_noise(weak_drive: Diagnosis) -> None:
     for name, sigma in NOISE.items():
         assert weak_drive.noise_floor[name] == pytest.approx(sigma, rel=0.12)

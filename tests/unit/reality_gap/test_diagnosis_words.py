@@ -81,6 +81,15 @@ def test_rivals_stand_in_the_sentence() -> None:
     assert "lacks steer_delay (or steer_lag: these data cannot tell)" in headline(found)
 
 
+def test_what_explains_next_to_nothing_is_told_apart() -> None:
+    few = tuple(dataclasses.replace(DELAY, name=name, gain=0.004) for name in ("roll", "headwind"))
+    found = dataclasses.replace(NAMED, effects=(DELAY, *few))
+    assert headline(found, "car.toml").startswith("car.toml lacks steer_delay, and by far less roll and headwind; ")
+    assert headline(dataclasses.replace(NAMED, effects=few), "car.toml").startswith(
+        "car.toml lacks roll and headwind; "
+    )
+
+
 def test_what_is_left_of_a_part_is_said() -> None:
     """Of an excess of 64.6 there is 32.3 left: half is explained."""
     half = dataclasses.replace(BETTER, chi2_per_n=33.3, channels={"v": 50.0})

@@ -130,7 +130,18 @@ def test_detections_of_the_twin_itself_are_no_gap(model: VehicleModel) -> None:
     log = with_detections({"detection_range": {"R": 35.0}})
     own = dataclasses.replace(log, meta={"stage": "dt"})
     assert diagnose_perception(own, model) == ()
+    assert diagnose_perception(dataclasses.replace(log, meta={"stage": "rw-surrogate"}), model) == ()
     assert named(diagnose_perception(own, model, twin=with_detections({}))) == {"detection_range"}
+
+
+def test_each_run_is_compared_with_the_twin_in_its_scenario(model: VehicleModel) -> None:
+    late = with_detections({"detection_latency": {"T": 0.2}})
+    runs = [
+        dataclasses.replace(late, meta={"stage": "rw-surrogate", "scenario": name}) for name in ("a.xosc", "b.xosc")
+    ]
+    assert named(diagnose_perceptions(runs, model, {"b.xosc": with_detections({})})) == {"detection_latency"}
+    assert named(diagnose_perceptions(runs, model, {"b.xosc": late})) == set()
+    assert named(diagnose_perceptions(runs, model)) == set()
 
 
 @pytest.mark.parametrize("lacking", ["detections", "objects"])

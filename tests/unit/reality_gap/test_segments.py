@@ -111,7 +111,7 @@ def test_standstill_counts_only_at_its_ends() -> None:
     measured[:, 3] = np.where((t > 10.0) & (t < 20.0), 0.0, 5.0)
     counted = cut(t, measured).counted
     assert not counted[(t > 11.1) & (t < 18.9)].any()
-    assert counted[(t < 10.9) | (t > 19.1)].all()
+    assert counted[(t > 0.5) & (t < 10.9) | (t > 19.1)].all()
 
 
 def test_spin_does_not_count() -> None:
@@ -121,7 +121,16 @@ def test_spin_does_not_count() -> None:
     measured[700:720, 4] = 6.0
     counted = cut(t, measured, wheelbase=2.5).counted
     assert not counted[700:720].any()
-    assert counted[:600].all()
+    assert counted[25:600].all()
+
+
+@pytest.mark.parametrize(("speed", "first"), [(5.0, 25), (0.0, 0)])
+def test_a_log_that_begins_on_the_move_counts_from_half_a_second_on(speed: float, first: int) -> None:
+    """What its actuators had been told before, nobody logged; a car that stands had been told nothing."""
+    t = np.arange(0.0, 30.0, 0.02)
+    measured = np.full((len(t), 8), np.nan)
+    measured[:, 3] = np.where(t < 0.5, speed, 5.0)
+    assert int(np.argmax(cut(t, measured).counted)) == first
 
 
 def test_values_not_measured_are_left_out() -> None:

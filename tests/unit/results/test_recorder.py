@@ -34,6 +34,17 @@ def test_command_holds_from_its_tick_to_the_next() -> None:
     assert log["steer_cmd"].tolist() == [0.1] * 4 + [0.2] * 6
 
 
+def test_what_changes_between_ticks_holds_from_its_own_time_on() -> None:
+    recorder = LogRecorder()
+    for t, value in ((0.03, 1.0), (0.05, 2.0), (0.07, 3.0)):
+        recorder.hold(t, {"gate.steer_cmd": value})
+    recorder.tick(0.0)
+    recorder.ego_rows(rows(0.0, 8))  # 0.01 ... 0.08 s
+    values = recorder.finish()["gate.steer_cmd"]
+    assert np.isnan(values[:2]).all()
+    assert values[2:].tolist() == [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]
+
+
 def test_quantity_is_not_measured_before_its_first_tick() -> None:
     recorder = LogRecorder()
     recorder.ego_rows(rows(-0.05))
