@@ -77,7 +77,7 @@ def rows(results: list[tuple[str, RunResult]], strikes: list[Struck]) -> str:
     """The table of the page."""
     load, nice = os.getloadavg()[1], os.nice(0)
     how = f", at priority nice {nice}" if nice else ""
-    how += f", {results[0][2].log.meta['timing']['scheduling']} scheduling"
+    how += f", {results[0][1].log.meta['timing']['scheduling']} scheduling"
     lines = [
         f"Measured on {os.cpu_count()} cores with a load average of {load:.1f}{how}, by `python -m scripts.real_time`:",
         "",
