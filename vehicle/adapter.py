@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Protocol, runtime_checkable
+from collections.abc import Callable
+from typing import Any, Protocol, runtime_checkable
 
 from vehicle.messages import Command, FloatArray, Observation, Surroundings, VehicleDescription, VehicleState
 
@@ -44,3 +45,11 @@ class Vehicle(Protocol):
 
     def close(self) -> None:
         """Free processes, sockets and buses."""
+
+
+@runtime_checkable
+class Candid(Protocol):
+    """What a vehicle that judges its own messages also has."""
+
+    def tell(self, record: Callable[[Any], None]) -> None:
+        """From now on `record` gets every trouble with its messages (vehicle.wire.health.Trouble)."""

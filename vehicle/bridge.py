@@ -43,8 +43,10 @@ class Frame(NamedTuple):
 class Bridge:
     """The process under interpreter `python`, which looks in folders `path` too.
 
-    who    it is, in what is said of it
-    error  the kind of error that says that it is gone, hangs or cannot do what is asked
+    who     it is, in what is said of it
+    error   the kind of error that says that it is gone, hangs or cannot do what is asked
+    server  what it runs: `bridge_server.py`, or a program that speaks as it does
+    silent  [s] of listening without a beat after which it hangs
 
     Raises `error` if it does not come.
     """
@@ -57,7 +59,10 @@ class Bridge:
         who: str,
         error: Callable[[str], Exception],
         environment: Mapping[str, str] | None = None,
+        server: Sequence[str] = (str(SERVER),),
+        silent: float = SILENT,
     ) -> None:
+        self._silent = silent
         self._python, self._who, self._error = python, who, error
         self._number, self._quiet = 0, 0.0
         self._came: deque[Frame] = deque()
@@ -65,7 +70,7 @@ class Bridge:
         self._dropped: list[int] = []
         here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_STREAM)
         self._socket = here
-        command = [python, str(SERVER), str(there.fileno()), *path]
+        command = [python, *server, str(there.fileno()), *path]
         try:
             self._child = Child(command, who, error, environment, [there.fileno()])
         except BaseException:
@@ -161,7 +166,7 @@ class Bridge:
             part = b""
         if not part:
             self._gone()
-        self._quiet, self._patience = 0.0, SILENT
+        self._quiet, self._patience = 0.0, self._silent
         self._buffer += part
         while len(self._buffer) >= LENGTHS.size:
             text, body = LENGTHS.unpack_from(self._buffer)

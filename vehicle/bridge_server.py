@@ -13,12 +13,13 @@ closes.
 import importlib
 import json
 import os
+import select
 import socket
 import struct
 import sys
 import threading
 import warnings
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 BEAT = 0.02  # s
 LENGTHS = struct.Struct("<II")
@@ -40,6 +41,10 @@ class Wire:
                 self._socket.sendall(LENGTHS.pack(len(text), len(body)) + text + body)
         except OSError:
             os._exit(0)
+
+    def waits(self, seconds: Optional[float]) -> bool:
+        """Whether something is to be read within this time; None: until it is."""
+        return bool(select.select([self._socket], [], [], seconds)[0])
 
     def read(self) -> Tuple[Dict[str, Any], bytes]:
         """The next frame. Ends the process if nobody is there."""

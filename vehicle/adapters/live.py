@@ -67,6 +67,7 @@ class Punctuality:
 class LiveCar(Ros2Vehicle):
     """What is different in real time; the rest is Ros2Vehicle. `punctuality` tells how it went."""
 
+    real_time = True  # its gate has a process of its own
     punctuality: Punctuality
     _begun = False
 
@@ -85,11 +86,11 @@ class LiveCar(Ros2Vehicle):
         self.punctuality.offset = round(median(ping.offset for ping in best))
         self.punctuality.pings.clear()
         if self._real:
-            self._check_place(state)
+            self._state = self._placed_by_hand(state)
         self._discard()
 
-    def _check_place(self, state: VehicleState) -> None:
-        """A car cannot be put anywhere: raises VehicleLost if it does not stand where it is to begin."""
+    def _placed_by_hand(self, state: VehicleState) -> VehicleState:
+        """A car cannot be put anywhere: how it stands. Raises VehicleLost if that is not about where it is to begin."""
         said = self._wire().take(topics.ODOMETRY)
         if not said:
             raise VehicleLost(f"the car does not say where it is: nothing on {topics.ODOMETRY.name}")
@@ -101,6 +102,7 @@ class LiveCar(Ros2Vehicle):
                 f"yaw={state.yaw:.2f} rad), turned by {degrees(turned):.0f} deg; "
                 f"allowed are {NEAR:g} m and {degrees(TURNED):.0f} deg"
             )
+        return msgspec.structs.replace(there, t=state.t)
 
     def observe(self, surroundings: Surroundings) -> Observation:
         """Everything that came since the last call."""

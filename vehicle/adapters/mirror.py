@@ -139,6 +139,14 @@ class Parallel:
         """To the car."""
         self._vehicle.close()
 
+    def warm_up(self) -> None:
+        """Let what compiles or loads when it is first used do so now."""
+        self._begin(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
+        box = np.array([[10.0, 0.0, 0.75, 0.0, 4.0, 1.8, 1.5, 0.0, 0.0]])
+        self._past.append((0.0, (0.0, 0.0, 0.0, 0.0), Surroundings(box, np.zeros(1, dtype=np.int64), ("a car",))))
+        self._merged_scan(LidarScan(0.0, np.array([[0.0, 5.0, 0.0]])))
+        self._merged_frame(CameraFrame(0.0, ()))
+
     def _begin(self, state: VehicleState) -> None:
         car, now = self._vehicle.description, Timing(rate=1000.0)
         lidar = Lidar(Mount(x=car.lidar_x, z=car.lidar_z), now)

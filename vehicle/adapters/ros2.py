@@ -93,6 +93,10 @@ class Ros2Vehicle:
         """Whether actuators of a real car hang on it."""
         return self._real
 
+    def tell(self, record: Callable[[Trouble], None]) -> None:
+        """From now on `record` gets every trouble with its messages."""
+        self._record, self._health = record, Health(record)
+
     def reset(self, state: VehicleState) -> None:
         """Ask the car to stand or roll at `state`."""
         self._now = round(state.t * convert.SECOND)
