@@ -119,6 +119,7 @@ def run(
     require_real: bool = False,
     log_dir: Path | None = None,
     folder_name: str | None = None,
+    gated: bool = False,
 ) -> RunResult:
     """Drive one scenario with the ADS in the loop and judge it.
 
@@ -145,6 +146,7 @@ def run(
     envelope         file that says where and how fast a real car may drive
     passed           run folders of earlier drives: on stage "rw" a real car drives only what passed on "pe" with it
     folder_name      what is between number and stage in its name; default the scenario's
+    gated            of stage "dt": the twin behind the command gate, as the car of the other stages is
 
     Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost: one
     line each about a user's file or value, before anything runs or is written. A stack or a car that breaks while it
@@ -173,6 +175,7 @@ def run(
         clock=clock,
         arming=None if arming is None else Path(arming),
         envelope=None if envelope is None else Path(envelope),
+        gated=gated,
     )
     keys = _needs_keys(request)
     if keys and request.arming is not None:
@@ -386,6 +389,8 @@ def replay_command(request: Any, duration: float | None) -> str:
     """The `dvp run` that does the same again, or why there is none."""
     if request.ads is not None and request.ads.word is None:
         return f"no command line can name the ADS {request.ads.name}; repeat the test or script that made it"
+    if request.gated:
+        return "no command line puts the twin behind the command gate; repeat the script that made it"
     words = ["dvp", "run", shown(request.path), "--seed", str(request.seed)]
     if request.stage != "dt":
         words += ["--stage", request.stage]

@@ -20,6 +20,7 @@ from pytest_dvp.tuning.judge import Judged, judge, log_chi2, rw_logs, stack_chan
 from pytest_dvp.tuning.knob import Point, changed
 from pytest_dvp.tuning.ledger import Entry, write_ledger
 from pytest_dvp.tuning.plan import STAGES, Plan, State, drives
+from pytest_dvp.tuning.proving_ground import on_proving_ground
 from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
 from pytest_dvp.tuning.structure import Found, look_for_structure
 from pytest_dvp.tuning.study import Study
@@ -52,9 +53,10 @@ def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: N
     now = first = judge(plan, state, plan.held_out_seeds, workers, logs)
     entries = [_entry(plan, 0, state, now, workers)]
     write_ledger(out / "ledger.jsonl", entries)
+    grounds: list[Path] = []  # logs of the proving ground: what was driven once is learnt from ever after
     ended = f"the limit of {plan.iterations} (--iterations)"
     for number in range(1, plan.iterations + 1):
-        step = _improve(plan, number, state, now, workers, out, tick)
+        step = _improve(plan, number, state, now, workers, out, tick, grounds)
         entries.append(step.entry)
         write_ledger(out / "ledger.jsonl", entries)
         if not step.entry.accepted:
@@ -103,7 +105,9 @@ class _Step:
     judged: Judged
 
 
-def _improve(plan: Plan, number: int, state: State, now: Judged, workers: Workers, out: Path, tick: Tick) -> _Step:
+def _improve(
+    plan: Plan, number: int, state: State, now: Judged, workers: Workers, out: Path, tick: Tick, grounds: list[Path]
+) -> _Step:
     """One iteration: learn on the training drives, then ask the judge."""
     folder = out / f"iteration-{number:02d}"
     folder.mkdir(parents=True, exist_ok=True)
@@ -115,7 +119,17 @@ def _improve(plan: Plan, number: int, state: State, now: Judged, workers: Worker
     asked = drives(plan, state, plan.variants, plan.seeds, out / "logs")
     workers.run([drive.job for drive in asked])
     measured = rw_logs(asked)
-    found, model = _structure(plan, measured, state.model, folder, workers, told, first=number == 1)
+    more: tuple[str, ...] = ()
+    if plan.structure:
+        told("diagnosis")
+        asked_more = on_proving_ground(
+            plan, [*measured, *grounds], state.model, folder / "proving_ground", out / "logs", workers, told,
+            presets=number == 1,
+        )  # fmt: skip
+        more = asked_more.names
+        grounds += asked_more.logs
+    learnt = [*measured, *grounds]
+    found, model = _structure(plan, learnt, state.model, folder, workers, told, first=number == 1)
     tuned_S, point_S, twin = _tuned_S(plan, measured, model, state.mounts, folder, workers, told)
     suspicions = guard(plan.S, tuned_S.start.point, point_S, measured, model, told) if tuned_S else []
     old, new = log_chi2(state.model, now.logs, workers), log_chi2(twin, now.logs, workers)
@@ -133,7 +147,8 @@ def _improve(plan: Plan, number: int, state: State, now: Judged, workers: Worker
     told("held-out drives")
     judged, accepted, why = _chosen(plan, options, state, now, workers, out / "logs")
     why = f"{twin_words}; {why}"
-    changes = _words(found, tuned_S, tuned_P, suspicions, accepted, why)
+    changes = [f"driven on the proving ground: {', '.join(more)}"] if more else []
+    changes += _words(found, tuned_S, tuned_P, suspicions, accepted, why)
     structure = {
         "verdict": found.diagnosis["verdict"] if found else "",
         "named": [e["name"] for e in found.diagnosis["effects"]] if found else [],
@@ -203,7 +218,7 @@ def _tuned_P(plan: Plan, state: State, workers: Workers, tick: Tick) -> Tuning:
     knobs = tuple(dataclasses.replace(k, values=tuple(sorted({*k.values, start[k.name]}))) for k in plan.P)
     study = Study(
         "P", plan.performance, knobs, start, plan.search, plan.budget_P, plan.seed, variants=plan.variants,
-        seeds=plan.seeds, model=state.model, fixed_P=now, fixed_S=state.mounts, library=plan.library,
+        seeds=plan.seeds, model=state.model, fixed_P=now, fixed_S=state.mounts, library=plan.library, gated=True,
     )  # fmt: skip
     return tune(study, workers, tick)
 

@@ -21,6 +21,8 @@ class Job:
 
     scenario, model, gates, log, vehicle  files as named; the key holds their bytes, so a changed file is another job
     parameters of the scenario; P, S      values by name
+    gated  the twin behind the command gate, as the car is
+    ads    "NAME_robot.py:Class" in place of the reference stack, which plays NAME_commands.csv beside it
     """
 
     scenario: str
@@ -34,6 +36,9 @@ class Job:
     vehicle: str = "surrogate"
     library: tuple[str, ...] = ()
     log: str | None = None
+    gated: bool = False
+    ads: str | None = None
+    duration: float | None = None
     save: str | None = None
 
     @property
@@ -44,6 +49,8 @@ class Job:
         for name in ("scenario", "model", "gates", "log"):
             if plain[name]:
                 plain[name] = file_digest(plain[name])
+        if plain["ads"]:
+            plain["ads"] = _robot(Path(plain["ads"].rpartition(":")[0]))
         hidden = self.vehicle.partition(":")[2]
         plain["vehicle"] = [self.vehicle.partition(":")[0], file_digest(hidden) if hidden else ""]
         plain["library"] = len(self.library)
@@ -74,6 +81,12 @@ def file_digest(name: str) -> str:
 @functools.lru_cache(maxsize=4096)
 def _digest(path: str, changed: int, size: int) -> str:
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def _robot(file: Path) -> list[str]:
+    """Digests of a robot and of the commands that it plays."""
+    commands = file.with_name(f"{file.stem.removesuffix('_robot')}_commands.csv")
+    return [file_digest(str(each)) for each in (file, commands) if each.is_file()]
 
 
 def _beside(scenario: str) -> str:

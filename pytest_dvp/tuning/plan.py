@@ -24,6 +24,7 @@ class Plan:
     held_out, held_out_seeds   drives that judge each iteration; last_seeds: those of the table at the end
     P, S        knobs with their candidates
     budget_P, budget_S         simulations, and replays of logs, of each tuning
+    proving_ground  manoeuvres that the car drives when a diagnosis leaves something open, beside those it advises
     structure   whether the missing effects are looked for before anything is tuned
     """
 
@@ -47,6 +48,7 @@ class Plan:
     budget_S: int = 400
     structure: bool = True
     library: tuple[Path, ...] = ()
+    proving_ground: tuple[str, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -90,6 +92,7 @@ def drives(
                     str(variant.scenario), stage, seed, pairs(variant.values), pairs(state.P[stage]),
                     pairs(state.mounts) if stage == "dt" else (), str(state.model),
                     vehicle="surrogate" if stage == "dt" else plan.vehicle, library=tuple(map(str, plan.library)),
+                    gated=stage == "dt",
                 )  # fmt: skip
                 job = dataclasses.replace(job, save=str(logs / f"{job.key[:20]}.mcap"))
                 found.append(Drive(stage, variant, seed, job))

@@ -14,7 +14,7 @@ from pytest_dvp.tuning.study import SEARCHES
 _TOP = ("iterate", "scenario", "held_out", "parameters")
 _ITERATE = (
     "model", "preset", "vehicle", "seeds", "held_out_seeds", "last_seeds", "iterations", "search", "seed", "budget_P",
-    "budget_S", "structure", "library",
+    "budget_S", "structure", "library", "proving_ground",
 )  # fmt: skip
 
 
@@ -55,10 +55,21 @@ class _PlanReader(Reader):
             budget_S=self.whole(head, "budget_S", 400),
             structure=bool(self.word(head, "structure", (True, False), True)),
             library=tuple(self.file(name, "folder") for name in self.words(head, "library")),
+            proving_ground=self.manoeuvres(head),
         )
         plan = dataclasses.replace(plan, **changes)
         self.whole_plan(plan)
         return plan
+
+    def manoeuvres(self, head: dict[str, Any]) -> tuple[str, ...]:
+        from pytest_dvp.reality_gap.manoeuvres.catalogue import chosen
+
+        names = tuple(self.words(head, "proving_ground"))
+        try:
+            chosen(names)
+        except ValueError as error:
+            self.fail("proving_ground", str(error))
+        return names
 
     def whole_plan(self, plan: Plan) -> None:
         if not plan.variants:

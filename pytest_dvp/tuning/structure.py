@@ -18,7 +18,8 @@ from pytest_dvp.tuning.pruned import ALLOWED, pruned
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
 
-RATE = 50.0  # Hz: commands change every 50 ms, and fewer samples than these would smear when they did
+RATE = 50.0  # Hz; commands change at multiples of 10 ms, so between two samples their mean holds, not the first
+COMMANDS = {"steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "gate.steer_cmd", "gate.accel_cmd"}
 LEAST_GAIN = 0.002  # of the error: effects that explain less are not worth a twin that knows them
 
 
@@ -99,11 +100,16 @@ def _looked_for(paths: Sequence[Path], file: Path, sheet: Path, tick: Callable[[
 
 
 def thinned(path: Path) -> Log:
-    """A log with its columns at RATE."""
+    """A log with its columns at RATE: of commands the mean until the next sample, of all else the value at it."""
     import numpy as np
 
     from pytest_dvp.log import Log
 
     log = Log.load(path)
     step = max(1, round(1.0 / (RATE * float(np.median(np.diff(log.t))))))
-    return dataclasses.replace(log, columns={name: values[::step].copy() for name, values in log.columns.items()})
+    columns = {name: values[::step].copy() for name, values in log.columns.items()}
+    starts = np.arange(0, len(log.t), step)
+    counts = np.diff(np.append(starts, len(log.t)))
+    for name in COMMANDS & set(columns):
+        columns[name] = np.add.reduceat(log.columns[name], starts) / counts
+    return dataclasses.replace(log, columns=columns)

@@ -34,6 +34,7 @@ class Study:
     start      a value for each knob
     fixed_P, fixed_S  all other values of P and S; P of the stack's presets where nothing is stated
     variants, seeds   performance: each with each is one simulation
+    gated      the twin behind the command gate, as the car is
     logs       alignment: recorded logs, one replay each
     budget     simulations (or replays), those that the cache had included
     seed       of the search
@@ -55,6 +56,7 @@ class Study:
     fixed_P: Mapping[str, float] = dataclasses.field(default_factory=dict)
     fixed_S: Mapping[str, float] = dataclasses.field(default_factory=dict)
     library: tuple[Path, ...] = ()
+    gated: bool = False
 
     def jobs(self, point: Point) -> list[Job]:
         """The simulations that judge a point."""
@@ -67,7 +69,7 @@ class Study:
         library = tuple(map(str, self.library))
         return [
             Job(str(variant.scenario), self.stage, seed, pairs(variant.values), given_P, given_S, model,
-                vehicle=self.vehicle, library=library)
+                vehicle=self.vehicle, library=library, gated=self.gated)
             for variant in self.variants
             for seed in self.seeds
         ]  # fmt: skip

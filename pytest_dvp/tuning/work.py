@@ -33,6 +33,9 @@ def _driven(job: Job) -> dict[str, Any]:
         gates=job.gates,
         vehicle=job.vehicle,
         library=[Path(folder) for folder in job.library],
+        gated=job.gated,
+        ads=job.ads,
+        duration=job.duration,
     )
     metrics = {name: _finite(value) for name, value in result.metrics.items()}
     fired = metrics.get("events_fired")

@@ -21,6 +21,7 @@ from pytest_dvp.tuning.ledger import read_ledger
 from pytest_dvp.tuning.objective import Score
 from pytest_dvp.tuning.plan import Plan, State
 from pytest_dvp.tuning.plan_file import read_plan
+from pytest_dvp.tuning.proving_ground import Grounded
 from pytest_dvp.tuning.structure import Found
 from pytest_dvp.tuning.workers import Workers
 from scenarios import path as shipped
@@ -64,6 +65,7 @@ def world(monkeypatch: pytest.MonkeyPatch) -> World:
         "look_for_structure": look,
         "gap": lambda drives: Gap({}, {}, {}),
         "repeatability": lambda drives: {},
+        "on_proving_ground": lambda *arguments, presets: Grounded("NOTHING_MISSING", (), ()),
         "guard": lambda *arguments: [],
     }
     for name, part in parts.items():

@@ -1,0 +1,149 @@
+"""What the drives of a scenario set could not tell: manoeuvres on a proving ground, for a second diagnosis."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pytest_dvp.tuning.cache import Cache, write_whole
+from pytest_dvp.tuning.job import Job, code_digest, file_digest
+from pytest_dvp.tuning.plan import Plan
+from pytest_dvp.tuning.pruned import ALLOWED, pruned
+from pytest_dvp.tuning.structure import thinned
+from pytest_dvp.tuning.workers import Workers
+
+if TYPE_CHECKING:
+    from pytest_dvp.log import Log
+    from pytest_dvp.reality_gap.manoeuvres.choice import Choice
+    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+    from vehicle.model.model import VehicleModel
+
+OPEN = ("AMBIGUOUS", "PARTIAL", "UNKNOWN", "NOT_EXCITED")
+"""Verdicts of a diagnosis after which it is worth driving more."""
+
+MOST = 1  # manoeuvres that the diagnosis advises, of those that decide the most first
+DURATION = 300.0  # s, longer than any manoeuvre
+SPEED, LATERAL = 10.0, 3.0  # m/s, m/s^2: what the command gate lets out, and the tests were planned for
+STEER, STEER_RATE = 0.34, 0.4  # rad, rad/s
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Grounded:
+    """verdict of the diagnosis before; names of the manoeuvres that were driven for it, and their logs."""
+
+    verdict: str
+    names: tuple[str, ...]
+    logs: tuple[Path, ...]
+
+
+def on_proving_ground(
+    plan: Plan, measured: Sequence[Path], model: Path, folder: Path, logs: Path, workers: Workers,
+    tick: Callable[[str], None] = lambda text: None, *, presets: bool = False,
+) -> Grounded:  # fmt: skip
+    """Diagnose the car's logs; if that leaves something open, have the car drive what would tell.
+
+    presets: as of `look_for_structure`.
+    """
+    verdict, names = written(measured, model, plan, folder, workers.cache, tick, presets=presets)
+    jobs = [job(folder, name, plan, logs) for name in names]
+    workers.run(jobs)
+    return Grounded(verdict, tuple(names), tuple(Path(each.save) for each in jobs if each.save))
+
+
+def written(
+    logs: Sequence[Path], model: Path, plan: Plan, folder: Path, cache: Cache,
+    tick: Callable[[str], None] = lambda text: None, *, presets: bool = False,
+) -> tuple[str, list[str]]:  # fmt: skip
+    """Verdict of the diagnosis of `logs`, and the manoeuvres for what it leaves open, by name, as files of `folder`.
+
+    Those of the plan, whatever is open, and those that the diagnosis advises; none if nothing is open. Kept by the hash
+    of logs, model and code.
+    """
+    files = [file_digest(str(path)) for path in (model, plan.model, *logs)]
+    figures = [list(plan.proving_ground), MOST, SPEED, LATERAL, STEER, STEER_RATE, presets]
+    text = json.dumps(["proving ground", *figures, *files, code_digest()])
+    key = hashlib.sha256(text.encode()).hexdigest()
+    kept = cache.get(key)
+    if kept is None:
+        verdict, texts = _planned({path.name: thinned(path) for path in logs}, model, plan, folder, tick, presets)
+        kept = {"metrics": {"verdict": verdict, "files": texts}}
+        cache.put(key, kept)
+    found = kept["metrics"]
+    for name, content in found["files"].items():
+        write_whole(folder / name, content.encode())
+    return found["verdict"], sorted(Path(name).stem for name in found["files"] if name.endswith(".xosc"))
+
+
+def _planned(
+    logs: dict[str, Log], file: Path, plan: Plan, folder: Path, tick: Callable[[str], None], presets: bool
+) -> tuple[str, dict[str, str]]:
+    from pytest_dvp.reality_gap.diagnose import diagnose
+    from pytest_dvp.reality_gap.manoeuvres.advise import advise
+    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+    from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE
+    from pytest_dvp.reality_gap.manoeuvres.write import write_plan
+    from vehicle.model.model_file import read_model
+
+    model = pruned(read_model(file), read_model(plan.model), logs, math.inf if presets else ALLOWED).model
+    envelope = Envelope(max_speed=SPEED, max_lateral=LATERAL, max_steer=STEER, steer_rate=STEER_RATE)
+    found = diagnose(logs, model, tick=tick)
+    if found.verdict not in OPEN:
+        return found.verdict, {}
+    tick("what to drive on a proving ground")
+    advice = advise(found, logs, model, envelope)
+    choices: dict[str, Choice] = {}
+    for choice in advice.choices[:MOST]:
+        choices.setdefault(choice.manoeuvre.name, choice)
+    for choice in _declared(model, plan.proving_ground, envelope):
+        choices.setdefault(choice.manoeuvre.name, choice)
+    folder.mkdir(parents=True, exist_ok=True)
+    before = set(folder.iterdir())
+    for name, choice in choices.items():
+        write_plan(choice, model, envelope, found.noise_floor or NOISE, folder, name)
+    new = sorted(path for path in {*folder.iterdir()} - before if not path.name.endswith("_card.html"))
+    names = {f"{name}{end}" for name in choices for end in (".xosc", ".xodr", "_commands.csv", "_robot.py")}
+    kept = [path for path in (*new, *sorted(before)) if path.name in names]
+    return found.verdict, {path.name: path.read_text(encoding="utf-8") for path in sorted(kept)}
+
+
+def _declared(model: VehicleModel, wanted: Sequence[str], envelope: Envelope) -> list[Choice]:
+    """Each manoeuvre of these names, of the size at which it shows the most of what it reveals."""
+    from pytest_dvp.reality_gap.manoeuvres.catalogue import chosen
+    from pytest_dvp.reality_gap.manoeuvres.choice import PlanError
+    from pytest_dvp.reality_gap.manoeuvres.excite import excite
+    from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE
+
+    found: list[Choice] = []
+    for manoeuvre in chosen(wanted):
+        shows = SHOWS.get(manoeuvre.name, ("mass",))
+        try:
+            found += excite(model, shows, NOISE, envelope, manoeuvres=(manoeuvre,))
+        except PlanError:
+            continue  # it shows nothing on this ground
+    return found
+
+
+SHOWS = {
+    "lift_offs": ("lift_off_braking",),
+    "coast_down": ("aero_drag",),
+    "held_steps": ("drive_lag",),
+    "growing_steps": ("steer_ratio",),
+    "slow_ramp": ("understeer",),
+    "circles_both": ("steer_asymmetry",),
+    "sine_sweep": ("steer_lag",),
+}
+"""What a manoeuvre is sized for; others for the reaction of the whole car."""
+
+
+def job(folder: Path, name: str, plan: Plan, logs: Path) -> Job:
+    """The drive of a manoeuvre with the car, by a robot that plays its commands; its log is kept."""
+    asked = Job(
+        str(folder / f"{name}.xosc"), "rw", plan.seeds[0], model=str(plan.model), vehicle=plan.vehicle,
+        ads=f"{folder / f'{name}_robot.py'}:Robot", duration=DURATION,
+    )  # fmt: skip
+    return dataclasses.replace(asked, save=str(logs / f"{asked.key[:20]}.mcap"))
