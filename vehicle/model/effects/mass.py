@@ -11,7 +11,7 @@ from vehicle.model.effect import Key, effect
 @effect(
     name="mass",
     slot="command",
-    order=62,
+    order=88,  # after what reads the pedals: a command that counts as released is one of the stack, whatever it moves
     physics="the same force moves more mass than the commands were calibrated for",
     equation="a = a_c / ratio",
     source="M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed. (rotating masses)",
@@ -28,3 +28,5 @@ from vehicle.model.effect import Key, effect
 def mass(x: Bus, p: Any, m: Any) -> None:
     x.accel /= p.ratio
     x.accel_lead /= p.ratio
+    x.accel_jump /= p.ratio
+    x.accel_arrived /= p.ratio
