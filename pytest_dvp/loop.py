@@ -95,6 +95,7 @@ class Loop:
         self._lights: tuple[dict[str, str], tuple[SignalState, ...]] = ({}, ())
         self._transitions = 0
         self._mirror, self._gate_log = Mirror(), ready.gate_log
+        self._unplaced = ready.vehicle.is_real  # it stands as it stands: its own word of the beginning counts
         self.error: str | None = None
 
     def drive(self) -> Ending:
@@ -104,7 +105,8 @@ class Loop:
         ticks = round(self._limits.duration / TICK)
         before: Surroundings | None = None
         collided: float | None = None
-        self._recorder.ego_rows(rows)
+        if not self._unplaced:
+            self._recorder.ego_rows(rows)
         for k in range(ticks + 1):
             t = k / RATE  # the nearest double, not a sum of rounded steps
             rows = self._mirror.show(t, rows)
@@ -162,6 +164,10 @@ class Loop:
         if self._terrain is not None and isinstance(self._vehicle, Grounded):
             self._vehicle.place_on_road(*self._terrain.under(float(state[1]), float(state[2]), float(state[4])))
         rows = self._vehicle.step(TICK)
+        if self._unplaced and len(rows):
+            self._unplaced, first = False, rows[:1].copy()
+            first[0, 0] = t
+            self._recorder.ego_rows(first)
         self._recorder.ego_rows(rows)
         return rows
 

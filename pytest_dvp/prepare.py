@@ -21,6 +21,7 @@ from openscenario.read import read_scenario
 from openscenario.road.network import RoadNetwork, load_network
 from openscenario.road.route import RouteError
 from openscenario.storyboard.engine import Storyboard
+from pytest_dvp.behind_gate import behind_gate
 from pytest_dvp.body import fitted_model, told
 from pytest_dvp.driving_stack import find_ads, make_driver
 from pytest_dvp.ego import EgoTask, find_ego, task_of
@@ -40,7 +41,6 @@ from pytest_dvp.stages import (
     StageError,
     hidden_in,
     label,
-    open_vehicle,
 )
 from pytest_dvp.world import World
 from vehicle.adapter import Vehicle
@@ -282,7 +282,6 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
 def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
     """The car of stages pe and rw behind the command gate; its body is its own, not the scenario's."""
     from vehicle.envelope import read_envelope
-    from vehicle.gated import Gated, limits_of
     from vehicle.model.parameters import scenario_parameters
 
     if request.vehicle.partition(":")[0] == REPLAY:
@@ -291,27 +290,12 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
         raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.stage} is what it is")
     envelope = None if request.envelope is None else read_envelope(request.envelope)  # before waiting for the car
     gate_log = GateLog()
-    car, gate_log.punctuality = open_vehicle(
-        request.stage,
-        request.vehicle,
-        request.seed,
-        request.dbc,
-        request.fault,
-        clock=request.clock,
-        record=gate_log.wire.record,
-    )
+    car = behind_gate(request, envelope, gate_log)
     name = request.vehicle.partition(":")[0]
-    limits = limits_of(
-        car.description,
-        max_speed=None if envelope is None else envelope.max_speed,
-        area=None if envelope is None else envelope.area,
-    )
-    keys = request.arming is not None
-    gated = Gated(car, limits, name=name, scenario=request.path.name, record=gate_log.record, keys=keys)
     allowed = {} if envelope is None or envelope.max_speed is None else {"envelope_speed": envelope.max_speed}
     if name not in VEHICLES:
         about = {"name": request.vehicle, "clock": request.clock, **allowed}
-        return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
+        return car, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
     hidden = hidden_in(request.vehicle)
     about = {"name": SURROGATE, "hidden_sha256": "" if hidden is None else _sha256(hidden)}
     about |= allowed
@@ -320,7 +304,7 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
         about |= {"wire": ROS1}
     if name == CAN:
         about |= {"wire": CAN, "dbc_sha256": _sha256(request.dbc) if request.dbc is not None else ""}
-    return gated, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
+    return car, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
 
 
 def _replayed(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
@@ -349,9 +333,10 @@ def _reset(vehicle: Vehicle, state: VehicleState, request: Request) -> bool | No
     Raises ArmingRefused.
     """
     from vehicle.arming import take
+    from vehicle.gate_process import GateProcess
     from vehicle.gated import Gated
 
-    if not isinstance(vehicle, Gated) or not vehicle.needs_keys:
+    if not isinstance(vehicle, Gated | GateProcess) or not vehicle.needs_keys:
         vehicle.reset(state)
         return None
     if request.arming is None:

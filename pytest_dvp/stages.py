@@ -169,11 +169,16 @@ def label(stage: str, vehicle: str = SURROGATE) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Adapter:
-    """A vehicle of another package: `open(argument) -> Vehicle`, `is_real` unless it says that it is none."""
+    """A vehicle of another package: `open(argument) -> Vehicle`, `is_real` unless it says that it is none.
+
+    `place` is where it is found, "module:name"; `real_time` if it says that its steps take the wall clock's time.
+    """
 
     name: str
     open: Callable[[str], Vehicle]
     is_real: bool
+    place: str = ""
+    real_time: bool = False
 
 
 def find_adapter(name: str) -> Adapter:
@@ -191,7 +196,17 @@ def find_adapter(name: str) -> Adapter:
         found = points[name].load()
     except Exception as error:  # a foreign package may raise anything while it loads
         raise StageError(f"vehicle {name!r} cannot be loaded: {type(error).__name__}: {error}") from error
-    return Adapter(name, found, getattr(found, "is_real", True) is not False)
+    real, real_time = getattr(found, "is_real", True) is not False, getattr(found, "real_time", False) is True
+    return Adapter(name, found, real, points[name].value, real_time)
+
+
+def gate_apart(vehicle: str) -> Adapter | None:
+    """The adapter of a real car whose command gate gets a process of its own: one by the wall clock."""
+    name = vehicle.partition(":")[0]
+    if name in (*VEHICLES, REPLAY):
+        return None
+    adapter = find_adapter(name)
+    return adapter if adapter.is_real and adapter.real_time else None
 
 
 def is_real(stage: str, vehicle: str) -> bool:

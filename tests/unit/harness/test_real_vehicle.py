@@ -17,6 +17,7 @@ from vehicle.messages import Command, Observation
 Write = Callable[..., Path]
 
 CAR = """
+from msgspec import structs
 from scenarios import path
 from vehicle.gated import Hands
 from vehicle.model.model_file import read_model
@@ -37,6 +38,12 @@ class Car(Twin):
     def apply(self, command):
         TOLD.append(command)
         super().apply(command)
+
+
+class Standing(Car):
+    # Nobody can make a car roll by a word.
+    def reset(self, state):
+        super().reset(structs.replace(state, v=0.0, vx=0.0))
 
 
 class Toy(Car):
@@ -69,7 +76,7 @@ def told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Command]:
     (info / "entry_points.txt").write_text(
         "[pytest_dvp.adapters]\ntabby = mycar_for_tests:Car\ntoy = mycar_for_tests:Toy\n"
         "lying = mycar_for_tests:lying\nunknown = mycar_for_tests:unknown\nnone = mycar_for_tests:none\n"
-        "broken = mycar_for_tests:nothing\n"
+        "broken = mycar_for_tests:nothing\nstanding = mycar_for_tests:Standing\n"
     )
     (site / "mycar_for_tests.py").write_text(CAR)
     monkeypatch.syspath_prepend(site)
@@ -175,6 +182,14 @@ def test_in_parallel_execution_the_driver_keeps_the_last_word(told: list[Command
     assert (result.stage, result.log.meta["vehicle"]["armed"]) == ("pe", True)
 
 
+def test_a_real_car_begins_as_it_stands_not_as_the_scenario_has_it(told: list[Command], keys: dict[str, Path]) -> None:
+    """The ego of the scenario rolls at 5 m/s: no jump to standstill, no jerk of one."""
+    log = drive(keys, vehicle="standing", with_keys=False).log
+    assert log.t[0] == 0.0
+    assert abs(log["v"]).max() == pytest.approx(0.0, abs=0.01)
+    assert told == []
+
+
 def test_what_is_no_real_car_is_called_by_its_name_and_needs_no_key(told: list[Command], keys: dict[str, Path]) -> None:
     result = drive(keys, vehicle="toy", with_keys=False)
     assert (result.stage, result.status) == ("pe-toy", "PASS")
@@ -215,7 +230,7 @@ def test_what_is_wrong_with_the_second_key_is_told_before_anyone_waits_for_the_c
     def wait(*_: object, **__: object) -> None:
         raise AssertionError("it waited for the car")
 
-    monkeypatch.setattr("pytest_dvp.prepare.open_vehicle", wait)
+    monkeypatch.setattr("mycar_for_tests.Car.__init__", wait)
     keys["arming"].write_text('vehicle = "tabby"\n')
     with pytest.raises(ArmingRefused, match=r"found \['vehicle'\], allowed: vehicle and scenario"):
         drive(keys)
