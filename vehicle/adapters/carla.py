@@ -4,6 +4,8 @@
     port = 2000
     blueprint = "vehicle.micro.microlino"
     rear = 0.8              # m from the actor's origin back to the rear axle
+    python = "python3.8"    # an interpreter of your own that has CARLA's package; default: this one
+    path = ["/opt/carla/PythonAPI/carla"]     # where that looks for it besides
     [S]                     # parameters S of the paper, set in CARLA's physics
     EGO_mass = 730.0
 
@@ -14,8 +16,10 @@ script of calls; against a running server never, as none was at hand.
 
 from __future__ import annotations
 
+import contextlib
+import sys
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import radians
 from pathlib import Path
 from typing import Any
@@ -39,8 +43,17 @@ from vehicle.messages import (
 from vehicle.wire import carla_frame as frame
 
 TICK = 0.01  # s, of the server in synchronous mode
-KEYS = {"host": "127.0.0.1", "port": 2000, "blueprint": "vehicle.micro.microlino", "rear": 0.8, "S": {}}
+KEYS = {
+    "host": "127.0.0.1",
+    "port": 2000,
+    "blueprint": "vehicle.micro.microlino",
+    "rear": 0.8,
+    "python": "",
+    "path": [],
+    "S": {},
+}
 PATIENCE = 10.0  # s for the server's answer
+BUSY = 15.0  # s that CARLA's package may hold its interpreter
 PHYSICS = {"EGO_mass": "mass", "EGO_moi": "moi", "EGO_dr_full_throttle": "damping_rate_full_throttle",
            "EGO_dr_zero_throttle": "damping_rate_zero_throttle_clutch_engaged"}  # fmt: skip
 LOOK = 10  # ticks between two empty scans and images, for the mirror to fill
@@ -48,11 +61,15 @@ GNSS_SIGMA, YAW_SIGMA = 0.02, 0.005  # m, rad that the poses claim
 
 
 class CarlaVehicle:
-    """The actor of a world in synchronous mode; `connect` opens one. `carla` is CARLA's module, or what stands in."""
+    """The actor of a world in synchronous mode; `connect` opens one. `carla` is CARLA's module, or what stands in;
+    `leave` is called when the car is closed."""
 
     is_real = False
 
-    def __init__(self, carla: Any, world: Any, actor: Any, rear: float) -> None:
+    def __init__(
+        self, carla: Any, world: Any, actor: Any, rear: float, leave: Callable[[], None] = lambda: None
+    ) -> None:
+        self._leave = leave
         self._carla, self._world, self._actor, self._rear = carla, world, actor, rear
         physics = actor.get_physics_control()
         self._max_steer = radians(max(wheel.max_steer_angle for wheel in physics.wheels))
@@ -129,10 +146,12 @@ class CarlaVehicle:
         """Take the actor out of the world, and give the server its own time back."""
         actor, self._actor = self._actor, None
         if actor is not None:
-            actor.destroy()
-            settings = self._world.get_settings()
-            settings.synchronous_mode, settings.fixed_delta_seconds = False, None
-            self._world.apply_settings(settings)
+            with contextlib.suppress(VehicleLost):  # a bridge that is gone has nothing to give back
+                actor.destroy()
+                settings = self._world.get_settings()
+                settings.synchronous_mode, settings.fixed_delta_seconds = False, None
+                self._world.apply_settings(settings)
+            self._leave()
 
     def _state(self) -> VehicleState:
         transform, velocity = self._actor.get_transform(), self._actor.get_velocity()
@@ -153,10 +172,35 @@ _ROW = ("t", "x", "y", "z", "yaw", "v", "vx", "vy", "yaw_rate", "ax", "ay", "ste
 def connect(argument: str) -> CarlaVehicle:
     """The car that a file describes, on a running server. Raises VehicleLost, one line."""
     settings = _read(Path(argument))
+    carla, leave = _module(settings["python"], settings["path"])
     try:
-        import carla
-    except ImportError:
-        raise VehicleLost("CARLA needs its Python package: pip install 'pytest-dvp[carla]'") from None
+        return _spawned(carla, settings, leave)
+    except BaseException:
+        leave()
+        raise
+
+
+def _module(python: str, path: list[str]) -> tuple[Any, Callable[[], None]]:
+    """CARLA's module, and what is to be called when it is no longer needed. Raises VehicleLost."""
+    if not python and not path:
+        try:
+            import carla
+        except ImportError:
+            raise VehicleLost(
+                "CARLA needs its Python package: pip install 'pytest-dvp[carla]', or python = \"...\" in its file"
+            ) from None
+        return carla, lambda: None
+    from vehicle.bridge import Bridge
+
+    bridge = Bridge(python or sys.executable, path, who="the bridge to CARLA", error=VehicleLost, silent=BUSY)
+    try:
+        return bridge.module("carla"), bridge.close
+    except BaseException:
+        bridge.close()
+        raise
+
+
+def _spawned(carla: Any, settings: Mapping[str, Any], leave: Callable[[], None]) -> CarlaVehicle:
     try:
         client = carla.Client(settings["host"], settings["port"])
         client.set_timeout(PATIENCE)
@@ -171,7 +215,7 @@ def connect(argument: str) -> CarlaVehicle:
         raise VehicleLost(f"CARLA at {where}: {' '.join(str(error).split())[:200]}") from None
     if settings["S"]:
         actor.apply_physics_control(with_s(actor.get_physics_control(), settings["S"]))
-    return CarlaVehicle(carla, world, actor, float(settings["rear"]))
+    return CarlaVehicle(carla, world, actor, float(settings["rear"]), leave)
 
 
 connect.is_real = False  # type: ignore[attr-defined]  # what the plugin asks of an adapter before it opens it

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
+import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +14,7 @@ import numpy as np
 import pytest
 
 from openscenario.road.network import load_network
+from tests.unit.vehicle.test_bridge import old_interpreters
 from vehicle.adapter import Vehicle, VehicleLost
 from vehicle.adapters.carla import CarlaVehicle, connect, with_s
 from vehicle.messages import Command, VehicleState, no_surroundings
@@ -150,3 +154,151 @@ def test_without_a_server_it_is_one_line(tmp_path: Path, monkeypatch: pytest.Mon
     file.write_text("prot = 1\n")
     with pytest.raises(VehicleLost, match=r"carla\.toml: prot = 1: allowed: host, port"):
         connect(str(file))
+
+
+SCRIPTED = """
+import math
+
+
+class Thing:
+    def __init__(self, **given):
+        self.__dict__.update(given)
+
+
+def made(**defaults):
+    return lambda **given: Thing(**dict(defaults, **given))
+
+
+Location = Vector3D = made(x=0.0, y=0.0, z=0.0)
+Rotation = made(pitch=0.0, yaw=0.0, roll=0.0)
+VehicleControl = made(throttle=0.0, steer=0.0, brake=0.0)
+
+
+def Transform(location=None, rotation=None):
+    return Thing(location=location or Location(), rotation=rotation or Rotation())
+
+
+class World:
+    def __init__(self):
+        self.settings = Thing(synchronous_mode=False, fixed_delta_seconds=None)
+        self.transform, self.velocity, self.broken = Transform(), Vector3D(), False
+        self.bounding_box = Thing(location=Location(x=0.1), extent=Vector3D(x=1.5, y=0.7, z=0.8))
+        self.physics = Thing(mass=900.0, wheels=[Thing(max_steer_angle=angle) for angle in (70.0, 70.0, 0.0, 0.0)])
+
+    def tick(self, patience):
+        if self.velocity.x > 90.0:
+            raise RuntimeError("time-out of 10000ms while waiting\\nfor the simulator")
+        at = self.transform.location
+        self.transform.location = Location(x=at.x + 0.01 * self.velocity.x, y=at.y + 0.01 * self.velocity.y)
+
+    def get_settings(self):
+        return self.settings
+
+    def apply_settings(self, settings):
+        self.settings = settings
+
+    def get_blueprint_library(self):
+        return self
+
+    def find(self, name):
+        return Thing(name=name)
+
+    def get_map(self):
+        return self
+
+    def get_spawn_points(self):
+        return [Transform()]
+
+    def spawn_actor(self, blueprint, place):
+        return self
+
+    def get_physics_control(self):
+        return self.physics
+
+    def apply_physics_control(self, physics):
+        self.physics = physics
+
+    def set_transform(self, transform):
+        self.transform = transform
+
+    def set_target_velocity(self, velocity):
+        self.velocity = velocity
+
+    def apply_control(self, control):
+        self.control = control
+
+    def get_transform(self):
+        return self.transform
+
+    def get_velocity(self):
+        return self.velocity
+
+    def get_acceleration(self):
+        return Vector3D()
+
+    def get_angular_velocity(self):
+        return Vector3D()
+
+    def destroy(self):
+        pass
+
+
+class Client(World):
+    def __init__(self, host, port):
+        World.__init__(self)
+        self.port = port
+
+    def set_timeout(self, seconds):
+        pass
+
+    def get_world(self):
+        if self.port == 1:
+            raise RuntimeError("no server")
+        return self
+"""
+
+
+@pytest.fixture
+def bridged(tmp_path: Path) -> Callable[..., CarlaVehicle]:
+    """Opens a scripted server's module that only the interpreter of a bridge finds; the oldest one that is here."""
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far" / "carla.py").write_text(SCRIPTED)
+    python = next(iter(old_interpreters()), sys.executable)
+
+    def opened(**more: object) -> CarlaVehicle:
+        given = {"python": python, "path": [str(tmp_path / "far")], **more}
+        text = "\n".join(f"{key} = {json.dumps(value)}" for key, value in given.items())
+        (tmp_path / "carla.toml").write_text(f"{text}\n[S]\nEGO_mass = 730.0\nEGO_max_steer_angle = 50.0\n")
+        return connect(str(tmp_path / "carla.toml"))
+
+    return opened
+
+
+def test_over_a_bridge_it_is_driven_as_without_one(bridged: Callable[..., CarlaVehicle]) -> None:
+    """The numbers of the tick above; mass and lock are those of S."""
+    car = bridged()
+    try:
+        assert car.description.mass == 730.0
+        assert car.description.max_steer == pytest.approx(math.radians(50.0))
+        car.reset(VehicleState(t=0.0, x=10.0, y=5.0, yaw=0.5, v=4.0))
+        car.apply(Command(0.0, math.radians(5.0), 1.0, 0.3, 0.0))
+        rows = car.step(0.05)
+        assert rows[:, 0] == pytest.approx([0.01, 0.02, 0.03, 0.04, 0.05])
+        assert rows[-1, 1:3] == pytest.approx([10.0 + 0.2 * math.cos(0.5), 5.0 + 0.2 * math.sin(0.5)], abs=1e-6)
+        assert rows[-1, [4, 5, 11]] == pytest.approx([0.5, 4.0, math.radians(5.0)], abs=1e-6)
+        car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=95.0))
+        with pytest.raises(VehicleLost, match=r"^CARLA did not tick: time-out of 10000ms while waiting for the simul"):
+            car.step(0.05)
+    finally:
+        car.close()
+        car.close()
+
+
+def test_over_a_bridge_what_is_missing_is_one_line(bridged: Callable[..., CarlaVehicle]) -> None:
+    with pytest.raises(VehicleLost, match=r"^CARLA at 127\.0\.0\.1:1: no server$"):
+        bridged(port=1)
+    if old_interpreters():  # this one has it
+        with pytest.raises(VehicleLost, match=r"^the bridge to CARLA: \S+ lacks a module: No module named 'carla'$"):
+            bridged(path=[])
+    with pytest.raises(VehicleLost, match=r"^the bridge to CARLA's process cannot be started: /no/python: No such"):
+        bridged(python="/no/python")
