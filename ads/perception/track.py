@@ -24,6 +24,8 @@ length, width, votes per kind, hits, time unseen [s], age [s], score, longest si
 FIRST_SPEED = np.array([12.0, 1.7, 4.0, 1.0])  # m/s per kind, sigma of a new track's velocity
 MEASURED = 0.01  # m, least side of a box that the LiDAR has seen; 0 is a camera's word
 CAMERA_BIAS = 0.03  # of the range; pitch and calibration err alike in every frame, so that no number of frames helps
+FACE = 0.25  # of an object's extent; who shows no more of it shows one face
+BESIDE = 0.5  # m from a face's plane to the sensor, at least, to know on which side it is
 SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a side
 
 
@@ -82,8 +84,10 @@ def middle(
     """Shift [m] of the box's middle along `yaw` when it grows from `seen` to `whole` [m], away from the sensor."""
     ux, uy = math.cos(yaw), math.sin(yaw)
     dx, dy = row[0] - sensor_x, row[1] - sensor_y
-    share = (dx * ux + dy * uy) / max(math.hypot(dx, dy), 0.1)
-    if abs(share) < 0.3:  # looked at squarely: it may be hidden on either side
+    away = dx * ux + dy * uy
+    share = away / max(math.hypot(dx, dy), 0.1)
+    one_face = seen < FACE * whole and abs(away) > 0.5 * seen + BESIDE  # of a long side, seen from beside its one end
+    if abs(share) < 0.3 and not one_face:  # looked at squarely: it may be hidden on either side
         return 0.0, 0.0
     shift = math.copysign(0.5 * max(whole - seen, 0.0), share)
     return shift * ux, shift * uy
@@ -182,6 +186,17 @@ def begin(track: FloatArray, row: FloatArray, sensor: tuple[float, float, float]
 
 
 @compiled
+def newly_seen(track: FloatArray, length: float, x: float, y: float) -> float:
+    """By how much [m] a track's middle moves along it as it is seen to be `length` [m] long, its middle at (x, y) [m].
+
+    The end that was seen stays: at most half of what is new. It is no motion.
+    """
+    more = 0.5 * max(length - track[TL], 0.0)
+    along = math.cos(track[TYAW]) * (x - track[TX]) + math.sin(track[TYAW]) * (y - track[TY])
+    return min(max(along, -more), more)
+
+
+@compiled
 def correct_track(track: FloatArray, row: FloatArray, sensor_x: float, sensor_y: float) -> None:
     """Take a measurement into a track: kind, size, yaw, position and velocity."""
     vote(track, row)
@@ -193,6 +208,9 @@ def correct_track(track: FloatArray, row: FloatArray, sensor_x: float, sensor_y:
             trust = max(0.05, 1.0 / track[HITS]) if still else 0.25
             track[TYAW] += trust * wrap_angle(yaw - track[TYAW])
         track[SIZED] = max(track[SIZED], seen)
+        shift = newly_seen(track, length, x, y)
+        track[TX] += shift * math.cos(track[TYAW])
+        track[TY] += shift * math.sin(track[TYAW])
         track[TL] = length
         track[TW] += 0.1 * max(width - track[TW], 0.0)
     c, s = sight(row[0] - sensor_x, row[1] - sensor_y)

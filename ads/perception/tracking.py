@@ -19,14 +19,17 @@ from ads.perception.track import (
     CP,
     HITS,
     SIZED,
+    TW,
     TX,
     TY,
+    TYAW,
     UNSEEN,
     VOTE_VEHICLE,
     VX,
     VY,
     begin,
     correct_track,
+    newly_seen,
     sight,
     track_kind,
     whole_box,
@@ -42,6 +45,7 @@ LOOSE = 0.25  # m^2 added to a LiDAR object's variances in the gate: a partly se
 LOOSE_CAMERA = 0.5  # m^2
 OTHER_KIND = 6.0  # added to the squared distance when kinds differ
 RANGE_SIGMAS = 2.0  # of a camera's range within which two tracks in one direction are the same object
+WIDE = 2.2  # m; no car is so wide, a truck is, and is known by its length too
 SAME = 0.2  # m; a track whose middle lies so near another's box is the same object
 
 
@@ -98,7 +102,12 @@ def match_costs(
             if used[j] == 1:
                 continue
             row = rows[j]
-            x, y, _, _, _, _ = whole_box(track, kind, row, sensor[0], sensor[1])
+            x, y, _, _, length, _ = whole_box(track, kind, row, sensor[0], sensor[1])
+            if (
+                kind == VEHICLE and max(track[TW], 0.4 * track[SIZED]) > WIDE
+            ):  # of a truck much may come into sight at once
+                back = newly_seen(track, length, x, y)
+                x, y = x - back * np.cos(track[TYAW]), y - back * np.sin(track[TYAW])
             c, s = sight(row[0] - sensor[0], row[1] - sensor[1])
             dx, dy = x - track[TX], y - track[TY]
             along, across = c * dx + s * dy, c * dy - s * dx

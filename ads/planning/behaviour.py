@@ -24,6 +24,8 @@ from vehicle.messages import Detection, FloatArray, SignalState, VehicleDescript
 
 STANDING_FOR = 0.6  # s until a standing vehicle is an obstacle to pass
 PARKED_AFTER = 10.0  # s; a vehicle that was seen moving is waited for so long
+WIDE = 2.2  # m; no car is so wide, a truck or a bus is
+LONG = 10.0  # m, its length until more of it is seen
 MERGE_GAP = 25.0  # m; obstacles closer than this are passed in one go
 MERGE_LENGTH = 45.0  # m
 ABORT_GAP = 8.0  # m
@@ -202,6 +204,7 @@ class Behaviour:
         """Note the standing vehicles ahead in the lane, near ones taken together; keeps the last while it passes it."""
         half = 0.5 * self._car.width + MARGIN
         found: list[Obstacle] = []
+        beside = self._nets.marked("overtaking", "beside")
         for row, detection in zip(placed, detections, strict=True):
             s_from, s_to, l_from, l_to, along, _ = row
             if detection.kind not in ("vehicle", "misc") or abs(along) > 0.6:
@@ -209,7 +212,10 @@ class Behaviour:
             if l_from > half or l_to < -half or s_to < s - 3.0 or s_from > s + 100.0:
                 continue
             patience = PARKED_AFTER if self._memory.moved(detection.track) else STANDING_FOR
-            if self._memory.stood(t, detection.track) >= patience:
+            passed_now = beside and self._obstacle is not None and detection.track == self._obstacle.track
+            if passed_now or self._memory.stood(t, detection.track) >= patience:
+                if detection.width > WIDE:  # only its rear may be in sight, and the rest is longer than a car's
+                    s_to = max(s_to, s_from + LONG)
                 found.append(Obstacle(detection.track, s_from, s_to, l_from, l_to))
         if not found:
             if t - self._obstacle_seen > 3.0 and not self._passing():

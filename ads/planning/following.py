@@ -11,6 +11,9 @@ GAP = 4.0  # m between bumpers at standstill
 TIME = 2.0  # s behind a moving vehicle
 MARGIN = 0.35  # m beside the car that belongs to its path
 REACH = 150.0  # m
+SPAN = 30.0  # m of a standing object's length that are looked along
+STEP = 2.0  # m
+STANDS = 1.0  # m/s
 LOOK_AHEAD = 1.0  # s; a vehicle that will be in the path so soon is in it
 
 
@@ -31,8 +34,16 @@ def find_lead(
         s_from, s_to, l_from, l_to, along, across = row
         if s_to < s + front or s_from > s + REACH or detection.track in passing:
             continue
-        o = offset(s_from)
+        begins = max(s_from, s)  # a plan begins at the car: of one beside it, what lies ahead counts
+        o = offset(begins)
         low, high = l_from - o, l_to - o
+        if abs(along) < STANDS:  # a long one may be met where the plan leads back to the lane
+            last = min(s_to, s + SPAN)
+            while (low > half or high < -half) and begins < last:
+                begins = min(begins + STEP, last)
+                o = offset(begins)
+                low, high = l_from - o, l_to - o
+            s_from = max(s_from, begins)
         if along > 1.0 and detection.kind != "pedestrian":  # changes into this lane
             low, high = min(low, low + across * LOOK_AHEAD), max(high, high + across * LOOK_AHEAD)
         if low > half or high < -half:
