@@ -103,9 +103,7 @@ def match_costs(
                 continue
             row = rows[j]
             x, y, _, _, length, _ = whole_box(track, kind, row, sensor[0], sensor[1])
-            if (
-                kind == VEHICLE and max(track[TW], 0.4 * track[SIZED]) > WIDE
-            ):  # of a truck much may come into sight at once
+            if kind == VEHICLE and max(track[TW], 0.4 * track[SIZED]) > WIDE:  # much of a truck may show at once
                 back = newly_seen(track, length, x, y)
                 x, y = x - back * np.cos(track[TYAW]), y - back * np.sin(track[TYAW])
             c, s = sight(row[0] - sensor[0], row[1] - sensor[1])
