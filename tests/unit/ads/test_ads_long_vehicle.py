@@ -49,7 +49,7 @@ def test_a_long_vehicle_is_overtaken_as_calmly_as_a_car(
 
 
 def lead(offset: float, back_at: float) -> tuple[float, float] | None:
-    """What limits a car beside a bus, from 10 m behind to 20 m before it; from `back_at` [m] its path is in the lane."""
+    """What limits a car beside a bus, 10 m behind to 20 m before it; from `back_at` [m] its path is in the lane."""
     bus = Detection(0.0, "vehicle", 5.0, 0.0, 0.0, 30.0, 2.5, 0.0, 0.0, track=1)
     row = [-10.0, 20.0, -1.25, 1.25, 0.0, 0.0]
     return find_lead(0.0, 2.0, TABBY, lambda s: offset if s < back_at else 0.0, (bus,), [row])
