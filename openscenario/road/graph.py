@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,8 +48,10 @@ class LaneGraph:
         return csr_matrix((self.costs, (self.edges[:, 0], self.edges[:, 1])), shape=(size, size))
 
 
-def make_graph(tables: Tables, links: Mapping[LaneEnd, tuple[LaneEnd, ...]]) -> LaneGraph:
-    """Graph of all drivable lanes."""
+def make_graph(
+    tables: Tables, links: Mapping[LaneEnd, tuple[LaneEnd, ...]], branches: Mapping[int, Sequence[int]]
+) -> LaneGraph:
+    """Graph of all drivable lanes; `branches`: further lane rows to go on to from a lane row, as in `branches.py`."""
     spans, sections, lanes = tables[4], tables[5], tables[6]
     rows = np.flatnonzero(lanes[:, LANE_DRIVABLE] == 1)
     node_of = np.full(len(lanes), -1, dtype=np.int64)
@@ -60,7 +62,7 @@ def make_graph(tables: Tables, links: Mapping[LaneEnd, tuple[LaneEnd, ...]]) -> 
     for node, row in enumerate(rows.tolist()):
         section = int(lanes[row, LANE_SECTION])
         length = max(float(spans[section, 1] - spans[section, 0]), 0.0)
-        for target in next_rows(tables, links, row):
+        for target in (*next_rows(tables, links, row), *branches.get(row, ())):
             if node_of[target] >= 0:
                 edges.append((node, int(node_of[target])))
                 costs.append(length)

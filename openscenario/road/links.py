@@ -40,6 +40,8 @@ def make_links(roads: Sequence[Road], junctions: Iterable[Junction]) -> dict[Lan
             for a, b in _road_link(roads, number, at_end, numbers[link.id], link):
                 join(a, b)
     for junction in by_id.values():
+        if junction.type == "virtual":
+            continue  # its ways meet no end of the main road: see `branches.py`
         for connection in junction.connections:
             for a, b in _connection(roads, numbers, junction, connection):
                 join(a, b)

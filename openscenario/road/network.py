@@ -10,6 +10,7 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from itertools import pairwise
 from types import MappingProxyType
 
 from openscenario.road import index as search
@@ -17,6 +18,7 @@ from openscenario.road import lanes as kernels
 from openscenario.road import path, route
 from openscenario.road import pose as poses
 from openscenario.road.boundaries import Boundary, make_boundaries
+from openscenario.road.branches import Branch, branch_rows, leaves, make_branches, stations
 from openscenario.road.crosswalks import Crosswalk, PlaceOf, find_crosswalks
 from openscenario.road.distances import RoadDistances
 from openscenario.road.elements import Junction, Lane, LaneSection, OpenDrive, Road, Rule, Signal
@@ -53,7 +55,8 @@ class RoadNetwork:
         self.signals: tuple[Signal, ...] = tuple(signal for road in file.roads for signal in road.signals)
         self.rule: Rule = file.roads[0].rule
         self.geo_reference = file.geo_reference
-        self.tables = make_tables(file.roads)
+        self._branches = make_branches(file.roads, file.junctions)
+        self.tables = make_tables(file.roads, stations(self._branches))
         self._ids = tuple(road.id for road in file.roads)
         self._numbers = {road.id: number for number, road in enumerate(file.roads)}
         self._index = search.make_index(self.tables)
@@ -199,7 +202,22 @@ class RoadNetwork:
 
     @cached_property
     def _graph(self) -> LaneGraph:
-        return make_graph(self.tables, self._links)
+        return make_graph(self.tables, self._links, branch_rows(self.tables, self._branches))
+
+    @cached_property
+    def _exits(self) -> tuple[Branch, ...]:
+        """Places between the ends of roads where routes may leave them."""
+        return tuple(branch for branch in self._branches if leaves(self.tables, branch))
+
+    @cached_property
+    def _entries(self) -> Mapping[LaneEnd, Branch]:
+        """Lane ends that lead onto a road between its ends."""
+        return {branch.end: branch for branch in self._branches if not leaves(self.tables, branch)}
+
+    @property
+    def branching(self) -> bool:
+        """Whether ways leave a road, or lead onto one, between its ends."""
+        return bool(self._branches)
 
     def lane_graph(self) -> LaneGraph:
         """Drivable lanes as nodes, ways between them as edges with costs [m]."""
@@ -259,9 +277,27 @@ class RoadNetwork:
         for _ in range(MOST_JOINTS):
             if on_reference:
                 offset = -self.lane_t(self._ids[number], lane, s)
+            way = left
+            before = (number, lane, s)
             lane, s, t, heading, left = path.advance(self.tables, number, lane, s, offset, left)
+            branch = self.exit_between(before, (number, lane, s), way > 0.0, along) if self._branches else None
+            if branch is not None:
+                left = way - self._way_to(branch.s, before, offset, way)
+                number, lane = branch.end.road, branch.end.lane
+                s = self.file.roads[number].length if branch.end.at_end else 0.0
+                if branch.end.at_end == (way > 0.0):
+                    left, offset = -left, -offset
+                continue
             if left == 0.0:
                 break
+            entry = self._entries.get(LaneEnd(number, lane, left > 0.0)) if self._branches else None
+            if entry is not None:
+                with_traffic = self.driving_sign(self._ids[number], lane, s) * left > 0.0
+                onwards = self.driving_sign(self._ids[entry.road], entry.lane, entry.s) * (1 if with_traffic else -1)
+                if onwards * left < 0.0:
+                    left, offset = -left, -offset
+                number, lane, s = entry.road, entry.lane, entry.s
+                continue
             ends = self._ends_after(number, lane, forward=left > 0.0)
             if not ends:
                 break
@@ -275,6 +311,38 @@ class RoadNetwork:
             number, lane = end.road, end.lane
             s = self.file.roads[number].length if end.at_end else 0.0
         return tuple.__new__(RoadPosition, (self._ids[number], lane, s, t, offset, heading, position.on_road))
+
+    def exit_between(
+        self, before: tuple[int, int, float], after: tuple[int, int, float], forward: bool, along: Sequence[RouteLane]
+    ) -> Branch | None:
+        """The first way off a road between its ends that a route takes between two places (road number, lane, s [m]).
+
+        forward: with increasing s.
+        """
+        number, lane, s = before
+        taken = {(here.road, there.road) for here, there in pairwise(along) if here.road != there.road}
+        found = [
+            branch
+            for branch in self._exits
+            if branch.road == number
+            and branch.lane in (lane, after[1])
+            and (s < branch.s <= after[2] if forward else after[2] <= branch.s < s)
+            and (self._ids[number], self._ids[branch.end.road]) in taken
+        ]
+        return min(found, key=lambda branch: abs(branch.s - s), default=None)
+
+    def _way_to(self, s: float, before: tuple[int, int, float], offset: float, way: float) -> float:
+        """Way [m], of `way` [m] along a lane, after which it has come to s [m]."""
+        number, lane, start = before
+        low, high = 0.0, way
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            there = path.advance(self.tables, number, lane, start, offset, middle)[1]
+            if abs(there - start) < abs(s - start):
+                low = middle
+            else:
+                high = middle
+        return high
 
     def _choose(self, ends: list[LaneEnd], heading: float, turn: float, along: Sequence[RouteLane]) -> LaneEnd:
         """The way to take from a place left with `heading` [rad]."""
@@ -304,7 +372,9 @@ class RoadNetwork:
         number = self._numbers[position.road]
         sign = self.driving_sign(position.road, position.lane, position.s)
         at_end = position.s >= self.file.roads[number].length - 1e-6 if sign > 0 else position.s <= 1e-6
-        return at_end and not self._ends_after(number, position.lane)
+        if not at_end or (self._branches and LaneEnd(number, position.lane, sign > 0) in self._entries):
+            return False
+        return not self._ends_after(number, position.lane)
 
     @cached_property
     def _distances(self) -> RoadDistances:

@@ -289,11 +289,4 @@ def _read_junction(attributes: Attributes, node: Node) -> Junction:
             )
         )
     kind = node.get("type") or "default"
-    if kind == "virtual":
-        attributes.report(
-            "road.unsupported",
-            node,
-            "ways that leave a road between its ends are not linked: no route leads through a virtual junction",
-            severity="warning",
-        )
     return Junction(attributes.text(node, "id"), node.get("name"), kind, tuple(connections), node.line)

@@ -11,8 +11,9 @@ lanes     (k, 12) int     see LANE_*
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import groupby
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -56,6 +57,10 @@ SECTION_CENTRE, SECTION_LEFT, SECTION_RIGHT, SECTION_ROAD = range(4)
 ) = range(12)
 
 
+NO_CUTS: Mapping[int, Sequence[float]] = MappingProxyType({})
+_SHORTEST = 1e-3  # m of a piece of a section
+
+
 class _Rows:
     """Growing list of cubic rows, from which ranges are cut."""
 
@@ -86,8 +91,8 @@ class _Rows:
         return first, len(self.rows)
 
 
-def make_tables(roads: Sequence[Road]) -> Tables:
-    """Flatten roads, in file order."""
+def make_tables(roads: Sequence[Road], cuts: Mapping[int, Sequence[float]] = NO_CUTS) -> Tables:
+    """Flatten roads, in file order; `cuts`: s [m] at which sections of a road (its number) are cut into pieces."""
     geometry: list[list[float]] = []
     cubics = _Rows()
     road_rows: list[tuple[int, ...]] = []
@@ -105,7 +110,7 @@ def make_tables(roads: Sequence[Road]) -> Tables:
         shape = cubics.shapes(road.shapes)
         first_section = len(sections)
         first_lane = len(lanes)
-        _add_sections(road, index, rule, cubics, spans, sections, lanes)
+        _add_sections(road, index, rule, cubics, spans, sections, lanes, cuts.get(index, ()))
         flat = not any(
             r[1] or r[2] or r[3] or r[4] for pair in (elevation, superelevation) for r in cubics.rows[slice(*pair)]
         )
@@ -135,14 +140,18 @@ def _add_sections(
     spans: list[tuple[float, float]],
     sections: list[tuple[int, int, int, int]],
     lanes: list[list[int]],
+    cuts: Sequence[float],
 ) -> None:
     """Append the sections and lanes of one road; links inside the road become lane rows."""
-    first_section = len(sections)
+    pieces: list[tuple[int, int]] = []  # first and last row of each section of the file
     for number, section in enumerate(road.sections):
         end = road.sections[number + 1].s if number + 1 < len(road.sections) else road.length
-        spans.append((section.s, end))
-        centre = len(lanes) + section.left
-        sections.append((centre, section.left, len(section.lanes) - 1 - section.left, index))
+        stations = [section.s, *(s for s in cuts if section.s + _SHORTEST < s < end - _SHORTEST), end]
+        pieces.append((len(sections), len(sections) + len(stations) - 2))
+        right = len(section.lanes) - 1 - section.left
+        spans.append((section.s, stations[1]))
+        sections.append((len(lanes) + section.left, section.left, right, index))
+        first_lane = len(lanes)
         for lane in section.lanes:
             by_border = not lane.widths and bool(lane.borders)
             width = cubics.cubics(lane.borders if by_border else lane.widths, section.s)
@@ -150,9 +159,26 @@ def _add_sections(
             direction = lane_direction(lane.id, rule, lane.direction == "reversed")
             row = [lane.id, *width, int(by_border), *height, int(lane.drivable), -1, -1, len(sections) - 1]
             lanes.append([*row, int(lane.level), direction])
+        for piece in range(1, len(stations) - 1):
+            _add_piece(len(section.lanes), first_lane, piece, lanes)
+            spans.append((stations[piece], stations[piece + 1]))
+            sections.append((first_lane + piece * len(section.lanes) + section.left, section.left, right, index))
     for number in range(len(road.sections) - 1):
-        here, there = sections[first_section + number], sections[first_section + number + 1]
+        here, there = sections[pieces[number][1]], sections[pieces[number + 1][0]]
         _link(road.sections[number].lanes, here, road.sections[number + 1].lanes, there, lanes)
+
+
+def _add_piece(count: int, first: int, piece: int, lanes: list[list[int]]) -> None:
+    """The next piece of a section of `count` lanes, whose piece 0 has its lanes from row `first` on."""
+    for number in range(count):
+        row = list(lanes[first + number])
+        row[LANE_SECTION] += piece
+        row[LANE_PREDECESSOR], row[LANE_SUCCESSOR] = -1, -1
+        before = len(lanes) - count
+        if row[LANE_ID]:
+            row[LANE_PREDECESSOR] = before
+            lanes[before][LANE_SUCCESSOR] = len(lanes)
+        lanes.append(row)
 
 
 def _link(

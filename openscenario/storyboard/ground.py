@@ -110,12 +110,19 @@ class Ground:
         lane, s, left, x, y, z, h, pitch, roll = stride(
             network.tables, number, entity.lane, entity.s, entity.offset, entity.sense * distance
         )
-        if left != 0.0 or x != x:
+        away = network.branching and network.exit_between(
+            (number, entity.lane, entity.s), (number, lane, s), entity.sense * distance > 0.0, entity.route_lanes
+        )
+        if left != 0.0 or x != x or away:
             self._cross(entity, distance)
             x, y, z, h, pitch, roll = network.lane_pose(entity.road, entity.lane, entity.s, entity.offset)
         else:
             entity.lane, entity.s = lane, s
             entity.end_of_road = False
+        self._pose(entity, x, y, z, h, pitch, roll)
+
+    def _pose(self, entity: Entity, x: float, y: float, z: float, h: float, pitch: float, roll: float) -> None:
+        """Take the pose of its place in the lane, turned as the entity is."""
         turned = entity.twist + entity.drift
         if turned != 0.0 and (pitch != 0.0 or roll != 0.0):
             yaw = turned if entity.sense > 0.0 else turned + math.pi

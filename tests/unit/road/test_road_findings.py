@@ -116,12 +116,6 @@ def test_a_link_to_a_road_that_is_not_here_is_an_error_of_a_file_that_can_be_dri
     assert only(Path(net.file.path)) == ("road.linkage.unknown", "successor@elementId")
 
 
-def test_virtual_junction_is_said_to_be_unused(tmp_path: Path) -> None:
-    path = write(tmp_path, straight("1", 0, 0, 0, 60), '<junction id="9" type="virtual"/>')
-    (finding,) = examine_opendrive(path)[1]
-    assert (finding.severity, finding.element) == ("warning", "OpenDRIVE/junction")
-
-
 def test_checking_a_road_loads_no_compiler() -> None:
     code = "import sys; import openscenario.road.opendrive; sys.exit('numba' in sys.modules or 'scipy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
