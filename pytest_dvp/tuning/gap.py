@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pytest_dvp.tuning.plan import Drive
+from pytest_dvp.tuning.plan import STAGES, Drive
 
 PAIRS = (("dt", "rw"), ("pe", "rw"))
 
@@ -34,12 +33,14 @@ class Figure:
 @dataclasses.dataclass(frozen=True, slots=True)
 class Gap:
     """likeness: "dt-rw" -> row of the stage table -> MNCC; with ".lag" its size [s], with ".gain" its distance from
-    1; metrics: stage -> row;
-    difference: "dt-rw" -> row -> the metric of the second less that of the first."""
+    1, drive by drive; metrics: stage -> row;
+    difference: "dt-rw" -> row -> the metric of the second less that of the first
+    ensemble: "dt-rw" -> row, with ".lag", ".gain" as above -> of the mean drives (`tuning.ensemble`)."""
 
     likeness: Mapping[str, Mapping[str, Figure]]
     metrics: Mapping[str, Mapping[str, Figure]]
     difference: Mapping[str, Mapping[str, Figure]]
+    ensemble: Mapping[str, Mapping[str, Figure]] = dataclasses.field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
         def plain(rows: Mapping[str, Mapping[str, Figure]]) -> dict[str, Any]:
@@ -49,6 +50,7 @@ class Gap:
             "likeness": plain(self.likeness),
             "metrics": plain(self.metrics),
             "difference": plain(self.difference),
+            "ensemble": plain(self.ensemble),
         }
 
 
@@ -84,29 +86,22 @@ def gap(drives: Sequence[Drive]) -> Gap:
                 single.setdefault((one, row.name), []).append((seed, first.value))
                 if (one, other) == PAIRS[0]:
                     single.setdefault((other, row.name), []).append((seed, second.value))
-    return Gap(_nested(cells), _nested(single), _nested(apart))
+    stages = {stage: [drive for drive in drives if drive.stage == stage] for stage in STAGES}
+    mean = {f"{one}-{other}": mean_alike(stages[one], stages[other]) for one, other in PAIRS}
+    return Gap(_nested(cells), _nested(single), _nested(apart), mean)
 
 
-def repeatability(drives: Sequence[Drive], stage: str = "rw") -> dict[str, Figure]:
-    """Likeness of the drives of one stage with those of the next seed: what no twin can be asked to pass."""
-    from pytest_dvp.log import Log
-    from pytest_dvp.stage_table import stage_table
+def mean_alike(one: Sequence[Drive], other: Sequence[Drive]) -> dict[str, Figure]:
+    """Likeness of the mean drives of two sets of repeats, as figures by row, row.lag and row.gain."""
+    from pytest_dvp.tuning.ensemble import ensemble
 
-    cells: dict[tuple[str, str], list[tuple[int, float | None]]] = {}
-    by_variant: dict[str, list[Drive]] = {}
-    for drive in drives:
-        if drive.stage == stage:
-            by_variant.setdefault(drive.variant.title, []).append(drive)
-    for same in by_variant.values():
-        for one, other in itertools.pairwise(sorted(same, key=lambda drive: drive.seed)):
-            table = stage_table({"one": Log.load(one.log), "other": Log.load(other.log)})
-            for row in table.rows:
-                if row.metric == "mncc":
-                    cell = row.cells[1]
-                    cells.setdefault(("", row.name), []).append((one.seed, cell.value))
-                    cells.setdefault(("", f"{row.name}.lag"), []).append((one.seed, _size(cell.lag)))
-                    cells.setdefault(("", f"{row.name}.gain"), []).append((one.seed, _size(cell.gain, 1.0)))
-    return _nested(cells).get("", {})
+    found: dict[str, Figure] = {}
+    for row, alike in ensemble(one, other).items():
+        for part, name in enumerate((row, f"{row}.lag", f"{row}.gain")):
+            found[name] = Figure(
+                alike.values[part], alike.half_widths[part], alike.worst[part], alike.repeats, alike.repeats
+            )
+    return found
 
 
 def _nested(rows: Mapping[tuple[str, str], list[tuple[int, float | None]]]) -> dict[str, dict[str, Figure]]:

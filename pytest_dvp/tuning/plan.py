@@ -21,7 +21,8 @@ class Plan:
     model       the twin as its data sheet has it; S of `preset` is set in it before anything runs
     preset      the paper's iteration whose P and S are the beginning
     variants, seeds            drives that are learnt from
-    held_out, held_out_seeds   drives that judge each iteration; last_seeds: those of the table at the end
+    held_out, held_out_seeds   drives that judge each iteration; last_seeds: those of the table at the end;
+                other_seeds: of the car's drives that are held against its own
     P, S        knobs with their candidates
     budget_P, budget_S         simulations, and replays of logs, of each tuning
     proving_ground  manoeuvres that the car drives when a diagnosis leaves something open, beside those it advises
@@ -41,6 +42,7 @@ class Plan:
     seeds: tuple[int, ...] = (7,)
     held_out_seeds: tuple[int, ...] = (101, 102)
     last_seeds: tuple[int, ...] = (101, 102, 103, 104, 105)
+    other_seeds: tuple[int, ...] = (201, 202, 203, 204, 205)
     iterations: int = 6
     search: str = "coordinate"
     seed: int = 1

@@ -13,8 +13,8 @@ from pytest_dvp.tuning.study import SEARCHES
 
 _TOP = ("iterate", "scenario", "held_out", "parameters")
 _ITERATE = (
-    "model", "preset", "vehicle", "seeds", "held_out_seeds", "last_seeds", "iterations", "search", "seed", "budget_P",
-    "budget_S", "structure", "library", "proving_ground",
+    "model", "preset", "vehicle", "seeds", "held_out_seeds", "last_seeds", "other_seeds", "iterations", "search",
+    "seed", "budget_P", "budget_S", "structure", "library", "proving_ground",
 )  # fmt: skip
 
 
@@ -48,6 +48,7 @@ class _PlanReader(Reader):
             seeds=tuple(self.wholes(head, "seeds", (7,))),
             held_out_seeds=tuple(self.wholes(head, "held_out_seeds", (101, 102))),
             last_seeds=tuple(self.wholes(head, "last_seeds", (101, 102, 103, 104, 105))),
+            other_seeds=tuple(self.wholes(head, "other_seeds", (201, 202, 203, 204, 205))),
             iterations=self.whole(head, "iterations", 6),
             search=str(self.word(head, "search", SEARCHES, "coordinate")),
             seed=self.whole(head, "seed", 1),
@@ -81,5 +82,7 @@ class _PlanReader(Reader):
         for variant in plan.held_out:
             if variant in plan.variants and set(plan.seeds) & {*plan.held_out_seeds, *plan.last_seeds}:
                 self.fail("held_out", f"{variant.title}: learnt from with the same seed, and so would judge itself")
+        if set(plan.last_seeds) & set(plan.other_seeds):
+            self.fail("other_seeds", "the car would be held against the very same drive: a seed is in last_seeds, too")
         if len(plan.last_seeds) < 2:
             self.fail("last_seeds", "one repeat has no interval: two seeds at least")

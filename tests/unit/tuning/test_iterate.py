@@ -64,7 +64,7 @@ def world(monkeypatch: pytest.MonkeyPatch) -> World:
         "judge": judge,
         "look_for_structure": look,
         "gap": lambda drives: Gap({}, {}, {}),
-        "repeatability": lambda drives: {},
+        "mean_alike": lambda one, other: {},
         "on_proving_ground": lambda *arguments, presets: Grounded("NOTHING_MISSING", (), ()),
         "guard": lambda *arguments: [],
     }
