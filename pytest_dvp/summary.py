@@ -210,6 +210,8 @@ def _urgency(verdict: Mapping[str, Any]) -> tuple[int, float]:
     """Status, then what is left of the bound as a share: margins of different units have nothing else in common."""
     margin, bound = verdict.get("margin"), verdict.get("bound")
     order = ORDER.get(verdict["status"], 0)
+    if not verdict.get("metric", "-") and verdict["status"] != "PASS":
+        return order, -math.inf  # of the run itself: a fault, a dry run; it explains the others
     if not _finite(margin) or margin is None:
         return order, math.inf
     if verdict["status"] == "PASS" and margin == 0:

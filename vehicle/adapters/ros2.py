@@ -263,7 +263,8 @@ class Ros2Vehicle:
     def _heard(self, message: Any) -> Odometry:
         """Feedback; a car that acts on no command of the last cycles is told of."""
         echo = float(message.drive.acceleration)
-        if self._asked and not any(abs(echo - asked) <= 1e-5 * max(1.0, abs(asked)) for asked in self._asked):
+        since = len(self._asked) == ECHO  # before, it may tell of the time before the first command
+        if since and not any(abs(echo - asked) <= 1e-5 * max(1.0, abs(asked)) for asked in self._asked):
             self._record(Trouble(self._clock(), topics.COMMAND.name, "not_obeyed", echo))
         return convert.feedback_from_ros(message)
 
