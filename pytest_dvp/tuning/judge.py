@@ -82,7 +82,8 @@ def _position(model: Path, logs: Mapping[str, Any]) -> tuple[float, float]:
 
 
 def twin_change(old: float, new: float) -> Change:
-    """Of log10(chi^2/N) on the same logs."""
+    """Of log10(chi^2/N) on the same logs; within the noise of the sensors all twins are alike."""
+    old, new = max(old, 0.0), max(new, 0.0)
     return "better" if new < old - TWIN_GAIN else "worse" if new > old + TWIN_GAIN else "alike"
 
 

@@ -114,7 +114,10 @@ class Reader:
             self.fail(
                 "scale", f"scale = {numbers['scale']:g}, expected more than 0: what one unit of the metric is worth"
             )
-        return Term(self.metric(entry, kind), **{"scale": 1.0, **numbers})
+        scale, weight, target = (
+            numbers.get(key, default) for key, default in (("scale", 1.0), ("weight", 1.0), ("target", 0.0))
+        )
+        return Term(self.metric(entry, kind), scale, weight, target)
 
     def metric(self, entry: Mapping[str, Any], kind: Kind) -> str:
         name = str(entry.get("metric", ""))

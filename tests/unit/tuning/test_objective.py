@@ -7,6 +7,7 @@ import math
 import pytest
 
 from pytest_dvp.tuning.errors import TuneError
+from pytest_dvp.tuning.judge import twin_change
 from pytest_dvp.tuning.knob import Knob
 from pytest_dvp.tuning.objective import ALIGNMENT, FORBIDDEN, Constraint, Objective, Term
 
@@ -31,6 +32,14 @@ def test_a_score_is_the_weighted_mean_over_simulations() -> None:
     score = objective.score([{"max_jerk": 1.0, "completion_time": 90.0}, {"max_jerk": 3.0, "completion_time": 120.0}])
     assert dict(score.parts) == {"max_jerk": 3.0, "completion_time": 1.5}
     assert score.value == 4.5
+
+
+def test_a_twin_within_the_noise_is_not_tuned_towards_it() -> None:
+    """chi^2/N is 1 for a true twin; 0.4 (log10 -0.4) is not worse than 1 and not better."""
+    term = next(term for term in ALIGNMENT.terms if term.metric == "log10.chi2_per_n")
+    assert [term.cost(value) for value in (-0.4, 0.0, 1.0)] == [0.0, 0.0, 1.0]
+    assert twin_change(math.log10(0.9), math.log10(0.2)) == "alike"
+    assert twin_change(math.log10(1.5), math.log10(0.2)) == "better"
 
 
 @pytest.mark.parametrize("value", [None, math.nan])
