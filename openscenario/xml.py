@@ -113,18 +113,20 @@ class Document:
     sha256: str
 
 
-def read_xml(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES) -> Document:
-    """Reads an XML file into located nodes.
+def read_xml(
+    path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, texts: frozenset[str] | None = None
+) -> Document:
+    """Reads an XML file into located nodes; `texts`: tags whose texts are wanted (None: of all elements).
 
     Raises:
         ScenarioError: no such file, too big, not well formed, wrong encoding, a DOCTYPE, too deep.
     """
     file = os.fspath(path)
     data = read_bytes(Path(file), file, max_bytes)
-    return parse_xml(data, file)
+    return parse_xml(data, file, texts)
 
 
-def parse_xml(data: bytes, file: str) -> Document:
+def parse_xml(data: bytes, file: str, texts: frozenset[str] | None = None) -> Document:
     """The same for bytes already read; `file` is the name that findings show."""
     if not data.strip():
         raise _error("xml.empty", file, 1, "", "the file is empty")
@@ -134,7 +136,7 @@ def parse_xml(data: bytes, file: str) -> Document:
     _refuse_doctype(text, body, file)
     # the declaration has done its work, and a wrong one must not confuse the parser; its line breaks stay for the count
     clean = "\n" * text.count("\n", 0, body) + text[body:]
-    return Document(file, _parse(clean, file), hashlib.sha256(data).hexdigest())
+    return Document(file, _parse(clean, file, texts), hashlib.sha256(data).hexdigest())
 
 
 def write_xml(root: Node, path: Path) -> None:
@@ -249,10 +251,10 @@ def _refuse_doctype(text: str, start: int, file: str) -> None:
         )
 
 
-def _parse(text: str, file: str) -> Node:
+def _parse(text: str, file: str, texts: frozenset[str] | None) -> Node:
     odd = not _refuse_wide_tags(text, file) or ("xml" in text and ("xmlns" in text or "xml:" in text))
     if not odd and _BROKEN_TAG.search(text) is None:
-        top = _parse_plain(text)
+        top = _parse_plain(text, texts)
         if top is not None:
             return top
     parser = etree.XMLParser(
@@ -281,7 +283,7 @@ def _parse(text: str, file: str) -> Node:
     return _nodes(root, file, odd)
 
 
-def _parse_plain(text: str) -> Node | None:
+def _parse_plain(text: str, texts: frozenset[str] | None) -> Node | None:
     """The tree of a file without namespaces, wide tags and tags over several lines, in half of lxml's time.
 
     None for whatever is wrong with it: lxml has the better messages, and numbers the last line of a tag, not its first.
@@ -303,6 +305,8 @@ def _parse_plain(text: str) -> Node | None:
         open_nodes.append(node)
         if len(open_nodes) > MAX_DEPTH:
             raise _NotPlainError
+        if texts is not None and tag in texts:
+            parser.CharacterDataHandler = pieces.append
 
     def end(_: str) -> None:
         node = open_nodes.pop()
@@ -310,9 +314,12 @@ def _parse_plain(text: str) -> Node | None:
             if not node.children:
                 node.text = "".join(pieces)
             pieces.clear()
+            if texts is not None:
+                parser.CharacterDataHandler = None
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.CharacterDataHandler = pieces.append
+    if texts is None:
+        parser.CharacterDataHandler = pieces.append
     try:
         parser.Parse(text.encode("utf-8", "surrogatepass"), True)
     except (expat.ExpatError, _NotPlainError):

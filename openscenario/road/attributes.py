@@ -73,6 +73,8 @@ class Attributes:
             return default
         try:
             value = float(text)
+            if value - value == 0.0 and "_" not in text and text.isascii():  # neither infinite nor NaN
+                return value
         except ValueError:
             value = math.nan
         if (value != value and text.strip().lower() != "nan") or "_" in text or not text.isascii():

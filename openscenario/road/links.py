@@ -25,9 +25,10 @@ def make_links(roads: Sequence[Road], junctions: Iterable[Junction]) -> dict[Lan
     numbers = {road.id: number for number, road in enumerate(roads)}
     by_id = {junction.id: junction for junction in junctions}
     found: dict[LaneEnd, dict[LaneEnd, None]] = {}
+    known = [[{lane.id for lane in end_lanes(road, at_end)} - {0} for at_end in (False, True)] for road in roads]
 
     def join(a: LaneEnd, b: LaneEnd) -> None:
-        if _exists(roads, a) and _exists(roads, b) and a != b:
+        if a.lane in known[a.road][a.at_end] and b.lane in known[b.road][b.at_end] and a != b:
             found.setdefault(a, {})[b] = None
             found.setdefault(b, {})[a] = None
 
@@ -61,10 +62,6 @@ def end_lanes(road: Road, at_end: bool) -> tuple[Lane, ...]:
     if not road.sections:
         return ()
     return road.sections[-1 if at_end else 0].lanes
-
-
-def _exists(roads: Sequence[Road], end: LaneEnd) -> bool:
-    return end.lane != 0 and any(lane.id == end.lane for lane in end_lanes(roads[end.road], end.at_end))
 
 
 def _road_link(

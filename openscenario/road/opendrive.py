@@ -33,6 +33,7 @@ ROAD_TYPES = (
     *("townExpressway", "townCollector", "townArterial", "townPrivate", "townLocal", "townPlayStreet"),
 )
 _ONCE = ("link", "planView", "elevationProfile", "lateralProfile", "lanes", "objects", "signals")
+_TEXTS = frozenset(("geoReference",))  # elements of which the text is read
 NEWEST = 8  # the last minor version of OpenDRIVE 1
 OTHER_FORMATS = {
     "osm": "a Lanelet2 or OpenStreetMap file",
@@ -69,7 +70,7 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
     """The network (None where it cannot be read at all) and all findings; never raises for a user's file."""
     attributes = Attributes(os.fspath(path))
     try:
-        root = read_xml(path).root
+        root = read_xml(path, texts=_TEXTS).root
     except ScenarioError as error:
         return None, error.findings
     network = _examine(attributes, root)
