@@ -261,7 +261,8 @@ def _same_test(folder: Path, stage: str, request: Any, rehearsed: Log) -> bool:
         meta = Log.load(folder).meta
     except (OSError, ValueError):
         return False
-    same = all(meta.get(key) == rehearsed.meta.get(key) for key in ("scenario_sha256", "road_sha256", "ads"))
+    same = all(meta.get(key) == rehearsed.meta.get(key) for key in ("scenario_sha256", "road_sha256"))
+    same = same and meta.get("ads") == request.ads.name
     return same and (kept.get("status"), kept.get("stage"), kept.get("set")) == ("PASS", stage, assigned(request))
 
 

@@ -174,6 +174,20 @@ def test_in_its_own_world_it_drives_what_passed_in_parallel_with_the_same_settin
     assert drive(keys, stage="rw", passed=[before]).stage == "rw"
 
 
+def test_the_reference_stack_that_passed_in_parallel_is_the_same_in_the_cars_own_world(
+    told: list[Command], keys: dict[str, Path], tmp_path: Path
+) -> None:
+    def reference(stage: str, **options: object):  # type: ignore[no-untyped-def]
+        arming, envelope = keys["arming"], keys["envelope"]
+        given = {"vehicle": "tabby", "duration": 1.0, "arming": arming, "envelope": envelope, **options}
+        return run(keys["scenario"], stage=stage, **given)  # type: ignore[arg-type]
+
+    key = keys["arming"].read_text()
+    before = reference("pe", log_dir=tmp_path / "runs").folder
+    keys["arming"].write_text(key)
+    assert reference("rw", passed=[before]).stage == "rw"
+
+
 def test_in_parallel_execution_the_driver_keeps_the_last_word(told: list[Command], keys: dict[str, Path]) -> None:
     result = run(
         keys["scenario"], stage="pe", vehicle="tabby", ads=Coasting, duration=1.0,
