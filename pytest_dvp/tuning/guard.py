@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.tuning.knob import Knob, Point
-from pytest_dvp.tuning.plausible import S_RANGES
+from pytest_dvp.tuning.plausible import S_RANGES, shows_in, stands_for
 
 EXPLAINS_BETTER = 0.05  # of the error that is left: an effect that leaves this much less than the tuned value did
 FEW = 6  # effects tried for one parameter
@@ -20,7 +20,8 @@ class Suspicion:
 
     why      "outside" the plausible range, or "stands for" an effect
     effect   what explains the logs better, with its value in words; empty if nothing that was tried does
-    tuned, explained   chi^2/N with the tuned value, and with the effect in its place and the value as before
+    tuned, explained   chi^2/N with the tuned value, and with the effect in its place and the value as before, of the
+                       channels in which the parameter shows
     """
 
     name: str
@@ -33,6 +34,7 @@ class Suspicion:
     effect: str
     tuned: float
     explained: float | None
+    channels: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         return dataclasses.asdict(self)
@@ -48,7 +50,8 @@ class Suspicion:
         else:
             text += f" (before {self.before:g}) stands in for an effect"
         if self.effect and self.explained is not None:
-            return f"{text}: {self.effect} leaves chi^2/N {self.explained:.3g}, the tuned value {self.tuned:.3g}"
+            of = f" of {', '.join(self.channels)}" if self.channels else ""
+            return f"{text}: {self.effect} leaves chi^2/N {self.explained:.3g}{of}, the tuned value {self.tuned:.3g}"
         return f"{text}; none of the effects tried explains it better"
 
 
@@ -86,19 +89,20 @@ def _suspected(knob: Knob, before: Point, after: Point, logs: Sequence[Path], mo
     inside = knob.plausible is None or knob.plausible[0] <= after[knob.name] <= knob.plausible[1]
     twin = read_model(model)
     loaded = {path.name: thinned(path) for path in logs}
-    tuned = _chi2(twin, after, loaded)
+    channels = shows_in(knob.name)
+    tuned = _chi2(_with_s(twin, after), loaded, channels)
     rest = {name: value for name, value in after.items() if name != knob.name}
     held = before[knob.name]
     if knob.plausible is not None:
         held = min(max(held, knob.plausible[0]), knob.plausible[1])
     base = _with_s(twin, {**rest, knob.name: held})
     best: tuple[float, str] | None = None
-    for name in (known.stands_for if known else ())[:FEW]:
+    for name in stands_for(knob.name)[:FEW]:
         try:
             extension = extend(loaded, base, add=[name])
         except (ModelError, CompareError):
             continue  # it does not suit this model or these logs
-        left = extension.ladder[-1].step.chi2_per_n
+        left = _chi2(extension.model, loaded, channels)
         if not extension.refusal and (best is None or left < best[0]):
             values = next(e.parameters for e in extension.effects if e.name == name)
             words = ", ".join(f"{key} = {p.value:.3g} {p.unit}".rstrip() for key, p in values.items())
@@ -110,7 +114,7 @@ def _suspected(knob: Knob, before: Point, after: Point, logs: Sequence[Path], mo
     return Suspicion(
         knob.name, after[knob.name], before[knob.name], knob.unit, why, knob.plausible,
         known.why if known else "stated in the study", best[1] if best and better else "", tuned,
-        best[0] if best and better else None,
+        best[0] if best and better else None, channels,
     )  # fmt: skip
 
 
@@ -122,9 +126,10 @@ def _with_s(model: Any, values: Point) -> Any:
     return apply_s(model, default_sensors(car=model.car), S)[0]
 
 
-def _chi2(model: Any, point: Point, logs: Any) -> float:
-    from pytest_dvp.reality_gap.algebra import square
+def _chi2(model: Any, logs: Any, channels: Sequence[str]) -> float:
+    """chi^2/N of a twin driven by the logs' commands, mean over those of `channels` that are judged."""
     from pytest_dvp.reality_gap.experiment import campaign
 
-    target = campaign(logs, _with_s(model, point))
-    return float(square(target.whitened({})) / max(target.count, 1))
+    found = campaign(logs, model).by_channel({})
+    values = [value for name, value in found.items() if name in channels]
+    return sum(values) / len(values) if values else 0.0

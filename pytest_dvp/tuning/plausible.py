@@ -46,6 +46,30 @@ S_RANGES = {
 }  # fmt: skip
 """By name; parameters of software (the pedal controller) have no plausible range but their declared one."""
 
+OF_SOFTWARE = {
+    "THROTTLE_kp": ("drive_lag", "drive_gain", "mass"),
+    "THROTTLE_ki": ("drive_lag", "drive_gain", "mass"),
+    "BRAKE_kp": ("brake_lag", "brake_gain", "mass"),
+    "BRAKE_ki": ("brake_lag", "brake_gain", "mass"),
+}
+"""What they stand in for."""
+
+ACROSS = {"EGO_max_steer_angle": ("yaw", "yaw_rate", "ay", "steer")}
+ALONG = ("v", "ax")
+"""Channels in which a parameter of S shows; ALONG where ACROSS has none. What it stands in for is judged on these: an
+error across the road that no such parameter touches would hide what it does along it."""
+
+
+def stands_for(name: str) -> tuple[str, ...]:
+    """Effects that "S.NAME" may stand in for."""
+    bare = name.removeprefix("S.")
+    return S_RANGES[bare].stands_for if bare in S_RANGES else OF_SOFTWARE.get(bare, ())
+
+
+def shows_in(name: str) -> tuple[str, ...]:
+    """Channels in which "S.NAME" shows."""
+    return ACROSS.get(name.removeprefix("S."), ALONG)
+
 
 def of_s(name: str) -> tuple[float, float] | None:
     """Plausible range of "S.NAME", None if nothing is known."""

@@ -49,6 +49,21 @@ def test_a_plausible_mass_that_stands_in_for_an_effect_is_reported_too(twin: Pat
     assert found[0].effect.startswith("drive_lag")
 
 
+def test_an_error_across_the_road_hides_no_stand_in_along_it(twin: Path, tmp_path: Path) -> None:
+    """A dead time of the throttle for a lag of 0.5 s; the steering's ratio, of which it says nothing, is off by far
+    more. Along the road the true lag leaves the noise of v and ax, chi^2/N about 1."""
+    file = tmp_path / "log.mcap"
+    Log(make_log({"drive_lag": {"tau": 0.5}, "steer_ratio": {"g": 0.7}}, "urban", 1)).save(file)
+    delay = Knob("S.THROTTLE_delay", "s", (0.0, 0.3), (0.0, 0.5))
+    found = guard([delay], {delay.name: 0.0}, {delay.name: 0.3}, [file], twin)
+    assert [s.why for s in found] == ["stands for"]
+    name, _, _, value, _ = found[0].effect.split()
+    assert (name, float(value)) == ("drive_lag", pytest.approx(0.5, rel=0.05))
+    assert found[0].channels == ("v", "ax")
+    assert found[0].explained is not None
+    assert found[0].explained < 2.0 < found[0].tuned
+
+
 def test_what_did_not_move_and_is_plausible_is_no_suspect(twin: Path, sluggish: Path) -> None:
     assert guard([MASS], {"S.EGO_mass": 730.0}, {"S.EGO_mass": 730.0}, [sluggish], twin) == []
 
