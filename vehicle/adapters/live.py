@@ -67,6 +67,7 @@ class Punctuality:
 class LiveCar(Ros2Vehicle):
     """What is different in real time; the rest is Ros2Vehicle. `punctuality` tells how it went."""
 
+    stepped = False
     real_time = True  # its gate has a process of its own
     punctuality: Punctuality
     _begun = False

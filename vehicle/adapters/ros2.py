@@ -53,6 +53,7 @@ class Ros2Vehicle:
     """
 
     reads: tuple[topics.Topic, ...] = topics.FROM_CAR
+    stepped = True  # in lock-step with the car
 
     def __init__(
         self,
@@ -252,7 +253,7 @@ class Ros2Vehicle:
         if self._by_wire is not None:
             for trouble in self._by_wire.troubles():
                 self._record(trouble)
-            came = self._health.sift("CAN", self._by_wire.reports(), self._clock())
+            came = self._health.sift("CAN", self._by_wire.reports(), self._clock(), by_source=self.stepped)
         else:
             came = self._sound(topics.FEEDBACK, self._heard)
         for report in came:

@@ -73,10 +73,13 @@ class Health:
         """A new run: nothing is known."""
         self._topics: dict[str, _Rhythm] = {}
 
-    def sift(self, topic: str, messages: Sequence[M], now: float) -> list[M]:
-        """Those of the `messages` that came on a topic until `now` [s] that may be used, in their order."""
+    def sift(self, topic: str, messages: Sequence[M], now: float, *, by_source: bool = True) -> list[M]:
+        """Those of the `messages` that came on a topic until `now` [s] that may be used, in their order.
+
+        `by_source`: their stamps are of when they were true; else of when they came, and a gap is none in the messages.
+        """
         rhythm = self._topics.setdefault(topic, _Rhythm())
-        return [message for message in messages if self._sound(rhythm, topic, message, now)]
+        return [message for message in messages if self._sound(rhythm, topic, message, now, by_source)]
 
     def look(self, now: float) -> None:
         """Name each topic that has fallen silent by `now` [s]; once, until it speaks again."""
@@ -88,7 +91,7 @@ class Health:
                 rhythm.silent = True
                 self._record(Trouble(now, topic, "silent", quiet))
 
-    def _sound(self, rhythm: _Rhythm, topic: str, message: Any, now: float) -> bool:
+    def _sound(self, rhythm: _Rhythm, topic: str, message: Any, now: float, by_source: bool) -> bool:
         def say(what: str, amount: float = 1.0) -> None:
             self._record(Trouble(now, topic, what, amount))
 
@@ -111,7 +114,7 @@ class Health:
             if rhythm.refused < REANCHOR:
                 return False
         rhythm.refused = 0
-        if rhythm.interval is not None and stamp - last > GAP * rhythm.interval:
+        if by_source and rhythm.interval is not None and stamp - last > GAP * rhythm.interval:
             say("lost", round((stamp - last) / rhythm.interval) - 1)
         if now - stamp > rhythm.delay + LATE + 1e-9 and rhythm.interval is not None:
             say("late", now - stamp)

@@ -54,6 +54,14 @@ def test_two_messages_missing_are_two_lost(receiver: Receiver) -> None:
     assert [(t.what, t.amount, str(t)) for t in receiver.troubles] == [("lost", 2.0, "lost 2 messages")]
 
 
+def test_a_gap_in_times_of_arrival_tells_of_no_loss(receiver: Receiver) -> None:
+    """Frames of a CAN bus are stamped when they come; what was lost of them their counters tell. Silence stays one."""
+    (kept,) = receiver.health.sift(TOPIC, [GnssFix(2.2, 11.0, 0.0, 0.02)], 2.2, by_source=False)
+    assert (kept.t, receiver.named) == (2.2, [])
+    receiver.health.look(2.6)
+    assert receiver.named == ["silent"]
+
+
 def test_a_message_that_comes_twice_is_kept_once(receiver: Receiver) -> None:
     receiver.get(2.0, 2.0)
     assert receiver.named == ["repeated"]
