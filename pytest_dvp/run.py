@@ -134,7 +134,8 @@ def run(
                      the class or function itself; called with (parameters, network, description) if it takes them,
                      else with nothing; needs `tick(observation) -> Command`, may have trace, path, detections
     vehicle          of stages "pe" and "rw": "surrogate", "can" (the same with its drive-by-wire on CAN), each with
-                     ":FILE" behind if something is hidden in it
+                     ":FILE" behind if something is hidden in it; "ros1", "ros1:FILE": the same over ROS 1;
+                     "replay:LOG"; "ros1_car:FILE", "ros2_car:DOMAIN" or another adapter: a car
     dbc              messages of a vehicle on CAN, with a signal map of the same name beside it; default our own
     fault            what is to go wrong on the wire to the surrogate, as "drop@5+3": `vehicle.wire.faults`
     require_real     a surrogate is refused
