@@ -90,7 +90,7 @@ SETTINGS: tuple[Setting, ...] = (
         "vehicle",
         "str",
         "surrogate",
-        "car of stages pe and rw: surrogate or can (:HIDDEN.toml), ros1 (:FILE), replay:LOG, ros2_car:N, or one of yours",
+        "car of stages pe and rw: surrogate or can (:HIDDEN.toml), ros1 (:FILE), replay:LOG, ros2_car:N or yours",
         "NAME",
     ),
     Setting("dbc", "file", None, "messages of a vehicle on CAN, its signal map beside it; default: our own", "F.dbc"),
