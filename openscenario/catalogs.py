@@ -87,17 +87,20 @@ class Catalogs:
         """The entry that a reference names; `kinds` are the elements that may stand there.
 
         Raises:
-            CatalogError: no such catalogue or entry (with the nearest name), a path that leaves the allowed folders.
-            ScenarioError: the catalogue's file is no XML.
+            CatalogError: no such catalogue or entry (with the nearest name), two of the name, a path that leaves the
+                allowed folders.
+            ScenarioError: the catalogue's file is no XML, or there is no such catalogue but a file that is none.
         """
         names: list[str] = []
         entries: list[str] = []
         wrong_kind = ""
+        broken: ScenarioError | None = None
         for path in self._candidates(reference.catalog_name, kinds):
             document = self._document(path)
             if isinstance(document, ScenarioError):
                 if path.stem == reference.catalog_name:
                     raise document
+                broken = broken or document
                 continue
             for catalog in document.root.findall("Catalog"):
                 names.append(catalog.get("name"))
@@ -108,6 +111,7 @@ class Catalogs:
                     if node.get("name") == reference.entry_name:
                         if node.tag in kinds:
                             element = f"OpenSCENARIO/Catalog/{node.tag}"
+                            _only_one(catalog, node, document.file)
                             return Entry(node, document.file, element)
                         wrong_kind = node.tag
                     entries.append(node.get("name"))
@@ -119,6 +123,8 @@ class Catalogs:
             text = f"catalogue '{reference.catalog_name}' has no such entry"
             raise CatalogError("catalog.unknown_entry", text, "@entryName", reference.entry_name, hint)
         known = sorted(set(names))
+        if broken is not None and not nearest(reference.catalog_name, known):
+            raise broken  # it may be in the file that cannot be read
         seen = f"found: {listed(known)}" if known else "no catalogue found there"
         hint = nearest(reference.catalog_name, known) or seen
         raise CatalogError(
@@ -177,6 +183,17 @@ class Catalogs:
                 known = error
             self.documents[path] = known
         return known
+
+
+def _only_one(catalog: Node, entry: Node, file: str) -> None:
+    """Raises CatalogError at a second entry of that name and kind."""
+    name = entry.get("name")
+    for other in catalog.children:
+        if other is not entry and other.tag == entry.tag and other.get("name") == name:
+            at = At(file, other.line, f"OpenSCENARIO/Catalog/{other.path.rpartition('/')[2]}")
+            text, hint = "two entries of the catalogue have one name", f"the first is in line {entry.line}"
+            code = "reference_control.uniquely_resolvable_entity_references"
+            raise CatalogError(code, text, "@name", name, hint, at)
 
 
 def read_shared(path: Path) -> Document:

@@ -303,6 +303,11 @@ class ElementReader:
                     allowed=", ".join(names) or "none",
                     hint=nearest(name, names),
                 )
+            elif name in given:
+                text, line = "the parameter is given two values", place.line if (place := given[name].at) else 0
+                self.context.error(
+                    "name.duplicate", assignment.at, "@parameterRef", text, found=name, hint=f"in line {line}"
+                )
             given[name] = Given(assignment.value, assignment.at)
         return given
 

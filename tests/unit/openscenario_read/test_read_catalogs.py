@@ -157,3 +157,35 @@ def test_a_catalogue_can_be_checked_by_itself(tmp_path: Path) -> None:
 
 def test_a_catalogue_is_no_scenario(tmp_path: Path) -> None:
     assert findings_of(catalog(tmp_path, VEHICLE))[0].code == "file.not_a_scenario"
+
+
+def test_a_catalogue_that_cannot_be_read_is_said_to_be_that_and_not_missing(spoil: Spoil) -> None:
+    path = using(spoil)
+    broken = catalog(path.parent / "catalogs", VEHICLE, name="all")
+    broken.write_text(broken.read_text().replace('name="all"', 'name="cars"').replace("</Catalog>", ""))
+    (finding,) = findings_of(path)
+    assert (finding.code, Path(finding.file).name) == ("xml.not_well_formed", "all.xosc")
+
+
+def test_two_entries_of_one_name_are_found_at_the_second(spoil: Spoil) -> None:
+    path = using(spoil)
+    twice = catalog(path.parent / "catalogs", VEHICLE + "\n" + VEHICLE)
+    (finding,) = findings_of(path)
+    place = Path(finding.file).name, finding.line, finding.element
+    second = twice.read_text().count("\n", 0, twice.read_text().rindex("<Vehicle ")) + 1
+    assert place == ("cars.xosc", second, "OpenSCENARIO/Catalog/Vehicle[2]@name")
+
+
+def test_a_parameter_of_an_entry_is_given_one_value(spoil: Spoil) -> None:
+    given = "".join(f'<ParameterAssignment parameterRef="length" value="{value}"/>' for value in (4, 5))
+    reference = (
+        '<CatalogReference catalogName="cars" entryName="car">'
+        f"<ParameterAssignments>{given}</ParameterAssignments></CatalogReference>"
+    )
+    path = using(spoil, reference)
+    catalog(path.parent / "catalogs", parametrized())
+    (finding,) = findings_of(path)
+    assert (finding.code, finding.element.rpartition("/")[2]) == (
+        "name.duplicate",
+        "ParameterAssignment@parameterRef",
+    )
