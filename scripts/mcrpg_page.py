@@ -71,21 +71,19 @@ def paper(runs: Path) -> str:
         if (runs / car / "result.json").is_file()
     }
     tables = {car: {(b["what"], b["where"]): b for b in result["bounds"]} for car, result in found.items()}
-    lines = ["| row | bound | paper, 10th | " + " | ".join(c.replace("_", ", ") for c in found) + " |"]
+    lines = [*_glance(found), "", "| row | bound | paper, 10th | " + " | ".join(map(_called, found)) + " |"]
     lines.append("|---|---|---|" + "---|" * len(found))
-    again = {car: result["repeatability"] for car, result in found.items()}
     for pair, name in ((pair, name) for pair in ("dt-rw", "pe-rw") for name in LIKENESS):
         first = next(iter(tables.values()))[f"MNCC {name}", pair]
         cells = [_alike(table, name, pair) for table in tables.values()]
         lines.append(
             f"| MNCC {name}, {_pair(pair)} | {_sign(first['bound'])} | {first['paper']} | {' | '.join(cells)} |"
         )
-    for name in LIKENESS:
-        cells = [
-            f"{r[name]['mean']:.5f}, {r[f'{name}.lag']['mean']:.3f} s, {100 * r[f'{name}.gain']['mean']:.1f} %"
-            for r in again.values()
-        ]
-        lines.append(f"| MNCC {name}, RW to RW of another seed | shown | | {' | '.join(cells)} |")
+        if pair == "dt-rw":
+            cells = [_shown(result["repeatability"], name) for result in found.values()]
+            lines.append(f"| … RW to RW, other seeds | shown | | {' | '.join(cells)} |")
+        cells = [_shown(result["held_out"]["last"]["likeness"][pair], name) for result in found.values()]
+        lines.append(f"| … drive by drive | shown | | {' | '.join(cells)} |")
     for name in DRIVE:
         first = next(iter(tables.values()))[name, "dt"]
         theirs = " / ".join(next(iter(tables.values()))[name, stage]["paper"] for stage in ("dt", "pe", "rw"))
@@ -107,18 +105,44 @@ def paper(runs: Path) -> str:
     return "\n".join(lines)
 
 
+def _glance(found: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """What came of each car in a line."""
+    lines = ["| car | bounds that hold | what misses |", "|---|---|---|"]
+    for car, result in found.items():
+        rows = result["bounds"]
+        missed = [f"{row['what']} ({_pair(row['where'])})" for row in rows if not row["holds"]]
+        held = f"**{len(rows) - len(missed)} of {len(rows)}**"
+        lines.append(f"| {_called(car)} | {held} | {'; '.join(missed) or 'nothing'} |")
+    return lines
+
+
+def _called(car: str) -> str:
+    return car.replace("_", ", ")
+
+
 def _alike(table: Mapping[tuple[str, str], Mapping[str, Any]], name: str, pair: str) -> str:
-    """`**0.99994**, lag 0.004 s, gain 0.3 %`; what misses its bound is struck by a cross."""
-    mncc, lag = table[f"MNCC {name}", pair], table[f"lag of {name}", pair]
-    gain = table[f"gain of {name}, from 1", pair]
-    if mncc["value"] is None:
-        return "✗ undefined"
-    parts = [f"{'' if mncc['holds'] else '✗ '}{mncc['value']:.5f}"]
-    if lag["value"] is not None:
-        parts.append(f"{'' if lag['holds'] else '✗ '}{lag['value']:.3f} s")
-    if gain["value"] is not None:
-        parts.append(f"{'' if gain['holds'] else '✗ '}{100 * gain['value']:.1f} %")
-    return ", ".join(parts)
+    """`0.99994 ± 0.00002, 0.00 ± 0.01 s, 0.3 ± 0.1 %`; what misses its bound is struck by a cross."""
+    rows = [table[what, pair] for what in (f"MNCC {name}", f"lag of {name}", f"gain of {name}, from 1")]
+    parts = _parts([(row["value"], row["half_width"]) for row in rows])
+    return ", ".join(f"{'' if row['holds'] else '✗ '}{part}" for row, part in zip(rows, parts, strict=True))
+
+
+def _shown(rows: Mapping[str, Mapping[str, Any]], name: str) -> str:
+    """The same of figures that no bound judges."""
+    figures = [rows.get(key, {}) for key in (name, f"{name}.lag", f"{name}.gain")]
+    return ", ".join(_parts([(each.get("mean"), each.get("half_width")) for each in figures]))
+
+
+def _parts(values: Sequence[tuple[float | None, float | None]]) -> list[str]:
+    """MNCC, lag [s] and distance of the gain from 1 with their half widths, as text."""
+    found = []
+    for (value, half), scale, digits, unit in zip(values, (1, 1, 100), (5, 3, 1), ("", " s", " %"), strict=True):
+        if value is None:
+            found.append("undefined")
+            continue
+        wide = "" if half is None else f" ± {scale * half:.{digits}f}"
+        found.append(f"{scale * value:.{digits}f}{wide}{unit}")
+    return found
 
 
 def _value(row: Mapping[str, Any]) -> str:
@@ -154,7 +178,7 @@ def _story(car: str, result: Mapping[str, Any]) -> list[str]:
     """What happened to a car, iteration by iteration."""
     held = sum(row["holds"] for row in result["bounds"])
     lines = [
-        f"**{car.replace('_', ', ')}**: {held} of {len(result['bounds'])} bounds hold; ended: {result['ended']}.",
+        f"**{_called(car)}**: {held} of {len(result['bounds'])} bounds hold; ended: {result['ended']}.",
         "",
     ]
     for entry in result["ledger"][1:]:
