@@ -26,6 +26,8 @@ MEASURED = 0.01  # m, least side of a box that the LiDAR has seen; 0 is a camera
 CAMERA_BIAS = 0.03  # of the range; pitch and calibration err alike in every frame, so that no number of frames helps
 FACE = 0.25  # of an object's extent; who shows no more of it shows one face
 BESIDE = 0.5  # m from a face's plane to the sensor, at least, to know on which side it is
+WIDE = 2.2  # m; no car is so wide, a truck is
+LONG = 6.0  # m; no car is so long
 SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a side
 
 
@@ -79,15 +81,18 @@ def settle_box(row: FloatArray, kind: int, yaw_hint: float, known_length: float,
 
 @compiled
 def middle(
-    row: FloatArray, yaw: float, seen: float, whole: float, sensor_x: float, sensor_y: float
+    row: FloatArray, yaw: float, seen: float, whole: float, sensor_x: float, sensor_y: float, long: bool
 ) -> tuple[float, float]:
-    """Shift [m] of the box's middle along `yaw` when it grows from `seen` to `whole` [m], away from the sensor."""
+    """Shift [m] of the box's middle along `yaw` when it grows from `seen` to `whole` [m], away from the sensor.
+
+    The far end of a `long` one may hide how near the sensor is to its side.
+    """
     ux, uy = math.cos(yaw), math.sin(yaw)
     dx, dy = row[0] - sensor_x, row[1] - sensor_y
     away = dx * ux + dy * uy
     share = away / max(math.hypot(dx, dy), 0.1)
-    one_face = seen < FACE * whole and abs(away) > 0.5 * seen + BESIDE  # of a long side, seen from beside its one end
-    if abs(share) < 0.3 and not one_face:  # looked at squarely: it may be hidden on either side
+    one_face = seen < FACE * whole and abs(away) > 0.5 * seen + BESIDE
+    if abs(share) < 0.3 and not (long and one_face):  # looked at squarely: it may be hidden on either side
         return 0.0, 0.0
     shift = math.copysign(0.5 * max(whole - seen, 0.0), share)
     return shift * ux, shift * uy
@@ -113,8 +118,9 @@ def whole_box(
     yaw, seen_l, seen_w, whole_l, whole_w = settle_box(row, kind, track[TYAW], length, width)
     if kind == PEDESTRIAN:
         return row[0], row[1], yaw, 0.0, whole_l, whole_w
-    ax, ay = middle(row, yaw, seen_l, whole_l, sensor_x, sensor_y)
-    bx, by = middle(row, yaw + 0.5 * math.pi, seen_w, whole_w, sensor_x, sensor_y)
+    long = whole_l > LONG
+    ax, ay = middle(row, yaw, seen_l, whole_l, sensor_x, sensor_y, long)
+    bx, by = middle(row, yaw + 0.5 * math.pi, seen_w, whole_w, sensor_x, sensor_y, long)
     return row[0] + ax + bx, row[1] + ay + by, yaw, max(seen_l, MEASURED), whole_l, whole_w
 
 
@@ -189,8 +195,10 @@ def begin(track: FloatArray, row: FloatArray, sensor: tuple[float, float, float]
 def newly_seen(track: FloatArray, length: float, x: float, y: float) -> float:
     """By how much [m] a track's middle moves along it as it is seen to be `length` [m] long, its middle at (x, y) [m].
 
-    The end that was seen stays: at most half of what is new. It is no motion.
+    The end that was seen stays: at most half of what is new. It is no motion. Of a car that is little: 0.
     """
+    if max(length, track[SIZED]) <= LONG and track[TW] <= WIDE:
+        return 0.0
     more = 0.5 * max(length - track[TL], 0.0)
     along = math.cos(track[TYAW]) * (x - track[TX]) + math.sin(track[TYAW]) * (y - track[TY])
     return min(max(along, -more), more)

@@ -18,6 +18,7 @@ from ads.perception.track import (
     AP,
     CP,
     HITS,
+    LONG,
     SIZED,
     TW,
     TX,
@@ -27,6 +28,7 @@ from ads.perception.track import (
     VOTE_VEHICLE,
     VX,
     VY,
+    WIDE,
     begin,
     correct_track,
     newly_seen,
@@ -45,7 +47,6 @@ LOOSE = 0.25  # m^2 added to a LiDAR object's variances in the gate: a partly se
 LOOSE_CAMERA = 0.5  # m^2
 OTHER_KIND = 6.0  # added to the squared distance when kinds differ
 RANGE_SIGMAS = 2.0  # of a camera's range within which two tracks in one direction are the same object
-WIDE = 2.2  # m; no car is so wide, a truck is, and is known by its length too
 SAME = 0.2  # m; a track whose middle lies so near another's box is the same object
 
 
@@ -103,7 +104,7 @@ def match_costs(
                 continue
             row = rows[j]
             x, y, _, _, length, _ = whole_box(track, kind, row, sensor[0], sensor[1])
-            if kind == VEHICLE and max(track[TW], 0.4 * track[SIZED]) > WIDE:  # much of a truck may show at once
+            if kind == VEHICLE and max(track[TW] - WIDE, track[SIZED] - LONG) > 0.0:  # much of it may show at once
                 back = newly_seen(track, length, x, y)
                 x, y = x - back * np.cos(track[TYAW]), y - back * np.sin(track[TYAW])
             c, s = sight(row[0] - sensor[0], row[1] - sensor[1])

@@ -207,7 +207,7 @@ class Behaviour:
         beside = self._nets.marked("overtaking", "beside")
         for row, detection in zip(placed, detections, strict=True):
             s_from, s_to, l_from, l_to, along, _ = row
-            if detection.kind not in ("vehicle", "misc") or abs(along) > 0.6:
+            if detection.kind == "pedestrian" or abs(along) > 0.6:
                 continue
             if l_from > half or l_to < -half or s_to < s - 3.0 or s_from > s + 100.0:
                 continue

@@ -33,6 +33,12 @@ def test_drives_around_a_standing_vehicle_and_on_to_the_goal():
     assert log.rmse() < 0.15
 
 
+def test_drives_around_a_motorcycle_that_stands_in_the_lane():
+    log, watch = run([Actor("bicycle", 70.0, -1.75, 0.0, 2.2, 0.8)])
+    assert watch.least > 0.5
+    assert log.rows[-1][1] == pytest.approx(150.0, abs=1.0)
+
+
 @pytest.mark.parametrize("gap", [6.0, 8.0, 12.0])
 @pytest.mark.parametrize("length", [4.3, 12.0])
 def test_gets_out_from_where_it_stands_close_behind_an_obstacle(gap, length):
