@@ -47,7 +47,7 @@ _DECLARED: Final = re.compile(rb"""^\s*<\?xml\s[^>]{0,400}?encoding\s*=\s*["']([
 _DSL: Final = re.compile(r"\s*(?:#.*\s+)*(?:import\s+osc|scenario\s+\w|actor\s+\w|struct\s+\w|action\s+\w)")
 _ASSIGNED: Final = re.compile(r"""[\w:.\-]\s*=\s*["']""")
 _WIDE: Final = 4 * MAX_ATTRIBUTES  # characters of a tag, from which its attributes are counted
-_BROKEN_TAG: Final = re.compile(r"<[^>!?\n]*\n")  # a tag that goes on in the next line
+_BROKEN_TAG: Final = re.compile(r"<[^<>!?\n]*\n")  # a tag that goes on in the next line
 _PROLOG: Final = re.compile(r"\s+|<!--.*?-->|<\?.*?\?>", re.DOTALL)
 _TAG: Final = re.compile(r"<([A-Za-z_][\w.:\-]*)")
 _ATTRIBUTE: Final = re.compile(r"""([A-Za-z_][\w.:\-]*)\s*=\s*(?:"[^"]*|'[^']*)$""")

@@ -12,9 +12,15 @@ from typing import NamedTuple
 
 from openscenario.road.elements import Junction, Road
 from openscenario.road.links import LaneEnd, end_lanes
-from openscenario.road.tables import LANE_DIRECTION, ROAD_SECTION, ROAD_SECTION_END, SECTION_CENTRE, Tables
-
-SAME = 1e-6  # m
+from openscenario.road.tables import (
+    LANE_DIRECTION,
+    ROAD_SECTION,
+    ROAD_SECTION_END,
+    SECTION_CENTRE,
+    SECTION_LEFT,
+    SECTION_RIGHT,
+    Tables,
+)
 
 
 class Branch(NamedTuple):
@@ -65,15 +71,22 @@ def leaves(tables: Tables, branch: Branch) -> bool:
 
 def branch_rows(tables: Tables, branches: Sequence[Branch]) -> dict[int, list[int]]:
     """Lane rows that traffic may go on to between the ends of main roads, by the lane row that it comes from."""
-    roads, spans, sections = tables[3], tables[4], tables[5]
+    spans, sections = tables[4], tables[5]
+    pieces: dict[int, tuple[dict[float, int], dict[float, int]]] = {}  # of a road, by where they begin and end
     found: dict[int, list[int]] = {}
     for branch in branches:
+        if branch.road not in pieces:
+            first, last = (int(tables[3][branch.road, each]) for each in (ROAD_SECTION, ROAD_SECTION_END))
+            begins, ends = ({round(float(spans[row, side]), 6): row for row in range(first, last)} for side in (0, 1))
+            pieces[branch.road] = begins, ends
         beside = _end_row(tables, branch.end)
         out = leaves(tables, branch)
-        for section in range(roads[branch.road, ROAD_SECTION], roads[branch.road, ROAD_SECTION_END]):
-            row = int(sections[section, SECTION_CENTRE]) - branch.lane
-            upstream = out == (_direction(tables, row) > 0)  # of the piece whose end is the station
-            if abs(float(spans[section, 1 if upstream else 0]) - branch.s) < SAME:
+        for side, sign in ((0, -1), (1, 1)):  # the piece that begins there, the piece that ends there
+            piece = pieces[branch.road][side].get(round(branch.s, 6))
+            if piece is None or not -sections[piece, SECTION_RIGHT] <= branch.lane <= sections[piece, SECTION_LEFT]:
+                continue
+            row = int(sections[piece, SECTION_CENTRE]) - branch.lane
+            if sign * _direction(tables, row) * (1 if out else -1) > 0:
                 found.setdefault(row if out else beside, []).append(beside if out else row)
     return found
 
