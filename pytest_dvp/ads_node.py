@@ -99,7 +99,7 @@ def _end_with_parent() -> None:
     """Leave at once when standard input closes."""
 
     def watch() -> None:
-        while sys.stdin.buffer.read(1):
+        while os.read(sys.stdin.fileno(), 1):  # not through a buffer, whose lock would abort an ordinary end
             pass
         os._exit(0)
 

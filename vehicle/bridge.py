@@ -28,7 +28,7 @@ from vehicle.child import Child
 SERVER = Path(__file__).with_name("bridge_server.py")
 LENGTHS = struct.Struct("<II")
 POLL = 0.02  # s, between two looks at the process
-SILENT = 0.2  # s of listening without a beat
+SILENT = 2.0  # s of listening without a beat; a machine with ten times too much to do has kept them for 0.2 s
 START, ANSWER = 30.0, 20.0  # s of wall time until it runs, and for an answer
 RAISED = {kind.__name__: kind for kind in (RuntimeError, IndexError, KeyError, ValueError, AttributeError, TypeError)}
 

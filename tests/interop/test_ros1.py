@@ -284,6 +284,8 @@ def test_a_real_car_is_driven_dry_without_keys_and_armed_with_both(scenario: Wri
     arming.write_text(f'vehicle = "ros1_car"\nscenario = "{path.name}"\n')
     envelope.write_text("area = [[-50, -50], [1050, -50], [1050, 50], [-50, 50]]\nmax_speed = 8.0\n")
     armed = on_tabby(path, tabby, arming=arming, envelope=envelope)
-    assert (armed.error, armed.status, armed.stage) == (None, "PASS", "pe")
+    assert (armed.error, armed.stage) == (None, "pe")
+    late = any(event.kind == "wire" for event in armed.log.events)  # of a busy machine: named, and no PASS
+    assert armed.status == ("INCONCLUSIVE" if late else "PASS")
     assert armed.log.columns["v"][-1] > 0.1
     assert armed.log.meta["timing"]["commands"] >= 50

@@ -175,7 +175,7 @@ def end_with_parent(leave: Callable[[], None] = lambda: None) -> None:
     """End at once when standard input closes, after what `leave` does."""
 
     def watch() -> None:
-        while sys.stdin.buffer.read(1):
+        while os.read(sys.stdin.fileno(), 1):  # not through a buffer, whose lock would abort an ordinary end
             pass
         try:
             leave()

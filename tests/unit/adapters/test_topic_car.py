@@ -146,3 +146,17 @@ def test_an_interpreter_without_rospy_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "ros1.toml").write_text("")
     with pytest.raises(VehicleLost, match=r"^the bridge to ROS 1: \S+ lacks a module: No module named 'rospy'$"):
         Ros1Car(str(tmp_path / "ros1.toml"))
+
+
+def test_a_surrogate_that_cannot_open_its_wire_ends_with_one_line(tmp_path: Path) -> None:
+    """While it still listens to whether its parent lives."""
+    (tmp_path / "ros1.toml").write_text('python = "/no/python"\n')
+    words = ["--ros1", "/x", "--ros1-file", str(tmp_path / "ros1.toml")]
+    with subprocess.Popen(
+        [sys.executable, "-m", "vehicle.surrogate", *words], stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        assert process.stderr.read() == (
+            "the bridge to ROS 1's process cannot be started: /no/python: No such file or directory\n"
+        )
+    assert process.returncode == 2
