@@ -43,7 +43,6 @@ class LiveNode(Node):
         if driver:
             self.writes = (*topics.FROM_CAR, *topics.HANDS)
         super().__init__(opener, hidden, seed, unit, end=LiveEnd)
-        self._car.step(SUBSTEP / convert.SECOND)  # compiles
         x, y, yaw = at
         self._place(VehicleState(t=0.0, x=x, y=y, yaw=yaw, v=0.0))
 

@@ -59,6 +59,7 @@ class Node:
         self.description: VehicleDescription = msgspec.structs.replace(
             self._car.description, lidar_x=1.18, lidar_z=1.5, camera_x=1.58, camera_z=1.4
         )
+        self._car.step(SUBSTEP / convert.SECOND)  # compiles, on a busy machine for longer than a step may take
         self._end = end(opener, self.writes, topics.TO_CAR, (topics.DONE, topics.STEP), lambda: None)
         self._place(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
 
