@@ -20,7 +20,7 @@ from pytest_dvp.tuning.judge import Judged, judge, log_chi2, rw_logs, stack_chan
 from pytest_dvp.tuning.knob import Point, changed
 from pytest_dvp.tuning.ledger import Entry, write_ledger
 from pytest_dvp.tuning.plan import STAGES, Plan, State, drives
-from pytest_dvp.tuning.proving_ground import on_proving_ground
+from pytest_dvp.tuning.proving_ground import Grounded, on_proving_ground
 from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
 from pytest_dvp.tuning.structure import Found, look_for_structure
 from pytest_dvp.tuning.study import Study
@@ -53,7 +53,7 @@ def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: N
     now = first = judge(plan, state, plan.held_out_seeds, workers, logs)
     entries = [_entry(plan, 0, state, now, workers)]
     write_ledger(out / "ledger.jsonl", entries)
-    grounds: list[Path] = []  # logs of the proving ground: what was driven once is learnt from ever after
+    grounds: list[Grounded] = []  # what was driven on the proving ground once is learnt from ever after
     ended = f"the limit of {plan.iterations} (--iterations)"
     for number in range(1, plan.iterations + 1):
         step = _improve(plan, number, state, now, workers, out, tick, grounds)
@@ -108,7 +108,7 @@ class _Step:
 
 
 def _improve(
-    plan: Plan, number: int, state: State, now: Judged, workers: Workers, out: Path, tick: Tick, grounds: list[Path]
+    plan: Plan, number: int, state: State, now: Judged, workers: Workers, out: Path, tick: Tick, grounds: list[Grounded]
 ) -> _Step:
     """One iteration: learn on the training drives, then ask the judge."""
     folder = out / f"iteration-{number:02d}"
@@ -122,15 +122,16 @@ def _improve(
     workers.run([drive.job for drive in asked])
     measured = rw_logs(asked)
     more: tuple[str, ...] = ()
+    learnt = [*measured, *(log for ground in grounds for log in ground.logs)]
     if plan.structure:
         told("diagnosis")
-        asked_more = on_proving_ground(
-            plan, [*measured, *grounds], state.model, folder / "proving_ground", out / "logs", workers, told,
-            presets=number == 1,
+        ground = on_proving_ground(
+            plan, learnt, state.model, folder / "proving_ground", out / "logs", workers, told, presets=number == 1,
+            known=[name for ground in grounds for name in ground.names],
         )  # fmt: skip
-        more = asked_more.names
-        grounds += asked_more.logs
-    learnt = [*measured, *grounds]
+        more = ground.names
+        learnt += ground.logs
+        grounds.append(ground)
     found, model = _structure(plan, learnt, state.model, folder, workers, told, first=number == 1)
     tuned_S, point_S, twin = _tuned_S(plan, measured, model, state.mounts, folder, workers, told)
     suspicions = guard(plan.S, tuned_S.start.point, point_S, measured, model, told) if tuned_S else []

@@ -43,13 +43,13 @@ class Grounded:
 
 def on_proving_ground(
     plan: Plan, measured: Sequence[Path], model: Path, folder: Path, logs: Path, workers: Workers,
-    tick: Callable[[str], None] = lambda text: None, *, presets: bool = False,
+    tick: Callable[[str], None] = lambda text: None, *, presets: bool = False, known: Sequence[str] = (),
 ) -> Grounded:  # fmt: skip
     """Diagnose the car's logs; if that leaves something open, have the car drive what would tell.
 
-    presets: as of `look_for_structure`.
+    presets: as of `look_for_structure`; known: manoeuvres whose logs are among those measured, not to be driven again.
     """
-    verdict, names = written(measured, model, plan, folder, workers.cache, tick, presets=presets)
+    verdict, names = written(measured, model, plan, folder, workers.cache, tick, presets=presets, known=known)
     jobs = [job(folder, name, plan, logs) for name in names]
     workers.run(jobs)
     return Grounded(verdict, tuple(names), tuple(Path(each.save) for each in jobs if each.save))
@@ -57,7 +57,7 @@ def on_proving_ground(
 
 def written(
     logs: Sequence[Path], model: Path, plan: Plan, folder: Path, cache: Cache,
-    tick: Callable[[str], None] = lambda text: None, *, presets: bool = False,
+    tick: Callable[[str], None] = lambda text: None, *, presets: bool = False, known: Sequence[str] = (),
 ) -> tuple[str, list[str]]:  # fmt: skip
     """Verdict of the diagnosis of `logs`, and the manoeuvres for what it leaves open, by name, as files of `folder`.
 
@@ -65,23 +65,26 @@ def written(
     of logs, model and code.
     """
     files = [file_digest(str(path)) for path in (model, plan.model, *logs)]
-    figures = [list(plan.proving_ground), MOST, SPEED, LATERAL, STEER, STEER_RATE, presets]
+    figures = [list(plan.proving_ground), MOST, SPEED, LATERAL, STEER, STEER_RATE, presets, list(known)]
     text = json.dumps(["proving ground", *figures, *files, code_digest()])
     key = hashlib.sha256(text.encode()).hexdigest()
     kept = cache.get(key)
     if kept is None:
-        verdict, texts = _planned({path.name: thinned(path) for path in logs}, model, plan, folder, tick, presets)
+        loaded = {path.name: thinned(path) for path in logs}
+        verdict, texts = _planned(loaded, model, plan, folder, tick, presets, known)
         kept = {"metrics": {"verdict": verdict, "files": texts}}
         cache.put(key, kept)
     found = kept["metrics"]
+    folder.mkdir(parents=True, exist_ok=True)
     for name, content in found["files"].items():
         write_whole(folder / name, content.encode())
     return found["verdict"], sorted(Path(name).stem for name in found["files"] if name.endswith(".xosc"))
 
 
 def _planned(
-    logs: dict[str, Log], file: Path, plan: Plan, folder: Path, tick: Callable[[str], None], presets: bool
-) -> tuple[str, dict[str, str]]:
+    logs: dict[str, Log], file: Path, plan: Plan, folder: Path, tick: Callable[[str], None], presets: bool,
+    known: Sequence[str],
+) -> tuple[str, dict[str, str]]:  # fmt: skip
     from pytest_dvp.reality_gap.diagnose import diagnose
     from pytest_dvp.reality_gap.manoeuvres.advise import advise
     from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
@@ -97,18 +100,14 @@ def _planned(
     tick("what to drive on a proving ground")
     advice = advise(found, logs, model, envelope)
     choices: dict[str, Choice] = {}
-    for choice in advice.choices[:MOST]:
+    advised = [choice for choice in advice.choices if choice.manoeuvre.name not in known][:MOST]
+    declared = [name for name in plan.proving_ground if name not in known]
+    for choice in (*advised, *_declared(model, declared, envelope)):
         choices.setdefault(choice.manoeuvre.name, choice)
-    for choice in _declared(model, plan.proving_ground, envelope):
-        choices.setdefault(choice.manoeuvre.name, choice)
-    folder.mkdir(parents=True, exist_ok=True)
-    before = set(folder.iterdir())
+    names = sorted(f"{name}{end}" for name in choices for end in (".xosc", ".xodr", "_commands.csv", "_robot.py"))
     for name, choice in choices.items():
         write_plan(choice, model, envelope, found.noise_floor or NOISE, folder, name)
-    new = sorted(path for path in {*folder.iterdir()} - before if not path.name.endswith("_card.html"))
-    names = {f"{name}{end}" for name in choices for end in (".xosc", ".xodr", "_commands.csv", "_robot.py")}
-    kept = [path for path in (*new, *sorted(before)) if path.name in names]
-    return found.verdict, {path.name: path.read_text(encoding="utf-8") for path in sorted(kept)}
+    return found.verdict, {name: (folder / name).read_text(encoding="utf-8") for name in names}
 
 
 def _declared(model: VehicleModel, wanted: Sequence[str], envelope: Envelope) -> list[Choice]:

@@ -65,7 +65,7 @@ def world(monkeypatch: pytest.MonkeyPatch) -> World:
         "look_for_structure": look,
         "gap": lambda drives: Gap({}, {}, {}),
         "mean_alike": lambda one, other: {},
-        "on_proving_ground": lambda *arguments, presets: Grounded("NOTHING_MISSING", (), ()),
+        "on_proving_ground": lambda *arguments, presets, known: Grounded("NOTHING_MISSING", (), ()),
         "guard": lambda *arguments: [],
     }
     for name, part in parts.items():
