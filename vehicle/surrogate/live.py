@@ -11,7 +11,7 @@ from vehicle.messages import VehicleState
 from vehicle.surrogate.ecu import DriveByWire
 from vehicle.surrogate.hidden import Hidden
 from vehicle.surrogate.node import MOTION, SUBSTEP, Node
-from vehicle.wire import convert, topics
+from vehicle.wire import topics
 from vehicle.wire.end import Opener
 from vehicle.wire.live import LiveEnd
 from vehicle.wire.ros2_types import Bool, String
