@@ -20,7 +20,7 @@ CIRCLE = f"""
 base = "kinematic_bicycle"
 [inputs]
 steer = "steer_cmd"
-longitudinal = "accel_cmd"
+longitudinal = "v"
 [parameters]
 wheelbase = {WHEELBASE}
 [[effect]]
@@ -32,7 +32,10 @@ unit = "-"
 
 
 def circle(gain: float = 1.0) -> Log:
-    """Twenty seconds of a circle at a constant wheel angle; its meta holds a twin whose steering gain is `gain`."""
+    """Twenty seconds of a circle at a constant wheel angle; its meta holds a twin whose steering gain is `gain`.
+
+    The twin's speed is the measured one: a start speed of its own would explain a part of what it turns too much.
+    """
     t = times(20.0)
     rate = SPEED * math.tan(ANGLE) / WHEELBASE
     columns: dict[str, FloatArray | float] = {
