@@ -29,6 +29,7 @@ SERVER = Path(__file__).with_name("bridge_server.py")
 LENGTHS = struct.Struct("<II")
 POLL = 0.02  # s, between two looks at the process
 SILENT = 2.0  # s of listening without a beat; a machine with ten times too much to do has kept them for 0.2 s
+FAREWELL = 5.0  # s of wall time that it has to leave what it is in
 START, ANSWER = 30.0, 20.0  # s of wall time until it runs, and for an answer
 RAISED = {kind.__name__: kind for kind in (RuntimeError, IndexError, KeyError, ValueError, AttributeError, TypeError)}
 
@@ -142,7 +143,7 @@ class Bridge:
     def close(self) -> None:
         """End the process; it has a moment to leave what it is in."""
         self._socket.close()
-        self._child.end(after=1.0)
+        self._child.end(after=FAREWELL)
 
     def _first_beat(self) -> None:
         deadline = time.monotonic() + START

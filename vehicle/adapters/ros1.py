@@ -14,7 +14,7 @@ from vehicle.adapter import VehicleLost
 from vehicle.wire.end import Opener
 from vehicle.wire.ros1 import Ros1Error, Ros1Settings, on_ros1, read_settings
 
-FAREWELL = 2.0  # s
+FAREWELL = 8.0  # s; its bridge has 5 of them
 HIDDEN = {"hidden": str}  # further keys of the file of a surrogate
 
 
