@@ -38,7 +38,7 @@ Comparable: TypeAlias = "Subject | VehicleModel | Log"
 RATING_STEP = 0.1  # s: both signals are averaged to this step before they are rated, as ISO 18571 wants filtered ones
 POSE = ("x", "y", "yaw")
 """Position and heading come out of somebody's filter: what is white in an INS is its last digit, not its error."""
-FINEST = (0.01, 0.01, 0.001, 0.01, 0.001, 0.02, 0.02, 0.001)
+FINEST = (0.01, 0.01, 0.0005, 0.01, 0.0005, 0.02, 0.02, 0.001)
 """Sigma of CHANNELS in their units that the best sensors of road cars have (satellites with corrections, a fibre-optic
 gyro, wheel encoders). A simulator's own log is finer, and no effect is worth adding for what nobody can measure."""
 _LAG_SIGNALS = ("yaw_rate", "v", "ay", "ax")

@@ -19,7 +19,7 @@ from pytest_dvp.reality_gap.fit import intervals, widened
 from pytest_dvp.reality_gap.held_out import ROUNDING, Fold, folds, own_setup, predicted, shows, step
 from pytest_dvp.reality_gap.input_map import MAP_TIES, input_map
 from pytest_dvp.reality_gap.perception_gap import diagnose_perceptions
-from pytest_dvp.reality_gap.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, Found, Search, Tick, Trial
+from pytest_dvp.reality_gap.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, PRICE, Found, Search, Tick, Trial
 from pytest_dvp.reality_gap.signature import signature
 
 if TYPE_CHECKING:
@@ -63,6 +63,12 @@ def diagnose(
         if not back:
             break
         removed = {key: value for key, value in removed.items() if key[0] not in back}  # in the way of what was found
+    if removed and found.final.names:  # what is missing elsewhere can make an effect look as if it were too much
+        other = Search(target, tried, nuisance=nuisance, start=start, tick=tick)
+        kept = other.run()
+        if _price(kept, other.count, 0) <= _price(found, search.count, len({name for name, _ in removed})):
+            search, found, removed = other, kept, {}
+        target.settle(found.final.values)
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
     found, vetoed, gains, judges = _veto(search, found, judges, lambda: own_setup(held_out, model, effects))
@@ -108,6 +114,12 @@ def diagnose(
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
         values=final.values,
     )
+
+
+def _price(found: Found, count: int, removed: int) -> float:
+    """What a set leaves beyond the noise, and a price for each value fitted and each effect removed."""
+    chi2 = max(found.final.chi2, float(count))
+    return chi2 + PRICE * chi2 * (len(found.final.found.coordinates) + removed)
 
 
 def _verdict(left: float, channels: Mapping[str, float], named: Sequence[NamedEffect], found: Found,

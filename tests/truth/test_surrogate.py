@@ -300,7 +300,7 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
 
 
 def test_it_shares_nothing_with_the_kernel() -> None:
-    """Of ours it imports its own modules, the messages and the wire, which knows no car either."""
+    """Of ours it imports its own modules, the messages and the wire, which knows no car either, nor does the bridge."""
     folder = Path(DoubleTrack.__module__.replace(".", "/")).parent
     root = Path(__file__).resolve().parents[2]
     ours = [*(root / folder).glob("*.py"), *(root / "vehicle" / "wire").glob("*.py")]
