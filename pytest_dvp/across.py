@@ -183,6 +183,23 @@ def earlier(paths: Sequence[Path], scenario_name: str) -> dict[str, Driven]:
     return found
 
 
+def of_others(paths: Sequence[Path], scenario_name: str) -> dict[str, str]:
+    """By stage, why there is no drive of a scenario among logs that have some of that stage of other scenarios.
+
+    Who names logs of a stage wants those looked at: another drive in their place would be of another car.
+    """
+    others: dict[str, list[str]] = {}
+    for path in paths:
+        meta = Log.load(path).meta
+        stage, scenario = str(meta.get("stage", "")).split("-")[0], str(meta.get("scenario", "no scenario"))
+        others.setdefault(stage, []).append(scenario)
+    return {
+        stage: f"none of --dvp-stage-logs is a drive of {scenario_name} on {stage} (they are of {', '.join(names)})"
+        for stage, names in others.items()
+        if scenario_name not in names
+    }
+
+
 def pairs_driven(gates: Sequence[Gate], stages: Sequence[str]) -> list[tuple[Stage, Stage]]:
     """The pairs that gates are between of which both stages are among `stages`.
 

@@ -104,6 +104,20 @@ def test_a_log_of_an_earlier_session_stands_for_a_drive(stages: pytest.Pytester)
     assert driven(stages) == ["s-dt", "s-dt-rw-surrogate", "s-rw-surrogate"]
 
 
+def test_a_log_of_another_scenario_is_not_replaced_by_a_drive(stages: pytest.Pytester) -> None:
+    """Whoever named the wrong log would take the car of a new drive for the one of the log."""
+    for name in ("s.xosc", "s.gates.toml"):
+        (stages.path / f"other{name[1:]}").write_text((stages.path / name).read_text())
+    stages.runpytest_inprocess("other.xosc::rw-surrogate").assert_outcomes(passed=1)
+    (log,) = (stages.path / "runs").iterdir()
+    result = stages.runpytest_inprocess(ACROSS, "--dvp-stage-logs", str(log))
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        ["*INCONCLUSIVE: none of --dvp-stage-logs is a drive of s.xosc on rw (they are of other.xosc)*"]
+    )
+    assert driven(stages) == ["other-rw-surrogate", "s-dt", "s-dt-rw-surrogate"]
+
+
 def test_what_cannot_be_driven_leaves_it_inconclusive_and_says_why(stages: pytest.Pytester) -> None:
     result = stages.runpytest_inprocess(ACROSS, "--dvp-require-real")
     result.assert_outcomes(failed=1)
