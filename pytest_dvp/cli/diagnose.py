@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--twin", action="append", default=[], metavar="RUN",
-        help="run of the twin in a scenario of the logs: their detections are compared with its",
+        help="run of the twin in a scenario of the logs: their detections are compared with its; one option a run",
     )  # fmt: skip
     add_log_options(parser)
     add_effects(parser)
@@ -76,8 +76,17 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.plan:
             tick("planning")
             found = with_manoeuvres(found, logs, model, envelope, tuple(extra.values()), Path(arguments.plan))
+    own = found
+    if twins:  # what their detections show comes on top of the sensors that the twin has: no value for its model
+        own = dataclasses.replace(found, effects=tuple(e for e in found.effects if not e.name.startswith("detection_")))
+        if own.effects != found.effects:
+            said.append(
+                "of the detections nothing is to be added to the model: they differ on top of the twin's own sensors"
+            )
+        else:
+            said.append("detections are as in the twin's run, as far as these data show")
     if arguments.report:
-        _report(arguments, found, fitted, model, judged, tuple(extra.values()))
+        _report(arguments, found, own, fitted, model, judged, tuple(extra.values()))
     if arguments.json:
         for text in said:
             print(f"dvp diagnose: {text}", file=sys.stderr)
@@ -85,9 +94,6 @@ def execute(arguments: argparse.Namespace) -> int:
         return 0
     from pytest_dvp.reality_gap.diagnosis_words import extend_command, page, plan_command
 
-    own = found
-    if twins:  # what their detections show comes on top of the sensors that the twin has: no value for its model
-        own = dataclasses.replace(found, effects=tuple(e for e in found.effects if not e.name.startswith("detection_")))
     given = (own, arguments.model, fitted.texts, judged.texts)
     command = extend_command(*given, carried(arguments))
     plan = plan_command(*given, [*carried(arguments), *limit_words(arguments)])
@@ -95,15 +101,17 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: LookedAt, model: VehicleModel,
+def _report(arguments: argparse.Namespace, found: Diagnosis, own: Diagnosis, fitted: LookedAt, model: VehicleModel,
             judged: LookedAt, extra: tuple[Effect, ...]) -> None:  # fmt: skip
     from pytest_dvp.reality_gap.diagnosis_page import diagnosis_page
+    from pytest_dvp.reality_gap.diagnosis_words import extend_command
     from reports.diagnosis import write_diagnosis_report
 
     page = diagnosis_page(
         found, fitted.logs, model, held_out=judged.logs, effects=extra, model_file=arguments.model,
         fitted=fitted.texts, judged=judged.texts, options=carried(arguments),
     )  # fmt: skip
+    page["command"] = extend_command(own, arguments.model, fitted.texts, judged.texts, carried(arguments))
     write_diagnosis_report(arguments.report, page)
     print(f"dvp diagnose: report in {arguments.report}", file=sys.stderr)
 
