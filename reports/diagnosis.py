@@ -91,7 +91,8 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
     rows = [f"{plain(s['label'])} " for s in rungs]
     values = [s["fit"] for s in rungs] + [s["held_out"] for s in rungs if s["held_out"] is not None]
     values += [null_line] if null_line else []
-    low, high = 0.7, max(2.2, 1.6 * max(values))
+    # Of a log without noise what is left may be far below 1
+    low, high = max(min(0.7, 0.7 * min(values)), 0.01), max(2.2, 1.6 * max(values))
     traces: list[Figure] = []
     shapes: list[Figure] = [
         {"type": "rect", "xref": "x", "yref": "paper", "x0": low, "x1": NOISE, "y0": 0, "y1": 1, "layer": "below",
@@ -125,7 +126,11 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
                 "marker": {"color": colour, "size": 10, "symbol": symbol, "line": {"width": 2, "color": colour}},
                 "hovertemplate": f"%{{y}}: chi²/N %{{x:.3g}}, {name}<extra></extra>",
             })  # fmt: skip
-    ticks = [v for v in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000) if low <= v <= high]
+    ticks = [
+        v
+        for v in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)
+        if low <= v <= high
+    ]
     return {
         "data": traces,
         "layout": {
