@@ -151,6 +151,14 @@ def test_the_ladder_is_logarithmic_with_the_null_line_where_it_belongs() -> None
     assert not [s for s in ladder_figure(page()["ladder"], None)["layout"]["shapes"] if s["type"] == "line"]
 
 
+@pytest.mark.parametrize(("last", "first_tick"), [(1.1, 1), (0.25, 0.2), (0.04, 0.05)])
+def test_a_step_far_below_the_noise_is_on_the_axis(last: float, first_tick: float) -> None:
+    rungs = [{"label": "a", "fit": 60.0, "held_out": None}, {"label": "b", "fit": last, "held_out": None}]
+    axis = ladder_figure(rungs, None)["layout"]["xaxis"]
+    assert 10.0 ** axis["range"][0] < last
+    assert axis["tickvals"][0] == first_tick
+
+
 def test_labels_of_the_ladder_keep_off_the_lines_and_each_other() -> None:
     rungs = [{"label": "a", "fit": 60.0, "held_out": 7.0}, {"label": "b", "fit": 1.1, "held_out": 2.0}]
     fit, held = (trace["textposition"] for trace in ladder_figure(rungs, None)["data"])
