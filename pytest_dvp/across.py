@@ -170,34 +170,29 @@ def driven(result: RunResult) -> Driven | str:
     return Driven(result.log, result.folder)
 
 
-def earlier(paths: Sequence[Path], scenario_name: str) -> dict[str, Driven]:
+def earlier(paths: Sequence[Path], scenario_name: str) -> tuple[dict[str, Driven], dict[str, str]]:
     """Drives of a scenario from logs or run folders of earlier sessions, by stage; the last one of a stage counts.
+
+    Second, by stage, why there is none among logs that are of that stage in other scenarios only: who names logs wants
+    those looked at, and another drive in their place would be of another car.
 
     Raises LogError for a file that is no log of ours.
     """
     found: dict[str, Driven] = {}
-    for path in paths:
-        log = Log.load(path)
-        if log.meta.get("scenario") == scenario_name:
-            found[str(log.meta.get("stage", "")).split("-")[0]] = Driven(log, path, before=True)
-    return found
-
-
-def of_others(paths: Sequence[Path], scenario_name: str) -> dict[str, str]:
-    """By stage, why there is no drive of a scenario among logs that have some of that stage of other scenarios.
-
-    Who names logs of a stage wants those looked at: another drive in their place would be of another car.
-    """
     others: dict[str, list[str]] = {}
     for path in paths:
-        meta = Log.load(path).meta
-        stage, scenario = str(meta.get("stage", "")).split("-")[0], str(meta.get("scenario", "no scenario"))
-        others.setdefault(stage, []).append(scenario)
-    return {
-        stage: f"none of --dvp-stage-logs is a drive of {scenario_name} on {stage} (they are of {', '.join(names)})"
+        log = Log.load(path)
+        stage, scenario = str(log.meta.get("stage", "")).split("-")[0], str(log.meta.get("scenario", "no scenario"))
+        if scenario == scenario_name:
+            found[stage] = Driven(log, path, before=True)
+        else:
+            others.setdefault(stage, []).append(scenario)
+    missing = {
+        stage: f"no log given is a drive of {scenario_name} on {stage} (they are of {', '.join(names)})"
         for stage, names in others.items()
-        if scenario_name not in names
+        if stage not in found
     }
+    return found, missing
 
 
 def pairs_driven(gates: Sequence[Gate], stages: Sequence[str]) -> list[tuple[Stage, Stage]]:

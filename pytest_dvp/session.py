@@ -93,8 +93,7 @@ class Session:
 
         settings, node = self._settings, current_item(self._config)
         gates = across.gates_between(path, settings.gates, settings.stage_gates)
-        drives = across.earlier(settings.stage_logs, path.name)
-        missing = across.of_others(settings.stage_logs, path.name)
+        drives, missing = across.earlier(settings.stage_logs, path.name)
         for stage in STAGES:
             if stage in drives or stage in missing or not (stage in pair or asked_stage(stage, self._config)):
                 continue

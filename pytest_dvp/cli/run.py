@@ -267,14 +267,14 @@ def _across(
     from pytest_dvp import across
 
     gates = across.gates_between(path, settings.gates, settings.stage_gates)
-    drives = across.earlier(settings.stage_logs, path.name)
-    missing: dict[str, str] = {}
+    drives, missing = across.earlier(settings.stage_logs, path.name)
     for stage, result in results.items():
         found = across.driven(result)
         if isinstance(found, str):
             missing[stage] = found
         else:
             drives[stage] = found
+            missing.pop(stage, None)
     pairs = across.pairs_driven(gates, [*drives, *missing])
     first = next(iter(results.values()))
     about = {
