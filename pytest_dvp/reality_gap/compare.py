@@ -40,7 +40,7 @@ POSE = ("x", "y", "yaw")
 """Position and heading come out of somebody's filter: what is white in an INS is its last digit, not its error."""
 FINEST = (0.01, 0.01, 0.0005, 0.01, 0.0005, 0.02, 0.02, 0.001)
 """Sigma of CHANNELS in their units, of the size that data sheets of the best sensors of road cars state (satellites
-with corrections, a fibre-optic gyro, wheel encoders); our choice, from no single source. A simulator's own log is finer,
+with corrections, a fibre-optic gyro, wheel encoders); our choice, not of one source. A simulator's own log is finer,
 and no effect is worth adding for what nobody can measure."""
 _LAG_SIGNALS = ("yaw_rate", "v", "ay", "ax")
 _VISIBLE = 4.0  # a signal tells a lag if it varies by this many sigma
