@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from gap_logs import NOISE, baseline, drive
 
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.black_box import CompareError
-from pytest_dvp.reality_gap.diagnose import diagnose
+from pytest_dvp.reality_gap.diagnose import _price, diagnose
 from pytest_dvp.reality_gap.diagnosis import Diagnosis
 from vehicle.model.catalogue import catalogue
 from vehicle.model.model import VehicleModel
@@ -66,6 +68,17 @@ def test_in_a_log_without_noise_what_no_sensor_could_show_is_not_named() -> None
     assert found.effects[0].parameters["g"].value == pytest.approx(0.85, rel=0.002)
     trifles = diagnose({"log": drive(steer_ratio=0.9997, yaw_bias=0.0005, noise=0.0)}, baseline())
     assert trifles.verdict == "NOTHING_MISSING"
+
+
+def test_of_two_answers_within_the_noise_that_with_fewer_changes_is_taken() -> None:
+    """What is missing elsewhere can make an effect of the model look as if it were too much."""
+
+    def answer(chi2: float, values: int) -> Any:
+        return SimpleNamespace(final=SimpleNamespace(chi2=chi2, found=SimpleNamespace(coordinates=[None] * values)))
+
+    assert _price(answer(350.0, 1), 1000, 0) < _price(answer(300.0, 2), 1000, 0)
+    assert _price(answer(350.0, 1), 1000, 0) < _price(answer(300.0, 1), 1000, 1)
+    assert _price(answer(1100.0, 2), 1000, 1) < _price(answer(1400.0, 1), 1000, 0)
 
 
 def test_what_the_command_gate_did_is_not_the_cars() -> None:
