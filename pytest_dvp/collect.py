@@ -244,6 +244,8 @@ def check_parameters(items: Sequence[pytest.Item], settings: Settings) -> None:
 
     Raises SettingError with the nearest declared name, or the allowed values.
     """
+    if not settings.set.scenario:
+        return
     from openscenario.read import read_declarations
     from pytest_dvp.override import check_declared, declared_names
 
@@ -255,6 +257,17 @@ def check_parameters(items: Sequence[pytest.Item], settings: Settings) -> None:
     for path in paths:
         here = declared_names(path)
         check_declared(path, {n: v for n, v in settings.set.scenario.items() if n in here}, "--dvp-set")
+
+
+def check_vehicle(config: pytest.Config, settings: Settings) -> None:
+    """Raises SettingError if the car of a stage that is asked for hides a file that is wrong: before the twin drives."""
+    from pytest_dvp.stages import StageError, check_hidden
+
+    if any(asked_stage(stage, config) for stage in STAGES if stage != "dt"):
+        try:
+            check_hidden(settings.vehicle)
+        except StageError as error:
+            raise SettingError(f"--dvp-vehicle: {error}") from None
 
 
 def refuse(items: Iterable[pytest.Item], why: str) -> None:

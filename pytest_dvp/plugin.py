@@ -86,11 +86,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if "hypothesis" in sys.modules:
         _suit_hypothesis(items)
     settings = config.stash[SETTINGS_KEY]
-    if settings.set.scenario and any(_is_scenario(item) for item in items):
+    if (settings.set.scenario or ":" in settings.vehicle) and any(_is_scenario(item) for item in items):
         from pytest_dvp import collect
 
         try:
             collect.check_parameters(items, settings)
+            collect.check_vehicle(config, settings)
         except SettingError as error:
             if not hasattr(config, "workerinput"):
                 raise pytest.UsageError(str(error)) from None

@@ -9,7 +9,10 @@ there. A result of it says so: "rw-surrogate".
 from __future__ import annotations
 
 import dataclasses
+import functools
 import importlib.util
+import subprocess
+import sys
 from collections.abc import Callable
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -76,6 +79,8 @@ def check_stage(
         raise StageError(f"vehicle {vehicle!r}: no file {hidden}")
     if require_real:
         raise StageError(f"{label(stage)} ERROR: a real vehicle is required, a surrogate is no evidence about a car")
+    if colon and name != ROS1:
+        _check_hidden(Path(hidden))
     if not wire_installed():
         raise StageError(f"stage {stage!r} {MISSING}")
     _check_fault(fault)
@@ -135,9 +140,39 @@ def _check_ros1(file: str) -> None:
     from vehicle.wire.ros1 import Ros1Error
 
     try:
-        settings_of(Path(file) if file else None)
+        within = settings_of(Path(file) if file else None)[1]
     except Ros1Error as error:
         raise StageError(str(error)) from None
+    if within is not None:
+        _check_hidden(within)
+
+
+def check_hidden(vehicle: str) -> None:
+    """Raises StageError if what is to be hidden in a surrogate is a file that it refuses."""
+    name, _, argument = vehicle.partition(":")
+    if name in (SURROGATE, CAN) and argument and Path(argument).is_file():
+        _check_hidden(Path(argument))
+
+
+def _check_hidden(file: Path) -> None:
+    """Raises StageError with what the surrogate says of a file that it cannot hide: before anything drives."""
+    try:
+        said = _refused(file, file.read_bytes())
+    except OSError as error:
+        raise StageError(f"{file}: cannot be read: {error.strerror}") from None
+    if said:
+        raise StageError(said)
+
+
+@functools.lru_cache(maxsize=4)
+def _refused(file: Path, content: bytes) -> str:
+    """What is wrong with a file of hidden effects, in one line; only the surrogate knows, and it is another process."""
+    command = [sys.executable, "-m", "vehicle.surrogate", "--check", "--hidden", str(file)]
+    asked = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+    if asked.returncode == 0:
+        return ""
+    last = (asked.stderr.strip().splitlines() or [f"exit code {asked.returncode}"])[-1]
+    return last if last.startswith(str(file)) else f"{file}: {last}"
 
 
 def _check_can(dbc: Path | None) -> None:

@@ -93,6 +93,7 @@ def execute(arguments: argparse.Namespace) -> int:
     documents: list[Any] = []
     passed = True
     drives: dict[Path, dict[str, RunResult]] = {}
+    failed_stages: dict[Path, dict[str, str]] = {}
     for job in jobs:
         try:
             result = _drive(job, arguments, settings)
@@ -103,6 +104,7 @@ def execute(arguments: argparse.Namespace) -> int:
             findings = [finding.as_dict() for finding in getattr(error, "findings", ())]
             failed = {"scenario": str(job.path), "status": "ERROR", "error": str(error), "findings": findings}
             documents.append(failed | ({"set": dict(job.parameters)} if job.label else {}))
+            failed_stages.setdefault(job.path, {})[job.stage] = f"the drive of stage {job.stage} did not begin: {error}"
             passed = False
             continue
         passed = _passes(result, arguments.gate) and passed
@@ -112,7 +114,7 @@ def execute(arguments: argparse.Namespace) -> int:
             print(table(result, arguments.gate), flush=True)
     if len(stages) > 1 or settings.stage_logs:
         for path, results in drives.items():
-            held = _across(path, results, stages, arguments, settings)
+            held = _across(path, results, failed_stages.get(path, {}), stages, arguments, settings)
             passed = passed and (held.status == "PASS" or not held.verdicts)
             documents.append(finite(held.as_dict()))
             if not arguments.json:
@@ -259,15 +261,17 @@ def _say_who_is_waited_for(stage: str, vehicle: str) -> None:
 def _across(
     path: Path,
     results: Mapping[str, RunResult],
+    failed: Mapping[str, str],
     stages: Sequence[str],
     arguments: argparse.Namespace,
     settings: Settings,
 ) -> Across:
-    """The stages of one scenario held against each other, with those of earlier logs."""
+    """The stages of one scenario held against each other, with those of earlier logs. failed: why one did not begin."""
     from pytest_dvp import across
 
     gates = across.gates_between(path, settings.gates, settings.stage_gates)
     drives, missing = across.earlier(settings.stage_logs, path.name)
+    missing |= {stage: why for stage, why in failed.items() if stage not in drives}
     for stage, result in results.items():
         found = across.driven(result)
         if isinstance(found, str):

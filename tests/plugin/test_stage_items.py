@@ -129,3 +129,11 @@ def test_a_session_leaves_nothing_behind(
     monkeypatch.setattr("tempfile.tempdir", None)
     stages.runpytest_inprocess(ACROSS).assert_outcomes(passed=1)
     assert not list(tmp_path.glob("dvp-session-*"))
+
+
+def test_a_hidden_file_that_is_wrong_is_told_before_anything_drives(stages: pytest.Pytester) -> None:
+    (stages.path / "car.toml").write_text("[hidden.steer_dely]\nT = 0.2\n")
+    result = stages.runpytest_inprocess("-m", "dt or rw", "--dvp-vehicle", "surrogate:car.toml", "s.xosc")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: --dvp-vehicle: car.toml:1: no hidden effect 'steer_dely'; did you mean *?"])
+    assert not (stages.path / "runs").exists()

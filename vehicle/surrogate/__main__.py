@@ -5,6 +5,7 @@ python -m vehicle.surrogate --dds 42 --hidden F.toml           as a car on the w
 python -m vehicle.surrogate --dds 42 --can socketcan:vcan0     with its drive-by-wire on CAN
 python -m vehicle.surrogate --dds 42 --clock real              by the wall clock
 python -m vehicle.surrogate --ros1 /car --ros1-file ros1.toml  over ROS 1, its topics under /car
+python -m vehicle.surrogate --check --hidden F.toml            says what is wrong with the file, and drives nothing
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Returns the exit code: 0 written or served, 2 a wrong option or file."""
+    """Returns the exit code: 0 written, served or right, 2 a wrong option or file."""
     parser = argparse.ArgumentParser(prog="python -m vehicle.surrogate", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--drive", choices=("rich", "urban"), default="rich", help="programme: 120 s or 45 s")
     parser.add_argument("--hidden", type=Path, metavar="F.toml", help="what is hidden in the car; default: nothing")
@@ -36,8 +37,9 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--clock", choices=("stepped", "real"), default="stepped", help="on a wire: whose time counts")
     parser.add_argument("--at", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="on a wire: where it stands first")
     parser.add_argument("--driver", action="store_true", help="in a real car's place: its driver's hands too")
+    parser.add_argument("--check", action="store_true", help="read the file of --hidden, and do nothing else")
     args = parser.parse_args(argv)
-    if [args.out, args.dds, args.ros1].count(None) != 2:
+    if not args.check and [args.out, args.dds, args.ros1].count(None) != 2:
         parser.error("one of --out LOG.csv, --dds DOMAIN and --ros1 NAMESPACE is needed")
     if args.ros1_file is not None and args.ros1 is None:
         parser.error("--ros1-file F.toml needs --ros1 NAMESPACE")
@@ -48,6 +50,8 @@ def main(argv: list[str] | None = None) -> int:
     except HiddenError as error:
         print(error, file=sys.stderr)
         return 2
+    if args.check:
+        return 0
     if args.out is None:
         return _serve(args, hidden)
     from vehicle.surrogate.recorder import record, write_csv  # compiles; not before the file is known to be good

@@ -18,6 +18,7 @@ from pytest_dvp.run import RunResult, run
 from pytest_dvp.shared_runs import SharedRuns, key_of
 from tests.plugin.conftest import write_scenario
 from tests.unit.harness.conftest import OneTrick, coast
+from vehicle.adapter import VehicleLost
 
 Write = Callable[..., Path]
 ABOUT = {"scenario": "s.xosc", "line": 1, "seed": 7, "replay": "dvp run s.xosc --stage dt,rw"}
@@ -228,3 +229,33 @@ def test_dvp_run_tells_of_a_wrong_gate_file_before_it_drives(
     wrong.write_text('[[gate]]\nmetric = "mnc"\nsignal = "v"\nbetween = ["dt", "rw"]\nmin = 0.9\n')
     assert main(["run", str(scenarios.path("overtaking.xosc")), "--stage", "all", "--stage-gates", str(wrong)]) == 1
     assert f"{wrong}:2: error dvp.gates.unknown_metric" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("vehicle", ["surrogate", "can"])
+def test_dvp_run_tells_of_a_wrong_hidden_file_before_it_drives(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, vehicle: str
+) -> None:
+    def drives(*_: object, **__: object) -> None:
+        raise AssertionError("it drove")
+
+    monkeypatch.setattr("pytest_dvp.run.run", drives)
+    wrong = tmp_path / "car.toml"
+    wrong.write_text("[hidden.steer_delay]\nT = -1\n")
+    scenario = str(scenarios.path("overtaking.xosc"))
+    assert main(["run", scenario, "--stage", "all", "--vehicle", f"{vehicle}:{wrong}"]) == 2
+    said = f"--stage pe: {wrong}:1: steer_delay.T = -1 is out of range, allowed is 0 to 1 s"
+    assert capsys.readouterr().err.strip().splitlines() == [said]
+
+
+def test_a_stage_that_did_not_begin_is_missing_for_its_own_reason(
+    scenario: Write, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def no_car(*_: object, **__: object) -> None:
+        raise VehicleLost("the car is gone")
+
+    monkeypatch.setattr("pytest_dvp.prepare._car", no_car)
+    path = scenario()
+    gates = path.with_name(f"{path.stem}.gates.toml")
+    gates.write_text('[[gate]]\nmetric = "tet"\nbetween = ["dt", "rw"]\nmax_difference = 1\n')
+    assert main(["run", str(path), "--stage", "dt,rw", "--duration", "1", "--no-report"]) == 1
+    assert "INCONCLUSIVE: the drive of stage rw did not begin: the car is gone" in capsys.readouterr().out
