@@ -130,6 +130,9 @@ class FollowTrajectory:
         late = time - along.end_time
         if late > 1e-9:
             return late * abs(entity.speed)
+        if along.explicit and entity.properties.get("ignoreHeadingForTrajMotion") != "true" and self._s > before:
+            # headings that turn round against the curve make it reverse from there on
+            self._reverse = math.cos(along.at(self._s)[3] - along.tangent(0.5 * (before + self._s))) < 0.0
         speed = (before - self._s if self._reverse else self._s - before) / dt
         entity.ax = (speed - entity.speed) / dt
         entity.speed = speed

@@ -193,6 +193,20 @@ def test_an_initial_distance_offset_cuts_a_trajectory_with_timing(
     assert log(board, "event")[-1] == (over, "e", "endTransition")
 
 
+def test_headings_that_look_back_make_a_timed_trajectory_reverse_for_as_long_as_they_do(make: Make) -> None:
+    """Headed west all the way: 10 m to the east in 2 s are driven in reverse, then 4 m to the west in 1 s forward."""
+    stamps = ((0.0, 100.0), (2.0, 110.0), (3.0, 106.0))
+    path = "".join(vertex(x, 0.0, time).replace("/></Pos", ' h="3.141592653589793"/></Pos') for time, x in stamps)
+    timing = '<Timing domainAbsoluteRelative="relative" scale="1" offset="0"/>'
+    board = make(A=HERE, stories=story(event("e", follow(path, timing), start=LATER)))
+    a = board.entities["A"]
+    run(board, 2.0)
+    assert (a.x, a.speed) == (pytest.approx(105.0, abs=0.06), pytest.approx(-5.0))
+    run(board, 1.5)
+    assert (a.x, a.speed) == (pytest.approx(108.0, abs=0.05), pytest.approx(4.0))
+    assert math.cos(a.h) == pytest.approx(-1.0)
+
+
 @pytest.mark.parametrize("scale", ["0", "-1"])
 def test_time_cannot_be_scaled_by_nothing(make: Make, scale: str) -> None:
     timing = f'<Timing domainAbsoluteRelative="relative" scale="{scale}" offset="0"/>'
