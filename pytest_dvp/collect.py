@@ -260,7 +260,7 @@ def check_parameters(items: Sequence[pytest.Item], settings: Settings) -> None:
 
 
 def check_vehicle(config: pytest.Config, settings: Settings) -> None:
-    """Raises SettingError if the car of a stage that is asked for hides a file that is wrong: before the twin drives."""
+    """Raises SettingError if the car of a stage that is asked for hides a wrong file: before the twin drives."""
     from pytest_dvp.stages import StageError, check_hidden
 
     if any(asked_stage(stage, config) for stage in STAGES if stage != "dt"):
