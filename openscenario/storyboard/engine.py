@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 from openscenario import model
 from openscenario.findings import Finding, ScenarioError
 from openscenario.road.network import RoadNetwork
+from openscenario.storyboard.actions.placing import leave_out
 from openscenario.storyboard.build import Builder, walk
 from openscenario.storyboard.crowd import Crowd
 from openscenario.storyboard.entity import Entity
@@ -103,6 +104,7 @@ class Storyboard:
             self.root.stop = builder.trigger(self.root, scenario.storyboard.stop_trigger)
         if builder.findings:
             raise ScenarioError(builder.findings)
+        leave_out(walk(self.root), self.entities, [entity for _, entity in self._init])
         for order, node in enumerate((*(node for node, _ in self._init), *walk(self.root))):
             node.order = order
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING, Any
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.nodes import Node
 from openscenario.storyboard.positions import resolver
 from openscenario.storyboard.registry import Instant, Runner, action, entity_called
 from openscenario.storyboard.trailers import line_up, train
@@ -41,13 +43,27 @@ def teleport(element: model.TeleportAction, entity: Entity, board: Storyboard) -
     return Teleport(element, entity, board)
 
 
+def leave_out(nodes: Iterator[Node], entities: dict[str, Entity], placed: Collection[Entity | None]) -> None:
+    """Make those inactive who are added later and have no Init actions: the standard names no place for them."""
+    for node in nodes:
+        element = node.element
+        if isinstance(element, model.EntityAction) and isinstance(element.action, model.AddEntityAction):
+            entity = entities.get(element.entity_ref)
+            if entity is not None and not entity.external and entity not in placed:
+                for each in train(entity):
+                    each.active = False
+
+
 @action(model.EntityAction)
 def entity_action(element: model.EntityAction, entity: None, board: Storyboard) -> Runner:
+    """Who is there already is not added again; who is added later and has no Init actions is not there before."""
     target = entity_called(element.entity_ref, board)
     if isinstance(element.action, model.AddEntityAction):
         where = resolver(element.action.position, board, target)
 
         def add() -> None:
+            if board.running and target.active:
+                return
             board.ground.set_place(target, where())
             line_up(target)
             for each in train(target):

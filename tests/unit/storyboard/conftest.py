@@ -159,7 +159,9 @@ def make(road: Path, network: RoadNetwork) -> Make:
             for name in actions
         )
         entities += selections
-        init = "".join(f'<Private entityRef="{name}">{"".join(each)}</Private>' for name, each in actions.items())
+        init = "".join(
+            f'<Private entityRef="{name}">{"".join(each)}</Private>' for name, each in actions.items() if each
+        )
         path = road.parent / "scenario.xosc"
         text = XOSC.format(entities=entities, init=init, stories=stories, stop=stop)
         path.write_text(text.replace('<LogicFile filepath="straight.xodr"/>', "") if without_road else text)
