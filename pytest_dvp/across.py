@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.gate_model import STAGES, Gate, Stage
+from pytest_dvp.gap_command import gap_command
 from pytest_dvp.gates import Verdict, judge_between, overall, pairs_of
 from pytest_dvp.log import Log
 from pytest_dvp.paths import shown
@@ -48,6 +49,7 @@ class Across:
     stage   "dt-rw-surrogate": the stages that were compared
     logs    run folder or file of each stage by its label
     status  PASS only if at least one gate was judged and all of them passed
+    why     commands that would say what the twin lacks, where a gate between it and a car failed
     """
 
     scenario: str
@@ -63,6 +65,7 @@ class Across:
     set: Mapping[str, str] = dataclasses.field(default_factory=dict)
     folder: Path | None = None
     notes: tuple[str, ...] = ()
+    why: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON-able data: what crosses processes and stands in result.json."""
@@ -82,6 +85,7 @@ class Across:
             "replay": self.replay,
             "error": None,
             "notes": list(self.notes),
+            "why": list(self.why),
         }
 
 
@@ -94,6 +98,8 @@ def hold(
     missing: Mapping[str, str] | None = None,
     log_dir: Path | None = None,
     notes: Sequence[str] = (),
+    model: Path | None = None,
+    effects: Sequence[Path] = (),
 ) -> Across:
     """Judge the gates between `pairs` of stages, and make the table of all `drives` (by stage, "dt", "pe", "rw").
 
@@ -101,13 +107,20 @@ def hold(
     missing  by stage, why there is no drive and how to get one: its gates are INCONCLUSIVE
     log_dir  folder for a numbered run folder with result.json and report.html; None writes nothing
     notes    what else the result should say
+    model, effects  files that the twin was made from, where they are known
 
     Drives of different scenario files are not compared: the later one counts as missing.
     """
     absent = dict(missing or {})
     there = _of_one_scenario(drives, absent)
     logs = {stage: drive.log for stage, drive in there.items()}
-    verdicts = [verdict for pair in pairs for verdict in judge_between(gates, pair, logs, absent)]
+    judged = {pair: judge_between(gates, pair, logs, absent) for pair in pairs}
+    verdicts = [verdict for found in judged.values() for verdict in found]
+    why = [
+        gap_command(found, (there[a].log, there[a].place), (there[b].log, there[b].place), model, effects)
+        for (a, b), found in judged.items()
+        if a == "dt" and a in there and b in there
+    ]
     labels: dict[str, str] = {stage: there[stage].label if stage in there else stage for stage in STAGES}
     compared = [stage for stage in STAGES if (any(stage in pair for pair in pairs) if pairs else stage in logs)]
     table = stage_table({labels[stage]: logs[stage] for stage in STAGES if stage in logs}) if len(logs) > 1 else None
@@ -118,6 +131,7 @@ def hold(
         table=table,
         logs={drive.label: shown(drive.place) for drive in there.values() if drive.place is not None},
         notes=(*notes, *_differences(there)),
+        why=tuple(command for command in why if command),
         **about,
     )
     if log_dir is None:
@@ -256,12 +270,19 @@ def _of_one_scenario(drives: Mapping[str, Driven], absent: dict[str, str]) -> di
             continue
         first = first or drive
         changed = [what for what in ("scenario", "road") if _digest(drive, what) != _digest(first, what)]
-        if changed:
-            place = drive.place if drive.place is not None else drive.label
-            absent[stage] = f"{place} was driven with another version of the {changed[0]}; drive stage {stage} again"
+        name, other = (str(one.log.meta.get("scenario", "no scenario")) for one in (drive, first))
+        if name != other:
+            absent[stage] = f"{_place(drive)} is a drive of {name}, {_place(first)} one of {other}"
+        elif changed:
+            version = f"another version of the {changed[0]}"
+            absent[stage] = f"{_place(drive)} was driven with {version}; drive stage {stage} again"
         else:
             kept[stage] = drive
     return {stage: kept[stage] for stage in STAGES if stage in kept}
+
+
+def _place(drive: Driven) -> str:
+    return drive.label if drive.place is None else shown(drive.place)
 
 
 def _unfit(drive: Driven) -> str:

@@ -49,6 +49,7 @@ class Verdict:
     used     share of what that limit allows, 1 at it, > 1 if broken; None where a share has no meaning (a bound of 0)
     t, object  time [s] and road user of the worst moment
     short    one line for a summary; message: the same with margin and the place of the gate, file:line
+    reason   why there is no value, the same text for all gates that share it
     """
 
     gate: str
@@ -66,6 +67,7 @@ class Verdict:
     line: int | None
     name: str = ""
     used: float | None = None
+    reason: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON-able data."""
@@ -254,6 +256,7 @@ def _verdict(gate: Gate, status: Status, value: MetricValue | None, reason: str)
         line=gate.line,
         name=name,
         used=used,
+        reason="" if number is not None else _printable(reason),
     )
 
 

@@ -118,6 +118,8 @@ class Session:
             about,
             missing=missing,
             log_dir=settings.runs_folder,
+            model=settings.model,
+            effects=settings.effects,
         )
 
     def _drive(self, path: Path, stage: str) -> Driven | str:

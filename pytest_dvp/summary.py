@@ -21,6 +21,7 @@ MAX_LINES = 20
 MAX_NOTES = 5
 MAX_TABLES = 3
 BESIDE_VERDICTS = ("not judged:", "recording:", "command gate:")  # begins of notes without which they mislead
+WHY = "what the twin lacks"  # before the command that says it
 ORDER = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
 
 
@@ -39,6 +40,27 @@ def worst_first(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]
     return sorted(verdicts, key=_urgency)
 
 
+def gathered(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The verdicts in their order; those that are INCONCLUSIVE for one and the same reason are one, which counts them."""
+    given = list(verdicts)
+    alike: dict[str, list[Mapping[str, Any]]] = {}
+    for verdict in given:
+        if verdict["status"] == "INCONCLUSIVE" and verdict.get("reason"):
+            alike.setdefault(verdict["reason"], []).append(verdict)
+    out: list[Mapping[str, Any]] = []
+    for verdict in given:
+        group = alike.get(verdict.get("reason", ""), []) if verdict["status"] == "INCONCLUSIVE" else []
+        if len(group) < 2:
+            out.append(verdict)
+        elif verdict is group[0]:
+            short = f"{len(group)} gates INCONCLUSIVE: {verdict['reason']}"
+            first = min((v for v in group), key=lambda v: (v["file"], v["line"] or 0))
+            place = f"{first['file']}:{first['line']}" if first["line"] else first["file"]
+            message = f"{short}; the first is gate {place}" if place else short
+            out.append({**verdict, "short": short, "message": message})
+    return out
+
+
 def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
     """Message of a run that is not PASS, or None. First line the reason, last line the command to replay."""
     verdicts = [v for v in result["verdicts"] if metrics is None or v["metric"] in metrics or v["gate"] in metrics]
@@ -50,7 +72,7 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
         return None
     lines = [reason(bad[0]) if bad else _no_verdict(status, missing, result["verdicts"], measured)]
     lines += [f"  {clean(line)}" for line in str(result.get("error") or "").splitlines()]
-    for verdict in bad:
+    for verdict in gathered(bad):
         lines.append(f"  {verdict['status']} {clean(verdict['message'])}")
     lines += [f"  {clean(line)}" for line in result.get("explanation", ())]
     passed = sum(v["status"] == "PASS" for v in verdicts)
@@ -64,6 +86,7 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
         lines.append(f"  ended by {clean(result['ended'])} at t={result['simulated']:.2f} s")
     if result.get("folder"):
         lines.append(f"  report: {clean(result['folder'])}/report.html")
+    lines += [f"  {WHY}: {clean(command)}" for command in result.get("why", ())]
     lines.append(f"  replay: {clean(result['replay'])}")
     return "\n".join(lines)
 
@@ -93,13 +116,13 @@ def cases(reports: Iterable[Any]) -> list[dict[str, Any]]:
 
 def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
     """The terminal section: one line a gate, worst margin first, at most `limit`, the last one an action."""
+    judged = [verdict["status"] for case in results for verdict in case["verdicts"]]
     rows = sorted(
-        ((_urgency(verdict), case, verdict) for case in results for verdict in case["verdicts"]),
+        ((_urgency(verdict), case, verdict) for case in results for verdict in gathered(case["verdicts"])),
         key=lambda row: (*row[0], row[1]["nodeid"], row[2]["gate"]),
     )
-    counts = {status: sum(verdict["status"] == status for _, _, verdict in rows) for status in ORDER}
-    tally = ", ".join(f"{n} {status}" for status, n in counts.items() if n) or "nothing judged"
-    out = [f"{_count(len(results), 'run')}, {_count(len(rows), 'gate')}: {tally}"]
+    tally = ", ".join(f"{judged.count(status)} {status}" for status in ORDER if status in judged) or "nothing judged"
+    out = [f"{_count(len(results), 'run')}, {_count(len(judged), 'gate')}: {tally}"]
     said = notes(results)
     room = limit - 2 - len(said)
     shown = rows if len(rows) <= room else rows[: room - 1]

@@ -27,6 +27,7 @@ class Row:
     message: str
     place: str
     share: float | None  # of the bound, as the verdict tells it
+    reason: str = ""  # why there is no value: the same for all rows that share it
 
     @property
     def used(self) -> float | None:
@@ -148,4 +149,5 @@ def _row(verdict: Mapping[str, Any]) -> Row:
         message=str(verdict.get("message") or ""),
         place=place,
         share=_number(verdict["used"]) if "used" in verdict else _share(*numbers[:2], least=least),
+        reason=str(verdict.get("reason") or ""),
     )

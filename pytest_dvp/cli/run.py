@@ -295,21 +295,23 @@ def _across(
         if stage not in drives:
             missing.setdefault(stage, f"stage {stage} was not asked for: --stage {','.join((*stages, stage))}")
     unjudged = across.left_out(gates, pairs, [*results, *drives])
-    return across.hold(drives, gates, pairs, about, missing=missing, log_dir=folder, notes=unjudged)
+    files = {"model": settings.model, "effects": settings.effects}
+    return across.hold(drives, gates, pairs, about, missing=missing, log_dir=folder, notes=unjudged, **files)
 
 
 def across_text(held: Across) -> str:
     """The gates between stages and the table, as text."""
-    from pytest_dvp.summary import clean, worst_first
+    from pytest_dvp.summary import WHY, clean, gathered, worst_first
 
     plain = held.as_dict()
     judged = "" if plain["verdicts"] else ", no gate is between them"
     lines = [clean(f"{plain['scenario']} [{plain['stage']}]: {plain['status'] if not judged else 'compared'}{judged}")]
-    lines += [f"  {v['status']:<12} {_told(v)}" for v in worst_first(plain["verdicts"])]
+    lines += [f"  {v['status']:<12} {_told(v)}" for v in gathered(worst_first(plain["verdicts"]))]
     lines += [clean(f"  !! {note}") for note in plain["notes"]]
     lines += ["", *(f"  {clean(line)}" for line in held.table.lines()), ""] if held.table is not None else []
     if plain["folder"]:
         lines.append(clean(f"  report: {plain['folder']}/report.html"))
+    lines += [clean(f"  {WHY}: {command}") for command in plain["why"]]
     lines.append(clean(f"  replay: {plain['replay']}"))
     return "\n".join(lines)
 

@@ -1,18 +1,27 @@
-"""Logs of one scenario on several stages: the table that holds them side by side, and the gates between them.
+"""Logs of a scenario on several stages: the table that holds them side by side, and the gates between them.
 
-The first log of a stage counts. Without gates the exit code is 0, with gates 0 only if all of them pass.
+Logs of several scenarios are held against each other scenario by scenario. The first log of a stage counts. Without gates the exit code is 0, with gates 0 only if all of them pass.
 """
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
+import shlex
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, settings_from
 from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import STAGES
+
+if TYPE_CHECKING:
+    from pytest_dvp.across import Across, Driven
+    from pytest_dvp.gates import Gate
+    from pytest_dvp.log import Log
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,53 +33,92 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    from pytest_dvp.across import Driven, hold, left_out, pairs_driven, read_between
+    from pytest_dvp.across import read_between
     from pytest_dvp.cli.run import across_text
     from pytest_dvp.log import Log
-    from pytest_dvp.stage_table import stage_table
 
     settings = settings_from(arguments)
     out = None if arguments.out is None else Path(arguments.out)
     if out is not None and not out.absolute().parent.is_dir():
         raise WrongArgument(f"--out {out}: no folder {out.parent}")
     gates = () if settings.gates is None else read_between(settings.gates)
-    drives: dict[str, Driven] = {}
-    for text in arguments.logs:
+    groups = _by_scenario(arguments.logs)
+    if len(groups) > 1 and (out is not None or arguments.before is not None):
+        option = "--out" if out is not None else "--before"
+        names = ", ".join(groups)
+        raise WrongArgument(f"{option}: of one scenario at a time; these logs are of {names}")
+    before = None if arguments.before is None else Log.load(arguments.before)
+    options = _options(settings.gates, arguments.before)
+    compared = [_held(drives, gates, before, options) for drives in groups.values()]
+    if out is not None:
+        from reports.stages import write_stages_report
+
+        (drives,) = groups.values()
+        write_stages_report(out, compared[0].as_dict(), {drive.label: drive.log.columns for drive in drives.values()})
+        print(f"dvp stages: page in {out}", file=sys.stderr)
+    if arguments.json:
+        documents = [finite(held.as_dict()) for held in compared]
+        print(json.dumps(documents if len(documents) > 1 else documents[0], ensure_ascii=False))
+    else:
+        print("\n\n".join(across_text(held) for held in compared))
+    return 0 if not gates or all(held.status == "PASS" for held in compared) else 1
+
+
+def _by_scenario(names: Sequence[str]) -> dict[str, dict[str, Driven]]:
+    """The drives by scenario and stage. Those of which there are no two stages of one scenario are one group: that
+    they are not compared is for the verdicts to say."""
+    from pytest_dvp.across import Driven
+    from pytest_dvp.log import Log
+
+    groups: dict[str, dict[str, Driven]] = {}
+    for text in names:
         if not Path(text).exists():
             raise WrongArgument(f"{text}: no such log")
         log = Log.load(text)
         stage = str(log.meta.get("stage", "")).split("-")[0]
+        drives = groups.setdefault(str(log.meta.get("scenario", "")), {})
         if stage in drives:
-            print(f"dvp stages: {text} left out: {drives[stage].place} is of stage {stage} as well", file=sys.stderr)
+            _say_left_out(text, f"{drives[stage].place} is of stage {stage} as well")
         drives.setdefault(stage, Driven(log, Path(text)))
+    whole = {scenario: drives for scenario, drives in groups.items() if len(drives) > 1}
+    if whole:
+        for scenario, drives in groups.items():
+            for drive in drives.values() if scenario not in whole else ():
+                _say_left_out(str(drive.place), f"no other stage of {scenario or 'its scenario'} is among the logs")
+        return whole
+    together: dict[str, Driven] = {}
+    for drives in groups.values():
+        for stage, drive in drives.items():
+            if stage in together:
+                _say_left_out(str(drive.place), f"{together[stage].place} is of stage {stage} as well")
+            together.setdefault(stage, drive)
+    return {next(iter(groups)): together}
+
+
+def _say_left_out(log: str, why: str) -> None:
+    print(f"dvp stages: {log} left out: {why}", file=sys.stderr)
+
+
+def _held(drives: Mapping[str, Driven], gates: Sequence[Gate], before: Log | None, options: Sequence[str]) -> Across:
+    from pytest_dvp.across import hold, left_out, pairs_driven
+    from pytest_dvp.stage_table import stage_table
+
     first = next(iter(drives.values())).log.meta
-    before = None if arguments.before is None else Log.load(arguments.before)
     about = {
         "scenario": str(first.get("scenario", "")),
         "line": 1,
         "seed": int(first.get("seed") or 0),
         "ads": str(first.get("ads", "")),
-        "replay": " ".join(["dvp stages", *arguments.logs, *_options(settings.gates, arguments.before)]),
+        "replay": shlex.join(["dvp", "stages", *(str(drive.place) for drive in drives.values()), *options]),
     }
     pairs = pairs_driven(gates, list(drives))
     missing = {stage: f"none of the logs is of stage {stage}" for stage in STAGES if stage not in drives}
     held = hold(drives, gates, pairs, about, missing=missing, notes=left_out(gates, pairs, list(drives)))
-    if before is not None:
-        import dataclasses
-
-        logs = {drive.label: drive.log for drive in drives.values()}
-        table = stage_table(logs, (f"{before.meta.get('stage', '')} before", before))
-        held = dataclasses.replace(held, table=table)
-    if out is not None:
-        from reports.stages import write_stages_report
-
-        write_stages_report(out, held.as_dict(), {drive.label: drive.log.columns for drive in drives.values()})
-        print(f"dvp stages: page in {out}", file=sys.stderr)
-    if arguments.json:
-        print(json.dumps(finite(held.as_dict()), ensure_ascii=False))
-    else:
-        print(across_text(held))
-    return 0 if held.status == "PASS" or not gates else 1
+    if before is None:
+        return held
+    logs = {drive.label: drive.log for drive in drives.values()}
+    table = stage_table(logs, (f"{before.meta.get('stage', '')} before", before))
+    return dataclasses.replace(held, table=table)
 
 
 def _options(gates: Path | None, before: str | None) -> list[str]:

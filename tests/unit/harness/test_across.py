@@ -12,10 +12,13 @@ import pytest
 import scenarios
 from pytest_dvp.across import Driven, gates_between, hold, pair_name, pairs_driven
 from pytest_dvp.cli import main
+from pytest_dvp.cli.run import across_text
+from pytest_dvp.gap_command import gap_command
 from pytest_dvp.gates import Gate, GateError, Stage
 from pytest_dvp.log import Log, LogError, LogEvent
 from pytest_dvp.run import RunResult, run
 from pytest_dvp.shared_runs import SharedRuns, key_of
+from pytest_dvp.summary import failure
 from tests.plugin.conftest import write_scenario
 from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.adapter import VehicleLost
@@ -259,3 +262,81 @@ def test_a_stage_that_did_not_begin_is_missing_for_its_own_reason(
     gates.write_text('[[gate]]\nmetric = "tet"\nbetween = ["dt", "rw"]\nmax_difference = 1\n')
     assert main(["run", str(path), "--stage", "dt,rw", "--duration", "1", "--no-report"]) == 1
     assert "INCONCLUSIVE: the drive of stage rw did not begin: the car is gone" in capsys.readouterr().out
+
+
+def test_a_drive_of_another_scenario_is_named_and_its_reason_told_once(drive: RunResult) -> None:
+    other = dataclasses.replace(
+        staged(drive.log, "rw", scenario="town.xosc", scenario_sha256="0" * 64), place=Path("runs/0001")
+    )
+    drives = {"dt": dataclasses.replace(staged(drive.log, "dt"), place=Path("runs/0000")), "rw": other}
+    held = hold(drives, [LIKE, LIKE, LIKE], [PAIR], ABOUT)
+    why = f"runs/0001 is a drive of town.xosc, runs/0000 one of {drive.log.meta['scenario']}"
+    assert [verdict.reason for verdict in held.verdicts] == [why] * 3
+    said = across_text(held).splitlines()
+    assert said[1] == f"  INCONCLUSIVE 3 gates INCONCLUSIVE: {why}"
+    assert sum(why in line for line in said) == 1
+    message = failure(held.as_dict())
+    assert message is not None
+    assert message.count("another version") == 0
+    assert f"  INCONCLUSIVE 3 gates INCONCLUSIVE: {why}\n  0 of 3 gates passed" in message
+
+
+def saved(drive: Driven, place: Path, **meta: object) -> str:
+    dataclasses.replace(drive.log, meta={**drive.log.meta, **meta}).save(place)
+    return str(place)
+
+
+def test_logs_of_two_scenarios_are_compared_scenario_by_scenario(
+    drive: RunResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = []
+    for scenario in ("town.xosc", "hill.xosc"):
+        for stage in ("dt", "rw-surrogate"):
+            logs.append(saved(staged(drive.log, stage), tmp_path / f"{scenario}{stage}.mcap", scenario=scenario))
+    gates = tmp_path / "stages.toml"
+    gates.write_text('[[gate]]\nmetric = "mncc"\nsignal = "v"\nbetween = ["dt", "rw"]\nmin = 0.9\n')
+    assert main(["stages", *logs, "--gates", str(gates)]) == 0
+    said = capsys.readouterr()
+    assert [line for line in said.out.splitlines() if line.endswith("PASS")] == [
+        "town.xosc [dt-rw-surrogate]: PASS",
+        "hill.xosc [dt-rw-surrogate]: PASS",
+    ]
+    assert main(["stages", *logs[:3]]) == 0
+    said = capsys.readouterr()
+    assert said.err == f"dvp stages: {logs[2]} left out: no other stage of hill.xosc is among the logs\n"
+    assert main(["stages", *logs, "--out", str(tmp_path / "page.html")]) == 2
+
+
+def test_a_gate_that_fails_between_twin_and_car_prints_the_command_that_says_why(
+    drive: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    never = Gate("twin_error", max=-1.0, between=("dt", "rw"), options={"signal": "v"})
+    seen = Gate("mncc", min=2.0, between=("dt", "rw"), options={"signal": "object.Target.x"})
+    places = {stage: tmp_path / "runs" / stage for stage in ("dt", "rw")}
+    drives = {stage: dataclasses.replace(staged(drive.log, stage), place=place) for stage, place in places.items()}
+    shipped = scenarios.path("models/tabby_evo.toml")
+    held = hold(drives, [never, seen], [PAIR], ABOUT)
+    command = f"dvp diagnose runs/rw --model {shipped}"
+    assert held.why == (command,)
+    assert f"  what the twin lacks: {command}" in across_text(held).splitlines()
+    assert f"  what the twin lacks: {command}\n  replay: " in str(failure(held.as_dict()))
+    own = tmp_path / "models" / "tabby_evo.toml"
+    own.parent.mkdir()
+    own.write_bytes(shipped.read_bytes())
+    assert hold(drives, [never], [PAIR], ABOUT).why == ("dvp diagnose runs/rw --model models/tabby_evo.toml",)
+    assert hold(drives, [LIKE], [PAIR], ABOUT).why == ()
+    assert hold({stage: staged(drive.log, stage) for stage in drives}, [never], [PAIR], ABOUT).why == ()
+
+
+def test_gates_on_what_is_seen_ask_for_the_twins_detections_too(drive: RunResult) -> None:
+    seen = dataclasses.replace(drive.verdicts[0], status="FAIL", name="mncc(objects.x)")
+    command = gap_command([seen], (drive.log, Path("runs/dt")), (drive.log, Path("runs/rw")))
+    assert command.endswith(" --twin runs/dt")
+
+
+def test_a_model_file_that_is_not_there_any_more_is_named(drive: RunResult) -> None:
+    lost = dataclasses.replace(drive.log, meta={**drive.log.meta, "model": {"toml": "", "file": "my.toml"}})
+    bad = dataclasses.replace(drive.verdicts[0], status="FAIL")
+    command = gap_command([bad], (lost, None), (drive.log, Path("runs/rw")))
+    assert command == "dvp diagnose runs/rw --model MODEL.toml (MODEL.toml: my.toml, which is not here)"
