@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.gate_model import STAGES, Gate, Stage
 from pytest_dvp.gap_command import gap_command
+from pytest_dvp.gate_model import STAGES, Gate, Stage
 from pytest_dvp.gates import Verdict, judge_between, overall, pairs_of
 from pytest_dvp.log import Log
 from pytest_dvp.paths import shown

@@ -41,7 +41,7 @@ def worst_first(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]
 
 
 def gathered(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """The verdicts in their order; those that are INCONCLUSIVE for one and the same reason are one, which counts them."""
+    """The verdicts in their order; those that are INCONCLUSIVE for one reason are one, which counts them."""
     given = list(verdicts)
     alike: dict[str, list[Mapping[str, Any]]] = {}
     for verdict in given:

@@ -295,8 +295,17 @@ def _across(
         if stage not in drives:
             missing.setdefault(stage, f"stage {stage} was not asked for: --stage {','.join((*stages, stage))}")
     unjudged = across.left_out(gates, pairs, [*results, *drives])
-    files = {"model": settings.model, "effects": settings.effects}
-    return across.hold(drives, gates, pairs, about, missing=missing, log_dir=folder, notes=unjudged, **files)
+    return across.hold(
+        drives,
+        gates,
+        pairs,
+        about,
+        missing=missing,
+        log_dir=folder,
+        notes=unjudged,
+        model=settings.model,
+        effects=settings.effects,
+    )
 
 
 def across_text(held: Across) -> str:

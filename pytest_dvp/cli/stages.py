@@ -1,6 +1,7 @@
 """Logs of a scenario on several stages: the table that holds them side by side, and the gates between them.
 
-Logs of several scenarios are held against each other scenario by scenario. The first log of a stage counts. Without gates the exit code is 0, with gates 0 only if all of them pass.
+Logs of several scenarios are held against each other scenario by scenario. The first log of a stage counts. Without
+gates the exit code is 0, with gates 0 only if all of them pass.
 """
 
 from __future__ import annotations
