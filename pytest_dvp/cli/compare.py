@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
+from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.plain_json import finite
 
@@ -46,9 +47,12 @@ def execute(arguments: argparse.Namespace) -> int:
         existing_log(model)
     if arguments.report and not Path(arguments.report).absolute().parent.is_dir():
         raise WrongArgument(f"--report {arguments.report}: no folder {Path(arguments.report).parent}")
+    from pytest_dvp.reality_gap.black_box import ModelSubject
     from pytest_dvp.reality_gap.pooled import pooled
 
     subject, logs = _read_all(arguments)
+    if isinstance(subject, ModelSubject):
+        driven_by("dvp compare", subject.model, arguments.model, {name: log for name, (log, _) in logs.items()})
     found = _compare_all(arguments, subject, {name: log for name, (log, _) in logs.items()})
     if arguments.report:
         _report(arguments.report, found, {name: findings for name, (_, findings) in logs.items()})

@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
 from pytest_dvp.cli.carried import carried
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
+from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
+from pytest_dvp.cli.judges import refuse_same_drive, refuse_same_path
 from pytest_dvp.cli.limits import add_limits, check_folder, limit_words, limits_from, with_manoeuvres
 from pytest_dvp.cli.looked_at import LookedAt, looked_at
 from pytest_dvp.cli.progress import progress
@@ -52,6 +54,7 @@ def execute(arguments: argparse.Namespace) -> int:
     for text in [*arguments.logs, *arguments.held_out, *arguments.twin]:
         existing_log(text)
     existing(arguments.model, "model")
+    refuse_same_path(arguments.logs, arguments.held_out)
     if arguments.report and not Path(arguments.report).absolute().parent.is_dir():
         raise WrongArgument(f"--report {arguments.report}: no folder {Path(arguments.report).parent}")
     if arguments.plan:
@@ -64,8 +67,11 @@ def execute(arguments: argparse.Namespace) -> int:
 
     extra = effects_from(arguments)
     model = read_model(arguments.model, extra=extra)
-    fitted = looked_at(arguments.logs, read_all(arguments.logs, arguments), model)
-    judged = looked_at(arguments.held_out, read_all(arguments.held_out, arguments), model)
+    logs, held_out = read_all(arguments.logs, arguments), read_all(arguments.held_out, arguments)
+    refuse_same_drive(logs, held_out)
+    driven_by("dvp diagnose", model, arguments.model, logs, held_out)
+    fitted = looked_at(arguments.logs, logs, model)
+    judged = looked_at(arguments.held_out, held_out, model)
     logs, held_out = fitted.logs, judged.logs
     twins = _twins(arguments, logs)
     said = [text for text in (fitted.said, judged.said, _unjudged(logs, twins)) if text]

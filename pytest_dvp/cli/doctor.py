@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json
+from pytest_dvp.cli.driven_by import assumed
 from pytest_dvp.cli.effects import add_effects, effects_from
 
 if TYPE_CHECKING:
@@ -80,7 +81,10 @@ def _model(text: str | None, effects: Mapping[str, Effect]) -> Any:
         raise WrongArgument(f"--model {text}: no such file")
     from vehicle.model.model_file import read_model
 
-    return read_model(Path(text), extra=effects)
+    model = read_model(Path(text), extra=effects)
+    if said := assumed(model, Path(text).name):
+        print(f"dvp doctor: {said}", file=sys.stderr)
+    return model
 
 
 def _told(

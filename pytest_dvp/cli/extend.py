@@ -18,16 +18,18 @@ from typing import TYPE_CHECKING, Any
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
 from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
+from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
+from pytest_dvp.cli.extend_named import Named, named, of_the_run
+from pytest_dvp.cli.judges import refuse_same_drive, refuse_same_path
 from pytest_dvp.cli.looked_at import looked_at
 from pytest_dvp.cli.progress import progress
 from pytest_dvp.plain_json import finite
-from pytest_dvp.settings import unknown
 
 if TYPE_CHECKING:
     from pytest_dvp.gate_model import Gate
     from pytest_dvp.log import Log
-    from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect
+    from pytest_dvp.reality_gap.diagnosis import Diagnosis
     from pytest_dvp.reality_gap.extension import Extension
     from pytest_dvp.reality_gap.gate_changes import GateChange
     from vehicle.model.effect import Effect
@@ -63,13 +65,20 @@ def execute(arguments: argparse.Namespace) -> int:
 
     extra = effects_from(arguments)
     model = read_model(arguments.model, extra=extra)
-    add, remove = _named(arguments, model, extra)
+    wanted = named(arguments, model, extra)
     gates = _gates(arguments)
     logs, held_out = read_all(arguments.fit, arguments), read_all(arguments.held_out, arguments)
+    refuse_same_drive(logs, held_out)
+    driven_by("dvp extend", model, arguments.model, logs, held_out)
+    wanted = wanted.shown_by(logs, model)
+    if arguments.diagnosis and wanted.empty:
+        return _not_written(arguments, "; ".join(wanted.left))
+    for text in wanted.told(model, Path(arguments.model).name):
+        print(f"dvp extend: {text}", file=sys.stderr)
     rivals: dict[str, tuple[str, ...]] = {}
     with progress("dvp extend", "extending") as tick:
         start = None
-        if not add and not remove and not arguments.refit:
+        if wanted.empty and not arguments.refit:
             fitted = looked_at(arguments.fit, logs, model)
             judged = looked_at(arguments.held_out, held_out, model)
             for text in (fitted.said, judged.said):
@@ -78,16 +87,19 @@ def execute(arguments: argparse.Namespace) -> int:
             found = _diagnosed(fitted.logs, model, judged.logs, tuple(extra.values()), tick)
             if not found.effects:
                 return _nothing(arguments, found)
-            add, remove = _asked(found.effects)
+            wanted = _asked(found)
+            if wanted.empty:
+                return _not_written(arguments, "; ".join(wanted.left))
             rivals = {effect.name: effect.rivals for effect in found.effects}
             start = found.values
         extension = extend(
-            logs, model, add=add, remove=remove, refit=arguments.refit, held_out=held_out,
+            logs, model, add=wanted.add, remove=wanted.remove, refit=arguments.refit, held_out=held_out,
             effects=tuple(extra.values()), start=start, fitted_on=[provenance(text) for text in arguments.fit],
             tick=tick,
         )  # fmt: skip
         effects = [dataclasses.replace(e, rivals=rivals.get(e.name, ())) for e in extension.effects]
-        extension = dataclasses.replace(extension, effects=tuple(effects))
+        notes = (*wanted.left, *extension.notes)
+        extension = dataclasses.replace(extension, effects=tuple(effects), notes=notes)
         changes = _changes(gates, {**logs, **held_out}, model, extension, tuple(extra.values()))
     if not extension.refusal:
         try:
@@ -127,47 +139,7 @@ def _check(arguments: argparse.Namespace) -> None:
     others += [Path(text) for text in [*arguments.gates, *arguments.effects, arguments.diagnosis] if text]
     if any(out.resolve() == other.resolve() for other in others):
         raise WrongArgument(f"--out {out} is a file that is read: name another")
-    for text in arguments.held_out:
-        judge = parse_argument(text)
-        for fitted in map(parse_argument, arguments.fit):
-            same = fitted.path.resolve() == judge.path.resolve()
-            if same and max(fitted.start, judge.start) < min(fitted.stop, judge.stop):
-                raise WrongArgument(f"--held-out {text}: it is fitted on as well, and so would judge itself")
-
-
-def _named(
-    arguments: argparse.Namespace, model: VehicleModel, extra: Mapping[str, Effect]
-) -> tuple[list[str], list[str]]:
-    """Effects to add and to remove, as named by options or a diagnosis. Raises WrongArgument."""
-    from vehicle.model.catalogue import catalogue
-
-    add, remove = list(dict.fromkeys(arguments.add)), list(dict.fromkeys(arguments.remove))
-    origin = ""
-    if arguments.diagnosis:
-        add, remove = _of_file(arguments.diagnosis)
-        origin = f"{arguments.diagnosis}: "
-    known = {**catalogue(), **extra}
-    for name in add:
-        if name not in known:
-            raise WrongArgument(f"{origin or '--add: '}{unknown('effect', name, known)} (dvp effects lists them)")
-    present = [a.name for a in model.effects]
-    for name in remove:
-        if name not in present:
-            what = unknown("effect", name, present) if present else f"{arguments.model} has no effects"
-            raise WrongArgument(f"{origin or '--remove: '}{what}")
-    return add, remove
-
-
-def _of_file(name: str) -> tuple[list[str], list[str]]:
-    """Names in the document of `dvp diagnose --json`. Raises WrongArgument."""
-    try:
-        document = json.loads(Path(name).read_text(encoding="utf-8"))
-        entries = [(str(entry["name"]), entry.get("action", "add")) for entry in document["effects"]]
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise WrongArgument(f"{name}: not a document of `dvp diagnose --json`") from None
-    if not entries:
-        raise WrongArgument(f"{name}: this diagnosis names no effect ({document.get('verdict', 'no verdict')})")
-    return [n for n, action in entries if action != "remove"], [n for n, action in entries if action == "remove"]
+    refuse_same_path(arguments.fit, arguments.held_out)
 
 
 def _diagnosed(logs: Mapping[str, Log], model: VehicleModel, held_out: Mapping[str, Log], extra: Sequence[Effect],
@@ -177,16 +149,24 @@ def _diagnosed(logs: Mapping[str, Log], model: VehicleModel, held_out: Mapping[s
     return diagnose(logs, model, held_out=held_out, effects=extra, tick=tick)
 
 
-def _asked(effects: Sequence[NamedEffect]) -> tuple[list[str], list[str]]:
-    return [e.name for e in effects if e.action != "remove"], [e.name for e in effects if e.action == "remove"]
+def _asked(found: Diagnosis) -> Named:
+    own = found.set_up
+    of_car = [e for e in found.effects if e.name not in own]
+    add = tuple(e.name for e in of_car if e.action != "remove")
+    remove = tuple(e.name for e in of_car if e.action == "remove")
+    return Named(add, remove, (of_the_run(own),) if own else (), diagnosed=True)
 
 
 def _nothing(arguments: argparse.Namespace, found: Diagnosis) -> int:
     from pytest_dvp.reality_gap.diagnosis_words import page
 
-    text = f"dvp extend: {arguments.out} is not written: {page(found).splitlines()[0]}"
+    return _not_written(arguments, page(found).splitlines()[0], verdict=found.verdict)
+
+
+def _not_written(arguments: argparse.Namespace, why: str, **more: str) -> int:
+    text = f"dvp extend: {arguments.out} is not written: {why}"
     if arguments.json:
-        document = {"written": False, "model": arguments.out, "verdict": found.verdict, "effects": [], "refusal": text}
+        document = {"written": False, "model": arguments.out, **more, "effects": [], "refusal": text}
         print(json.dumps(document, ensure_ascii=False))
     print(text, file=sys.stderr)
     return 1

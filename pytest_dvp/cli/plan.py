@@ -17,7 +17,9 @@ from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
 from pytest_dvp.cli.carried import carried
 from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
+from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
+from pytest_dvp.cli.judges import refuse_same_drive, refuse_same_path
 from pytest_dvp.cli.limits import add_limits, check_folder, limits_from, write_all
 from pytest_dvp.cli.looked_at import looked_at
 from pytest_dvp.cli.progress import progress
@@ -53,6 +55,7 @@ def execute(arguments: argparse.Namespace) -> int:
     for text in [*arguments.logs, *arguments.held_out]:
         existing_log(text)
     existing(arguments.model, "model")
+    refuse_same_path(arguments.logs, arguments.held_out)
     if not arguments.logs and not arguments.between and not arguments.excite:
         raise WrongArgument("dvp plan: nothing to plan for: name logs, --between A,B or --excite A (dvp plan --help)")
     envelope, out = limits_from(arguments), Path(arguments.out)
@@ -72,8 +75,10 @@ def execute(arguments: argparse.Namespace) -> int:
             from pytest_dvp.reality_gap.diagnose import diagnose
             from pytest_dvp.reality_gap.manoeuvres.advise import advise
 
-            fitted = looked_at(arguments.logs, read_all(arguments.logs, arguments), model)
-            judged = looked_at(arguments.held_out, read_all(arguments.held_out, arguments), model)
+            measured, held_out = read_all(arguments.logs, arguments), read_all(arguments.held_out, arguments)
+            refuse_same_drive(measured, held_out)
+            driven_by("dvp plan", model, arguments.model, measured, held_out)
+            fitted, judged = looked_at(arguments.logs, measured, model), looked_at(arguments.held_out, held_out, model)
             logs = fitted.logs
             for text in (fitted.said, judged.said):
                 if text:
@@ -107,6 +112,7 @@ def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelop
             raise WrongArgument(f"{option}: {error}") from None
     choices: tuple[Choice, ...] = ()
     logs = read_all(arguments.logs, arguments)
+    driven_by("dvp plan", model, arguments.model, logs)
     if arguments.between:
         choices += (between(_names(arguments.between), logs, model, envelope, effects=effects, manoeuvres=manoeuvres),)
     if arguments.excite:

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 Values: TypeAlias = Mapping[tuple[str, str], float]
 """(effect, key) -> value."""
 
+NEAREST = 3  # columns that a message names
+
 MOTION = ("x", "y", "yaw", "v", "vy", "yaw_rate")
 """What is set at the start of a segment, in the order of `Segments.states`."""
 
@@ -195,14 +197,16 @@ def load_subject(
     return LogSubject(log, Path(argument).name, findings, extra)
 
 
-def held(log: Log, name: str, who: str) -> FloatArray:
+def held(log: Log, name: str, who: str, called: str = "the log") -> FloatArray:
     """A command of the log at each stamp (n,), held where it was not logged. Raises CompareError if it is not there.
+
+    `who` is driven by it, `called` names the log in that error.
 
     Of a run with a command gate before the car it is what the gate let out: its limits are not the car's.
     """
     values = obeyed(log, name)
     if values is None or not np.isfinite(values).any():
-        raise CompareError(f"{who}: is driven by {name!r}, which the log does not have{_instead(log, name)}")
+        raise CompareError(f"{who}: is driven by {name!r}, which {called} does not have{_instead(log, name)}")
     known = np.isfinite(values)
     if known.all():
         return values
@@ -220,10 +224,13 @@ def _instead(log: Log, name: str) -> str:
     near = resembling(name, [c for c in names if c not in SIGNALS]) or next(
         iter(difflib.get_close_matches(name, names, n=1)), ""
     )
+    others = difflib.get_close_matches(name, [c for c in names if c != near], n=NEAREST, cutoff=0.0)
+    few = [c for c in (near, *others) if c][:NEAREST]
+    said = f"; nearest of its {len(names)} columns: {', '.join(few)}" if few else ""
     if near in SIGNALS:
-        return f"; nearest is {near!r}"
+        return said
     say = "; say which column it is in a mapping (`dvp map LOG > map.toml`, then --map map.toml)"
-    return f"; it has {', '.join(names)}{f'; did you mean {near!r}?' if near else ''}{say}"
+    return f"{said}{f'; did you mean {near!r}?' if near else ''}{say}"
 
 
 def commanded(log: Log, subject: Subject) -> list[BoolArray]:

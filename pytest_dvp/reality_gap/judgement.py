@@ -45,6 +45,13 @@ def judge_addition(
     gain = (less.chi2 - final.chi2) / search.count
     if gain < (PRACTICAL if rest else FIRST) * max(1.0, final.chi2 / search.count):
         beside = f" beside {', '.join(rest)}" if rest else ""
+        if changed:
+            fitted = ", ".join(f"{key} = {e.value:.4g} {e.unit}".rstrip(" -") for key, e in mine.items())
+            return Judged(effect, wrong=(
+                f"{name} is in the model already, and another value gains too little{beside}: chi²/N "
+                f"{figure(less.chi2 / search.count)} as it stands, {figure(final.chi2 / search.count)} with {fitted}; "
+                "it stays as it is: leave it out of what is added"
+            ))  # fmt: skip
         return Judged(effect, wrong=(
             f"{name} explains too little{beside} to be worth an effect: chi²/N {figure(less.chi2 / search.count)} "
             f"without it, {figure(final.chi2 / search.count)} with it; leave it out, or drive what would show it: "
@@ -67,8 +74,8 @@ def judge_addition(
     effect = dataclasses.replace(effect, held_out_gain=before - after)
     if after - before > ROUNDING * max(1.0, before):
         return Judged(effect, wrong=(
-            f"{name} loses on held-out data, chi²/N {figure(before)} -> {figure(after)} ({_percent(before, after)}), "
-            f"though it gains where it is fitted ({_percent(less.chi2, final.chi2)}): leave it out, or fit on more logs"
+            f"{f'the new value of {name}' if changed else name} loses on held-out data, chi²/N "
+            f"{figure(before)} -> {figure(after)} ({_percent(before, after)}), though it gains where it is fitted ({_percent(less.chi2, final.chi2)}): leave it out, or fit on more logs"
         ))  # fmt: skip
     if before - after < ROUNDING * max(1.0, before):
         return Judged(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")

@@ -6,6 +6,7 @@ under the name "inputs".
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -32,6 +33,8 @@ LONGITUDINAL = (
     "v",
 )
 MEASURED = ("steer", "v")  # columns that are measured, not commanded: straight between stamps instead of held
+
+NEAREST = 3  # columns that a message names
 
 INPUT_KEYS: tuple[Key, ...] = (
     Key("steer_scale", "rad", 0.02, 1.5, 1.0, 0.01, meaning="road-wheel angle per unit of the steering input"),
@@ -98,7 +101,9 @@ def command_table(inputs: Inputs, count: int, columns: Mapping[str, npt.ArrayLik
 def _column(columns: Mapping[str, npt.ArrayLike], name: str, count: int) -> FloatArray:
     if name not in columns:
         near = nearest_name(name, columns)
-        raise ModelError("the log lacks this input of the model", key=name, allowed=", ".join(columns), nearest=near)
+        has = ", ".join(difflib.get_close_matches(name, list(columns), n=NEAREST, cutoff=0.0))
+        text = f"the log lacks this input of the model; nearest of its {len(columns)} columns: {has}"
+        raise ModelError(text, key=name, nearest=near)
     values = np.array(columns[name], dtype=np.float64)
     if values.shape != (count,):
         raise ModelError("column has another length than t", key=name, found=str(values.shape), allowed=f"({count},)")

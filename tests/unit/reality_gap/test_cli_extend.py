@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,8 @@ from pytest_dvp.cli import main
 from tests.truth.generate import make_log, write_csv
 from vehicle.model.model_file import read_model
 
-CAR = "[parameters]\nwheelbase = 2.45\ncg_to_front_axle = 1.15\nmass = 1150.0\nyaw_inertia = 1400.0\n"
+INPUTS = '[inputs]\nsteer = "steer_cmd"\nlongitudinal = "accel_cmd"\n'
+CAR = INPUTS + "[parameters]\nwheelbase = 2.45\ncg_to_front_axle = 1.15\nmass = 1150.0\nyaw_inertia = 1400.0\n"
 GATES = '[[gate]]\nmodel = "car.toml"\nrmse = { yaw_rate = 0.01, v = 0.05 }\nstages = ["rw"]\n'
 
 
@@ -103,6 +104,74 @@ def test_diagnosis_of_a_file_is_added(here: Path, capsys: pytest.CaptureFixture[
     assert [a.name for a in read_model(here / "new.toml").effects] == ["steer_delay"]
 
 
+def found_by_hand(here: Path, *effects: tuple[str, str], set_up: Sequence[str] = ()) -> None:
+    """A document of `dvp diagnose --json` that names these (effect, action)."""
+    entries = [{"name": name, "action": action} for name, action in effects]
+    (here / "found.json").write_text(json.dumps({"effects": entries, "set_up": {"names": list(set_up)}}))
+
+
+def test_of_a_diagnosis_what_the_logs_give_no_value_for_is_told_and_left(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Detections that were judged beside a run of the twin, and a zero that is of the run."""
+    named = ("steer_delay", "detection_noise", "gyro_bias")
+    found_by_hand(here, *((name, "add") for name in named), set_up=["gyro_bias"])
+    assert extend("--from", "found.json", "--fit", "one.csv", add="") == 0
+    assert [a.name for a in read_model(here / "new.toml").effects] == ["steer_delay"]
+    shown = capsys.readouterr()
+    assert "gyro_bias: left, as of the run" in shown.err
+    assert "note: detection_noise: left, as the detections of the logs fitted on give no value" in shown.out
+
+
+def test_a_diagnosis_of_nothing_but_detections_writes_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found_by_hand(here, ("detection_noise", "add"))
+    assert extend("--from", "found.json", "--fit", "one.csv", add="") == 1
+    assert "new.toml is not written: detection_noise: left" in capsys.readouterr().err
+
+
+LATE = CAR + '[[effect]]\nname = "steer_delay"\n[effect.parameters.T]\nvalue = {}\nunit = "s"\n'
+
+
+def test_an_effect_that_the_model_has_is_fitted_again(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "car.toml").write_text(LATE.format(0.1))
+    assert extend("--fit", "one.csv") == 0
+    assert "car.toml has steer_delay already: its value is fitted again" in capsys.readouterr().err
+    assert read_model(here / "new.toml").value("steer_delay", "T") == pytest.approx(0.2, rel=0.02)
+
+
+def test_an_effect_whose_value_is_right_already_stays_as_it_is(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "car.toml").write_text(LATE.format(0.2))
+    assert extend("--fit", "one.csv") == 1
+    said = capsys.readouterr().err
+    assert "steer_delay is in the model already, and another value gains too little: chi²/N " in said
+    assert "without" not in said
+
+
+def test_an_effect_to_remove_that_the_model_lacks_is_told_beside_those_it_has(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "car.toml").write_text(LATE.format(0.1))
+    assert extend("--fit", "one.csv", "--remove", "brake_lag", add="") == 2
+    assert capsys.readouterr().err == "--remove: car.toml does not have brake_lag; it has steer_delay\n"
+    assert extend("--fit", "one.csv", "--remove", "brake_lg", add="") == 2
+    assert "unknown effect 'brake_lg', did you mean 'brake_lag'?" in capsys.readouterr().err
+
+
+def test_columns_that_are_assumed_to_drive_the_model_are_said(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "car.toml").write_text(CAR.removeprefix(INPUTS))
+    assert main(["compare", "one.csv", "--model", "car.toml"]) == 0
+    said = 'car.toml does not say which columns drive it; [inputs] steer = "steer_cmd", longitudinal = "accel_cmd" is '
+    assert capsys.readouterr().err == f"dvp compare: {said}assumed\n"
+    (here / "one.csv").write_text((here / "one.csv").read_text().replace("accel_cmd [", "soc [", 1))
+    assert main(["compare", "one.csv", "--model", "car.toml"]) == 1
+    told = capsys.readouterr().err
+    assert told.startswith(
+        "car.toml: is driven by 'accel_cmd', which one.csv does not have; nearest of its 9 columns: "
+    )
+    assert said in told
+    assert told.count("\n") == 1
+
+
 def test_nothing_missing_writes_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert extend("--fit", "prompt.csv", add="") == 1
     assert "new.toml is not written: NOTHING_MISSING" in capsys.readouterr().err
@@ -157,7 +226,10 @@ def test_own_input_is_overwritten_only_by_force(here: Path) -> None:
         (["--fit", "one.csv", "--out", "one.csv", "--force"], "one.csv is a file that is read"),
         (["--fit", "one.csv", "--out", "no/new.toml"], "no folder no"),
         (["--fit", "one.csv", "--add", "steer_dely"], "did you mean 'steer_delay'"),
-        (["--fit", "one.csv", "--remove", "brake_lag"], "car.toml has no effects"),
+        (
+            ["--fit", "one.csv", "--remove", "brake_lag"],
+            "--remove: car.toml does not have brake_lag; it has no effects",
+        ),
         (["--fit", "one.csv", "--remove", "steer_delay"], "both to be added and to be removed"),
         (["--fit", "one.csv", "--gates", "none.toml"], "none.toml: no such gate file"),
         (["--fit", "one.csv", "--from", "car.toml"], "leave out --add"),
@@ -177,7 +249,7 @@ def test_wrong_argument_is_one_line_and_exit_code_2(
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"effects": 3}', '{"effects": [{}]}', "\x00", '{"effects": []}'])
 def test_file_that_is_no_diagnosis_is_one_line(here: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "found.json").write_text(text)
-    assert extend("--from", "found.json", "--fit", "one.csv", add="") == 2
+    assert extend("--from", "found.json", "--fit", "one.csv", add="") == 1
     told = capsys.readouterr()
     assert told.err.startswith("found.json: ")
     assert told.err.count("\n") == 1

@@ -18,8 +18,8 @@ CAR = "[parameters]\nwheelbase = 2.5\ncg_to_front_axle = 1.2\nmass = 1200.0\n"
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "car.toml").write_text(CAR)
-    for name, gain in (("one.csv", 0.85), ("two.csv", 0.85), ("strong.csv", 1.0)):
-        write_csv(tmp_path / name, dict(drive(30.0, drive_gain=gain, seed=len(name)).columns))
+    for name, gain, seed in (("one.csv", 0.85, 7), ("two.csv", 0.85, 8), ("strong.csv", 1.0, 9)):
+        write_csv(tmp_path / name, dict(drive(30.0, drive_gain=gain, seed=seed).columns))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -88,3 +88,15 @@ def test_the_next_command_runs_as_it_is_printed(here: Path, capsys: pytest.Captu
     assert again[0] == "dvp"
     assert main(again[1:]) == 0, capsys.readouterr().err
     assert "drive_gain" in (here / "car.extended.toml").read_text()
+
+
+@pytest.mark.parametrize("words", [["diagnose"], ["plan", "--out", "drives"]])
+def test_a_log_that_is_fitted_on_does_not_judge_itself_under_another_name(
+    here: Path, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "copy.csv").write_text((here / "one.csv").read_text() + "\n")
+    for judge, said in (("copy.csv", "the same drive as one.csv"), ("one.csv@5:", "it is fitted on as well")):
+        assert main([*words, "one.csv", "--held-out", judge, "--model", "car.toml"]) == 2
+        told = capsys.readouterr().err
+        assert told.startswith(f"--held-out {judge}: {said}")
+        assert told.count("\n") == 1
