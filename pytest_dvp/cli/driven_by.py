@@ -13,10 +13,13 @@ if TYPE_CHECKING:
 
 
 def driven_by(command: str, model: VehicleModel, file: str, *groups: Mapping[str, Log]) -> None:
-    """Tell on stderr which columns are assumed to drive the model of `file`; groups: logs by name.
+    """Tell on stderr which columns are assumed to drive the model of `file`, and of runs whose car obeyed others.
+
+    groups: logs by name.
 
     Raises CompareError if a log lacks one that drives it.
     """
+    from pytest_dvp.reality_gap.asked_by import asked_otherwise
     from pytest_dvp.reality_gap.black_box import CompareError, held
 
     said = assumed(model, Path(file).name)
@@ -28,6 +31,10 @@ def driven_by(command: str, model: VehicleModel, file: str, *groups: Mapping[str
                 raise CompareError(f"{error} ({said})" if said else str(error)) from None
     if said:
         print(f"{command}: {said}", file=sys.stderr)
+    for name, log in (pair for logs in groups for pair in logs.items()):
+        other = asked_otherwise(log, name, model, Path(file).name)
+        if other:
+            print(f"{command}: warning: {other}", file=sys.stderr)
 
 
 def assumed(model: VehicleModel, file: str) -> str:
