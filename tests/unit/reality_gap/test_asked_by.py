@@ -17,9 +17,8 @@ ON_CAN = scenarios.path("models/surrogate_can.toml")  # longitudinal = "throttle
 
 
 def log(**meta: object) -> Log:
-    t = np.arange(20) * 0.02
     names = ("v", "steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd")
-    return Log(t, {name: np.zeros(20) for name in names}, meta=meta)
+    return Log({"t": np.arange(20) * 0.02, **{name: np.zeros(20) for name in names}}, meta=meta)
 
 
 @pytest.mark.parametrize(
