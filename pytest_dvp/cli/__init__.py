@@ -1,7 +1,8 @@
 """The command `dvp`: check, play, run, report.
 
-Exit codes: 0 all PASS, or the question was answered; 1 any other verdict or an error finding; 2 a wrong option or a
-missing argument file. Results go to stdout (with --json one JSON document and nothing else), progress to stderr.
+Exit codes: 0 all PASS, or the question was answered; 1 any other verdict, or something wrong in a file; 2 a wrong
+option, or an argument that names nothing of its kind: a missing file, a folder for a file, an unknown effect. Results
+go to stdout (with --json one JSON document and nothing else), progress to stderr.
 """
 
 from __future__ import annotations

@@ -91,6 +91,16 @@ def _ini_folders(root: Path, key: str) -> list[str]:
     return shlex.split(told) if isinstance(told, str) else [str(folder) for folder in told]
 
 
+def new_file(option: str, text: str) -> Path:
+    """A file that an option names to be written. Raises WrongArgument if it is a folder or in none."""
+    path = Path(text)
+    if not path.absolute().parent.is_dir():
+        raise WrongArgument(f"{option} {text}: no folder {path.parent}")
+    if path.is_dir():
+        raise WrongArgument(f"{option} {text}: a folder, expected a file")
+    return path
+
+
 def existing(text: str, what: str) -> Path:
     """A file named as an argument. Raises WrongArgument if there is none."""
     path = Path(text)

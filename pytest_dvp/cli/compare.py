@@ -12,11 +12,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
 from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.plain_json import finite
+from pytest_dvp.settings import unknown
 
 if TYPE_CHECKING:
     from openscenario.findings import Finding
@@ -45,15 +46,16 @@ def execute(arguments: argparse.Namespace) -> int:
         existing(model, "model")
     else:
         existing_log(model)
-    if arguments.report and not Path(arguments.report).absolute().parent.is_dir():
-        raise WrongArgument(f"--report {arguments.report}: no folder {Path(arguments.report).parent}")
+    if arguments.report:
+        new_file("--report", arguments.report)
     from pytest_dvp.reality_gap.black_box import ModelSubject
     from pytest_dvp.reality_gap.pooled import pooled
 
+    channels = _channels(arguments)
     subject, logs = _read_all(arguments)
     if isinstance(subject, ModelSubject):
         driven_by("dvp compare", subject.model, arguments.model, {name: log for name, (log, _) in logs.items()})
-    found = _compare_all(arguments, subject, {name: log for name, (log, _) in logs.items()})
+    found = _compare_all(subject, {name: log for name, (log, _) in logs.items()}, channels)
     if arguments.report:
         _report(arguments.report, found, {name: findings for name, (_, findings) in logs.items()})
     if arguments.json:
@@ -90,19 +92,31 @@ def _read_all(arguments: argparse.Namespace) -> tuple[Subject, dict[str, tuple[L
     return subject, logs
 
 
-def _compare_all(arguments: argparse.Namespace, subject: Subject, logs: dict[str, Log]) -> dict[str, Comparison]:
+def _compare_all(subject: Subject, logs: dict[str, Log], channels: list[str] | None) -> dict[str, Comparison]:
     """Comparisons by log as it was named; the status line on stderr is shown on terminals only."""
     from rich.console import Console
 
     from pytest_dvp.reality_gap.compare import compare
 
-    channels = [name.strip() for name in arguments.channels.split(",")] if arguments.channels else None
     found: dict[str, Comparison] = {}
     with Console(stderr=True).status("comparing") as status:
         for name, log in logs.items():
             status.update(f"comparing {name} with {subject.name}")
             found[name] = compare(log, subject, channels=channels)
     return found
+
+
+def _channels(arguments: argparse.Namespace) -> list[str] | None:
+    """Those that are asked for. Raises WrongArgument for one that there is not."""
+    from pytest_dvp.reality_gap.segments import CHANNELS
+
+    if not arguments.channels:
+        return None
+    names = [name.strip() for name in arguments.channels.split(",")]
+    for name in names:
+        if name not in CHANNELS:
+            raise WrongArgument(f"--channels: {unknown('channel', name, CHANNELS)}")
+    return names
 
 
 def _page(name: str, comparison: Comparison) -> str:

@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
 from pytest_dvp.cli.carried import carried
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
 from pytest_dvp.cli.driven_by import driven_by
@@ -55,8 +55,8 @@ def execute(arguments: argparse.Namespace) -> int:
         existing_log(text)
     existing(arguments.model, "model")
     refuse_same_path(arguments.logs, arguments.held_out)
-    if arguments.report and not Path(arguments.report).absolute().parent.is_dir():
-        raise WrongArgument(f"--report {arguments.report}: no folder {Path(arguments.report).parent}")
+    if arguments.report:
+        new_file("--report", arguments.report)
     if arguments.plan:
         check_folder("--plan", Path(arguments.plan))
     envelope = limits_from(arguments)

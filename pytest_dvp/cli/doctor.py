@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
 from pytest_dvp.cli.driven_by import assumed
 from pytest_dvp.cli.effects import add_effects, effects_from
 
@@ -39,24 +39,31 @@ def log_options(arguments: argparse.Namespace) -> dict[str, Any]:
     mapping = Path(arguments.map) if arguments.map else None
     if mapping is not None and not mapping.is_file():
         raise WrongArgument(f"--map {mapping}: no such file")
+    return {"mapping": mapping, "msg_dirs": message_folders(arguments)}
+
+
+def message_folders(arguments: argparse.Namespace) -> list[Path]:
+    """Folders of --msg. Raises WrongArgument for one that is not there."""
     folders = [Path(text) for text in arguments.msg]
     for folder in folders:
         if not folder.is_dir():
             raise WrongArgument(f"--msg {folder}: no such folder")
-    return {"mapping": mapping, "msg_dirs": folders}
+    return folders
 
 
-def existing_log(text: str) -> str:
-    """A log argument whose file is there. Raises WrongArgument."""
+def existing_log(text: str, *, parts: bool = True) -> str:
+    """A log argument whose file is there and of a kind that is read; parts: it may be LOG@START:STOP.
+
+    Raises WrongArgument.
+    """
     from pytest_dvp.log import LogError
     from pytest_dvp.logs.cut import parse_argument
+    from pytest_dvp.logs.read import kind_of
 
     try:
-        path = parse_argument(text).path
+        kind_of(parse_argument(text).path if parts else Path(text))
     except LogError as error:
         raise WrongArgument(str(error)) from None
-    if not path.exists():
-        raise WrongArgument(f"{path}: no such log")
     return text
 
 
@@ -77,8 +84,7 @@ def execute(arguments: argparse.Namespace) -> int:
 def _model(text: str | None, effects: Mapping[str, Effect]) -> Any:
     if text is None:
         return None
-    if not Path(text).is_file():
-        raise WrongArgument(f"--model {text}: no such file")
+    existing(text, "model")
     from vehicle.model.model_file import read_model
 
     model = read_model(Path(text), extra=effects)

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect, Key
@@ -57,10 +57,13 @@ def add_effects(parser: argparse.ArgumentParser) -> None:
 def effects_from(arguments: argparse.Namespace) -> dict[str, Effect]:
     """The effects of the files named by --effects, by name.
 
-    Raises ModelError (one line naming the file) if a file is missing, fails, holds none, or takes a name that is taken.
+    Raises WrongArgument for a missing file, ModelError (one line naming it) for one that fails, holds none, or takes a
+    name that is taken.
     """
     from vehicle.model.catalogue import effects_of_files
 
+    for text in arguments.effects:
+        existing(text, "file of effects")
     return effects_of_files(Path(text) for text in arguments.effects)
 
 

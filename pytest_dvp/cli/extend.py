@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
 from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
 from pytest_dvp.cli.driven_by import driven_by
@@ -128,11 +128,7 @@ def _check(arguments: argparse.Namespace) -> None:
     both = set(arguments.add) & set(arguments.remove)
     if both:
         raise WrongArgument(f"dvp extend: {min(both)} is both to be added and to be removed")
-    out = Path(arguments.out)
-    if not out.absolute().parent.is_dir():
-        raise WrongArgument(f"--out {out}: no folder {out.parent}")
-    if out.is_dir():
-        raise WrongArgument(f"--out {out}: a folder, expected a file")
+    out = new_file("--out", arguments.out)
     if out.resolve() == model.resolve() and not arguments.force:
         raise WrongArgument(f"--out {out} is the model that is read: name another file, or add --force")
     others = [parse_argument(text).path for text in [*arguments.fit, *arguments.held_out]]

@@ -6,7 +6,8 @@ import argparse
 import json
 from pathlib import Path
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json
+from pytest_dvp.cli.arguments import WrongArgument, add_json, new_file
+from pytest_dvp.cli.doctor import existing_log, message_folders
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,16 +18,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    path = Path(arguments.log)
-    if not path.exists():
-        raise WrongArgument(f"{path}: no such log")
+    path = Path(existing_log(arguments.log, parts=False))
+    folders = message_folders(arguments)
+    if arguments.out:
+        new_file("--out", arguments.out)
     from openscenario.findings import Findings
     from pytest_dvp.log import Log
     from pytest_dvp.logs.propose import mapping_text, propose
     from pytest_dvp.logs.read import read_streams
 
     findings = Findings()
-    streams = read_streams(path, findings, [Path(text) for text in arguments.msg])
+    streams = read_streams(path, findings, folders)
     if isinstance(streams, Log):
         raise WrongArgument(f"{path}: a log of dvp, it needs no mapping")
     text = mapping_text(streams)
