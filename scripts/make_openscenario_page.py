@@ -96,6 +96,7 @@ What the widely used tools do, where they agree with each other or nothing speak
 - `SynchronizeAction` names no speed profile: ramps of constant acceleration, one if it fits, else two. The master's
   pace is that of its last motion; being put somewhere is none. So at t = 0, and in the instant in which a trajectory
   takes the master over, the master stands; who has a final speed stands as well, until the last ramp fits.
+- `TeleportAction`: the default controller goes on from there 10 ms later; other actions at once.
 - `LightStateAction`: flashing has no regular ending, as an animation in a loop has none; an action on the same light of
   the same entity stops it. On and off end with the transition time.
 - `alongRoute` (deprecated): the distance with turns of the road straightened out; what lies to the side counts, as in

@@ -163,6 +163,7 @@ class Storyboard:
             if entity.active:
                 if not entity.moved and entity.drawn_by is None:
                     move(entity, dt, ground)
+                entity.placed = False
                 self._note_rest(entity)
         self._draw(dt)
         for entity in self._externals:

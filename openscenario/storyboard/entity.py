@@ -58,6 +58,7 @@ class Entity:
         "name",
         "offset",
         "pitch",
+        "placed",
         "properties",
         "road",
         "roll",
@@ -127,6 +128,7 @@ class Entity:
         self.still_since = math.inf  # time [s] since when it has been standing
         self.end_since = math.inf  # ... or at the end of its road
         self.moved = False  # its pose was set in this step by an action
+        self.placed = False  # ... or by a teleport at the beginning of this step
         self.set_speed: float | None = None  # what the last speed action wants
         self.route: tuple[Place, ...] = ()
         self.route_lanes: tuple[RouteLane, ...] = ()  # the way along the route, in driving order

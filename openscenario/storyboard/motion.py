@@ -49,6 +49,12 @@ def move(entity: Entity, dt: float, ground: Ground) -> None:
     before = entity.speed_before
     entity.ax = (speed - before) / dt
     distance = way(entity, dt)
+    if entity.placed and not entity.shifted:
+        beat = min(BEAT, dt)
+        distance -= (before + (speed - before) * beat / dt) * beat
+        if dt <= BEAT:
+            entity.vx, entity.vy = speed * math.cos(entity.h), speed * math.sin(entity.h)
+            return
     if distance == 0.0 and entity.drift == 0.0 and not entity.shifted:
         entity.vx = entity.vy = 0.0
         return

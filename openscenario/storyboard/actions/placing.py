@@ -17,7 +17,11 @@ if TYPE_CHECKING:
 
 
 class Teleport(Instant):
-    """Put the entity at the position; speed stays as it is."""
+    """Put the entity at the position; speed stays as it is.
+
+    The default controller takes it on from there 10 ms later, or after the step if that is shorter: being put somewhere
+    takes a beat (`motion.BEAT`), as in other tools; the standard says nothing.
+    """
 
     __slots__ = ("_board", "_entity", "_where")
 
@@ -30,7 +34,7 @@ class Teleport(Instant):
     def start(self) -> bool:
         self._board.ground.set_place(self._entity, self._where())
         line_up(self._entity)
-        self._entity.moved = True
+        self._entity.placed = self._board.running
         return True
 
     def ask(self) -> tuple[str, dict[str, Any], float]:

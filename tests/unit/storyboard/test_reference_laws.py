@@ -445,6 +445,28 @@ def test_who_changes_lanes_before_its_speed_in_the_file_takes_its_speed_a_beat_l
     assert board.entities["A"].x == pytest.approx(100.0 + 30.0 + beats * 0.5 * 0.01 * 10.0, abs=1e-4)
 
 
+@pytest.mark.parametrize("dt", [0.01, 0.05])
+def test_being_put_somewhere_takes_a_beat_of_the_default_controller(make: Make, dt: float) -> None:
+    """10 m/s, put to x = 300 at 1 s: there until 1.01 s, at 301 a tenth of a second later; its speed is kept."""
+    jump = event("e", teleport(lane_position(300.0)), start=group(condition(at_time(1.0))))
+    board = make(A=HERE, stories=story(jump))
+    a = board.entities["A"]
+    run(board, 1.0, dt)
+    run(board, dt, dt)
+    assert (a.x, a.speed) == (pytest.approx(300.0 + 10.0 * (dt - 0.01)), 10.0)
+    run(board, 0.1, dt)
+    assert a.x == pytest.approx(300.0 + 10.0 * (dt + 0.09))
+
+
+def test_who_changes_lanes_from_where_it_is_put_goes_on_at_once(make: Make) -> None:
+    """Its lateral action takes it along: 0.1 m in the first 10 ms at 10 m/s."""
+    change = lane_change('<AbsoluteTargetLane value="-2"/>', "linear", "time", 10.0)
+    jump = event("e", teleport(lane_position(300.0)), change, start=group(condition(at_time(1.0))))
+    board = make(A=HERE, stories=story(jump))
+    run(board, 1.01)
+    assert board.entities["A"].x == pytest.approx(300.1, abs=1e-3)
+
+
 @pytest.mark.parametrize("heading", [0.0, 0.4, math.pi])
 def test_a_lateral_distance_needs_no_road(make: Make, road: Path, heading: float) -> None:
     """Across the other, which heads 30 deg: 3 m to its left, from wherever and whichever way it came."""
