@@ -24,11 +24,12 @@ class LateralDistance:
 
     The standard names no control law. Here: with a limit of speed alone the entity moves at it; with one of
     acceleration a critically damped spring, a = k e - 2 sqrt(k) v with e the way still to go and k = STIFFNESS x limit,
-    both within the limits; where jerk has limits a changes no faster. Distances are measured across the road in any
+    both within the limits; where jerk has limits a changes no faster. One that is not continuous is over when it has
+    been there for a step. Distances are measured across the road in any
     coordinate system; where there is no road, across the referenced entity.
     """
 
-    __slots__ = ("_acceleration", "_board", "_element", "_entity", "_other", "_rate", "_side")
+    __slots__ = ("_acceleration", "_board", "_element", "_entity", "_other", "_rate", "_side", "_there")
     domains: tuple[str, ...] = ("lateral",)
 
     def __init__(self, element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> None:
@@ -39,25 +40,39 @@ class LateralDistance:
         self._board = board
         self._other = entity_called(element.entity_ref, board)
         self._side = 0.0
+        self._there = False
         self._rate = self._acceleration = 0.0
 
     def start(self) -> bool:
-        entity, element, other, ground = self._entity, self._element, self._other, self._board.ground
-        left = other.sense if ground.track(entity) and ground.track(other) else 1.0
+        entity, element, other = self._entity, self._element, self._other
         if element.displacement == "any":
-            self._side = 1.0 if self._apart() >= 0.0 else -1.0
+            self._side = 1.0 if self._apart() * self._left() >= 0.0 else -1.0
         else:
-            self._side = left if element.displacement == "leftToReferencedEntity" else -left
-        if ground.network is None:  # where it heads is where it moves
+            self._side = 1.0 if element.displacement == "leftToReferencedEntity" else -1.0
+        if self._board.network is None:  # where it heads is where it moves
             self._rate = entity.speed * math.sin(entity.h - other.h)
-        return self._free() and self._step_once() and not element.continuous
+        if self._free() and not self._board.running:  # stands there from the start
+            self._step_once()
+        return False
+
+    def _turned(self) -> float:
+        """-1 if the other is on a road that runs against the one of this entity, else 1."""
+        here, there = self._board.ground.position(self._entity), self._board.ground.position(self._other)
+        return 1.0 if here.road == there.road or math.cos(there.h_road - here.h_road) >= 0.0 else -1.0
+
+    def _left(self) -> float:
+        """Which way is left of the other: 1 along t of this entity's road, -1 against it; 1 where there is no road."""
+        ground = self._board.ground
+        if ground.network is None or not (ground.track(self._entity) and ground.track(self._other)):
+            return 1.0
+        return self._other.sense * self._turned()
 
     def _apart(self) -> float:
-        """How far to the left of the other [m]: along t of the road, or across the other where there is none."""
+        """How far beside the other [m]: along t of this entity's road, or to its left where there is no road."""
         entity, other, ground = self._entity, self._other, self._board.ground
         if ground.network is None:
             return (entity.y - other.y) * math.cos(other.h) - (entity.x - other.x) * math.sin(other.h)
-        return ground.position(entity).t - ground.position(other).t
+        return ground.position(entity).t - self._turned() * ground.position(other).t
 
     def _free(self) -> bool:
         limits = self._element.dynamic_constraints
@@ -66,31 +81,37 @@ class LateralDistance:
         )
 
     def _to_go(self) -> float:
-        """Way [m] to the left of the reference line to where the distance asks for."""
-        other, side = self._other, self._side
+        """Way [m] along t of the entity's road to where the distance asks for."""
+        other, left = self._other, self._left()
+        side = self._side * left
         wanted = self._element.distance or 0.0
         if self._element.freespace:
             # sides of the boxes as they are along the road: a body that turns a little does not change the wish
-            mine, its = self._entity.center_y * self._entity.sense, other.center_y * other.sense
+            mine, its = self._entity.center_y * self._entity.sense, other.center_y * left
             wanted += side * (its - mine) + 0.5 * (self._entity.width + other.width)
         return side * wanted - self._apart()
 
-    def _step_once(self) -> bool:
+    def _step_once(self) -> None:
         entity, other, to_go = self._entity, self._other, self._to_go()
         if self._board.network is None:
             entity.put(entity.x - to_go * math.sin(other.h), entity.y + to_go * math.cos(other.h), entity.z, entity.h)
-            return True
+            return
         entity.offset += to_go
         entity.drift = 0.0
         self._board.ground.drive(entity, 0.0)
-        return True
 
     def step(self, dt: float) -> bool:
         entity, element, limits = self._entity, self._element, self._element.dynamic_constraints
         self._board.ground.track(entity)
+        there = not element.continuous and abs(self._to_go()) < REACHED
+        if there and self._there:
+            self._head(0.0)
+            entity.drift = 0.0
+            return True
+        self._there = there
         if self._free() or limits is None:
             self._step_once()
-            return not element.continuous
+            return False
         to_go = self._to_go()
         top = limits.max_speed if limits.max_speed is not None else math.inf
         up, down = limits.max_acceleration, limits.max_deceleration
@@ -105,20 +126,17 @@ class LateralDistance:
             limit = up if wanted * self._rate >= 0.0 else down
             self._acceleration = eased(self._acceleration, min(max(wanted, -limit), limit), limits, dt)
             self._rate = min(max(self._rate + self._acceleration * dt, -top), top)
-        done = not element.continuous and abs(to_go - rate * dt) < REACHED
         if self._board.network is None:
-            self._head(0.0 if done else rate)
-            return done
+            self._head(rate)
+            return False
         entity.offset += rate * dt
         lean(entity, rate * entity.sense, dt)
-        if done:
-            entity.drift = 0.0
-        return done
+        return False
 
     def _head(self, rate: float) -> None:
         """Head on open ground so that `rate` [m/s] of the speed is across the other; it goes there by itself."""
         entity, other = self._entity, self._other
-        if entity.speed != 0.0:
+        if self._board.network is None and entity.speed != 0.0:
             turn = math.asin(min(max(rate / entity.speed, -1.0), 1.0))
             against = math.cos(entity.h - other.h) < 0.0
             entity.h = wrap(other.h + (math.pi - turn if against else turn))

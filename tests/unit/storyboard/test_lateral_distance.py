@@ -1,0 +1,108 @@
+"""A distance to the side of another entity, also where its road runs the other way; places from geometry."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from openscenario.road.network import RoadNetwork, load_network
+
+from .conftest import (
+    LANE,
+    XODR,
+    Make,
+    condition,
+    event,
+    group,
+    lane_position,
+    log,
+    run,
+    speed,
+    state_of,
+    story,
+    teleport,
+)
+
+
+@pytest.fixture(scope="module")
+def road(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Road 1 from the origin to x = 1000 m, road 2 on its axis from x = 2000 m back to 1000 m."""
+    lanes = (
+        f'<lanes><laneSection s="0"><left>{LANE.format(id=1)}</left><center><lane id="0" type="none"/></center>'
+        f"<right>{LANE.format(id=-1)}</right></laneSection></lanes>"
+    )
+    second = (
+        '<road length="1000" id="2" junction="-1" rule="RHT"><link/><planView><geometry s="0" x="2000" y="0" '
+        f'hdg="3.141592653589793" length="1000"><line/></geometry></planView>{lanes}</road>'
+    )
+    path = tmp_path_factory.mktemp("roads") / "straight.xodr"
+    path.write_text(XODR.replace("</OpenDRIVE>", second + "</OpenDRIVE>"))
+    return path
+
+
+@pytest.fixture(scope="module")
+def network(road: Path) -> RoadNetwork:
+    return load_network(road)
+
+
+def beside(displacement: str, *, continuous: bool = False, free: bool = False) -> str:
+    return (
+        '<PrivateAction><LateralAction><LateralDistanceAction entityRef="B" distance="1" coordinateSystem="road" '
+        f'continuous="{str(continuous).lower()}" freespace="{str(free).lower()}" displacement="{displacement}"/>'
+        "</LateralAction></PrivateAction>"
+    )
+
+
+def on_second_road(h: float) -> str:
+    """In lane 1 of road 2, whose middle is at y = -1.75 m; h = 0: along x."""
+    inner = f'<Orientation type="relative" h="{h}"/>'
+    return lane_position(500.0, 1, inner=inner).replace('roadId="1"', 'roadId="2"')
+
+
+@pytest.mark.parametrize(
+    ("h", "displacement", "free", "y"),
+    [
+        (0.0, "leftToReferencedEntity", False, -1.75 + 1.0),
+        (0.0, "rightToReferencedEntity", False, -1.75 - 1.0),
+        (0.0, "leftToReferencedEntity", True, -1.75 + 1.0 + 2.0),  # both are 2 m wide
+        (3.141592653589793, "leftToReferencedEntity", False, -1.75 - 1.0),
+        (3.141592653589793, "rightToReferencedEntity", True, -1.75 + 1.0 + 2.0),
+    ],
+)
+def test_left_is_where_the_other_has_its_left(make: Make, h: float, displacement: str, free: bool, y: float) -> None:
+    act = event("e", beside(displacement, free=free))
+    board = make(
+        A=[teleport(lane_position(100.0)), speed(5.0)],
+        B=[teleport(on_second_road(h))],
+        stories=story(act),
+    )
+    run(board, 0.1)
+    assert board.entities["A"].y == pytest.approx(y)
+
+
+def test_left_changes_sides_when_the_other_turns_round(make: Make) -> None:
+    follow = story(event("e", beside("leftToReferencedEntity", continuous=True)))
+    turn = condition('<ByValueCondition><SimulationTimeCondition value="1" rule="greaterOrEqual"/></ByValueCondition>')
+    turning = story(event("t", teleport(on_second_road(3.141592653589793)), start=group(turn)), actor="B")
+    board = make(
+        A=[teleport(lane_position(100.0)), speed(5.0)],
+        B=[teleport(on_second_road(0.0))],
+        stories=follow + turning.replace('"story"', '"other"'),
+    )
+    run(board, 0.5)
+    assert board.entities["A"].y == pytest.approx(-0.75)
+    run(board, 1.0)
+    assert board.entities["A"].y == pytest.approx(-2.75)
+
+
+def test_it_is_over_when_it_has_been_there_for_a_step(make: Make) -> None:
+    """Put aside in the first step, there in the second, over with the third; what waits for it starts then."""
+    after = group(condition(state_of("event", "e", "endTransition")))
+    events = event("e", beside("leftToReferencedEntity")), event("next", speed(1.0), start=after)
+    board = make(
+        A=[teleport(lane_position(100.0)), speed(5.0)], B=[teleport(lane_position(200.0))], stories=story(*events)
+    )
+    run(board, 0.1)
+    assert (0.03, "e", "endTransition") in log(board, "event")
+    assert (0.03, "next", "startTransition") in log(board, "event")
