@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from pytest_dvp.log import FloatArray, Log
+from pytest_dvp.reality_gap.false_objects import appearances
 from pytest_dvp.reality_gap.projection import BoolArray, IntArray
 
 _SECTORS = 24  # of bearings
@@ -42,7 +43,7 @@ class Pairs:
 
     there: the object was there to be seen; seen: a detection belongs to it; dx, dy [m] detection - expected (NaN
     unseen); vx, vy [m/s] of the object; distance [m] and bearing [rad] from the ego; yaw (n,) [rad] of the ego; false:
-    detections that belong to no object.
+    false objects that appeared, detections that belong to no object.
     """
 
     there: BoolArray
@@ -108,7 +109,7 @@ def paired(f: Frames, latency: float, offset: tuple[float, float], gate: tuple[f
     wx, wy = px + c * offset[0] - s * offset[1], py + s * offset[0] + c * offset[1]
     seen = np.zeros((n, k), dtype=np.bool_)
     dx, dy = np.full((n, k), np.nan), np.full((n, k), np.nan)
-    false = 0
+    stray: list[IntArray] = [np.zeros(0, dtype=np.int64)]
     order = np.argsort(f.row, kind="stable")
     bounds = np.searchsorted(f.row[order], np.arange(n + 1))
     for i in range(n):
@@ -117,16 +118,18 @@ def paired(f: Frames, latency: float, offset: tuple[float, float], gate: tuple[f
             continue
         far = np.hypot(f.x[rows, None] - wx[i], f.y[rows, None] - wy[i])
         cost = np.where(there[i] | new[i], np.minimum(far / border[i], 1.0), 1.0)
-        taken = 0
+        taken = []
         for a, b in zip(*linear_sum_assignment(cost), strict=True):
             if cost[a, b] >= 1.0:
                 continue
-            taken += 1
+            taken.append(a)
             if there[i, b]:
                 seen[i, b] = True
                 dx[i, b], dy[i, b] = f.x[rows[a]] - wx[i, b], f.y[rows[a]] - wy[i, b]
-        false += len(rows) - taken
+        stray.append(np.delete(rows, taken))
     bearing = np.arctan2(py - ey[:, None], px - ex[:, None]) - yaw[:, None]
+    alone = np.concatenate(stray)
+    false = appearances(f.t[f.row[alone]], f.x[alone], f.y[alone])
     return Pairs(there, seen, dx, dy, vx, vy, distance, bearing, yaw, false)
 
 

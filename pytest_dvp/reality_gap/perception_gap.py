@@ -1,7 +1,7 @@
 """Which perception effect a model lacks, judged on detected boxes against the objects that were there.
 
 Every effect here has a likelihood of its own, so nothing is simulated: positions give latency, offset and noise, frames
-without a box give misses and range, boxes without an object give false ones.
+without a box give misses and range, boxes without an object give false objects, each counted once when it appears.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
     Compared with the values of the model's own perception effects or, given a `twin`, the log of its run, with what its
     detections show. An effect is named if its value differs by at least Key.least and outside the 95 % interval
     (intervals of both logs with a `twin`): clustered by object and block of 5 s; range by profile likelihood; false
-    boxes by the exact Poisson interval. gain: share of the log-likelihood of all effects named.
+    objects by the exact Poisson interval. gain: share of the log-likelihood of all effects named.
 
     () for a run of a stage without a `twin`, for its detections come from simulated sensors, with all that those do to
     them; also for a log without detections or objects, or with fewer than 50 pairs of them.

@@ -159,3 +159,25 @@ def test_effect_that_two_logs_show_is_named_once(model: VehicleModel) -> None:
               if e.name == "detection_latency"]  # fmt: skip
     (latency,) = (e for e in found if e.name == "detection_latency")
     assert latency.parameters["T"].high - latency.parameters["T"].low == min(widths)
+
+
+def test_a_false_object_that_stays_counts_once(model: VehicleModel) -> None:
+    """6 of them, each of them 3 s in view: 30 boxes each."""
+    log = with_detections({})
+    table = log.detections
+    stamps = np.unique(table.t)
+    length = len(stamps) * 0.1  # s
+    t = np.concatenate([stamps[k : k + 30] for k in range(20, 370, 60)])
+    assert len(t) == 6 * 30
+    x, y = np.interp(t, log.t, log.columns["x"]) + 8.0, np.interp(t, log.t, log.columns["y"]) - 25.0
+    one = np.ones(len(t))
+    boxes = DetectionTable(
+        np.concatenate([table.t, t]), (*table.kind, *("misc",) * len(t)),
+        *(np.concatenate([getattr(table, name), added]) for name, added in
+          (("x", x), ("y", y), ("yaw", 0.0 * one), ("length", one), ("width", one), ("vx", 0.0 * one),
+           ("vy", 0.0 * one))),
+    )  # fmt: skip
+    (found,) = diagnose_perception(dataclasses.replace(log, detections=boxes), model)
+    assert found.name == "detection_false"
+    assert found.parameters["rate"].value == pytest.approx(6.0 / length)
+    assert found.parameters["rate"].unit == "1/s"

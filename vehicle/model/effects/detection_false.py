@@ -17,7 +17,8 @@ REACH = 50.0  # m around the ego
     slot="perception",
     order=40,
     physics="clutter is taken for objects",
-    equation="Poisson process of rate objects a second, evenly over a disc around the ego",
+    equation="Poisson process: rate false objects appear a second, evenly over a disc around the ego; one that stays "
+    "counts once",
     source="Y. Bar-Shalom et al., Estimation with Applications to Tracking and Navigation (clutter model)",
     parameters=(
         Key(
@@ -29,7 +30,7 @@ REACH = 50.0  # m around the ego
             least=0.02,
             minimum=0.0,
             maximum=1000.0,
-            meaning="false objects a second",
+            meaning="false objects that appear a second",
         ),
     ),
     reveals="an empty road for a minute",
