@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, Estimate, NamedEffect, Step
 from pytest_dvp.reality_gap.segments import UNITS
-from pytest_dvp.reality_gap.shares import Share, shares
+from pytest_dvp.reality_gap.shares import Share, percents, shares
 from pytest_dvp.reality_gap.signature_words import signature_lines
 from pytest_dvp.reality_gap.words import CAUSES, NOTHING_LEFT
 
@@ -52,7 +52,7 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
     if found.verdict == "PARTIAL" and len(found.ladder) == 1:
         return f"{lacks}; what is left no effect of the catalogue explains ({left})"
     if found.verdict == "PARTIAL":
-        share = _percent(1.0 - (last - 1.0) / max(first - 1.0, 1e-9))
+        (share,) = percents([1.0 - (last - 1.0) / max(first - 1.0, 1e-9)])
         return f"{lacks}, which explains {share} of the error; the rest no effect of the catalogue explains ({left})"
     if len(found.ladder) == 1:  # nothing but effects on detections
         return f"{lacks}; apart from that only sensor noise is left (chi²/N {figure(last)})"
@@ -255,11 +255,7 @@ def three(number: float) -> str:
 
 
 def _share(share: Share | None) -> str:
-    return "-" if share is None else _percent(share.value)
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %" if abs(share) >= 0.0095 or share == 0.0 else f"{100.0 * share:.1f} %"
+    return "-" if share is None else share.shown
 
 
 def figure(number: float | None) -> str:

@@ -17,7 +17,7 @@ from pytest_dvp.log import Log
 from pytest_dvp.logs.cut import cut_log
 from pytest_dvp.reality_gap.diagnosis import Diagnosis, NamedEffect
 from pytest_dvp.reality_gap.diagnosis_words import extend_command, headline, interval, plan_command, value
-from pytest_dvp.reality_gap.extension_words import percent
+from pytest_dvp.reality_gap.shares import percents, shares
 from vehicle.model.model_file import model_text
 
 if TYPE_CHECKING:
@@ -46,7 +46,9 @@ def explanation(
     part = "" if rows == len(log.t) else f" (of its first {log.t[rows - 1] - log.t[0]:.0f} s)"
     called = Path(model_name).name or model.name or "the model"
     lines = [f"diagnosis{part}: {found.verdict}: {headline(found, called)}"]
-    lines += [f"  {_effect(effect)}" for effect in found.effects]
+    told = {name: share.shown for name, share in shares(found.ladder).items()}
+    gains = percents([effect.gain for effect in found.effects])
+    lines += [f"  {_effect(e, told.get(e.name, gain))}" for e, gain in zip(found.effects, gains, strict=True)]
     missing = [word for word, name in (("LOG", log_name), ("M.toml", model_name)) if not name]
     note = f" ({' and '.join(missing)}: to be written to a file first)" if missing else ""
     log_name, model_name = log_name or "LOG", model_name or "M.toml"
@@ -61,7 +63,7 @@ def explanation(
     return [*lines, f"  look closer: {look}{note}"]
 
 
-def _effect(effect: NamedEffect) -> str:
+def _effect(effect: NamedEffect, share: str) -> str:
     if effect.action == "remove":
         return f"remove {effect.name}"
     values = ", ".join(
@@ -69,7 +71,7 @@ def _effect(effect: NamedEffect) -> str:
         for key, e in effect.parameters.items()
     )
     rivals = f", rivals: {', '.join(effect.rivals)}" if effect.rivals else ", no rivals"
-    return f"{effect.name}: {values}, explains {percent(effect.gain)} of the error{rivals}"
+    return f"{effect.name}: {values}, explains {share} of the error{rivals}"
 
 
 def _of_motion(found: Diagnosis) -> Diagnosis:

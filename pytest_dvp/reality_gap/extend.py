@@ -210,11 +210,12 @@ def _ladder(search: Search, final: Trial, kept: int, lost: Sequence[str], judges
 
 
 def _shares(steps: Sequence[Step]) -> dict[str, float]:
-    """Share of the excess error (chi^2/N above 1) that each step took away, 0..1."""
-    excess = max(steps[0].chi2_per_n - 1.0, 1e-9)
+    """Share of the excess error (chi^2/N above 1) that each step took away, 0..1; less than the noise is no gain."""
+    left = [max(step.chi2_per_n, 1.0) for step in steps]
+    excess = max(left[0] - 1.0, 1e-9)
     return {
-        after.added: float(min(max((before.chi2_per_n - after.chi2_per_n) / excess, 0.0), 1.0))
-        for before, after in itertools.pairwise(steps)
+        step.added: float(min(max((before - after) / excess, 0.0), 1.0))
+        for step, (before, after) in zip(steps[1:], itertools.pairwise(left), strict=True)
     }
 
 

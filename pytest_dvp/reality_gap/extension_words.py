@@ -9,12 +9,15 @@ from pytest_dvp.reality_gap.diagnosis_words import figure, interval, three, valu
 from pytest_dvp.reality_gap.extension import Extension, Rung
 from pytest_dvp.reality_gap.gate_changes import GateChange
 from pytest_dvp.reality_gap.segments import UNITS
+from pytest_dvp.reality_gap.shares import percents
 from pytest_dvp.reality_gap.words import NOTHING_LEFT, columns
 
 
 def page(found: Extension, gates: Sequence[GateChange] = ()) -> str:
     """What was done, the ladder, the gates, what is to be known, and whether to go on."""
-    lines = [_effect(effect) for effect in found.effects]
+    sensed = [effect for effect in found.effects if effect.name.startswith("detection_")]
+    moved = [effect for effect in found.effects if effect not in sensed]
+    lines = [line for group in (moved, sensed) for line in map(_effect, group, percents([e.gain for e in group]))]
     lines += [f"  ~ {'.'.join(name)}: {_estimate(estimate)}" for name, estimate in found.refitted.items()]
     lines += ["", *ladder(found.ladder, found.noise_floor)]
     if gates:
@@ -73,19 +76,14 @@ def _row(values: Mapping[str, float], signals: Sequence[str]) -> list[str]:
     return [three(values[name]) if name in values else "-" for name in signals]
 
 
-def _effect(effect: NamedEffect) -> str:
+def _effect(effect: NamedEffect, share: str) -> str:
     if effect.action == "remove":
         return f"  - {effect.name}"
     values = ", ".join(f"{key} = {_estimate(estimate)}" for key, estimate in effect.parameters.items())
     sign = "+" if effect.action == "add" else "~"
     of = "what the detections show" if effect.name.startswith("detection_") else "the error"
     rivals = f"; {', '.join(effect.rivals)} would do as well" if effect.rivals else ""
-    return f"  {sign} {effect.name}: {values}, explains {percent(effect.gain)} of {of}{rivals}"
-
-
-def percent(share: float) -> str:
-    """A share of the error: "87 %", "0.3 %"."""
-    return f"{100.0 * share:.{0 if share >= 0.01 else 1}f} %"
+    return f"  {sign} {effect.name}: {values}, explains {share} of {of}{rivals}"
 
 
 def _estimate(estimate: Estimate) -> str:

@@ -75,7 +75,8 @@ def judge_addition(
     if after - before > ROUNDING * max(1.0, before):
         return Judged(effect, wrong=(
             f"{f'the new value of {name}' if changed else name} loses on held-out data, chi²/N "
-            f"{figure(before)} -> {figure(after)} ({_percent(before, after)}), though it gains where it is fitted ({_percent(less.chi2, final.chi2)}): leave it out, or fit on more logs"
+            f"{figure(before)} -> {figure(after)} ({_percent(before, after)}), though it gains where it is fitted "
+            f"({_percent(less.chi2, final.chi2)}): leave it out, or fit on more logs"
         ))  # fmt: skip
     if before - after < ROUNDING * max(1.0, before):
         return Judged(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")

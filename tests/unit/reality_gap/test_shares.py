@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pytest_dvp.reality_gap.diagnosis import Step
-from pytest_dvp.reality_gap.shares import shares
+from pytest_dvp.reality_gap.shares import percents, shares
 
 N = 100.0  # samples of a segment
 
@@ -51,3 +51,23 @@ def test_held_out_data_may_lose() -> None:
 def test_nothing_to_explain_has_no_shares(ladder: list[Step]) -> None:
     assert shares(ladder) == {}
     assert shares(ladder, held_out=True) == {}
+
+
+def test_what_is_shown_adds_up() -> None:
+    """88.6 and 11.4 would be 89 and 11, but 87.5, 10.6 and 1.9 would be 88, 11 and 2: 101 %."""
+    assert percents([0.886, 0.114]) == ["89 %", "11 %"]
+    assert percents([0.875, 0.106, 0.019]) == ["87 %", "11 %", "2 %"]
+    assert percents([0.13, 0.87]) == ["13 %", "87 %"]
+    assert percents([]) == []
+
+
+def test_where_one_is_too_small_for_a_whole_percent_all_have_a_decimal() -> None:
+    assert percents([0.9876, 0.0096, 0.0028]) == ["98.8 %", "0.9 %", "0.3 %"]
+    assert percents([1.0, 0.0]) == ["100 %", "0 %"]
+    assert percents([1.1, -0.1]) == ["110 %", "-10 %"]
+
+
+def test_shares_are_of_what_can_be_explained() -> None:
+    """A fit that ends below its noise, chi^2/N 0.9, explains the error and no more."""
+    found = shares([step("", [1100.0] * 20), step("a", [350.0] * 20), step("b", [90.0] * 20)])
+    assert [one.shown for one in found.values()] == ["75 %", "25 %"]

@@ -19,7 +19,8 @@ def effect(name: str = "steer_delay", **more: Any) -> dict[str, Any]:
     return {
         "name": name, "action": "add", "apart": False, "physics": "it comes late", "equation": "d(t) = d_c(t - T)",
         "parameters": [{"key": "T", "value": "0.249", "interval": "0.247 to 0.251", "unit": "s", "meaning": "late"}],
-        "fit": {"value": 0.71, "low": 0.53, "high": 0.83}, "held_out": {"value": 0.64, "low": 0.42, "high": 0.77},
+        "fit": {"value": 0.71, "low": 0.53, "high": 0.83, "shown": "71 %"},
+        "held_out": {"value": 0.64, "low": 0.42, "high": 0.77, "shown": "64 %"},
         "rivals": [], "manoeuvre": None, "reveals": "steps of the steering", **more,
     }  # fmt: skip
 
