@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
 from openscenario import model
+from openscenario.road.network import RoadNetwork
 from openscenario.road.route import RouteError, RouteLane
 from openscenario.storyboard.places import Place, RoadPoint
 
@@ -28,12 +29,31 @@ def way(board: Storyboard, places: Sequence[Place]) -> tuple[RouteLane, ...]:
         if stretches and stretches[-1].road == start.road:
             # go on in the lane that the last stretch ended in
             start = RoadPoint(start.road, stretches[-1].lane, start.s, 0.0)
-        try:
-            piece = network.route((start.road, start.lane, start.s), (goal.road, goal.lane, goal.s))
-        except RouteError:
+        piece = _piece(network, start, goal)
+        if not piece:
             break
         stretches.extend(piece)
     return tuple(stretches)
+
+
+def _piece(network: RoadNetwork, start: RoadPoint, goal: RoadPoint) -> Sequence[RouteLane]:
+    """The way from lane to lane with the traffic; if there is none, that between the roads, in lanes that have one."""
+    for first, last in product((start, _across(network, start)), (goal, _across(network, goal))):
+        if first is not None and last is not None:
+            try:
+                return network.route((first.road, first.lane, first.s), (last.road, last.lane, last.s))
+            except RouteError:
+                continue
+    return ()
+
+
+def _across(network: RoadNetwork, point: RoadPoint) -> RoadPoint | None:
+    """The nearest lane beside one whose traffic goes the other way."""
+    road, lane, s, _ = point
+    sign = network.driving_sign(road, lane, s)
+    lanes = [each.id for each in network.section(road, s).lanes if each.drivable]
+    lanes = [each for each in lanes if network.driving_sign(road, each, s) != sign]
+    return RoadPoint(road, min(lanes, key=lambda each: abs(each - lane)), s, 0.0) if lanes else None
 
 
 def wander(board: Storyboard, entity: Entity, length: float) -> tuple[RouteLane, ...]:

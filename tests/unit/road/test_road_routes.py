@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
@@ -11,6 +13,11 @@ from road_files import arc, crossing, cubic, geometry, lane, network, road, sect
 from scipy.sparse.csgraph import dijkstra
 
 from openscenario.road.network import RouteError, RouteLane
+from openscenario.storyboard.places import Place, RoadPoint
+from openscenario.storyboard.routes import way
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
 
 
 def ring(tmp_path: Path):
@@ -214,3 +221,25 @@ def test_distance_round_a_ring_is_the_shorter_way(tmp_path: Path) -> None:
 def test_distance_between_unlinked_roads_is_unknown(tmp_path: Path) -> None:
     net = network(tmp_path, straight("1", 0, 0, 0, 100), straight("2", 0, 50, 0, 100))
     assert math.isnan(net.distance(net.locate(10.0, -1.0), net.locate(10.0, 49.0)))
+
+
+@pytest.mark.parametrize(("start", "goal"), [(-1, 1), (1, -1), (1, 1)])
+def test_a_waypoint_in_a_lane_that_no_way_leads_to_means_its_road(tmp_path: Path, start: int, goal: int) -> None:
+    """Lanes 1 of W and N run towards W's beginning and the junction: the way is that of the lanes beside them."""
+    board = cast("Storyboard", SimpleNamespace(network=crossing(tmp_path)))
+    places = [
+        Place(0.0, 0.0, 0.0, 0.0, road=RoadPoint(road, lane, s, 0.0))
+        for road, lane, s in (("W", start, 50.0), ("N", goal, 30.0))
+    ]
+    assert [(each.road, each.lane) for each in way(board, places)] == [("W", -1), ("12", -1), ("N", -1)]
+
+
+def test_a_road_that_no_way_leads_to_cuts_the_route(tmp_path: Path) -> None:
+    """From E a way leads to W, none to N."""
+    board = cast("Storyboard", SimpleNamespace(network=crossing(tmp_path)))
+    places = [
+        Place(0.0, 0.0, 0.0, 0.0, road=RoadPoint(road, 1, s, 0.0))
+        for road, s in (("E", 50.0), ("N", 30.0), ("W", 30.0))
+    ]
+    assert way(board, places) == ()
+    assert [(each.road, each.lane) for each in way(board, places[::2])] == [("E", 1), ("11", -1), ("W", 1)]
