@@ -134,13 +134,13 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
     return {
         "data": traces,
         "layout": {
-            "height": max(340, 140 + (54 if steps else 32) * len(rows)),
-            "margin": {"l": 168, "r": 24, "t": 40, "b": 84},
+            "height": max(340, 140 + (54 if steps else 32) * len(rows)) + (36 if steps else 0),
+            "margin": {"l": 168, "r": 24, "t": 40, "b": 120 if steps else 84},  # a narrow legend has three rows
             "font": {"size": 12.5, "family": FONT}, "shapes": shapes, "annotations": notes, "showlegend": steps,
             "legend": {"orientation": "h", "x": 0, "y": 0.0, "yref": "container", "yanchor": "bottom"},
             "xaxis": {"type": "log", "range": [math.log10(low), math.log10(high)], "tickvals": ticks,
                       "ticktext": [str(v) for v in ticks], "zeroline": False, "fixedrange": True,
-                      "title": {"text": "error, chi²/N (1 = sensor noise)"}},
+                      "title": {"text": "error, chi²/N (1 = sensor noise)", "standoff": 6}},
             "yaxis": {"type": "category", "categoryorder": "array", "categoryarray": rows[::-1], "fixedrange": True,
                       "range": [-0.55, len(rows) - 0.45], "tickfont": {"size": 13}},
         },

@@ -63,3 +63,14 @@ def test_the_bracket_reaches_from_the_effect_to_its_last_rival(shown: Browser) -
 
 def test_nothing_is_wider_than_the_page(shown: Browser) -> None:
     assert shown.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth")
+
+
+@pytest.mark.parametrize("width", [1000, 1200, 1600])
+def test_a_value_and_its_unit_stand_in_one_line_inside_their_card(shown: Browser, width: int) -> None:
+    shown.call("Emulation.setDeviceMetricsOverride", width=width, height=900, deviceScaleFactor=1, mobile=False)
+    whole = (
+        "[...document.querySelectorAll('.tiles b')].map(b => { const card = b.parentElement.getBoundingClientRect();"
+        " const r = document.createRange(); r.selectNodeContents(b); const words = r.getBoundingClientRect();"
+        " return words.height < 2 * parseFloat(getComputedStyle(b).fontSize) && words.right <= card.right; })"
+    )
+    assert set(shown.evaluate(whole)) == {True}
