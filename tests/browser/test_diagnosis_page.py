@@ -22,7 +22,9 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("diagnosis") / "diagnosis.html"
     rivals = [{"name": "steer_lag", "physics": "a lag"}, {"name": "tyre_relaxation", "physics": "a length"}]
     name = "</script><img src=x onerror=document.title='owned'>"
-    write_diagnosis_report(path, page(model=name, effects=[effect(name, rivals=rivals)]))
+    given = page(model=name, effects=[effect(name, rivals=rivals)])
+    three = [{**given["signals"][0], "name": signal} for signal in ("yaw_rate", "ay", "v")]
+    write_diagnosis_report(path, {**given, "signals": three, "tiles": ["yaw_rate", "ay", "v"]})
     return path
 
 
