@@ -122,6 +122,14 @@ DEFECTS: dict[str, tuple[Callable[[Columns], Columns], str, str]] = {
 }  # fmt: skip
 
 
+@pytest.mark.parametrize(("stage", "findings"), [("dt", 0), ("rw", 1), ("rw-surrogate", 1)])
+def test_a_twin_that_obeys_is_no_defect_and_a_car_that_seems_to_is_one(
+    sound: Columns, stage: str, findings: int
+) -> None:
+    log = Log({**sound, "steer": sound["steer_cmd"]}, meta={"stage": stage})
+    assert [finding.code for finding in examine(log)] == ["log.steer_is_command"] * findings
+
+
 @pytest.mark.parametrize("defect", DEFECTS)
 def test_a_defect_is_found_where_it_is(sound: Columns, defect: str) -> None:
     spoil, code, element = DEFECTS[defect]
