@@ -99,6 +99,7 @@ What the widely used tools do, where they agree with each other or nothing speak
 - `TeleportAction`: the default controller goes on from there 10 ms later; other actions at once.
 - `LightStateAction`: flashing has no regular ending, as an animation in a loop has none; an action on the same light of
   the same entity stops it. On and off end with the transition time.
+- `freespace` distances to or from who draws trailers are those of the nearest parts: a trailer belongs to its vehicle.
 - `alongRoute` (deprecated): the distance with turns of the road straightened out; what lies to the side counts, as in
   the straight line that `false` means.
 - NURBS with time stamps: a control point's time is that of the place of its greatest influence, or of the last whole

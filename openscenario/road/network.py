@@ -91,6 +91,14 @@ class RoadNetwork:
         number, s = self._numbers[road], float(s)
         return float(kernels.lane_centre(self.tables, number, kernels.section_at(self.tables, number, s), lane, s)[0])
 
+    def curvature(self, road: str, s: float) -> float:
+        """Curvature [1/m] of a road's reference line at s [m], > 0 to the left.
+
+        Raises:
+            KeyError: no such road.
+        """
+        return float(poses.reference(self.tables, self._numbers[road], float(s))[3])
+
     def road_pose(self, road: str, s: float, t: float) -> Pose:
         """Pose at s, t [m] of a road, heading along the reference line.
 

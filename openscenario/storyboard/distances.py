@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from openscenario.road.positions import RoadPosition
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
+from openscenario.storyboard.road_extents import road_extent
+from openscenario.storyboard.trailers import couples
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -84,8 +86,22 @@ def measure(
 
     kind: longitudinal, lateral, euclidianDistance (cartesianDistance), None (euclidian) or alongRoute (euclidian in
     road coordinates: turns of the road lengthen it); system: entity, lane, road, trajectory, world or None (entity).
-    Trajectory coordinates count as road coordinates; lane ones too along the road.
+    Trajectory coordinates count as road coordinates; lane ones too along the road. Trailers belong to who draws them:
+    `free` distances are the smallest of those between the parts.
     """
+    if free:
+        return _of_parts(entity, target, lambda part, goal: _measure(board, part, goal, kind, system, free))
+    return _measure(board, entity, target, kind, system, free)
+
+
+def _measure(
+    board: Storyboard,
+    entity: Entity,
+    target: Entity | Callable[[], Place],
+    kind: str | None,
+    system: str | None,
+    free: bool,
+) -> Measure:
     if kind in (None, "euclidianDistance", "cartesianDistance"):
         return _euclidian(entity, target, free)
     if kind == "alongRoute":
@@ -96,6 +112,37 @@ def measure(
     if system == "world":
         return _along_axis(entity, target, free, lambda: 0.5 * math.pi if lateral else 0.0)
     return _along_axis(entity, target, free, lambda: entity.h + (0.5 * math.pi if lateral else 0.0))
+
+
+def _of_parts(
+    entity: Entity,
+    target: Entity | Callable[[], Place],
+    between: Callable[[Entity, Entity | Callable[[], Place]], Measure],
+) -> Measure:
+    """The smallest distance from an entity or what hangs on it to another, or what hangs on that.
+
+    The standard says nothing about trailers here; distances between parts of one train are those between these parts.
+    """
+    whole = between(entity, target)
+    parts: dict[tuple[str, str], Measure] = {}
+
+    def run() -> float | None:
+        ours = couples(entity)
+        theirs = couples(target) if isinstance(target, Entity) else ()
+        if (len(ours) <= 1 and len(theirs) <= 1) or target in ours:
+            return whole()
+        best: float | None = None
+        for mine in ours:
+            for other in theirs or (target,):
+                key = mine.name, other.name if isinstance(other, Entity) else ""
+                if key not in parts:
+                    parts[key] = between(mine, other)
+                apart = parts[key]()
+                if apart is not None and (best is None or abs(apart) < abs(best)):
+                    best = apart
+        return best
+
+    return run
 
 
 def _extent(target: Entity | Place, axis: float) -> tuple[float, float]:
@@ -176,13 +223,18 @@ def _along_road(
         apart *= sign
         if not free:
             return apart
-        turn = 0.5 * math.pi if lateral else 0.0
-        facing = 0.0 if sign > 0.0 else math.pi
-        ours = Span(*entity.extent(here.h_road + facing + turn))
-        low, high = _extent(there, goal.h_road + facing + turn + (0.0 if same else math.pi))
+        ours = _seen(road_extent(ground, entity, here, lateral=lateral), sign)
+        theirs = road_extent(ground, there, goal, lateral=lateral) if isinstance(there, Entity) else (0.0, 0.0)
+        low, high = _seen(theirs, sign if same else -sign)
         return gap(ours, Span(apart + low, apart + high))
 
     return run
+
+
+def _seen(reach: tuple[float, float], sign: float) -> Span:
+    """An extent as seen by who faces with (+1) or against (-1) its axis."""
+    low, high = reach
+    return Span(low, high) if sign > 0.0 else Span(-high, -low)
 
 
 __all__ = ["Measure", "RoadPosition", "box_distance", "gap", "measure", "overlap"]

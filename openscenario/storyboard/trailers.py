@@ -97,6 +97,13 @@ def draw(ahead: Entity, dt: float) -> None:
         ahead, behind = behind, behind.trailer
 
 
+def couples(entity: Entity) -> tuple[Entity, ...]:
+    """All that an entity is coupled to, from the vehicle that draws to the last trailer, itself included."""
+    while entity.drawn_by is not None:
+        entity = entity.drawn_by
+    return (entity,) if entity.trailer is None else tuple(train(entity))
+
+
 def train(entity: Entity) -> Iterator[Entity]:
     """The entity and its trailers."""
     each: Entity | None = entity
