@@ -15,6 +15,7 @@ from vehicle.adapters.can_bus import CanActuators
 from vehicle.adapters.ros2 import STEP_TIMEOUT, Ros2Vehicle
 from vehicle.child import Child
 from vehicle.gated import Hands
+from vehicle.pulse import Pulse
 from vehicle.wire.can_map import SignalMap
 from vehicle.wire.dds import on_domain
 from vehicle.wire.end import End, Opener
@@ -65,7 +66,8 @@ class CarProcess(Ros2Vehicle):
     farewell  [s] that its process has to leave the wire before it is killed
 
     It leads a process group of its own, is killed with it, and ends by itself when this process does: its standard
-    input is a pipe from here. Raises VehicleLost if it does not come.
+    input is a pipe from here. One that hangs is lost as soon as `vehicle.pulse` tells, at the latest after `timeout`.
+    Raises VehicleLost if it does not come.
     """
 
     def __init__(
@@ -90,12 +92,15 @@ class CarProcess(Ros2Vehicle):
             bus = f"udp_multicast:{GROUP}:{FIRST_PORT + self._lease.domain}"
             command += ["--can", bus, "--dbc", str(can.file)]
         self._child = Child(command, "the car", VehicleLost)
+        self._pulse = Pulse(self._child.process.pid)
+        self._serves = False
         self.by_wire: CanActuators | None = None
         try:
             if can is not None:
                 self.by_wire = CanActuators(bus, can, self._alive, timeout=timeout)
             opened = end if fault is None else partial(FaultyEnd, fault, seed, self.process.send_signal)
             super().__init__(opener, self._alive, timeout=timeout, by_wire=self.by_wire, record=record, end=opened)
+            self._serves = True
         except BaseException:
             self._end_process()
             raise
@@ -112,6 +117,9 @@ class CarProcess(Ros2Vehicle):
 
     def _alive(self) -> None:
         self._child.check()
+        why = self._pulse.look(self._number) if self._serves and self.stepped else ""  # before, it loads what it needs
+        if why:
+            raise VehicleLost(f"the car's process {why}")
 
     def _end_process(self) -> None:
         self._child.end(after=self._farewell)

@@ -168,3 +168,22 @@ def test_two_runs_never_share_a_domain() -> None:
     assert third.domain != second.domain
     second.release()
     third.release()
+
+
+@pytest.mark.parametrize(
+    ("how", "says"),
+    [
+        ("asleep", r"^the car's process hangs: it is asleep, and has not woken up in \d+ looks$"),
+        ("works", r"^the car's process hangs: it has worked for \d\.\d s of processor time on one answer$"),
+    ],
+)
+def test_a_car_that_hangs_is_found_out_long_before_its_time_is_over(how: str, says: str) -> None:
+    car = CarProcess("tests.unit.adapters.hanging_car", [how], timeout=600.0)
+    try:
+        car.reset(START)
+        car.step(0.05)
+        with pytest.raises(VehicleLost, match=says):
+            car.step(0.05)  # the third step
+    finally:
+        car.close()
+    assert car.process.returncode is not None
