@@ -316,17 +316,41 @@ def header(items: Sequence[pytest.Item], settings: Settings) -> str:
     """The one line that says under which conditions scenarios run."""
     scenarios = [item for item in items if isinstance(item, ScenarioItem)]
     stages = [s for s in STAGES if any(item.dvp_stage == s or s in (item.dvp_pair or ()) for item in scenarios)]
-    model = settings.model.name if settings.model else "tabby_evo.toml"
     files = len({item.path for item in scenarios})
     words = [f"dvp: {files} scenario{'s' if files != 1 else ''}", *_case_words(scenarios), f"stage {', '.join(stages)}"]
     words += [
         f"vehicle {_vehicles(stages, settings)}",
         f"ADS {shown_name(settings.ads)}",
         f"seed {settings.seed}",
-        f"model {model}",
+        f"model {', '.join(_models(scenarios, settings))}",
         *settings.set.words(),
     ]
     return ", ".join(words)
+
+
+def _models(scenarios: Sequence[ScenarioItem], settings: Settings) -> list[str]:
+    """Files of the models that the twins are, or in the logs of earlier drives were, made from."""
+    given = settings.model.name if settings.model else "tabby_evo.toml"
+    earlier = _earlier_models(settings) if any(item.dvp_pair for item in scenarios) else {}
+    names = [earlier.get(item.path.name, given) if "dt" in (item.dvp_pair or ()) else given for item in scenarios]
+    return list(dict.fromkeys(names))
+
+
+def _earlier_models(settings: Settings) -> dict[str, str]:
+    """By scenario, what the log of its drive on the twin says of its model; the items say what is wrong with a log."""
+    if not settings.stage_logs:
+        return {}
+    from pytest_dvp.log import Log, LogError
+
+    found: dict[str, str] = {}
+    for path in settings.stage_logs:
+        try:
+            about = Log.load(path).meta
+        except LogError:
+            continue
+        if about.get("stage") == "dt" and about.get("model"):
+            found[str(about.get("scenario", ""))] = f"{about['model'].get('file', 'unknown')} of {path.name}"
+    return found
 
 
 def _vehicles(stages: Sequence[str], settings: Settings) -> str:

@@ -104,6 +104,19 @@ def test_a_log_of_an_earlier_session_stands_for_a_drive(stages: pytest.Pytester)
     assert driven(stages) == ["s-dt", "s-dt-rw-surrogate", "s-rw-surrogate"]
 
 
+def test_the_header_names_the_model_of_the_log_that_stands_for_the_twin(stages: pytest.Pytester) -> None:
+    """And the model that is driven where the twin is driven."""
+    (stages.path / "mine.toml").write_text("[parameters]\nwheelbase = 2.36\nmass = 800.0\n")
+    stages.runpytest_inprocess("s.xosc::dt", "--dvp-model", "mine.toml").stdout.fnmatch_lines(
+        ["dvp: *, model mine.toml"]
+    )
+    (log,) = (stages.path / "runs").iterdir()
+    alone = stages.runpytest_inprocess(ACROSS, "--dvp-stage-logs", str(log), "--collect-only")
+    alone.stdout.fnmatch_lines([f"dvp: *, model mine.toml of {log.name}"])
+    driven_too = stages.runpytest_inprocess("s.xosc::dt", ACROSS, "--dvp-stage-logs", str(log), "--collect-only")
+    driven_too.stdout.fnmatch_lines([f"dvp: *, model tabby_evo.toml, mine.toml of {log.name}"])
+
+
 def test_a_log_of_another_scenario_is_not_replaced_by_a_drive(stages: pytest.Pytester) -> None:
     """Whoever named the wrong log would take the car of a new drive for the one of the log."""
     for name in ("s.xosc", "s.gates.toml"):
