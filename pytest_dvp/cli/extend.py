@@ -61,10 +61,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     _check(arguments)
     from pytest_dvp.reality_gap.extend import extend
+    from vehicle.model.model_edit import edited_text
     from vehicle.model.model_file import read_model, write_model
 
     extra = effects_from(arguments)
     model = read_model(arguments.model, extra=extra)
+    given = Path(arguments.model).read_text(encoding="utf-8")
     wanted = named(arguments, model, extra)
     gates = _gates(arguments)
     logs, held_out = read_all(arguments.fit, arguments), read_all(arguments.held_out, arguments)
@@ -102,8 +104,11 @@ def execute(arguments: argparse.Namespace) -> int:
         extension = dataclasses.replace(extension, effects=tuple(effects), notes=notes)
         changes = _changes(gates, {**logs, **held_out}, model, extension, tuple(extra.values()))
     if not extension.refusal:
+        kept = edited_text(given, extension.model, extra=extra)
+        if kept is None:
+            print(f"dvp extend: comments of {arguments.model} are not in the new file", file=sys.stderr)
         try:
-            write_model(extension.model, arguments.out)
+            write_model(extension.model, arguments.out, kept)
         except OSError as error:
             raise WrongArgument(f"--out {arguments.out}: cannot be written: {error.strerror}") from None
     _tell(arguments, extension, changes)

@@ -24,7 +24,7 @@ from vehicle.model.inputs import (
 )
 from vehicle.model.model import BASES, AppliedEffect, Interval, VehicleModel, check_base
 
-__all__ = ["ModelError", "model_text", "parse_model", "read_model", "write_model"]
+__all__ = ["ModelError", "effect_text", "model_text", "parse_model", "read_model", "write_model"]
 
 MAX_BYTES = 1_000_000
 _INPUT_NUMBERS = (  # key, default, low, high, unit
@@ -277,16 +277,20 @@ def model_text(model: VehicleModel) -> str:
             out.append(f"{name} = {_toml_number(value)}  # {unit}")
     out += ["", "[parameters]"]
     out += [f"{name} = {_toml_number(value)}  # {units[name]}" for name, value in values.items()]
-    for applied in model.effects:
-        out += ["", "[[effect]]", f"name = {_toml_text(applied.name)}"]
-        if applied.fitted_on:
-            out.append(f"fitted_on = [{', '.join(_toml_text(f) for f in applied.fitted_on)}]")
-        for key in applied.effect.parameters:
-            out += [f"[effect.parameters.{key.name}]", f"value = {_toml_number(applied.values[key.name])}"]
-            interval = applied.intervals.get(key.name)
-            if interval:
-                out += [f"low = {_toml_number(interval.low)}", f"high = {_toml_number(interval.high)}"]
-            out.append(f"unit = {_toml_text(key.unit)}")
+    return "\n\n".join(["\n".join(out), *(effect_text(applied).rstrip() for applied in model.effects)]) + "\n"
+
+
+def effect_text(applied: AppliedEffect) -> str:
+    """The entry [[effect]] of a model file."""
+    out = ["[[effect]]", f"name = {_toml_text(applied.name)}"]
+    if applied.fitted_on:
+        out.append(f"fitted_on = [{', '.join(_toml_text(f) for f in applied.fitted_on)}]")
+    for key in applied.effect.parameters:
+        out += [f"[effect.parameters.{key.name}]", f"value = {_toml_number(applied.values[key.name])}"]
+        interval = applied.intervals.get(key.name)
+        if interval:
+            out += [f"low = {_toml_number(interval.low)}", f"high = {_toml_number(interval.high)}"]
+        out.append(f"unit = {_toml_text(key.unit)}")
     return "\n".join(out) + "\n"
 
 
@@ -304,9 +308,9 @@ def _stated(values: Mapping[str, float], given: frozenset[str]) -> dict[str, flo
         kept = {name: value for name, value in values.items() if name in kept or name in other}
 
 
-def write_model(model: VehicleModel, path: Path | str) -> None:
-    """Write a model file in one go: a reader never sees half of it."""
+def write_model(model: VehicleModel, path: Path | str, text: str | None = None) -> None:
+    """Write a model file in one go: a reader never sees half of it. text: of edited_text; default: model_text."""
     path = Path(path)
     draft = path.with_name(path.name + ".part")
-    draft.write_text(model_text(model), encoding="utf-8")
+    draft.write_text(model_text(model) if text is None else text, encoding="utf-8")
     draft.replace(path)

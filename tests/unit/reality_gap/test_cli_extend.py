@@ -60,6 +60,13 @@ def test_new_model_is_written_with_interval_and_provenance(here: Path, drives: M
     assert applied.fitted_on == (f"one.csv sha256:{hashlib.sha256(drives['one.csv']).hexdigest()}",)
 
 
+def test_what_the_user_wrote_stays(here: Path) -> None:
+    mine = CAR.replace("mass = 1150.0", "mass = 1150.0  # weighed") + "\n# to be found: what is slow\n"
+    (here / "car.toml").write_text(mine)
+    assert extend("--fit", "one.csv") == 0
+    assert (here / "new.toml").read_text().startswith(mine.rstrip() + '\n\n[[effect]]\nname = "steer_delay"\n')
+
+
 def test_file_and_document_hold_the_same_values(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert extend("--fit", "one.csv@0:30", "--held-out", "one.csv@30:", "--json") == 0
     estimate = document(capsys)["effects"][0]["parameters"]["T"]
