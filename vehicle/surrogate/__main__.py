@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vehicle.surrogate.driver import Driver
-from vehicle.surrogate.hidden import Hidden, HiddenError, read_hidden
+from vehicle.surrogate.hidden import PERCEPTION, Hidden, HiddenError, read_hidden
 
 if TYPE_CHECKING:
     from vehicle.wire.end import Opener
@@ -54,6 +54,12 @@ def main(argv: list[str] | None = None) -> int:
         return 0
     if args.out is None:
         return _serve(args, hidden)
+    seeing = [name for name in hidden.effects if name in PERCEPTION]
+    if seeing:
+        print(
+            f"{args.hidden}: {seeing[0]} is of what a car on a wire sees; a drive has nothing to see", file=sys.stderr
+        )
+        return 2
     from vehicle.surrogate.recorder import record, write_csv  # compiles; not before the file is known to be good
 
     columns = record(hidden, args.drive, args.seed)

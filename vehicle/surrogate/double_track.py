@@ -20,7 +20,7 @@ from numba import njit
 
 from vehicle.messages import FloatArray
 from vehicle.surrogate.car import Car
-from vehicle.surrogate.hidden import EFFECTS, Hidden
+from vehicle.surrogate.hidden import EFFECTS, PERCEPTION, Hidden
 
 G = 9.80665  # m/s^2
 AIR = 1.2  # kg/m^3
@@ -48,7 +48,8 @@ ROW = ("x", "y", "yaw", "vx", "vy_rear", "yaw_rate", "ax", "ay", "steer", "roll"
 # Parameters: the car's numbers in the order of their declaration, then the hidden effects
 CAR_AT = {name: k for k, name in enumerate(Car.__dataclass_fields__)}
 HIDDEN_AT = {
-    pair: len(CAR_AT) + k for k, pair in enumerate((name, key) for name, keys in EFFECTS.items() for key in keys)
+    pair: len(CAR_AT) + k
+    for k, pair in enumerate((name, key) for name in EFFECTS if name not in PERCEPTION for key in EFFECTS[name])
 }
 N_PARAMETER = len(CAR_AT) + len(HIDDEN_AT)
 _C = CAR_AT

@@ -77,8 +77,17 @@ EFFECTS: dict[str, dict[str, Bound]] = {
     "heading_bias": {"b": Bound("rad", -0.3, 0.3, 0.0)},
     "gnss_latency": {"T": Bound("s", 0.0, 0.9, 0.0)},
     "gnss_lever_arm": {"x": Bound("m", -5.0, 5.0, 0.0), "y": Bound("m", -5.0, 5.0, 0.0)},
+    "detection_latency": {"T": Bound("s", 0.0, 2.0, 0.0)},
+    "detection_offset": {"x": Bound("m", -5.0, 5.0, 0.0), "y": Bound("m", -5.0, 5.0, 0.0)},
+    "detection_range": {"R": Bound("m", 1.0, math.inf, math.inf)},
+    "detection_misses": {"rate": Bound("-", 0.0, 1.0, 0.0)},
+    "detection_false": {"rate": Bound("1/s", 0.0, 10.0, 0.0)},
+    "detection_noise": {"sigma0": Bound("m", 0.0, 2.0, 0.0), "slope": Bound("-", 0.0, 0.2, 0.0)},
 }
 """Effects that can be hidden, by the catalogue's names. An effect left out, or with a key left out, is neutral."""
+
+PERCEPTION = tuple(name for name in EFFECTS if name.startswith("detection_"))
+"""Those of what it makes of its LiDAR and camera: only a car on a wire has these."""
 
 NOISE_LEVELS = ("none", "low", "mid", "high")
 

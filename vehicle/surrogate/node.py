@@ -26,6 +26,7 @@ from vehicle.messages import (
 )
 from vehicle.surrogate.ecu import DriveByWire
 from vehicle.surrogate.hidden import Hidden
+from vehicle.surrogate.perceiver import Perceiver
 from vehicle.surrogate.scanner import Scanner
 from vehicle.surrogate.sensors import FACTOR, SIGMA
 from vehicle.surrogate.surrogate import DoubleTrack
@@ -55,7 +56,7 @@ class Node:
     ) -> None:
         self._unit = unit
         self._car = DoubleTrack(hidden, seed=seed, pedals=unit is not None and unit.pedals)
-        self._seed, self._sigma = seed, FACTOR[hidden.noise]
+        self._hidden, self._seed, self._sigma = hidden, seed, FACTOR[hidden.noise]
         self.description: VehicleDescription = msgspec.structs.replace(
             self._car.description, lidar_x=1.18, lidar_z=1.5, camera_x=1.58, camera_z=1.4
         )
@@ -93,6 +94,7 @@ class Node:
         if self._unit is not None:
             self._unit.reset()
         self._scanner = Scanner(self.description, self._seed)
+        self._perceiver = Perceiver(self._hidden, self._seed)
         self._around, self._signals = no_surroundings(), None
         self._obeyed: Command | None = None
         self._commanded = 0
@@ -121,8 +123,9 @@ class Node:
             return
         self._looked = self._now
         now, state = self._now, self._car.state
-        cloud = self._scanner.points(state.x, state.y, state.yaw, self._around)
-        frame = CameraFrame(state.t, self._scanner.boxes(state.x, state.y, state.yaw, self._around))
+        around = self._perceiver.seen(now / convert.SECOND, state.x, state.y, state.yaw, self._around)
+        cloud = self._scanner.points(state.x, state.y, state.yaw, around)
+        frame = CameraFrame(state.t, self._scanner.boxes(state.x, state.y, state.yaw, around))
         self._queue(topics.POINTS, convert.points_to_ros(cloud, now), LIDAR_LATENCY)
         self._queue(topics.CAMERA, convert.camera_to_ros(frame, now), CAMERA_LATENCY)
 

@@ -119,3 +119,21 @@ def test_what_cannot_be_is_refused_before_anything_starts(
 ) -> None:
     with pytest.raises(StageError, match=says):
         drive(scenario(), "rw", **options)
+
+
+def test_what_is_hidden_in_the_cars_perception_is_in_what_the_stack_gets(scenario: Write, tmp_path: Path) -> None:
+    """A detector that shows everything 1 m too far ahead: the LiDAR meets the target's rear 1 m later."""
+    rear = []
+    for text in ("", "[hidden.detection_offset]\nx = 1.0\n"):
+        seen: list[Observation] = []
+
+        def watch(observation: Observation, kept: list[Observation] = seen) -> Command:
+            kept.append(observation)
+            return coast(observation)
+
+        (tmp_path / "car.toml").write_text(text)
+        result = drive(scenario(*WITH_TARGET), "rw", ads=OneTrick(watch), vehicle=f"surrogate:{tmp_path / 'car.toml'}")
+        assert result.error is None
+        scans = [observation.lidar for observation in seen if observation.lidar is not None]
+        rear.append(float(scans[-1].points[:, 0].min()))
+    assert rear[1] - rear[0] == pytest.approx(1.0, abs=0.1)

@@ -1,0 +1,95 @@
+"""What is hidden in the surrogate's perception, on the boxes that its sensors look at."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vehicle.messages import FloatArray, Surroundings
+from vehicle.surrogate.__main__ import main
+from vehicle.surrogate.hidden import Hidden
+from vehicle.surrogate.perceiver import REACH, STAYS, Perceiver
+
+PERIOD = 0.1  # s between two looks
+CAR = (5.0, -3.0, math.pi / 2)  # looks along y
+
+
+def around(*places: tuple[float, float]) -> Surroundings:
+    boxes = np.array([[x, y, 0.75, 0.0, 4.0, 1.8, 1.5, 0.0, 0.0] for x, y in places]).reshape(-1, 9)
+    return Surroundings(boxes, np.zeros(len(places), dtype=np.int64), tuple(f"car {k}" for k in range(len(places))))
+
+
+def looks(scenes: list[Surroundings], seed: int = 1, **effects: dict[str, float]) -> list[Surroundings]:
+    perceiver = Perceiver(Hidden(effects=effects), seed)
+    return [perceiver.seen(PERIOD * k, *CAR, scene) for k, scene in enumerate(scenes)]
+
+
+def places(seen: list[Surroundings]) -> FloatArray:
+    return np.concatenate([one.boxes[:, :2] for one in seen])
+
+
+def test_nothing_hidden_is_what_is_there() -> None:
+    scene = around((5.0, 20.0))
+    assert looks([scene])[0] is scene
+
+
+def test_an_offset_is_in_the_cars_frame() -> None:
+    """0.6 m ahead along y, 0.4 m to the right along x of a car that looks along y."""
+    (seen,) = looks([around((5.0, 20.0))], detection_offset={"x": 0.6, "y": -0.4})
+    assert seen.boxes[0, :2] == pytest.approx((5.4, 20.6))
+
+
+def test_a_late_object_is_where_it_was_and_a_new_one_is_not_seen_yet() -> None:
+    """3 m/s, 0.25 s late: 0.75 m behind, between two looks."""
+    scenes = [around((0.3 * k, 20.0)) for k in range(10)]
+    seen = looks(scenes, detection_latency={"T": 0.25})
+    assert [len(one.names) for one in seen[:4]] == [0, 0, 0, 1]
+    assert places(seen[3:])[:, 0] == pytest.approx([0.3 * k - 0.75 for k in range(3, 10)])
+
+
+def test_the_range_ends_at_its_radius_around_the_rear_axle() -> None:
+    (seen,) = looks([around((5.0, 16.9), (5.0, 17.1))], detection_range={"R": 20.0})
+    assert seen.names == ("car 0",)
+
+
+def test_misses_are_the_share_that_was_asked_for() -> None:
+    seen = looks([around((5.0, 20.0))] * 2000, detection_misses={"rate": 0.3})
+    assert sum(len(one.names) for one in seen) == pytest.approx(1400, abs=4 * math.sqrt(2000 * 0.21))
+
+
+def test_noise_grows_with_distance_as_declared() -> None:
+    seen = looks([around((5.0, 17.0), (5.0, 47.0))] * 2000, detection_noise={"sigma0": 0.1, "slope": 0.01})
+    xy = places(seen).reshape(2000, 2, 2)
+    assert xy[:, 0].std(axis=0) == pytest.approx(0.1 + 0.2, rel=0.08)  # 20 m away
+    assert xy[:, 1].std(axis=0) == pytest.approx(0.1 + 0.5, rel=0.08)
+
+
+def test_false_objects_appear_at_their_rate_and_stay_for_a_second() -> None:
+    """0.5 a second for 400 s, each in 10 looks."""
+    seen = looks([around()] * 4000, detection_false={"rate": 0.5})
+    boxes = places(seen)
+    assert len(boxes) == pytest.approx(200 * STAYS / PERIOD, abs=4 * math.sqrt(200) * STAYS / PERIOD)
+    apart = len(np.unique(boxes, axis=0))
+    assert apart == pytest.approx(200, abs=4 * math.sqrt(200))
+    assert np.hypot(boxes[:, 0] - CAR[0], boxes[:, 1] - CAR[1]).max() <= REACH
+
+
+def test_the_same_seed_sees_the_same() -> None:
+    scenes = [around((5.0, 20.0))] * 50
+    hidden = {"detection_noise": {"sigma0": 0.2}, "detection_false": {"rate": 1.0}}
+    first, again, other = (places(looks(scenes, seed, **hidden)) for seed in (3, 3, 4))
+    assert first.tobytes() == again.tobytes() != other.tobytes()
+
+
+def test_a_drive_without_objects_refuses_what_could_not_show(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "hidden.toml"
+    file.write_text("[hidden.detection_offset]\nx = 0.5\n")
+    assert main(["--hidden", str(file), "--out", str(file.with_name("log.csv"))]) == 2
+    said = f"{file}: detection_offset is of what a car on a wire sees; a drive has nothing to see\n"
+    assert capsys.readouterr().err == said
+    assert main(["--hidden", str(file), "--check"]) == 0
