@@ -170,7 +170,7 @@ class AngleCondition(Element):
     angle_type: AngleType
     angle: Radian
     angle_tolerance: NonNegativeRadian
-    coordinate_system: CoordinateSystem = "entity"
+    coordinate_system: CoordinateSystem = "world"
 
 
 @dataclass(frozen=True, slots=True)

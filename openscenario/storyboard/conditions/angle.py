@@ -33,10 +33,12 @@ def _within(angle: float, wanted: float, tolerance: float) -> bool:
 @condition(model.AngleCondition)
 def angle(element: model.AngleCondition, entity: Entity, scope: Scope) -> Test:
     """Against the world, the road's surface (heading: its reference line, or the driving direction of the lane) or the
-    trajectory that the entity follows; false while it follows none."""
+    trajectory that the entity follows, false while it follows none. Against itself it has none: always 0."""
     of, wanted, tolerance = _angle(element.angle_type), element.angle, element.angle_tolerance
     if element.coordinate_system == "world":
         return lambda: _within(of(entity), wanted, tolerance)
+    if element.coordinate_system == "entity":
+        return lambda: _within(0.0, wanted, tolerance)
     base = _base(element, entity, scope)
 
     def test() -> bool:
@@ -61,8 +63,8 @@ def _base(element: model.AngleCondition, entity: Entity, scope: Scope) -> Callab
             return pitch * (1.0 if math.cos(entity.h - h) >= 0.0 else -1.0) if kind == "pitch" else 0.0
 
         return along
-    if system not in ("lane", "road") or network is None:
-        raise Unsupported("this angle is not known", f"{kind}, {system}", "world, road, lane or trajectory")
+    if network is None:
+        raise Unsupported("this angle is not known", f"{kind}, {system}", "world or trajectory where there is no road")
 
     def across() -> float | None:
         here = ground.position(entity)

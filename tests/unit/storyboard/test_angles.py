@@ -55,6 +55,17 @@ def test_heading_against_a_coordinate_system(make: Make, system: str, angle: flo
     assert fires(make, f"<AngleCondition {attributes}/>") is expected
 
 
+@pytest.mark.parametrize(("angle", "expected"), [(3.14159, True), (0.0, False)])
+def test_where_no_system_is_named_it_is_the_world(make: Make, angle: float, expected: bool) -> None:
+    assert fires(make, f'<AngleCondition angleType="heading" angle="{angle}" angleTolerance="0.1"/>') is expected
+
+
+@pytest.mark.parametrize(("angle", "expected"), [(0.05, True), (3.14159, False)])
+def test_against_itself_an_entity_has_no_angle(make: Make, angle: float, expected: bool) -> None:
+    attributes = f'angleType="heading" angle="{angle}" angleTolerance="0.1" coordinateSystem="entity"'
+    assert fires(make, f"<AngleCondition {attributes}/>") is expected
+
+
 @pytest.mark.parametrize("system", ["lane", "road"])
 @pytest.mark.parametrize(("kind", "angle"), [("pitch", 0.0), ("roll", 0.0)])
 def test_who_stands_on_the_surface_has_no_angle_to_it(
