@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from openscenario.findings import listed
-from pytest_dvp.log import LogError
+from pytest_dvp.log import FloatArray, LogError
 from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION, MappingFile, SignalMap, stream_of
 from pytest_dvp.logs.names import canonical, parse_header, resembling
 from pytest_dvp.logs.stream import Stream
@@ -47,6 +47,7 @@ _ROS = {
         "accel_cmd": ("drive.acceleration", "m/s^2"),
     },
 }  # fmt: skip
+_PLACE = ("x", "y")
 _HAND_WHEEL = re.compile(r"(hand|steering)_?wheel|\bswa\b|\bhwa\b", re.IGNORECASE)
 _SAME_AS = {
     "autoware_vehicle_msgs": "autoware_auto_vehicle_msgs",
@@ -200,12 +201,12 @@ def _candidates(stream: Stream) -> list[SignalMap]:
 
 def mapping_text(streams: Sequence[Stream]) -> str:
     """The proposal as a TOML file: certain signals first, likely ones commented out until their unit is filled in."""
+    streams, clock, told = _clock(streams)
     mapping, unsure = propose(streams)
-    clock = "header" if any(s.header is not None for s in streams) else "receive"
     lines = [
         "# Proposed by `dvp map`. Look at every line: names and units are the file's own words, nobody measured them.",
         "[log]",
-        f'time = "{clock}"             # "header": stamp of the sender; "receive": stamp of the recorder; or a field',
+        f'time = "{_quoted(clock)}"             # {told}',
         "# origin = [52.0, 4.3]        # latitude, longitude [deg] of x = y = 0; default: the first fix",
         "# antenna = [1.2, 0.0]        # of what measures x, y: [m] ahead and left of the rear axle's middle",
         "# only = true                # leave out what is not named here; default: recognised fields are taken as well",
@@ -228,11 +229,62 @@ def mapping_text(streams: Sequence[Stream]) -> str:
             *(f"# {line}" for line in _entry(signal, streams)),
         ]
     used = {(s.topic, s.field) for s in (*mapping.signals, *unsure, *(signal for signal, _ in guesses))}
-    rest = [f"{s.topic} {f}".strip() for s in streams for f in s.fields if (s.topic, f) not in used]
+    rest = [(s, f) for s in streams for f in s.fields if (s.topic, f) not in used and f != clock]
+    for stream, field, names in named_by_unit(rest, (*mapping.signals, *unsure)):
+        lines += [
+            "",
+            f"# by its unit this may be {' or '.join(names)}: put the name in and take the # away",
+            *(f"# {line}" for line in _entry(SignalMap("?", stream.topic, field, stream.units[field]), streams)),
+            *(["# ratio = 16.0  # hand wheel to road wheel, if it is that"] if "steer_cmd" in names else []),
+        ]
+        rest.remove((stream, field))
     if rest:
-        lines += ["", "# not mapped:", *(f"#   {name}" for name in rest[:60])]
+        lines += ["", "# not mapped:", *(f"#   {s.topic} {f}".replace("  ", " ") for s, f in rest[:60])]
         lines += [f"#   ... and {len(rest) - 60} more"] if len(rest) > 60 else []
     return "\n".join(lines) + "\n"
+
+
+def named_by_unit(
+    fields: Sequence[tuple[Stream, str]], taken: Sequence[SignalMap]
+) -> list[tuple[Stream, str, tuple[str, ...]]]:
+    """Of fields in a file without topics, those whose unit some signals have that are still open, and which."""
+    found = []
+    still = [name for name in (*_PLACE, *_LARGEST) if name not in {signal.name for signal in taken}]
+    for stream, field in fields:
+        unit = find_unit(stream.units.get(field, "")) if not stream.topic else None
+        names = tuple(name for name in still if unit is not None and SIGNALS[name].unit == unit.si != "-")
+        if names:
+            found.append((stream, field, names))
+    return found
+
+
+def _clock(streams: Sequence[Stream]) -> tuple[list[Stream], str, str]:
+    """What `time` of the mapping is to be, and a remark; the streams with those stamps, if their file names none."""
+    remark = '"header": stamp of the sender; "receive": stamp of the recorder; or a field'
+    if any(s.header is not None for s in streams):
+        return list(streams), "header", remark
+    if len(streams) != 1 or np.isfinite(streams[0].receive).any():
+        return list(streams), "receive", remark
+    (stream,) = streams
+    steps = {field: _even_step(values) for field, values in stream.fields.items()}
+    rising = [field for field, step in steps.items() if step > 0.0]
+    clocks = [field for field in rising if steps[field] != 1.0 or stream.units.get(field)] or rising  # 1, 2, 3 counts
+    if not clocks:
+        return [stream], "receive", "no field rises from row to row: put in the one with the time"
+    unit = find_unit(stream.units.get(clocks[0], "s"))
+    stamps = stream.fields[clocks[0]] * (unit.scale if unit is not None and unit.si == "s" else 1.0)
+    others = f"; so does {listed(clocks[1:], 3)}" if len(clocks) > 1 else ""
+    said = f"a guess: rises by about {steps[clocks[0]]:.4g} from row to row{others}"
+    return [dataclasses.replace(stream, receive=stamps)], clocks[0], said
+
+
+def _even_step(values: FloatArray) -> float:
+    """The usual step of what rises all along, in steps that are mostly alike; 0 for anything else."""
+    steps = np.diff(values)
+    if len(steps) < 2 or not np.all(steps > 0.0):
+        return 0.0
+    usual = float(np.median(steps))
+    return round(usual, 9) if np.mean(np.abs(steps - usual) < 0.5 * usual) > 0.9 else 0.0
 
 
 def _entry(signal: SignalMap, streams: Sequence[Stream]) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from openscenario.findings import Finding, Findings, nearest
+from openscenario.findings import Finding, Findings, listed, nearest
 from pytest_dvp.log import FloatArray, Log, LogError
 from pytest_dvp.logs.names import Header, canonical
 from pytest_dvp.logs.units import Unit, find_unit, units_of
@@ -132,7 +132,8 @@ def _names(table: Table) -> list[str]:
     if "t" not in names:
         table.findings.add(
             "log.time_missing", table.file, table.header_line, "column t", "no time column",
-            found=", ".join(names[:8]), allowed="a column `t [s]`", hint=nearest("t", names),
+            found=listed(names, 8), allowed="a column `t [s]`",
+            hint=nearest("t", names) or f"say which it is in a mapping: `dvp map {table.file} > map.toml`, then --map",
         )  # fmt: skip
     return names
 
@@ -146,7 +147,8 @@ def _unit_missing(table: Table, header: Header) -> None:
         "log.unit_missing", table.file, table.header_line, f"column {header.name}",
         "the column does not say its unit", found=header.text,
         allowed=f"`{header.name} [{unit}]`{others}" if signal else f"`{header.name} [UNIT]`, `[-]` for none",
-        hint="write the unit behind the name, or in a row of units under the header",
+        hint="write the unit behind the name, or in a row of units under the header"
+        + ("" if signal else f"; or say in a mapping which columns count: `dvp map {table.file} > map.toml`"),
     )  # fmt: skip
 
 

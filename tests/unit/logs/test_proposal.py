@@ -1,0 +1,86 @@
+"""What `dvp map` proposes for a CSV file whose columns have no usual names: each gap is a line to fill in."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drives import drive
+
+from pytest_dvp.cli import main
+from pytest_dvp.logs.read import read_log
+
+DEG = 180.0 / np.pi
+COLUMNS = {
+    "Nr": ("", 1.0), "Zeit": ("t", 1.0), "Lenkrad Soll [°]": ("steer_cmd", 16.0 * DEG),
+    "Beschl. Soll [m/s²]": ("accel_cmd", 1.0), "Tempo (km/h)": ("v", 3.6), "Gierrate [°/s]": ("yaw_rate", DEG),
+    "quer [g]": ("ay", 1.0 / 9.80665), "Ost [m]": ("x", 1.0), "Nord [m]": ("y", 1.0), "Kurs [°]": ("yaw", DEG),
+    "Ladung [%]": ("", 1.0),
+}  # fmt: skip
+
+
+@pytest.fixture
+def foreign(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Semicolons, decimal commas, a counter from 1, a time from 1 s, degrees, km/h, holes."""
+    columns = drive(20.0)
+    table = {}
+    for text, (name, scale) in COLUMNS.items():
+        table[text] = scale * columns[name] if name else np.arange(1.0, 1.0 + len(columns["t"]))
+    table["Zeit"] = 1.0 + table["Zeit"]
+    table["Tempo (km/h)"][::50] = np.nan
+    rows = [";".join(table)]
+    rows += [
+        ";".join("NaN" if np.isnan(v) else f"{v:.6f}".replace(".", ",") for v in row)
+        for row in zip(*table.values(), strict=True)
+    ]
+    (tmp_path / "fahrt.csv").write_text("\n".join(rows) + "\n", encoding="latin-1")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def proposed(capsys: pytest.CaptureFixture[str]) -> str:
+    assert main(["map", "fahrt.csv"]) == 0
+    return capsys.readouterr().out
+
+
+def test_the_time_is_the_column_that_rises_evenly_and_is_no_counter(
+    foreign: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = proposed(capsys)
+    assert 'time = "Zeit"' in text
+    assert "rises by about 0.02 from row to row" in text
+    assert ", 50 Hz" in text
+
+
+def test_a_column_with_a_unit_of_signals_waits_for_its_name(foreign: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = proposed(capsys)
+    asked = re.findall(r'may be (.*): put .*\n# \[\[signal\]\]\n# name = "\?"\n# field = "(.*?)"', text)
+    assert {field: names for names, field in asked} == {
+        "Lenkrad Soll": "yaw or steer or steer_cmd", "Kurs": "yaw or steer or steer_cmd", "Ost": "x or y",
+        "Nord": "x or y", "Beschl. Soll": "ax or ay or accel_cmd", "quer": "ax or ay or accel_cmd",
+    }  # fmt: skip
+    assert text.rpartition("# not mapped:")[2].split() == ["#", "Nr", "#", "Ladung"]
+
+
+def test_with_the_names_filled_in_the_log_is_sound(foreign: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = proposed(capsys)
+    wanted = {header.partition(" [")[0].partition(" (")[0]: name for header, (name, _) in COLUMNS.items() if name}
+    for field, name in wanted.items():
+        text = re.sub(rf'name = "[^"]*"\n# field = "{re.escape(field)}"', f'name = "{name}"\n# field = "{field}"', text)
+    text = re.sub(r"^# (?=\[\[signal|name = |field = |unit = )", "", text, flags=re.M)
+    head, _, rest = text.partition('name = "steer_cmd"')
+    (foreign / "map.toml").write_text(head + 'name = "steer_cmd"' + rest.replace("# ratio", "ratio", 1))
+    assert main(["doctor", "fahrt.csv", "--map", "map.toml"]) == 0
+    assert " error " not in capsys.readouterr().out
+    log, true = read_log("fahrt.csv", mapping=Path("map.toml")), drive(20.0)
+    assert log.t[0] == pytest.approx(1.0)
+    for name in ("v", "yaw_rate", "ay", "steer_cmd", "x"):
+        known = np.isfinite(log.columns[name])
+        assert log.columns[name][known] == pytest.approx(true[name][known], abs=1e-5)
+
+
+def test_a_file_without_units_is_told_of_the_mapping(foreign: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor", "fahrt.csv"]) == 1
+    assert "`dvp map fahrt.csv > map.toml`" in capsys.readouterr().out
