@@ -13,6 +13,7 @@ from pytest_dvp.gate_model import STAGES, Gate, Stage
 from pytest_dvp.gates import Verdict, judge_between, overall, pairs_of
 from pytest_dvp.log import Log
 from pytest_dvp.paths import shown
+from pytest_dvp.reality_gap.asked_by import asked_differently
 from pytest_dvp.settings import REFERENCE, Settings
 from pytest_dvp.stage_table import StageTable, stage_table
 from pytest_dvp.stages import SURROGATE
@@ -119,7 +120,7 @@ def hold(
     why = [
         gap_command(found, (there[a].log, there[a].place), (there[b].log, there[b].place), model, effects)
         for (a, b), found in judged.items()
-        if a == "dt" and a in there and b in there
+        if a == "dt" and a in there and b in there and not asked_differently(there[a].log, there[b].log)
     ]
     labels: dict[str, str] = {stage: there[stage].label if stage in there else stage for stage in STAGES}
     compared = [stage for stage in STAGES if (any(stage in pair for pair in pairs) if pairs else stage in logs)]
@@ -312,6 +313,8 @@ def _differences(drives: Mapping[str, Driven]) -> list[str]:
     (_, first), *rest = drives.items()
     lines = []
     for _, other in rest:
+        asked = asked_differently(first.log, other.log)
+        lines += [f"{first.label} and {other.label} differ in {asked}"] if asked else []
         for key in CONDITIONS:
             a, b = first.log.meta.get(key), other.log.meta.get(key)
             if a == b:

@@ -21,6 +21,7 @@ MAX_LINES = 20
 MAX_NOTES = 5
 MAX_TABLES = 3
 BESIDE_VERDICTS = ("not judged:", "recording:", "command gate:")  # begins of notes without which they mislead
+DIFFERENT = " differ in "  # of a note that two drives were not the same test
 WHY = "what the twin lacks"  # before the command that says it
 ORDER = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
 
@@ -77,9 +78,7 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
     lines += [f"  {clean(line)}" for line in result.get("explanation", ())]
     passed = sum(v["status"] == "PASS" for v in verdicts)
     lines += [
-        f"  {clean(note)}"
-        for note in result.get("notes", ())
-        if note.startswith(("not judged:", "recording:", "command gate:"))
+        f"  {clean(note)}" for note in result.get("notes", ()) if note.startswith(BESIDE_VERDICTS) or DIFFERENT in note
     ]
     lines.append(f"  {passed} of {len(verdicts)} gates passed; {conditions(result)}")
     if result.get("ended"):

@@ -6,6 +6,8 @@ import tomllib
 from typing import TYPE_CHECKING
 
 from pytest_dvp.log import Log
+from pytest_dvp.paths import shown
+from scenarios import path
 
 if TYPE_CHECKING:
     from vehicle.model.model import VehicleModel
@@ -30,6 +32,20 @@ def obeyed(log: Log) -> tuple[str, ...]:
     if car.get("wire") != "can":
         return ACCELERATION
     return () if car.get("dbc_sha256") else PEDALS  # of a DBC of the user's own the log does not tell
+
+
+def asked_differently(twin: Log, measured: Log) -> str:
+    """What a twin was asked by and what a car was, if those are not the same; "" else, or where a log does not tell."""
+    one, other = obeyed(twin), obeyed(measured)
+    if one not in (ACCELERATION, PEDALS) or other not in (ACCELERATION, PEDALS) or one == other:
+        return ""
+    file = twin.meta.get("model", {}).get("file", "the model")
+    shipped = {ACCELERATION: "surrogate.toml", PEDALS: "surrogate_can.toml"}[other]
+    ours = measured.meta.get("vehicle", {}).get("name") == "surrogate"
+    cure = (
+        f"--model {shown(path(f'models/{shipped}'))}" if ours else f'a model with longitudinal = "{" + ".join(other)}"'
+    )
+    return f"what asks the car: {file} is driven by {' + '.join(one)}, the car by {' + '.join(other)}; take {cure}"
 
 
 def asked_otherwise(log: Log, name: str, model: VehicleModel, model_name: str) -> str:

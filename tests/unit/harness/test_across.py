@@ -340,3 +340,18 @@ def test_a_model_file_that_is_not_there_any_more_is_named(drive: RunResult) -> N
     bad = dataclasses.replace(drive.verdicts[0], status="FAIL")
     command = gap_command([bad], (lost, None), (drive.log, Path("runs/rw")))
     assert command == "dvp diagnose runs/rw --model MODEL.toml (MODEL.toml: my.toml, which is not here)"
+
+
+def test_a_twin_by_pedals_beside_a_car_by_accelerations_is_said_in_place_of_a_diagnosis(drive: RunResult) -> None:
+    """The default twin, the TABBY EVO, is driven by pedals; the surrogate on topics by accelerations."""
+    car = {key: value for key, value in drive.log.meta.items() if key != "model"}
+    log = dataclasses.replace(drive.log, meta={**car, "stage": "rw-surrogate", "vehicle": {"name": "surrogate"}})
+    drives = {"dt": staged(drive.log, "dt"), "rw": Driven(log, Path("runs/0001"))}
+    never = Gate("twin_error", max=-1.0, between=("dt", "rw"), options={"signal": "v"})
+    held = hold(drives, [never], [PAIR], ABOUT)
+    assert held.why == ()
+    (note,) = held.notes
+    asked = "tabby_evo.toml is driven by throttle_cmd + brake_cmd, the car by accel_cmd; take --model "
+    assert note.startswith(f"dt and rw-surrogate differ in what asks the car: {asked}")
+    assert note.endswith("models/surrogate.toml")
+    assert f"  {note}\n" in str(failure(held.as_dict()))
