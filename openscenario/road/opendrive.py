@@ -47,6 +47,9 @@ OTHER_FORMATS = {
 # Errors that `dvp check` reports and that do not keep anybody from driving on the rest of the network.
 HARMLESS = (
     "road.linkage.unknown",
+    "road.lane.link.unknown",
+    "road.lane.link.lanes_across_lane_sections",
+    "junctions.connection.lane_link.unknown",
     "road.signalReference.unknown",
     "road.objectReference.unknown",
     "road.control.unknown",
@@ -58,7 +61,8 @@ def read_opendrive(path: str | os.PathLike[str]) -> OpenDrive:
 
     Raises:
         ScenarioError: the file is missing, no XML, no OpenDRIVE, or breaks a rule; with all its findings. A name of a
-            road, signal or object that is not there, as in files cut out of larger ones, does not keep it from use.
+            road, lane, signal or object that is not there, as in files cut out of larger ones, does not keep it from
+            use, nor does a link between two lanes that only one of them has.
     """
     network, findings = examine_opendrive(path)
     if network is None or any(each.severity == "error" and not each.code.endswith(HARMLESS) for each in findings):

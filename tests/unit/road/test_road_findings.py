@@ -12,6 +12,7 @@ from road_files import arc, cubic, geometry, lane, network, road, section, strai
 from openscenario.findings import Finding, ScenarioError
 from openscenario.road.network import load_network
 from openscenario.road.opendrive import examine_opendrive
+from openscenario.road.positions import RoadPosition
 
 
 def findings_of(path: Path) -> tuple[Finding, ...]:
@@ -114,6 +115,21 @@ def test_a_link_to_a_road_that_is_not_here_is_an_error_of_a_file_that_can_be_dri
     net = network(tmp_path, straight("1", 0, 0, 0, 60, link=to_road("successor", "7", "start")))
     assert net.lane_successors("1", -1) == ()
     assert only(Path(net.file.path)) == ("road.linkage.unknown", "successor@elementId")
+
+
+def test_a_lane_link_that_only_one_side_has_is_an_error_of_a_file_that_can_be_driven(tmp_path: Path) -> None:
+    parts = section(right=[lane(-1, after=-2)]) + section(right=[lane(-1, after=-1), lane(-2)], s=30.0)
+    net = network(tmp_path, straight("1", 0, 0, 0, 60, parts))
+    assert only(Path(net.file.path)) == ("road.lane.link.lanes_across_lane_sections", "lane[2]")
+    there = net.advance(RoadPosition("1", -1, 10.0, -1.75, 0.0, 0.0, True), 30.0)
+    assert (there.lane, there.s) == (-2, 40.0)
+
+
+def test_a_link_to_a_lane_that_is_not_there_is_an_error_of_a_file_that_can_be_driven(tmp_path: Path) -> None:
+    parts = section(right=[lane(-1, after=-1), lane(-2, after=-3)]) + section(right=[lane(-1, before=-1)], s=30.0)
+    net = network(tmp_path, straight("1", 0, 0, 0, 60, parts))
+    assert only(Path(net.file.path)) == ("road.lane.link.unknown", "lane[2]")
+    assert net.advance(RoadPosition("1", -1, 10.0, -1.75, 0.0, 0.0, True), 30.0).lane == -1
 
 
 def test_checking_a_road_loads_no_compiler() -> None:
