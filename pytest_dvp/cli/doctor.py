@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
-from pytest_dvp.cli.driven_by import assumed
+from pytest_dvp.cli.driven_by import assumed, missing
 from pytest_dvp.cli.effects import add_effects, effects_from
 
 if TYPE_CHECKING:
@@ -118,6 +118,7 @@ def _told(
         "columns": list(log.columns),
         "rates": _rates(log),
         **{key: imported.get(key, []) for key in ("converted", "aliased", "unknown", "recognised", "unmapped")},
+        "missing_inputs": missing(model, log) if model is not None else [],
         "findings": [finding.as_dict() for finding in findings],
         "excitation": shown.as_dict(),
     }
@@ -147,6 +148,8 @@ def _print(entry: dict[str, Any], findings: tuple[Finding, ...], shown: Excitati
         print(f"{entry['log']}: {entry['rows']} rows, {entry['duration']:.2f} s, {rate:.4g} Hz")
         if entry["rates"]:
             print("  mixed rates: " + ", ".join(f"{name} {hz:.4g} Hz" for name, hz in entry["rates"].items()))
+        if entry["missing_inputs"]:
+            print(f"  cannot drive the model: has no {' and no '.join(entry['missing_inputs'])}")
         for key, what in _SAID:
             if entry[key]:
                 print(f"  {what}: {listed(entry[key], 20)}")

@@ -37,6 +37,19 @@ def driven_by(command: str, model: VehicleModel, file: str, *groups: Mapping[str
             print(f"{command}: warning: {other}", file=sys.stderr)
 
 
+def missing(model: VehicleModel, log: Log) -> list[str]:
+    """Columns that drive the model and that the log does not have, or has no value of."""
+    from pytest_dvp.reality_gap.black_box import CompareError, held
+
+    found = []
+    for column in model.inputs.columns:
+        try:
+            held(log, column, "")
+        except CompareError:
+            found.append(column)
+    return found
+
+
 def assumed(model: VehicleModel, file: str) -> str:
     """What the file leaves open of its inputs and what is taken instead; "" if it states them."""
     given = model.given if model.given is not None else {"steer", "longitudinal"}

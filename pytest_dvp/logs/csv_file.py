@@ -17,11 +17,15 @@ from numpy.typing import NDArray
 
 from pytest_dvp.log import FloatArray, LogError
 from pytest_dvp.logs.names import Header, parse_header
+from pytest_dvp.logs.stamps import seconds_of
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.signals import SIGNALS
 
 EMPTY = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "#n/a", "-nan", "nil"))
 LOGIC = {"true": 1.0, "false": 0.0}
+_DECIMAL_COMMA = re.compile(rb'"[-+]?\d+,(\d{1,2}|\d{4,})"')
+_HEAD = 1 << 16  # bytes, and
+_LINES = 60  # among which the header is
 _BLOCK = 1 << 22  # bytes looked at together: small beside the file, so that counting costs no memory
 _MOST = 4 << 30  # bytes; larger files need another format
 _MOST_COLUMNS = 10_000
@@ -43,11 +47,8 @@ def read_csv(path: Path) -> Table:
     if not ended:
         body = _without_cut_row(table, body, head.line, width, separator)
     lines = _check_shape(table, body, head.line, width, separator)
-    values = _numbers(table, body, lines, list(head.headers), separator)
     table.lines = lines
-    table.columns = [
-        RawColumn(header, column) for header, column in zip(head.headers, values, strict=True) if column is not None
-    ]
+    table.columns = _columns(table, body, lines, list(head.headers), separator)
     return table
 
 
@@ -63,6 +64,7 @@ class Head(NamedTuple):
 def read_head(text: bytes, table: Table) -> Head:
     """The head of a CSV file as `normalised` gives it. Raises LogError for one that names no columns."""
     start, line = _skip_comments(text)
+    start, line = _skip_words(table, text, start, line)
     end = text.find(b"\n", start)
     head = text[start : end if end >= 0 else len(text)]
     table.header_line = line
@@ -156,6 +158,32 @@ def _skip_comments(text: bytes) -> tuple[int, int]:
     return position, line
 
 
+def _skip_words(table: Table, text: bytes, start: int, line: int) -> tuple[int, int]:
+    """Offset and line of the header below lines about the drive ("Driver: XY"), which have other fields than the rows.
+
+    The header is the first line with as many fields as a row further down, most of them words.
+    """
+    sample = text[start : start + _HEAD].split(b"\n")
+    rows = [row for row in sample[:_LINES] if row.strip()]
+    if len(rows) < 3:
+        return start, line
+    usual = rows[len(rows) // 2]
+    offset = 0
+    for k, row in enumerate(sample[:_LINES]):
+        mark = _separator(row)
+        cells = [cell.strip(' "') for cell in _text(row).split(mark)]
+        wide = row.count(mark.encode()) == usual.count(mark.encode()) > 0
+        if wide and 2 * sum(_is_number(cell) for cell in cells) < len(cells):
+            if k:
+                table.findings.add(
+                    "log.lines_above_header", table.file, line, "", f"{k} lines above the header are left out",
+                    found=_text(sample[0])[:60], severity="warning",
+                )  # fmt: skip
+            return start + offset, line + k
+        offset += len(row) + 1
+    return start, line
+
+
 def _separator(head: bytes) -> str:
     outside = re.sub(rb"\[[^\]]*\]", b"", head)
     return max((",", ";", "\t"), key=lambda mark: (outside.count(mark.encode()), mark == ","))
@@ -196,6 +224,8 @@ def _units_row(headers: list[Header], body: bytes, line: int, separator: str) ->
 
 
 def _unquoted(body: bytes, separator: str) -> bytes:
+    if separator == "," and _DECIMAL_COMMA.search(body):  # "0,25" can only be a decimal comma, "1,250" could be both
+        body = re.sub(rb'"([-+]?\d+),(\d+)"', rb"\1.\2", body)
     out = io.StringIO()
     writer = csv.writer(out, delimiter=separator, quoting=csv.QUOTE_NONE, escapechar="\\", lineterminator="\n")
     for row in csv.reader(io.StringIO(_text(body)), delimiter=separator):
@@ -251,13 +281,13 @@ def _check_shape(table: Table, body: bytes, line: int, width: int, separator: st
     return lines
 
 
-def _numbers(
+def _columns(
     table: Table, body: bytes, lines: NDArray[np.int64], headers: list[Header], separator: str
-) -> list[FloatArray | None]:
-    """Values by column; None for a column of words that no signal needs."""
+) -> list[RawColumn]:
+    """The columns of numbers; one of words that no signal needs is left out."""
     width = len(headers)
     if not len(lines):
-        return [np.zeros(0) for _ in headers]
+        return [RawColumn(header, np.zeros(0)) for header in headers]
     raw = separator.encode()
     mark = re.escape(raw)
     if raw + raw in body or raw + b"\n" in body or b"\n" + raw in body or body[:1] == raw or body[-1:] == raw:
@@ -267,7 +297,7 @@ def _numbers(
         matrix = np.loadtxt(
             io.BytesIO(body), delimiter=separator, comments=None, ndmin=2, usecols=range(width), encoding="latin-1"
         )
-        return [_finite(table, headers[i], matrix[:, i], lines) for i in range(width)]
+        return [RawColumn(headers[i], _finite(table, headers[i], matrix[:, i], lines)) for i in range(width)]
     except ValueError:
         pass
     return _slowly(table, body, lines, headers, separator)
@@ -275,7 +305,7 @@ def _numbers(
 
 def _slowly(
     table: Table, body: bytes, lines: NDArray[np.int64], headers: list[Header], separator: str
-) -> list[FloatArray | None]:
+) -> list[RawColumn]:
     """Cell by cell, for files with words in them: finds the first cell of each column that is no number."""
     width = len(headers)
     values = np.full((width, len(lines)), np.nan)
@@ -296,12 +326,16 @@ def _slowly(
                     numbers[j] += 1
                 elif word not in EMPTY:
                     bad.setdefault(j, (i, cell))
-    result: list[FloatArray | None] = []
+    result: list[RawColumn] = []
     for j, header in enumerate(headers):
         if j not in bad:
-            result.append(_finite(table, header, values[j], lines))
+            result.append(RawColumn(header, _finite(table, header, values[j], lines)))
             continue
         i, cell = bad[j]
+        stamps = seconds_of([row.split(separator)[j] for row in _text(body).split("\n") if row])
+        if stamps is not None:
+            result.append(RawColumn(Header(header.text, header.name, "s"), stamps))
+            continue
         words_only = numbers[j] == 0 and header.name not in SIGNALS and not cell.startswith("=")
         table.findings.add(
             "log.text_column" if words_only else "value.not_a_number",
@@ -310,7 +344,6 @@ def _slowly(
             found=cell, allowed="" if words_only else "a number such as 1.5 or -2e-3; empty where nothing was measured",
             severity="warning" if words_only else "error",
         )  # fmt: skip
-        result.append(None)
     if table.findings.errors:
         raise LogError.of(table.findings.in_order())
     return result

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 Values: TypeAlias = Mapping[tuple[str, str], float]
 """(effect, key) -> value."""
 
+MEASURED = {"steer_cmd": ("steer", 'steer = "steer"'), "accel_cmd": ("v", 'longitudinal = "v"')}
+"""What is measured of a command's answer, and how the model file says that this drives it."""
+
 NEAREST = 3  # columns that a message names
 
 MOTION = ("x", "y", "yaw", "v", "vy", "yaw_rate")
@@ -227,6 +230,9 @@ def _instead(log: Log, name: str) -> str:
     others = difflib.get_close_matches(name, [c for c in names if c != near], n=NEAREST, cutoff=0.0)
     few = [c for c in (near, *others) if c][:NEAREST]
     said = f"; nearest of its {len(names)} columns: {', '.join(few)}" if few else ""
+    answer, stated = MEASURED.get(name, ("", ""))
+    if answer in log.columns:
+        said += f"; what was measured can drive the model instead: [inputs] {stated}"
     if near in SIGNALS:
         return said
     say = "; say which column it is in a mapping (`dvp map LOG > map.toml`, then --map map.toml)"

@@ -148,3 +148,17 @@ def test_advice_speaks_of_the_columns_own_header(tmp_path: Path, capsys: pytest.
     assert "column steer: the hand wheel's angle for the road wheel's" in wheel
     assert "`ratio = 16`" in wheel
     assert "[deg]" not in wheel
+
+
+def test_what_drives_the_model_and_is_not_there_is_told_with_what_could_instead(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = str(write_csv(tmp_path / "a.csv", without(drive(30.0), "steer_cmd", "accel_cmd")))
+    model = tmp_path / "car.toml"
+    model.write_text('[inputs]\nsteer = "steer_cmd"\nlongitudinal = "accel_cmd"\n[parameters]\nwheelbase = 2.5\n')
+    assert main(["doctor", log, "--model", str(model)]) == 0
+    assert "cannot drive the model: has no steer_cmd and no accel_cmd" in capsys.readouterr().out
+    assert main(["compare", log, "--model", str(model)]) == 1
+    told = capsys.readouterr().err
+    assert told.startswith("car.toml: is driven by 'steer_cmd', which a.csv does not have; nearest of its ")
+    assert 'can drive the model instead: [inputs] steer = "steer"' in told
