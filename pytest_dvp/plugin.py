@@ -28,6 +28,7 @@ from pytest_dvp.settings import (
     environment_lookup,
     from_sources,
     misspelt,
+    taken_for_root,
 )
 
 if TYPE_CHECKING:
@@ -223,6 +224,13 @@ def _settings(config: pytest.Config) -> Settings:
     """Command line before environment before ini file."""
     base = config.inipath.parent if config.inipath else config.rootpath
     here = config.invocation_params.dir
+    chosen = config.option.rootdir or config.option.inifilename  # the user's own root
+    named = config.args if config.args_source is pytest.Config.ArgsSource.ARGS else []
+    asked = [here / argument.split("::")[0] for argument in named] or [here]
+    words = [str(argument) for argument in config.invocation_params.args]
+    misled = None if chosen else taken_for_root(words, here, asked, config.rootpath)
+    if misled and not hasattr(config, "workerinput"):
+        raise pytest.UsageError(misled)
     known = [setting.ini for setting in ALL]
     for wrong in (
         misspelt((name for name in _ini_names(config) if name.startswith("dvp_")), known),

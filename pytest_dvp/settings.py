@@ -9,6 +9,7 @@ import contextlib
 import contextvars
 import dataclasses
 import difflib
+import itertools
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -293,6 +294,33 @@ def misspelt(names: Iterable[str], known: Iterable[str]) -> str | None:
             found = difflib.get_close_matches(name, right, n=1, cutoff=0.85)
             if found:
                 return f"unknown setting {name!r}, did you mean {found[0]!r}?"
+    return None
+
+
+def taken_for_root(arguments: Sequence[str], here: Path, asked: Sequence[Path], root: Path) -> str | None:
+    """What to write where a path behind a `--dvp-` option has led pytest to another root folder.
+
+    pytest looks for its ini file before it knows the options of plugins, and takes PATH of `--option PATH` for one that
+    it is to run: it starts there, and in a project elsewhere finds another ini file, or nothing to run.
+
+    arguments: as pytest got them, in the folder `here`; asked: what is to be run; root: pytest's root folder.
+    """
+    if any(place.is_relative_to(root) and _nearest_ini(place, root) in (None, root) for place in asked):
+        return None
+    for option, value in itertools.pairwise(arguments):
+        if option.startswith("--dvp-") and "=" not in option and (here / value).exists():
+            where = f"pytest takes this path for what to run (root folder {root})"
+            return f"{option} {value}: {where}; write {option}={value}"
+    return None
+
+
+def _nearest_ini(place: Path, root: Path) -> Path | None:
+    """The folder of the pytest.ini that is nearest to a place, up to the root folder."""
+    for folder in (place, *place.parents):
+        if any((folder / name).is_file() for name in (".pytest.ini", "pytest.ini")):
+            return folder
+        if folder == root:
+            break
     return None
 
 

@@ -96,3 +96,22 @@ def test_with_workers_it_fails_the_scenarios_instead(project: pytest.Pytester) -
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.stdout.fnmatch_lines(["*unknown parameter 'ego_sped', did you mean 'ego_speed'?"])
     assert "INTERNALERROR" not in result.stdout.str()
+
+
+def test_a_path_behind_an_option_that_pytest_takes_for_its_root_is_told(
+    told: pytest.Pytester, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """pytest reads its ini file before it knows our options; in silence it would run nothing and say so in a word."""
+    elsewhere = tmp_path_factory.mktemp("elsewhere")
+    (elsewhere / "pytest.ini").write_text("[pytest]\n")
+    (elsewhere / "runs").mkdir()
+    told.makeini("[pytest]\ndvp_seed = 11")
+    result = told.runpytest_inprocess("--dvp-runs", str(elsewhere / "runs"))
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    root = f"pytest takes this path for what to run (root folder {elsewhere}); write --dvp-runs={elsewhere}/runs"
+    result.stderr.fnmatch_lines([f"ERROR: --dvp-runs {elsewhere}/runs: {root}"])
+    assert seed(told, f"--dvp-runs={elsewhere}/runs").startswith("11 ")
+    assert told.runpytest_inprocess("--dvp-runs", str(elsewhere / "runs"), "test_told.py").ret == result.ret
+    (told.path / "runs").mkdir()
+    assert seed(told, "--dvp-runs", str(told.path / "runs"), "test_told.py").startswith("11 ")
+    assert seed(told, "--dvp-runs", "runs").startswith("11 ")
