@@ -62,7 +62,7 @@ def check_rate(log: Log, file: str, line: int | None, findings: Findings) -> boo
         f"the stamps do not fit seconds:{guess or ' wrong unit'}{against}",
         found=f"{median:.6g} s between rows, {1 / median if median else 0:.3g} Hz",
         allowed=f"{SLOWEST} to {FASTEST:g} Hz",
-        hint="correct the unit of the column: `t [ms]`",
+        hint='correct the unit of the column: `t [ms]`, or time_unit = "ms" in a mapping',
     )
     return False
 

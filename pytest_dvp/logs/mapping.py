@@ -54,7 +54,7 @@ class SignalMap:
 class MappingFile:
     """A mapping.
 
-    time     default clock of the signals
+    time     default clock of the signals; time_unit: of a field that holds it, where the file does not state one
     origin   latitude, longitude [deg] of x = y = 0; None: the first fix
     antenna  x ahead, y left of the reference point [m] of what measured x, y
     only     leave out every field that is not named; else those that state their signal and unit are taken as well
@@ -66,6 +66,7 @@ class MappingFile:
     antenna: tuple[float, float] = (0.0, 0.0)
     file: str = ""
     only: bool = False
+    time_unit: str = ""
 
 
 def read_mapping(path: Path) -> MappingFile:
@@ -77,7 +78,12 @@ def read_mapping(path: Path) -> MappingFile:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise LogError(f"{path}: not TOML: {error}", "log.bad_mapping") from error
     head = _table(path, raw, {"log": dict, "signal": list}, "")
-    log = _table(path, head.get("log", {}), {"time": str, "origin": list, "antenna": list, "only": bool}, "log.")
+    log = _table(
+        path,
+        head.get("log", {}),
+        {"time": str, "time_unit": str, "origin": list, "antenna": list, "only": bool},
+        "log.",
+    )
     known: dict[str, type] = {
         field.name: str if field.type == "str" else float for field in dataclasses.fields(SignalMap)
     }
@@ -95,6 +101,9 @@ def read_mapping(path: Path) -> MappingFile:
             raise _bad(path, f"{signal.name}.frame", signal.frame, "flu, frd, ned")
         if signal.ratio == 0.0 or signal.scale == 0.0 or signal.sign not in (1.0, -1.0):
             raise _bad(path, signal.name, "", "ratio and scale not 0, sign 1 or -1")
+    unit = find_unit(log.get("time_unit", "s"))
+    if unit is None or unit.si != "s":
+        raise _bad(path, "log.time_unit", log["time_unit"], ", ".join(units_of("s")))
     return MappingFile(
         signals,
         log.get("time", "header"),
@@ -102,6 +111,7 @@ def read_mapping(path: Path) -> MappingFile:
         _pair(path, log, "antenna") or (0.0, 0.0),
         str(path),
         log.get("only", False),
+        log.get("time_unit", ""),
     )
 
 
@@ -235,7 +245,7 @@ def _stamps(stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArr
     choice = signal.time or mapping.time
     header = stream.header
     if choice in stream.fields:
-        unit = find_unit(stream.units.get(choice, "s"))
+        unit = find_unit(mapping.time_unit or stream.units.get(choice, "s"))
         t = stream.fields[choice] * (unit.scale if unit is not None and unit.si == "s" else 1.0)
     elif choice == "header" and header is not None:
         t = header

@@ -13,7 +13,7 @@ from pytest_dvp.log import FloatArray, LogError
 from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION, MappingFile, SignalMap, stream_of
 from pytest_dvp.logs.names import canonical, parse_header, resembling
 from pytest_dvp.logs.stream import Stream
-from pytest_dvp.logs.units import find_unit, units_of
+from pytest_dvp.logs.units import UNITS, find_unit, units_of
 from pytest_dvp.signals import SIGNALS
 
 # Message types whose definition states the unit (REP-103: SI, yaw counter-clockwise).
@@ -207,6 +207,7 @@ def mapping_text(streams: Sequence[Stream]) -> str:
         "# Proposed by `dvp map`. Look at every line: names and units are the file's own words, nobody measured them.",
         "[log]",
         f'time = "{_quoted(clock)}"             # {told}',
+        *_time_unit(streams, clock),
         "# origin = [52.0, 4.3]        # latitude, longitude [deg] of x = y = 0; default: the first fix",
         "# antenna = [1.2, 0.0]        # of what measures x, y: [m] ahead and left of the rear axle's middle",
         "# only = true                # leave out what is not named here; default: recognised fields are taken as well",
@@ -263,19 +264,43 @@ def _clock(streams: Sequence[Stream]) -> tuple[list[Stream], str, str]:
     remark = '"header": stamp of the sender; "receive": stamp of the recorder; or a field'
     if any(s.header is not None for s in streams):
         return list(streams), "header", remark
-    if len(streams) != 1 or np.isfinite(streams[0].receive).any():
+    if len(streams) != 1 or (np.isfinite(streams[0].receive).any() and not _bare_time(streams[0])):
         return list(streams), "receive", remark
     (stream,) = streams
+    if bare := _bare_time(stream):
+        stamps = stream.fields[bare] * UNITS[_unit_of_steps(stream.fields[bare])].scale
+        return [dataclasses.replace(stream, receive=stamps)], bare, remark
     steps = {field: _even_step(values) for field, values in stream.fields.items()}
     rising = [field for field, step in steps.items() if step > 0.0]
     clocks = [field for field in rising if steps[field] != 1.0 or stream.units.get(field)] or rising  # 1, 2, 3 counts
     if not clocks:
         return [stream], "receive", "no field rises from row to row: put in the one with the time"
-    unit = find_unit(stream.units.get(clocks[0], "s"))
-    stamps = stream.fields[clocks[0]] * (unit.scale if unit is not None and unit.si == "s" else 1.0)
+    unit = find_unit(stream.units.get(clocks[0], "")) or UNITS[_unit_of_steps(stream.fields[clocks[0]])]
+    stamps = stream.fields[clocks[0]] * (unit.scale if unit.si == "s" else 1.0)
     others = f"; so does {listed(clocks[1:], 3)}" if len(clocks) > 1 else ""
     said = f"a guess: rises by about {steps[clocks[0]]:.4g} from row to row{others}"
     return [dataclasses.replace(stream, receive=stamps)], clocks[0], said
+
+
+def _bare_time(stream: Stream) -> str:
+    """The column of a CSV file that is called a time and does not say its unit; "" if there is none."""
+    return next((f for f in stream.fields if not stream.topic and canonical(f) == "t" and f not in stream.units), "")
+
+
+def _unit_of_steps(stamps: FloatArray) -> str:
+    """The unit in which a log has 0.5 to 20,000 rows a second, seconds first."""
+    steps = np.diff(stamps[np.isfinite(stamps)])
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    return next((name for name in ("s", "ms", "us", "ns") if 5e-5 <= usual * UNITS[name].scale <= 2.0), "s")
+
+
+def _time_unit(streams: Sequence[Stream], clock: str) -> list[str]:
+    """The line that says the unit of the column with the time, where the file does not."""
+    stream = next((s for s in streams if clock in s.fields), None)
+    if stream is None or clock in stream.units:
+        return []
+    usual = _unit_of_steps(stream.fields[clock])
+    return [f'time_unit = "{usual}"           # the file does not say it; a guess by the steps from row to row']
 
 
 def _even_step(values: FloatArray) -> float:

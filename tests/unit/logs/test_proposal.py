@@ -10,6 +10,7 @@ import pytest
 from drives import drive
 
 from pytest_dvp.cli import main
+from pytest_dvp.log import LogError
 from pytest_dvp.logs.read import read_log
 
 DEG = 180.0 / np.pi
@@ -84,3 +85,27 @@ def test_with_the_names_filled_in_the_log_is_sound(foreign: Path, capsys: pytest
 def test_a_file_without_units_is_told_of_the_mapping(foreign: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "fahrt.csv"]) == 1
     assert "`dvp map fahrt.csv > map.toml`" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(1.0, "s"), (1e3, "ms"), (1e6, "us")])
+def test_the_unit_of_a_bare_time_is_guessed_by_its_steps_and_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], scale: float, unit: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows = "".join(f"{0.02 * i * scale:g},{i}\n" for i in range(100))
+    Path("fahrt.csv").write_text("time,speed\n" + rows)
+    text = proposed(capsys)
+    assert 'time = "time"' in text
+    assert f'time_unit = "{unit}"' in text
+    assert ", 50 Hz" in text
+    Path("map.toml").write_text(
+        re.sub(r"^# (?=\[\[signal|name|field|unit)", "", text, flags=re.M).replace('"?"', '"m/s"')
+    )
+    assert np.diff(read_log("fahrt.csv", mapping=Path("map.toml")).t) == pytest.approx(0.02)
+
+
+def test_a_unit_of_the_time_that_is_none_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time,v [m/s]\n" + "".join(f"{i},1\n" for i in range(9)))
+    (tmp_path / "map.toml").write_text('[log]\ntime_unit = "km"\n[[signal]]\nname = "v"\nfield = "v"\n')
+    with pytest.raises(LogError, match=r"log\.time_unit: found 'km', allowed: s, ms, us"):
+        read_log(tmp_path / "a.csv", mapping=tmp_path / "map.toml")
