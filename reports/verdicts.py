@@ -78,6 +78,8 @@ def headline(status: str, table: Sequence[Row]) -> str:
         return "No gate was judged."
     if bad:
         worst = bad[0]
+        if len(bad) > 1 and worst.reason and all(row.reason == worst.reason for row in bad):
+            return f"{len(bad)} of {len(table)} gates were not judged: {worst.reason}."
         count = f"{len(bad)} of {len(table)} gates did not pass." if len(table) > 1 else "The gate did not pass."
         return f"{count} Worst: {_moment(worst)}"
     counted = "The gate passed." if len(table) == 1 else f"All {len(table)} gates passed."

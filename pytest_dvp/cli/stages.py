@@ -55,7 +55,8 @@ def execute(arguments: argparse.Namespace) -> int:
         from reports.stages import write_stages_report
 
         (drives,) = groups.values()
-        write_stages_report(out, compared[0].as_dict(), {drive.label: drive.log.columns for drive in drives.values()})
+        there = [drive for drive in drives.values() if drive.label in compared[0].logs]
+        write_stages_report(out, compared[0].as_dict(), {drive.label: drive.log.columns for drive in there})
         print(f"dvp stages: page in {out}", file=sys.stderr)
     if arguments.json:
         documents = [finite(held.as_dict()) for held in compared]

@@ -67,3 +67,9 @@ def test_of_a_gate_with_two_bounds_the_nearer_one_is_shown_with_its_own_sign() -
     (lower,) = rows([{**verdict("gain", 0.96, 0.95), "gate": both, "margin": 0.01}])
     (broken,) = rows([{**verdict("gain", 1.19, 1.05, "FAIL"), "gate": both, "margin": -0.14}])
     assert (upper.limit, lower.limit, broken.limit) == ("≤ 1.05", "≥ 0.95", "≤ 1.05")
+
+
+def test_gates_that_share_a_reason_are_told_by_it() -> None:
+    lost = {"status": "INCONCLUSIVE", "reason": "no log of stage rw"}
+    table = rows([verdict(name, None, 1.0, **lost) for name in ("a", "b")])
+    assert headline("INCONCLUSIVE", table) == "2 of 2 gates were not judged: no log of stage rw."
