@@ -103,7 +103,12 @@ class ElementReader:
                 )
                 continue
             text = raw
-            if "$" in raw and not attribute.raw:
+            if plan.cls is ParameterDeclaration and name == "name" and raw.startswith("$") and raw != "$":
+                text = raw.removeprefix("$")  # as before 1.0; what refers to it means this one
+                self.context.warning(
+                    "param.name", at, "@name", "a parameter is declared without the $ that refers to it", found=raw
+                )
+            elif "$" in raw and not attribute.raw:
                 resolved = self._resolved(attribute, raw, scope, at)
                 if resolved is None:
                     whole = False
@@ -289,7 +294,7 @@ class ElementReader:
 
     def _assignments(self, reference: CatalogReference, entry: Node) -> dict[str, Given]:
         group = entry.find("ParameterDeclarations")
-        names = [] if group is None else [child.get("name") for child in group.children]
+        names = [] if group is None else [child.get("name").removeprefix("$") for child in group.children]
         given: dict[str, Given] = {}
         for assignment in reference.parameter_assignments:
             name = assignment.parameter_ref.removeprefix("$")

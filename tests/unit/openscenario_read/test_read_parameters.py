@@ -9,7 +9,7 @@ from xosc_samples import Spoil, line_of
 
 from openscenario.findings import Finding, ScenarioError
 from openscenario.model import AbsoluteTargetSpeed, ParameterDeclaration, Scenario, SpeedAction
-from openscenario.read import read_declarations, read_scenario
+from openscenario.read import check_scenario, read_declarations, read_scenario
 
 DECLARED = '<ParameterDeclaration name="EgoSpeed" parameterType="double" value="10.0"/>'
 
@@ -147,3 +147,10 @@ def test_declarations_can_be_read_alone(spoil: Spoil) -> None:
 )
 def test_a_value_fits_the_type_of_its_declaration(spoil: Spoil, kind: str, value: str, code: str) -> None:
     assert [f.code for f in findings_of(spoil(DECLARED, DECLARED + declared("p", kind, value)))] == [code]
+
+
+def test_a_parameter_declared_with_its_dollar_is_the_one_without(spoil: Spoil) -> None:
+    path = spoil(DECLARED, declared("$EgoSpeed", value="12.5"))
+    assert ego_speed(read_scenario(path)) == 12.5
+    (finding,) = check_scenario(path)
+    assert (finding.severity, finding.code, finding.found) == ("warning", "param.name", "$EgoSpeed")
