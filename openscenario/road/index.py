@@ -188,7 +188,7 @@ def match(
 ) -> tuple[float, int, float, float, float, float, float]:
     """How a point fits on a road near s: cost, lane, s, t, t of the lane's middle, heading, distance outside [m]."""
     s, t, beyond, heading = project(tables, road, x, y, s)
-    lane, middle, width, outside = nearest_lane(tables, road, s, t, drivable)
+    lane, middle, width, outside = nearest_lane(tables, road, s, t, drivable, 0)
     outside = math.sqrt(outside * outside + beyond * beyond)
     cost = 10.0 * outside + 0.2 * abs(t - middle) / max(width, 1.0)
     if not math.isnan(z):

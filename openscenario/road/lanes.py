@@ -86,11 +86,13 @@ def lane_centre(tables: Tables, road: int, section: int, lane: int, s: float) ->
 
 
 @njit(cache=True, error_model="numpy")
-def nearest_lane(tables: Tables, road: int, s: float, t: float, drivable: bool) -> tuple[int, float, float, float]:
+def nearest_lane(
+    tables: Tables, road: int, s: float, t: float, drivable: bool, only: int
+) -> tuple[int, float, float, float]:
     """Lane nearest to (s, t): its id, t and width of its middle [m], distance [m] of t outside it (0 inside).
 
-    Lane 0 with an infinite distance stands for none. drivable: consider drivable lanes only. Lanes of no width count
-    only if nothing else is there.
+    Lane 0 with an infinite distance stands for none. drivable: consider drivable lanes only; only: those of one side
+    (-1 right, 1 left, 0 both). Lanes of no width count only if nothing else is there.
     """
     sections, lanes = tables[5], tables[6]
     section = section_at(tables, road, s)
@@ -98,6 +100,8 @@ def nearest_lane(tables: Tables, road: int, s: float, t: float, drivable: bool) 
     best_lane, best_middle, best_width, best = 0, start[0], 0.0, float("inf")
     centre = sections[section, SECTION_CENTRE]
     for side in (-1, 1):
+        if only == -side:
+            continue
         count = sections[section, SECTION_RIGHT] if side < 0 else sections[section, SECTION_LEFT]
         outer = start
         for step in range(1, count + 1):

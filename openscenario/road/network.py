@@ -23,7 +23,7 @@ from openscenario.road.crosswalks import Crosswalk, PlaceOf, find_crosswalks
 from openscenario.road.distances import RoadDistances
 from openscenario.road.elements import Junction, Lane, LaneSection, OpenDrive, Road, Rule, Signal
 from openscenario.road.graph import LaneGraph, make_graph
-from openscenario.road.links import LaneEnd, make_links
+from openscenario.road.links import LaneEnd, answered, make_links
 from openscenario.road.opendrive import read_opendrive
 from openscenario.road.positions import Pose, RoadPosition
 from openscenario.road.profile import Floats
@@ -273,7 +273,8 @@ class RoadNetwork:
         ds is the way travelled at that offset, not the change of s; with `on_reference` it is that along the reference
         lines. Where lanes part the way is the one that stays on
         the route `along`, else the one whose change of heading is nearest to `turn` [rad, > 0 left], else the first in
-        the file. At a dead end the position stays at the lane's end (`dead_end` tells).
+        the file. A lane that ends where its road goes on leads to the middle of the lane of its side that lies nearest
+        there. At any other dead end (`dead_end`) the position stays at the lane's end.
 
         Raises:
             ValueError: ds is not finite.
@@ -308,7 +309,10 @@ class RoadNetwork:
                 continue
             ends = self._ends_after(number, lane, forward=left > 0.0)
             if not ends:
-                break
+                beyond = self._beside_beyond(number, lane, offset, forward=left > 0.0)
+                if beyond is None:
+                    break
+                ends, offset = [beyond], 0.0
             end = (
                 ends[0]
                 if len(ends) == 1
@@ -319,6 +323,23 @@ class RoadNetwork:
             number, lane = end.road, end.lane
             s = self.file.roads[number].length if end.at_end else 0.0
         return tuple.__new__(RoadPosition, (self._ids[number], lane, s, t, offset, heading, position.on_road))
+
+    def _beside_beyond(self, number: int, lane: int, offset: float, *, forward: bool) -> LaneEnd | None:
+        """The lane end of the road linked at a road's end that lies nearest to a lane no link leads on."""
+        road = self.file.roads[number]
+        link = road.successor if forward else road.predecessor
+        if link is None or link.kind != "road" or link.s is not None or link.id not in self._numbers or not lane:
+            return None
+        other = self._numbers[link.id]
+        if not link.contact or not answered(road, self.file.roads[other], link):
+            return None
+        at_end = link.contact == "end"
+        against = -1 if at_end == forward else 1  # roads that meet end to end run against each other
+        t = self.lane_t(road.id, lane, road.length if forward else 0.0) + offset
+        s = self.file.roads[other].length if at_end else 0.0
+        side = against if lane > 0 else -against
+        found, _, width, _ = kernels.nearest_lane(self.tables, other, s, against * t, True, side)
+        return LaneEnd(other, found, at_end) if found and width > path.NO_WIDTH else None
 
     def exit_between(
         self, before: tuple[int, int, float], after: tuple[int, int, float], forward: bool, along: Sequence[RouteLane]

@@ -32,7 +32,7 @@ def stretch(kappa: float, t: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def crossed(tables: Tables, section: int, lane: int, forward: bool, road: int, s: float, offset: float) -> int:
-    """Lane id in the neighbouring section that a lane continues as; where it ends, the lane that then lies there."""
+    """Lane id in the neighbouring section that a lane continues as; where it ends, the nearest of its side."""
     lanes, spans = tables[6], tables[4]
     row = lane_row(tables, section, lane)
     if lane == 0 or row < 0:
@@ -42,7 +42,16 @@ def crossed(tables: Tables, section: int, lane: int, forward: bool, road: int, s
         return int(lanes[target, LANE_ID])
     t = lane_centre(tables, road, section, lane, s)[0] + offset
     beyond = spans[section + 1, 0] + 1e-6 if forward else spans[section - 1, 1] - 1e-6
-    return nearest_lane(tables, road, beyond, t, lanes[row, LANE_DRIVABLE] == 1)[0]
+    return beside(tables, road, beyond, t, lanes[row, LANE_DRIVABLE] == 1, lane)[0]
+
+
+@njit(cache=True, error_model="numpy")
+def beside(tables: Tables, road: int, s: float, t: float, drivable: bool, lane: int) -> tuple[int, float]:
+    """Lane nearest to (s, t), if it can be of the side of `lane`, which goes its way; and t [m] of its middle."""
+    same, middle, width, _ = nearest_lane(tables, road, s, t, drivable, 1 if lane > 0 else -1)
+    if same != 0 and width >= NO_WIDTH:
+        return same, middle
+    return nearest_lane(tables, road, s, t, drivable, 0)[:2]
 
 
 @njit(cache=True, error_model="numpy")
@@ -53,7 +62,7 @@ def advance(
 
     The way counts along the road's s axis at that t, as the field's tools count it: a lane that shifts sideways (its
     width or the lane offset changes) takes one along, it makes no way. Where a lane shrinks to nothing one goes on in
-    the middle of the lane beside it.
+    the middle of the lane beside it, rather one that goes the same way.
 
     Returns lane, s, t, road heading, and the distance [m, same sign] left at the road's end.
     """
@@ -88,7 +97,7 @@ def advance(
     t, _, _, width = lane_centre(tables, road, section, lane, s)
     if width < NO_WIDTH <= wide:
         drivable = tables[6][lane_row(tables, section, lane), LANE_DRIVABLE] == 1
-        lane, t = nearest_lane(tables, road, s, t, drivable)[:2]
+        lane, t = beside(tables, road, s, t, drivable, lane)
     return lane, s, t + offset, reference(tables, road, s)[2], sign * left if left > ROUNDING else 0.0
 
 

@@ -194,6 +194,40 @@ def test_dead_end_is_where_the_way_ends(tmp_path: Path) -> None:
     assert net.dead_end(end)
 
 
+def test_a_lane_that_vanishes_gives_way_to_one_of_its_own_direction(tmp_path: Path) -> None:
+    """The inner left lane (2.625 m wide at s = 90) is gone at s = 60; both its neighbours touch it there."""
+    growing = cubic("width", 0.0, 0.0) + cubic("width", 60.0, 0.0, 0.0875)
+    net = network(tmp_path, straight("1", 0, 0, 0, 100, section([lane(1, inside=growing), lane(2)], [lane(-1)])))
+    there = net.advance(net.locate(90.0, 1.3125), 40.0)  # traffic of the left side runs against s
+    assert (there.lane, there.s, there.t) == (2, pytest.approx(50.0), pytest.approx(1.75))
+
+
+@pytest.mark.parametrize("contact", ["start", "end"])
+def test_a_lane_that_ends_with_its_road_leads_to_the_nearest_of_the_next(tmp_path: Path, contact: str) -> None:
+    """Two lanes each way, then one each way that runs on or against; the outer one is linked to nothing."""
+    right, left = (-1, 1) if contact == "start" else (1, -1)
+    wide = section([lane(1, after=left), lane(2)], [lane(-1, after=right), lane(-2)])
+    narrow = section([lane(1)], [lane(-1)])
+    second = (
+        straight("2", 100, 0, 0, 60, narrow, link=to_road("predecessor", "1", "end"))
+        if contact == "start"
+        else straight("2", 160, 0, math.pi, 60, narrow, link=to_road("successor", "1", "end"))
+    )
+    net = network(tmp_path, straight("1", 0, 0, 0, 100, wide, link=to_road("successor", "2", contact)), second)
+    there = net.advance(net.locate(90.0, -5.0), 30.0)  # 0.25 m left of the middle
+    assert (there.road, there.lane, there.offset) == ("2", right, 0.0)
+    pose = net.lane_pose("2", there.lane, there.s)
+    assert (pose.x, pose.y) == (pytest.approx(120.0), pytest.approx(-1.75))
+
+
+def test_a_lane_ends_where_only_traffic_against_it_goes_on(tmp_path: Path) -> None:
+    onwards = straight("2", 100, 0, 0, 60, section([lane(1, before=1)]), link=to_road("predecessor", "1", "end"))
+    first = section([lane(1, after=1)], [lane(-1)])
+    net = network(tmp_path, straight("1", 0, 0, 0, 100, first, link=to_road("successor", "2", "start")), onwards)
+    there = net.advance(net.locate(90.0, -1.75), 30.0)
+    assert (there.road, there.s) == ("1", pytest.approx(100.0))
+
+
 def test_a_thousand_small_steps_are_one_large_one(tmp_path: Path) -> None:
     net = ring(tmp_path)
     start = net.locate(*net.lane_pose("1", -1, 10.0, 0.5)[:2])
