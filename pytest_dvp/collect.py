@@ -41,21 +41,36 @@ class ScenarioFile(pytest.File):
             sight = look(self.path, settings)
         except ScenarioError as error:
             raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
-        if sight.what == DISTRIBUTION:
-            yield from self._cases(settings, sight.line)
-            return
-        if sight.what != "scenario":
+        if sight.what != "scenario" and sight.what != DISTRIBUTION:
             if self.named:
                 raise self.CollectError(f"{self.path}:{sight.line}: {sight.what}: it has no storyboard that could run")
-            return
+            return []
+        if sight.what == DISTRIBUTION:
+            return list(self._cases(settings, sight.line))
+        try:
+            check_name(self.config, settings)
+        except SettingError as error:
+            raise self.CollectError(str(error)) from None
+        items = [*self._stages(settings, sight.line), *self._across(settings, sight.line)]
+        self._check_ids([item.name for item in items])
+        return items
+
+    def _check_ids(self, names: Sequence[str]) -> None:
+        """Raises CollectError for a node id of this file that is none of its items: pytest names none of them."""
+        for argument in self.config.args:
+            file, colons, name = argument.partition("::")
+            if colons and name not in names and _same(self.config.invocation_params.dir / file, self.path):
+                raise self.CollectError(f"{self.path.name}: {unknown('item', name, names)}")
+
+    def _stages(self, settings: Settings, line: int) -> Iterator[ScenarioItem]:
+        """One item a stage; those of a car wait until they are asked for."""
         for stage in STAGES:
             item = ScenarioItem.from_parent(self, name=label(stage, settings.vehicle), callobj=case(self.path, stage))
-            item.dvp_stage, item.dvp_line = stage, sight.line
+            item.dvp_stage, item.dvp_line = stage, line
             item.add_marker(stage)
             if stage != "dt" and not asked_stage(stage, self.config):
                 item.add_marker(pytest.mark.skip(reason=f"drives a car of its own: ask for it with -m {stage}"))
             yield item
-        yield from self._across(settings, sight.line)
 
     def _across(self, settings: Settings, line: int) -> Iterator[ScenarioItem]:
         """One item for each pair of stages that a gate is between; the items of the stages then share their runs."""
@@ -257,6 +272,18 @@ def check_parameters(items: Sequence[pytest.Item], settings: Settings) -> None:
     for path in paths:
         here = declared_names(path)
         check_declared(path, {n: v for n, v in settings.set.scenario.items() if n in here}, "--dvp-set")
+
+
+def check_name(config: pytest.Config, settings: Settings) -> None:
+    """Raises SettingError if a stage of a car is asked for and no vehicle has the name: items are called by it."""
+    from pytest_dvp.stages import REPLAY, VEHICLES, StageError, find_adapter
+
+    name = settings.vehicle.partition(":")[0]
+    if name not in (*VEHICLES, REPLAY) and any(asked_stage(stage, config) for stage in STAGES if stage != "dt"):
+        try:
+            find_adapter(name)
+        except StageError as error:
+            raise SettingError(f"--dvp-vehicle: {error}") from None
 
 
 def check_vehicle(config: pytest.Config, settings: Settings) -> None:

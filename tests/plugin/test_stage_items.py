@@ -150,3 +150,23 @@ def test_a_hidden_file_that_is_wrong_is_told_before_anything_drives(stages: pyte
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: --dvp-vehicle: car.toml:1: no hidden effect 'steer_dely'; did you mean *?"])
     assert not (stages.path / "runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("s.xosc::rw",), "s.xosc: unknown item 'rw', allowed: dt, dt-rw-surrogate, pe-surrogate, rw-surrogate"),
+        (("s.xosc::dt-rw-surogate",), "s.xosc: unknown item 'dt-rw-surogate', did you mean 'dt-rw-surrogate'?"),
+        (
+            ("s.xosc::rw-surrogate", "--dvp-vehicle=surogate"),
+            "--dvp-vehicle: unknown vehicle 'surogate', did you mean 'surrogate'? *",
+        ),
+        (("-m", "rw", "s.xosc", "--dvp-vehicle=surogate"), "--dvp-vehicle: unknown vehicle 'surogate', *"),
+    ],
+)
+def test_an_item_or_vehicle_that_does_not_exist_is_told_at_collection(
+    stages: pytest.Pytester, arguments: tuple[str, ...], says: str
+) -> None:
+    result = stages.runpytest_inprocess(*arguments)
+    assert result.ret in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.INTERRUPTED)
+    result.stdout.fnmatch_lines([says])
