@@ -66,7 +66,7 @@ _SIGNAL_OF: Mapping[str, str] = MappingProxyType(
     | {_compact(name): name for name in SIGNALS if "." not in name}
 )
 
-_ALIKE = 0.5  # of the words of a name must be usual ones to be taken for a signal's
+ALIKE = 0.5  # of the words of a name must be usual ones to be taken for a signal's
 _BRACKETED = re.compile(r"^\s*(?P<name>.*?)\s*[\[(<](?P<unit>[^\])>]*)[\])>]\s*$")
 
 
@@ -102,10 +102,15 @@ def canonical(name: str) -> str:
 
 def resembling(signal: str, names: Iterable[str]) -> str:
     """The name with most words in common with those of `signal`, by their beginnings; "" if there is none."""
-    usual = {word for name in (signal, *(o for o, s in ALIASES.items() if s == signal)) for word in _words(name)}
-    shared = {name: len(_words(name) & usual) / len(_words(name)) for name in names if _words(name)}
+    shared = {name: likeness(signal, name) for name in names}
     best = max(shared, key=lambda name: shared[name], default="")
-    return best if best and shared[best] >= _ALIKE else ""
+    return best if best and shared[best] >= ALIKE else ""
+
+
+def likeness(signal: str, name: str) -> float:
+    """Share of the words of `name` that names of `signal` have, by their beginnings, 0..1."""
+    usual = {word for known in (signal, *(o for o, s in ALIASES.items() if s == signal)) for word in _words(known)}
+    return len(_words(name) & usual) / max(len(_words(name)), 1)
 
 
 def names_table() -> str:

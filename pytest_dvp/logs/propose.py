@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from openscenario.findings import listed
-from pytest_dvp.log import FloatArray, LogError
+from pytest_dvp.log import LogError
 from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION, MappingFile, SignalMap, stream_of
-from pytest_dvp.logs.names import canonical, parse_header, resembling
+from pytest_dvp.logs.names import ALIKE, canonical, likeness, parse_header
 from pytest_dvp.logs.stream import Stream
-from pytest_dvp.logs.units import UNITS, find_unit, units_of
+from pytest_dvp.logs.time_column import clock_of, time_unit
+from pytest_dvp.logs.units import find_unit, units_of
 from pytest_dvp.signals import SIGNALS
 
 # Message types whose definition states the unit (REP-103: SI, yaw counter-clockwise).
@@ -48,6 +49,11 @@ _ROS = {
     },
 }  # fmt: skip
 _PLACE = ("x", "y")
+_SHOWN = 60  # fields that are listed
+_FIX = {
+    LATITUDE: re.compile(r"(gps|gnss|nav)?[ _]?lat(itude)?$", re.IGNORECASE),
+    LONGITUDE: re.compile(r"(gps|gnss|nav)?[ _]?(lon|lng|long|longitude)$", re.IGNORECASE),
+}
 _HAND_WHEEL = re.compile(r"(hand|steering)_?wheel|\bswa\b|\bhwa\b", re.IGNORECASE)
 _SAME_AS = {
     "autoware_vehicle_msgs": "autoware_auto_vehicle_msgs",
@@ -124,34 +130,46 @@ _LARGEST = {
 
 
 def guessed(streams: Sequence[Stream], taken: Sequence[SignalMap]) -> tuple[tuple[SignalMap, tuple[str, ...]], ...]:
-    """What further fields may be, by unit and range, and which signals each might be as well: no name says it.
+    """What further fields may be, and which signals each might be as well: no name says it.
 
-    Of several fields that one whose name is most like the signal's; a field is guessed once.
+    First by name, unit and range, the name that is most like a signal's before all others; by the name alone (unit "?")
+    where all its words are usual and no unit is stated; then what is the only field with the unit of a signal.
     """
     used = {(signal.topic, signal.field) for signal in taken}
     open_still = [name for name in SIGNALS if name in _LARGEST.keys() - {signal.name for signal in taken}]
+    free = [(s, f) for s in streams for f in s.fields if (s.topic, f) not in used and not _HAND_WHEEL.search(f)]
     found: dict[str, tuple[SignalMap, tuple[str, ...]]] = {}
-    for by_name in (True, False):  # what a name tells comes before what only a unit does
-        for name in open_still:
-            fits = {
-                (s.topic, field): (s, unit) for s in streams for field in s.fields
-                if (s.topic, field) not in used and not _HAND_WHEEL.search(field)
-                and (unit := _unit_that_fits(s, field, name))
-            }  # fmt: skip
-            alike = resembling(name, [_last(field) for _, field in fits]) if by_name else ""
-            near = [place for place in fits if alike and _last(place[1]) == alike]
-            if not by_name and len(fits) == 1 and SIGNALS[name].unit != "-":  # without a unit it may be anything
-                near = list(fits)
-            if near and name not in found:
-                (topic, field), (stream, unit) = near[0], fits[near[0]]
-                others = tuple(n for n in open_still if n != name and _unit_that_fits(stream, field, n))
-                found[name] = SignalMap(name, topic, field, unit), others
-                used.add(near[0])
+
+    def take(name: str, stream: Stream, field: str, unit: str) -> None:
+        others = tuple(n for n in open_still if n != name and _unit_that_fits(stream, field, n))
+        found[name] = SignalMap(name, stream.topic, field, unit), others
+        used.add((stream.topic, field))
+
+    named = sorted(
+        ((alike, unit, name, s, f) for s, f in free for name in open_still
+         if (alike := likeness(name, _last(s, f))) >= ALIKE
+         and (unit := _unit_that_fits(s, f, name) or ("?" if alike == 1.0 and _bare(s, f) else ""))),
+        key=lambda one: (-one[0], one[1] == "?", open_still.index(one[2])),
+    )  # fmt: skip
+    for _, unit, name, stream, field in named:
+        if name not in found and (stream.topic, field) not in used:
+            take(name, stream, field, unit)
+    for name in open_still:
+        fits = [(s, f, unit) for s, f in free if (s.topic, f) not in used and (unit := _unit_that_fits(s, f, name))]
+        if len(fits) == 1 and name not in found and SIGNALS[name].unit != "-":  # without a unit it may be anything
+            take(name, *fits[0])
     return tuple(found[name] for name in open_still if name in found)
 
 
-def _last(field: str) -> str:
-    return parse_header(field.rpartition(".")[2]).name
+def _last(stream: Stream, field: str) -> str:
+    """The name of a field in its message; a column of a CSV file is its own, with dots."""
+    return parse_header(field.rpartition(".")[2]).name if stream.topic else field
+
+
+def _bare(stream: Stream, field: str) -> bool:
+    """Whether a column of a CSV file states no unit, and is more than a constant."""
+    values = stream.fields[field][np.isfinite(stream.fields[field])]
+    return not stream.topic and field not in stream.units and len(values) > 0 and float(np.ptp(values)) > 0.0
 
 
 def _unit_that_fits(stream: Stream, field: str, name: str) -> str:
@@ -201,13 +219,13 @@ def _candidates(stream: Stream) -> list[SignalMap]:
 
 def mapping_text(streams: Sequence[Stream]) -> str:
     """The proposal as a TOML file: certain signals first, likely ones commented out until their unit is filled in."""
-    streams, clock, told = _clock(streams)
+    streams, clock, told = clock_of(streams)
     mapping, unsure = propose(streams)
     lines = [
         "# Proposed by `dvp map`. Look at every line: names and units are the file's own words, nobody measured them.",
         "[log]",
         f'time = "{_quoted(clock)}"             # {told}',
-        *_time_unit(streams, clock),
+        *time_unit(streams, clock),
         "# origin = [52.0, 4.3]        # latitude, longitude [deg] of x = y = 0; default: the first fix",
         "# antenna = [1.2, 0.0]        # of what measures x, y: [m] ahead and left of the rear axle's middle",
         "# only = true                # leave out what is not named here; default: recognised fields are taken as well",
@@ -222,16 +240,25 @@ def mapping_text(streams: Sequence[Stream]) -> str:
             "# the file does not say the unit: fill it in",
             *(f"# {line}" for line in _entry(signal, streams)),
         ]
-    guesses = guessed(streams, (*mapping.signals, *unsure))
+    fields = [(s, f) for s in streams for f in s.fields]
+    fix = _fix(fields, {signal.name for signal in (*mapping.signals, *unsure)})
+    for signal in fix:
+        lines += ["", "# a guess by its name: take the # away if it is so"]
+        lines += [f"# {line}" for line in _entry(signal, streams)]
+    guesses = guessed(streams, (*mapping.signals, *unsure, *fix))
     for signal, others in guesses:
+        also = f" (or {listed(others, 4)})" if others else ""
+        told = f"a guess by unit and range{also}: take the # away if it is so"
+        if signal.unit == "?":
+            told = "a guess by its name: fill in the unit, and take the # away if it is so"
         lines += [
             "",
-            f"# a guess by unit and range{f' (or {listed(others, 4)})' if others else ''}: take the # away if it is so",
+            f"# {told}",
             *(f"# {line}" for line in _entry(signal, streams)),
         ]
-    used = {(s.topic, s.field) for s in (*mapping.signals, *unsure, *(signal for signal, _ in guesses))}
-    rest = [(s, f) for s in streams for f in s.fields if (s.topic, f) not in used and f != clock]
-    for stream, field, names in named_by_unit(rest, (*mapping.signals, *unsure)):
+    used = {(s.topic, s.field) for s in (*mapping.signals, *unsure, *fix, *(signal for signal, _ in guesses))}
+    rest = [(s, f) for s, f in fields if (s.topic, f) not in used and f != clock]
+    for stream, field, names in named_by_unit(rest, (*mapping.signals, *unsure, *fix)):
         lines += [
             "",
             f"# by its unit this may be {' or '.join(names)}: put the name in and take the # away",
@@ -240,9 +267,34 @@ def mapping_text(streams: Sequence[Stream]) -> str:
         ]
         rest.remove((stream, field))
     if rest:
-        lines += ["", "# not mapped:", *(f"#   {s.topic} {f}".replace("  ", " ") for s, f in rest[:60])]
-        lines += [f"#   ... and {len(rest) - 60} more"] if len(rest) > 60 else []
+        lines += ["", *_not_mapped(rest)]
     return "\n".join(lines) + "\n"
+
+
+def _not_mapped(fields: Sequence[tuple[Stream, str]]) -> list[str]:
+    """Fields by name; those of a file without topics with their range, and how an entry for one of them looks."""
+    lines = []
+    for stream, field in fields[:_SHOWN]:
+        known = stream.fields[field][np.isfinite(stream.fields[field])]
+        span = f": {known.min():.4g} to {known.max():.4g}" if len(known) and not stream.topic else ""
+        lines.append(f"#   {stream.topic} {field}{span}".replace("  ", " "))
+    lines += [f"#   ... and {len(fields) - _SHOWN} more"] if len(fields) > _SHOWN else []
+    if fields[0][0].topic:
+        return ["# not mapped:", *lines]
+    example = f'[[signal]] name = "v" field = "{_quoted(fields[0][1])}" unit = "km/h", each in a line of its own'
+    return [f"# not mapped; an entry for one is: {example}", *lines]
+
+
+def _fix(fields: Sequence[tuple[Stream, str]], taken: Collection[str]) -> list[SignalMap]:
+    """Latitude and longitude of a file without topics as y and x, if both are there and there is no other position."""
+    found: dict[str, SignalMap] = {}
+    for name, unit, most in (("x", LONGITUDE, 180.0), ("y", LATITUDE, 90.0)):
+        for stream, field in fields:
+            known = stream.fields[field][np.isfinite(stream.fields[field])]
+            degrees = find_unit(stream.units.get(field, "deg")) == find_unit("deg")
+            if not stream.topic and _FIX[unit].match(field) and degrees and len(known) and np.abs(known).max() <= most:
+                found.setdefault(name, SignalMap(name, "", field, unit))
+    return list(found.values()) if len(found) == 2 and not {"x", "y"} & set(taken) else []
 
 
 def named_by_unit(
@@ -259,65 +311,12 @@ def named_by_unit(
     return found
 
 
-def _clock(streams: Sequence[Stream]) -> tuple[list[Stream], str, str]:
-    """What `time` of the mapping is to be, and a remark; the streams with those stamps, if their file names none."""
-    remark = '"header": stamp of the sender; "receive": stamp of the recorder; or a field'
-    if any(s.header is not None for s in streams):
-        return list(streams), "header", remark
-    if len(streams) != 1 or (np.isfinite(streams[0].receive).any() and not _bare_time(streams[0])):
-        return list(streams), "receive", remark
-    (stream,) = streams
-    if bare := _bare_time(stream):
-        stamps = stream.fields[bare] * UNITS[_unit_of_steps(stream.fields[bare])].scale
-        return [dataclasses.replace(stream, receive=stamps)], bare, remark
-    steps = {field: _even_step(values) for field, values in stream.fields.items()}
-    rising = [field for field, step in steps.items() if step > 0.0]
-    clocks = [field for field in rising if steps[field] != 1.0 or stream.units.get(field)] or rising  # 1, 2, 3 counts
-    if not clocks:
-        return [stream], "receive", "no field rises from row to row: put in the one with the time"
-    unit = find_unit(stream.units.get(clocks[0], "")) or UNITS[_unit_of_steps(stream.fields[clocks[0]])]
-    stamps = stream.fields[clocks[0]] * (unit.scale if unit.si == "s" else 1.0)
-    others = f"; so does {listed(clocks[1:], 3)}" if len(clocks) > 1 else ""
-    said = f"a guess: rises by about {steps[clocks[0]]:.4g} from row to row{others}"
-    return [dataclasses.replace(stream, receive=stamps)], clocks[0], said
-
-
-def _bare_time(stream: Stream) -> str:
-    """The column of a CSV file that is called a time and does not say its unit; "" if there is none."""
-    return next((f for f in stream.fields if not stream.topic and canonical(f) == "t" and f not in stream.units), "")
-
-
-def _unit_of_steps(stamps: FloatArray) -> str:
-    """The unit in which a log has 0.5 to 20,000 rows a second, seconds first."""
-    steps = np.diff(stamps[np.isfinite(stamps)])
-    usual = float(np.median(steps)) if len(steps) else 0.0
-    return next((name for name in ("s", "ms", "us", "ns") if 5e-5 <= usual * UNITS[name].scale <= 2.0), "s")
-
-
-def _time_unit(streams: Sequence[Stream], clock: str) -> list[str]:
-    """The line that says the unit of the column with the time, where the file does not."""
-    stream = next((s for s in streams if clock in s.fields), None)
-    if stream is None or clock in stream.units:
-        return []
-    usual = _unit_of_steps(stream.fields[clock])
-    return [f'time_unit = "{usual}"           # the file does not say it; a guess by the steps from row to row']
-
-
-def _even_step(values: FloatArray) -> float:
-    """The usual step of what rises all along, in steps that are mostly alike; 0 for anything else."""
-    steps = np.diff(values)
-    if len(steps) < 2 or not np.all(steps > 0.0):
-        return 0.0
-    usual = float(np.median(steps))
-    return round(usual, 9) if np.mean(np.abs(steps - usual) < 0.5 * usual) > 0.9 else 0.0
-
-
 def _entry(signal: SignalMap, streams: Sequence[Stream]) -> list[str]:
     stream = next(s for s in streams if s.topic == signal.topic)
     values = stream.fields.get(signal.field)
     seen = ""
     if values is not None and np.isfinite(values).any():
-        seen = f"  # {np.nanmin(values):.4g} to {np.nanmax(values):.4g}, {stream.rate:.4g} Hz"
+        seen = f"  # {np.nanmin(values):.6g} to {np.nanmax(values):.6g}, {stream.rate:.4g} Hz"
     topic = [f'topic = "{_quoted(signal.topic)}"'] if signal.topic else []
     allowed = f"  # one of {', '.join(units_of(SIGNALS[signal.name].unit))}" if signal.unit == "?" else ""
     ratio = (

@@ -62,7 +62,10 @@ def test_a_column_with_a_unit_of_signals_waits_for_its_name(foreign: Path, capsy
         "Lenkrad Soll": "yaw or steer or steer_cmd", "Kurs": "yaw or steer or steer_cmd", "Ost": "x or y",
         "Nord": "x or y", "Beschl. Soll": "ax or ay or accel_cmd", "quer": "ax or ay or accel_cmd",
     }  # fmt: skip
-    assert text.rpartition("# not mapped:")[2].split() == ["#", "Nr", "#", "Ladung"]
+    assert [line.partition(":")[0] for line in text.rpartition("# not mapped")[2].splitlines()[1:]] == [
+        "#  Nr",
+        "#  Ladung",
+    ]
 
 
 def test_with_the_names_filled_in_the_log_is_sound(foreign: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -109,3 +112,17 @@ def test_a_unit_of_the_time_that_is_none_is_refused(tmp_path: Path) -> None:
     (tmp_path / "map.toml").write_text('[log]\ntime_unit = "km"\n[[signal]]\nname = "v"\nfield = "v"\n')
     with pytest.raises(LogError, match=r"log\.time_unit: found 'km', allowed: s, ms, us"):
         read_log(tmp_path / "a.csv", mapping=tmp_path / "map.toml")
+
+
+def test_what_only_a_name_tells_waits_for_its_unit_and_latitude_is_no_acceleration(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows = "".join(f"{0.02 * i:.2f},{48 + 1e-6 * i},{9 + 1e-6 * i},{0.1 * i},{0.01 * i},{i}\n" for i in range(100))
+    Path("fahrt.csv").write_text("utc,lat,lon,acc_lat,throttle,lamp\n" + rows)
+    text = proposed(capsys)
+    entries = re.findall(r'# name = "(.*)"\n# field = "(.*?)".*\n# unit = "(.*?)"', text)
+    assert set(entries) == {
+        ("x", "lon", "longitude"), ("y", "lat", "latitude"), ("ay", "acc_lat", "?"), ("throttle_cmd", "throttle", "?"),
+    }  # fmt: skip
+    assert text.splitlines()[-1] == "#  lamp: 0 to 99"
