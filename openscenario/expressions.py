@@ -231,7 +231,7 @@ _COMPARE: Final[Mapping[str, Callable[[float, float], bool]]] = {
     "==": lambda a, b: a == b,
     "!=": lambda a, b: a != b,
 }
-_CONSTANTS: Final[Mapping[str, Value]] = {"pi": math.pi, "true": True, "false": False}
+_CONSTANTS: Final[Mapping[str, Value]] = {"pi": math.pi, "e": math.e, "true": True, "false": False}
 _FUNCTIONS: Final[Mapping[str, tuple[int, Callable[..., float]]]] = {
     "round": (1, _round),
     "floor": (1, math.floor),

@@ -36,6 +36,8 @@ def value(expression: str) -> Value:
         ("sqrt(9)", 3.0),
         ("pow(2, 10)", 1024.0),
         ("abs(-3)", 3.0),
+        ("2 * pi + e", math.tau + math.e),
+        ("2e1 * e", 20.0 * math.e),
         ("sign(-8) + sign(0) + sign(9)", 0.0),
         ("min(3, 4) + max(3, 4)", 7.0),
         ("sin(pi / 2) + cos(0)", 2.0),
