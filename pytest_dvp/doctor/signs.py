@@ -35,7 +35,8 @@ def check_turning(motion: Motion, file: str, findings: Findings) -> None:
     if not against:
         _check_heading(motion, mirrored=False, file=file, findings=findings)
         return
-    if {"path_turn", "turn"} <= set(against) and _tell_downwards(motion, file, findings):
+    inside = [name for name, sign in signs.items() if sign > 0]
+    if {"path_turn", "turn"} <= set(against) and _tell_downwards(motion, inside, file, findings):
         against = [name for name in against if name not in ("path_turn", "turn")]
     elif "turn" in against and signs.get("path_turn", 0) > 0 and len(signs) > 2:
         against = [name for name in against if name != "turn" or not _tell_compass(motion, file, findings)]
@@ -78,16 +79,18 @@ def _tell_compass(motion: Motion, file: str, findings: Findings) -> bool:
     return True
 
 
-def _tell_downwards(motion: Motion, file: str, findings: Findings) -> bool:
-    """Path and yaw agree with each other and with nothing in the car: the map has its z axis downwards."""
+def _tell_downwards(motion: Motion, inside: list[str], file: str, findings: Findings) -> bool:
+    """Path and yaw agree with each other and with nothing in the car, `inside`: one of the two has its z axis down."""
     off = _sum_of_headings(motion, -1.0)
     if not abs(off) < 0.15:
         return False
     findings.add(
         "log.axes_swapped", file, None, "column x",
-        "x, y and yaw are of a map with z downwards (x north, y east, yaw from north to east)",
+        "x, y and yaw are of a map with z downwards (x north, y east, yaw from north to east), or "
+        f"{', '.join(inside)} of a car with y to the right",
         found="path and yaw turn against all that is measured in the car", allowed="x east, y north (ISO 8855)",
-        hint='exchange x and y, and say frame = "ned" for yaw in a mapping',
+        hint='in a mapping: of the map exchange x and y, and frame = "ned" for yaw; of the car frame = "frd" for '
+        + ", ".join(inside),
     )  # fmt: skip
     return True
 

@@ -301,7 +301,15 @@ def test_a_map_with_z_downwards_is_told_as_one(sound: Columns) -> None:
     ned = {**swapped(sound, "x", "y"), "yaw": np.pi / 2 - sound["yaw"]}
     (finding,) = examine(log_of(ned))
     assert (finding.code, finding.element) == ("log.axes_swapped", "column x")
-    assert 'exchange x and y, and say frame = "ned"' in finding.hint
+    assert 'of the map exchange x and y, and frame = "ned" for yaw' in finding.hint
+
+
+def test_a_car_whose_sensors_count_to_the_right_looks_the_same_and_is_named_beside_it(sound: Columns) -> None:
+    frd = {
+        name: -values if name in ("yaw_rate", "ay", "steer", "steer_cmd") else values for name, values in sound.items()
+    }
+    (finding,) = examine(log_of(frd))
+    assert finding.hint.endswith('of the car frame = "frd" for yaw_rate, ay, steer, steer_cmd')
 
 
 def test_a_receiver_ahead_of_the_axle_is_no_clock_offset(sound: Columns) -> None:
