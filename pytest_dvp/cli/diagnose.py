@@ -74,7 +74,8 @@ def execute(arguments: argparse.Namespace) -> int:
     judged = looked_at(arguments.held_out, held_out, model)
     logs, held_out = fitted.logs, judged.logs
     twins = _twins(arguments, logs)
-    said = [text for text in (fitted.said, judged.said, _unjudged(logs, twins)) if text]
+    told = (fitted.said, judged.said, _true_motion({**held_out, **logs}), _unjudged(logs, twins))
+    said = [text for text in told if text]
     warning = wrong_wheelbase(logs, model)
     if warning:
         print(f"dvp diagnose: warning: {warning}", file=sys.stderr)
@@ -153,6 +154,18 @@ def _unjudged(logs: dict[str, Log], twins: dict[str, Log]) -> str:
         return ""
     names = ", ".join(open_ones)
     return f"detections are not judged: simulated sensors made them; name the twin's run of {names} by --twin"
+
+
+def _true_motion(logs: dict[str, Log]) -> str:
+    """What a run of the twin does not hold of its own model; "" if none of the logs is one."""
+    runs = [name for name, log in logs.items() if log.meta.get("stage") == "dt"]
+    if not runs:
+        return ""
+    what = "run of the twin, which logs" if len(runs) == 1 else "runs of the twin, which log"
+    return (
+        f"{', '.join(runs)}: {what} the true motion: what the model has of sensors and of a tilting body is not in it, "
+        "and is called too much"
+    )
 
 
 def read_all(texts: list[str], arguments: argparse.Namespace) -> dict[str, Log]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import shlex
 from pathlib import Path
@@ -100,3 +101,13 @@ def test_a_log_that_is_fitted_on_does_not_judge_itself_under_another_name(
         told = capsys.readouterr().err
         assert told.startswith(f"--held-out {judge}: {said}")
         assert told.count("\n") == 1
+
+
+def test_of_a_run_of_the_twin_it_is_said_that_it_logs_the_true_motion(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    dataclasses.replace(drive(30.0, seed=7), meta={"stage": "dt"}).save("twin.mcap")
+    assert main(["diagnose", "twin.mcap", "--model", "car.toml"]) == 0
+    assert capsys.readouterr().out.startswith("twin.mcap: run of the twin, which logs the true motion: ")
+    assert main(["diagnose", "strong.csv", "--model", "car.toml"]) == 0
+    assert "true motion" not in capsys.readouterr().out
