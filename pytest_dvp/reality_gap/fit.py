@@ -68,9 +68,19 @@ class Coordinate:
             return log(max(value, 1e-3 * key.low) / key.low) / log(key.high / key.low)
         return (value - key.low) / (key.high - key.low)
 
-    def within(self, u: float) -> float:
-        """u kept where a search may go: a little out of the typical range, but never past doing nothing."""
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Where the search has to stop: a little outside the typical range; where that is by ratio, at the least size
+        that is worth a name if that is lower (a lag of 40 ms, where 100 to 800 are typical)."""
+        key = self.key
         low, high = -_BEYOND, 1.0 + _BEYOND
+        if self.by_ratio and key.neutral <= key.low:
+            low = min(low, self.place(key.neutral + key.least))
+        return low, high
+
+    def within(self, u: float) -> float:
+        """u kept where a search may go, but never past doing nothing."""
+        low, high = self.ends
         if not self.by_ratio and isfinite(self.key.neutral):
             if self.key.neutral <= self.key.low:
                 low = max(low, self.place(self.key.neutral))
@@ -80,8 +90,8 @@ class Coordinate:
 
     def edge(self, value: float) -> bool:
         """True if the value stands where the search had to stop."""
-        u = self.place(value)
-        return u <= -_BEYOND + 1e-3 or u >= 1.0 + _BEYOND - 1e-3
+        low, high = self.ends
+        return not low + 1e-3 < self.place(value) < high - 1e-3
 
     def slope(self, u: float) -> float:
         """d value / d u."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from math import inf, isinf
 from typing import TypeAlias
 
@@ -21,13 +21,14 @@ from pytest_dvp.reality_gap.experiment import Campaign, Values
 from pytest_dvp.reality_gap.fit import Coordinate, Fit, fit, intervals
 from pytest_dvp.reality_gap.look import Look
 
-MOST = 6  # effects added to one model, beside finer ones
+MOST = 8  # effects added to one model, beside finer ones
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
 FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002
 SURE = 0.95  # share of bootstrap samples in which an effect must gain
 SLACK = 0.1  # of a gain that the draws without it may lose
 CLEAR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
 EVIDENT = 2.0  # times that: a gain that makes an effect worth its name, however small its value looks
+FAR = 0.8  # of what the best of the others leaves: a finer effect that leaves less comes before it
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
 ROUGH = 2.0 * PRACTICAL  # of max(1, chi^2/N): a set further behind the best need not be fitted well
 PRICE = 0.005  # of max(1, chi^2/N), for a parameter
@@ -115,9 +116,7 @@ class Search:
         self.target.settle(best.values)
         if frozenset(best.names) not in contested:  # what took the place of others may let more show
             best = self._grown(best, [])
-        return Found(
-            self._pruned(self.trial(best.names, best.values, zoom=True, like=best), last=True), rivals, self._hidden()
-        )
+        return Found(self._meant(self.trial(best.names, best.values, zoom=True, like=best)), rivals, self._hidden())
 
     def _hidden(self) -> tuple[str, ...]:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
@@ -134,11 +133,12 @@ class Search:
         pairs = [t for t in sorted(pairs, key=self.cost)[:3] if self.pays(base, t)]
         return [t for t in pairs if all(self.sound(t, name) for name in t.names)][:1]
 
-    def _grown(self, now: Trial, turns: list[Trial]) -> Trial:
-        """The set with more effects, one by one, until none pays. turns: takes the second best of each round."""
+    def _grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = ()) -> Trial:
+        """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:
+        effects that are not tried."""
         while True:
             self.tick(f"effect {len(now.names) + 1}: trying {len(self.tried)}")
-            paying = self._next(now)
+            paying = self._next(now, barred)
             if not paying:
                 break
             turns += paying[1:2]
@@ -191,25 +191,27 @@ class Search:
                     known=like.found if like else None, above=above)  # fmt: skip
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
-    def _next(self, now: Trial) -> list[Trial]:
-        """Sets with one more effect that pays, best first; of the finer effects only if no other one does and a misfit
-        is left, for what a sensor's clock or a step of integration leaves looks like one."""
+    def _next(self, now: Trial, barred: Collection[str] = ()) -> list[Trial]:
+        """Sets with one more effect that pays, best first. Finer effects only where a misfit is left, for what a
+        sensor's clock or a step of integration leaves looks like one, and after the others: if none of those pays, or
+        if a finer one does far better than the best of them."""
         if self._within_noise(now):
             return []
         full = sum(not self.tried[name].detail for name in now.names) >= MOST
+        found: list[Trial] = []
         for detail in (True,) if full else (False, True):
-            if detail and not self._misfit(now):
+            if detail and not self._misfit(found[0] if found else now):
                 break
-            ranking = self._scan(now, [name for name, c in self.tried.items() if c.detail == detail])
+            ranking = self._scan(now, [n for n, c in self.tried.items() if c.detail == detail and n not in barred])
             paying = [t for t in self._additions(now, ranking) if self.pays(now, t)]
-            if paying and self._trifle(paying[0]):
+            if paying and not found and self._trifle(paying[0]):
                 return []  # what it is, is too small to be named, and no other effect should stand for it
             paying = [t for t in paying if self.sound(t, t.names[-1])]
             for trial in paying:
                 self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
-            if paying:
-                return paying
-        return []
+            if paying and (not found or self.cost(paying[0]) < FAR * self.cost(found[0])):
+                found = [*paying, *found]
+        return found
 
     def _misfit(self, now: Trial) -> bool:
         """True if more is left than noise, in all or in one channel."""
@@ -282,7 +284,7 @@ class Search:
                 without = self.without(best, name)
                 ranking = self._scan(without, [other for other in self._contestants(name) if other not in best.names])
                 trials = self._additions(without, ranking, best.chi2)
-                sound = [t for t in trials if self.sound(t, t.names[-1])]
+                sound = [t for t in trials if self.sound(t, t.names[-1]) and not self._simpler(name, best, t)]
                 if sound and self.cost(sound[0]) < self.cost(best) - 1e-3 * self.count:
                     exchanged = sound[0]
                     break
@@ -319,9 +321,14 @@ class Search:
                     (self.trial((*rest, simple), best.values | p, like=best) for p in self.tried[simple].coarse),
                     key=self.cost,
                 )
-                if point.chi2 - best.chi2 < PRACTICAL * max(self.count, best.chi2):
+                if self._simpler(simple, point, best):
                     best = point
         return best
+
+    def _simpler(self, name: str, best: Trial, other: Trial) -> bool:
+        """True if the other set only has, in place of an effect, one that contains it, and is hardly better."""
+        contains = any(_CONTAINS.get(n) == name for n in set(other.names) - set(best.names))
+        return contains and best.chi2 - other.chi2 < PRACTICAL * max(self.count, other.chi2)
 
     def without(self, best: Trial, name: str) -> Trial:
         """The set without one effect, fitted anew; remembered while the set is the same."""
@@ -332,20 +339,27 @@ class Search:
             self._less[name] = self.trial([n for n in best.names if n != name], kept, like=best)
         return self._less[name]
 
-    def _pruned(self, best: Trial, *, last: bool = False) -> Trial:
-        """The set without effects that no longer pay; at last also without those whose value means nothing."""
-        while best.names:
-            vague = [name for name in best.names if last and not self.sound(best, name)]
-            if vague:
-                best = self.trial([n for n in best.names if n != vague[-1]], best.values, like=best)
-                continue
-            if len(best.names) == 1:
-                break
+    def _pruned(self, best: Trial) -> Trial:
+        """The set without effects that no longer pay."""
+        while len(best.names) > 1:
             least_lost = min((self.without(best, name) for name in best.names), key=self.cost)
             if self.pays(least_lost, best):
                 return best
             best = least_lost
         return best
+
+    def _meant(self, best: Trial) -> Trial:
+        """The set without effects that do not pay or whose value means nothing, and what takes the place of these."""
+        barred: list[str] = []
+        while True:
+            best = self._pruned(best)
+            vague = [name for name in best.names if not self.sound(best, name)]
+            if not vague:
+                return best
+            barred.append(vague[-1])
+            best = self.trial([n for n in best.names if n != vague[-1]], best.values, like=best)
+            if self._misfit(best):  # a wind at the end of its range had stood for a drag
+                best = self._grown(best, [], barred)
 
 
 def _sizes(coordinates: Sequence[Coordinate]) -> Sequence[Coordinate]:

@@ -150,6 +150,14 @@ def test_a_place_is_0_to_1_over_the_range(low: float, high: float, by_ratio: boo
         assert c.slope(u) == pytest.approx((c.value(u + 1e-3) - c.value(u - 1e-3)) / 2e-3, rel=1e-4)
 
 
+def test_a_lag_may_be_as_small_as_is_worth_a_name() -> None:
+    """Typically 0.1 to 0.8 s, looked for by ratio; 0.03 s is the least that is worth a name."""
+    tau = Coordinate("lag", Key("tau", "s", 0.1, 0.8, neutral=0.0, least=0.03, minimum=0.0))
+    assert not tau.edge(0.04)
+    assert tau.edge(0.03)
+    assert tau.value(tau.within(tau.place(0.01))) == pytest.approx(0.03)
+
+
 def test_a_value_far_outside_its_range_stands_at_the_edge() -> None:
     c = Coordinate("any", Key("k", "-", 1.0, 3.0, neutral=0.0, least=0.01))
     assert not c.edge(3.0)

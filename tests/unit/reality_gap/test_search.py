@@ -109,6 +109,23 @@ def test_sides_that_differ_are_an_asymmetry() -> None:
     assert s.run().final.names == ("steer_asymmetry",)
 
 
+def test_sides_that_hardly_differ_are_a_ratio() -> None:
+    """0.7 % between the sides is seen, but worth 0.015 of chi^2/N, less than an effect is (0.05)."""
+    truth = {"steer_asymmetry": {"g_left": 1.15, "g_right": 1.157}}
+    s = on_truth(truth, "rich", "steer_asymmetry", "steer_ratio", "steer_offset")
+    assert 0.0 < (fitted(s, "steer_ratio").chi2 - fitted(s, "steer_asymmetry").chi2) / s.count < 0.05
+    assert s.run().final.names == ("steer_ratio",)
+
+
+def test_another_effect_takes_the_place_of_one_whose_value_means_nothing() -> None:
+    """A wind at the end of its range has a force that hardly depends on the speed, as rolling resistance has."""
+    s = on_truth({"rolling_resistance": {"c": 0.15}}, "rich", "headwind", "rolling_resistance", "viscous_resistance")
+    wind = fitted(s, "headwind")
+    assert wind.chi2 > 1.5 * s.count
+    assert not s.sound(wind, "headwind")
+    assert s._meant(wind).names == ("rolling_resistance",)
+
+
 def test_what_does_not_pay_is_pruned() -> None:
     s = search(weak(), "drive_gain", "brake_gain", "aero_drag")
     both = fitted(s, "drive_gain", "brake_gain")
