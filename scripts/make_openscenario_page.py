@@ -97,6 +97,8 @@ What the widely used tools do, where they agree with each other or nothing speak
   pace is that of its last motion; being put somewhere is none. So at t = 0, and in the instant in which a trajectory
   takes the master over, the master stands; who has a final speed stands as well, until the last ramp fits.
 - `TeleportAction`: the default controller goes on from there 10 ms later; other actions at once.
+- Where a lane ends and its road goes on, here or as the road linked there, the default controller goes on in the
+  nearest lane of the same side; where the road ends it stops.
 - `LightStateAction`: flashing has no regular ending, as an animation in a loop has none; an action on the same light of
   the same entity stops it. On and off end with the transition time.
 - `freespace` distances to or from who draws trailers are those of the nearest parts: a trailer belongs to its vehicle.
