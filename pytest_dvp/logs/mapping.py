@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,6 +16,7 @@ from pytest_dvp.log import FloatArray, LogError
 from pytest_dvp.logs.names import Header, canonical
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import RawColumn, Table
+from pytest_dvp.logs.time_column import clock_of
 from pytest_dvp.logs.units import find_unit, units_of
 from pytest_dvp.signals import SIGNALS, describe
 
@@ -92,7 +94,10 @@ def read_mapping(path: Path) -> MappingFile:
     )
     signals = tuple(dataclasses.replace(signal, name=canonical(signal.name)) for signal in signals)
     if not signals:
-        raise LogError(f"{path}: no [[signal]]; `dvp map LOG` proposes some", "log.bad_mapping")
+        raise LogError(
+            f"{path}: no [[signal]]; `dvp map LOG` proposes some; its guesses stand behind a # that is to go",
+            "log.bad_mapping",
+        )
     names = [signal.name for signal in signals]
     for signal in signals:
         if names.count(signal.name) > 1:
@@ -254,10 +259,10 @@ def _stamps(stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArr
     else:
         t = stream.receive
     if len(t) and not np.isfinite(t).any():
-        raise LogError(
-            f"{mapping.file or stream.topic}: no field holds the time; say which: [log] time = one of "
-            + listed(list(stream.fields), 8), "log.time_missing",
-        )  # fmt: skip
+        _, guess, why = clock_of([stream])
+        which = f'"{guess}"? ({why})' if guess in stream.fields else f"one of {listed(list(stream.fields), 8)}"
+        text = f"{mapping.file or stream.topic}: no field holds the time; say which: [log] time = {which}"
+        raise LogError(text, "log.time_missing")
     return t - signal.delay
 
 
@@ -266,7 +271,11 @@ def _field(stream: Stream, name: str, signal: SignalMap, mapping: MappingFile, f
     if values is None:
         place = f"{stream.topic} of {file}" if stream.topic else file
         text = f"{mapping.file or file}: {signal.name}: no field {name!r} in {place}"
-        raise LogError(f"{text} {nearest(name, stream.fields)}".rstrip(), "log.no_field")
+        if not name:
+            text = f"{mapping.file or file}: {signal.name}: the entry has no field"
+        few = difflib.get_close_matches(name, list(stream.fields), n=3, cutoff=0.0)
+        near = nearest(name, stream.fields) or f"nearest of its {len(stream.fields)}: {', '.join(few)}"
+        raise LogError(f"{text}; {near}", "log.no_field")
     return values
 
 

@@ -126,3 +126,19 @@ def test_what_only_a_name_tells_waits_for_its_unit_and_latitude_is_no_accelerati
         ("x", "lon", "longitude"), ("y", "lat", "latitude"), ("ay", "acc_lat", "?"), ("throttle_cmd", "throttle", "?"),
     }  # fmt: skip
     assert text.splitlines()[-1] == "#  lamp: 0 to 99"
+
+
+@pytest.mark.parametrize(
+    ("entry", "said"),
+    [
+        ('field = "Geschw"', 'no field holds the time; say which: [log] time = "Zeit"? (a guess: rises by about 0.02'),
+        ('field = "Temp"\ntime = "Zeit"', "v: no field 'Temp' in fahrt.csv; did you mean 'Tempo'?"),
+        ('field = "zz"\ntime = "Zeit"', "v: no field 'zz' in fahrt.csv; nearest of its 11: "),
+        ('time = "Zeit"', "v: the entry has no field; nearest of its 11: "),
+    ],
+)
+def test_what_is_wrong_in_an_entry_is_told_with_what_is_near(foreign: Path, entry: str, said: str) -> None:
+    (foreign / "map.toml").write_text(f'[[signal]]\nname = "v"\nunit = "km/h"\n{entry}\n')
+    with pytest.raises(LogError) as error:
+        read_log("fahrt.csv", mapping=Path("map.toml"))
+    assert said in str(error.value)
