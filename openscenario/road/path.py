@@ -32,17 +32,23 @@ def stretch(kappa: float, t: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def crossed(tables: Tables, section: int, lane: int, forward: bool, road: int, s: float, offset: float) -> int:
-    """Lane id in the neighbouring section that a lane continues as; where it ends, the nearest of its side."""
+    """Lane id in the neighbouring section that a lane continues as; where it ends, the nearest of its side.
+
+    A lane to drive on that is linked to one that is not, a hard shoulder, ends there.
+    """
     lanes, spans = tables[6], tables[4]
     row = lane_row(tables, section, lane)
     if lane == 0 or row < 0:
         return 0
     target = lanes[row, LANE_SUCCESSOR] if forward else lanes[row, LANE_PREDECESSOR]
-    if target >= 0:
+    if target >= 0 and lanes[target, LANE_DRIVABLE] >= lanes[row, LANE_DRIVABLE]:
         return int(lanes[target, LANE_ID])
     t = lane_centre(tables, road, section, lane, s)[0] + offset
     beyond = spans[section + 1, 0] + 1e-6 if forward else spans[section - 1, 1] - 1e-6
-    return beside(tables, road, beyond, t, lanes[row, LANE_DRIVABLE] == 1, lane)[0]
+    found = beside(tables, road, beyond, t, lanes[row, LANE_DRIVABLE] == 1, lane)[0]
+    if target >= 0 and found * lane <= 0:  # nothing to drive on goes this way
+        return int(lanes[target, LANE_ID])
+    return found
 
 
 @njit(cache=True, error_model="numpy")

@@ -202,6 +202,15 @@ def test_a_lane_that_vanishes_gives_way_to_one_of_its_own_direction(tmp_path: Pa
     assert (there.lane, there.s, there.t) == (2, pytest.approx(50.0), pytest.approx(1.75))
 
 
+@pytest.mark.parametrize(("inner", "expected"), [("driving", -1), ("sidewalk", -2)])
+def test_a_lane_that_becomes_a_shoulder_ends_where_another_goes_on(tmp_path: Path, inner: str, expected: int) -> None:
+    both = [lane(-1, type_=inner, after=-1), lane(-2, after=-2)]
+    then = [lane(-1, type_=inner, before=-1), lane(-2, type_="shoulder", before=-2)]
+    net = network(tmp_path, straight("1", 0, 0, 0, 100, section(right=both) + section(right=then, s=50.0)))
+    there = net.advance(net.locate(40.0, -5.25), 20.0)
+    assert (there.lane, there.s) == (expected, pytest.approx(60.0))
+
+
 @pytest.mark.parametrize("contact", ["start", "end"])
 def test_a_lane_that_ends_with_its_road_leads_to_the_nearest_of_the_next(tmp_path: Path, contact: str) -> None:
     """Two lanes each way, then one each way that runs on or against; the outer one is linked to nothing."""
