@@ -15,7 +15,6 @@ from scenarios import path as shipped
 if TYPE_CHECKING:
     from pytest_dvp.gates import Verdict
 
-SEEN = ("objects.", "object.")  # begins of signals that are of detections
 UNKNOWN = "MODEL.toml"
 
 
@@ -26,22 +25,25 @@ def gap_command(
     model: Path | None = None,
     effects: Sequence[Path] = (),
 ) -> str:
-    """`dvp diagnose RUN --model M.toml` for gates that failed between a twin and a car; empty if none did, or the car's
-    log is not in a file.
+    """`dvp diagnose RUN --model M.toml --twin RUN` for gates that failed between a twin and a car.
+
+    Empty if none did, or the car's log is not in a file.
 
     twin, measured  log of each with the file or folder it is in
     model, effects  files that the twin was made from, as the user named them, if they are known; else the model is
                     looked for where it is likely to be, by the digest that the twin's log holds
     """
-    named = [verdict.name for verdict in failed if verdict.status == "FAIL"]
-    if not named or measured[1] is None or "toml" not in twin[0].meta.get("model", {}):
+    if (
+        all(verdict.status != "FAIL" for verdict in failed)
+        or measured[1] is None
+        or "toml" not in twin[0].meta.get("model", {})
+    ):
         return ""
     file, note = _model_file(twin[0], twin[1], model), ""
     if file is None:
         note = f" ({UNKNOWN}: {twin[0].meta['model'].get('file', 'the model of the twin')}, which is not here)"
     words = ["dvp", "diagnose", shown(measured[1]), "--model", UNKNOWN if file is None else shown(file)]
-    if twin[1] is not None and any(f"({begin}" in name for name in named for begin in SEEN):
-        words += ["--twin", shown(twin[1])]
+    words += ["--twin", shown(twin[1])] if twin[1] is not None else []  # what the car saw, beside what the twin did
     words += [word for path in effects for word in ("--effects", shown(path))]
     return shlex.join(words) + note
 

@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
+from scipy.stats import t as student
 
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.detection_fit import BLOCK, Positions
 from pytest_dvp.reality_gap.detection_pairs import Frames, Pairs, frames, paired
 from pytest_dvp.reality_gap.diagnosis import Action, Estimate, NamedEffect
+from pytest_dvp.reality_gap.projection import BoolArray
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -29,7 +31,9 @@ _GATE = 5.0  # standard deviations of the noise, later on
 _LEAST_GATE = 0.5  # m
 _ROUNDS = 5
 _STRAY = 0.005  # chance that a box beyond the range is taken for the object
+_BEYOND = 0.05  # share of frames beyond a border in which an object is seen all the same, at most
 _RIVAL = 2.0  # difference of log-likelihood per block below which two effects are not told apart
+_ONE = 2.0  # m, how well one object shows a range: a car that comes at 10 m/s is believed some 0.2 s sooner or later
 _BORDER = 3.0  # log-likelihood: 95 % for a border, whose likelihood falls off exponentially
 _ORDER = ("latency", "offset", "range", "misses", "false", "noise")
 
@@ -49,7 +53,8 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
 
     Compared with the values of the model's own perception effects or, given a `twin`, the log of its run, with what its
     detections show. An effect is named if its value differs by at least Key.least and outside the 95 % interval
-    (intervals of both logs with a `twin`): clustered by object and block of 5 s; range by profile likelihood; false
+    (intervals of both logs with a `twin`): clustered by object and block of 5 s; range by profile likelihood and by
+    objects left out; false
     objects by the exact Poisson interval. gain: share of the log-likelihood of all effects named.
 
     () for a run of a stage without a `twin`, for its detections come from simulated sensors, with all that those do to
@@ -108,8 +113,8 @@ def _differs(found: Perceived, twin: Perceived | None, model: VehicleModel, effe
     else:
         given = model.value(effect.name, key)
         base = base_low = base_high = declared.neutral if given is None else given
-    if isinf(value) or isinf(base):
-        return isinf(value) != isinf(base)
+    if isinf(value) or isinf(base):  # no border was found: it is beyond what was seen, which `low` tells
+        return isinf(value) != isinf(base) and (low > base_high + declared.least or high + declared.least < base_low)
     return abs(value - base) >= declared.least and (low > base_high or high < base_low)
 
 
@@ -160,6 +165,7 @@ class _Seen:
         self.far = p.distance[rows][order]
         self.seen = p.seen[rows][order]
         self.block = ((f.t[frame] // BLOCK).astype(np.int64) * 1000 + thing)[order]
+        self.thing = thing[order]
 
     def perceived(self) -> Perceived:
         """All of it."""
@@ -167,8 +173,11 @@ class _Seen:
         values: dict[tuple[str, str], tuple[float, float, float]] = {}
         worth: dict[str, float] = {}
 
-        def put(name: str, key: str, value: float, spread: float, least: float = -inf) -> None:
-            values[name, key] = (value, max(value - 1.96 * spread, least), value + 1.96 * spread)
+        blocks = len(np.unique(z.blocks))
+
+        def put(name: str, key: str, value: float, spread: float, least: float = -inf, of: int = blocks) -> None:
+            wide = _t(of) * spread
+            values[name, key] = (value, max(value - wide, least), value + wide)
 
         if np.isfinite(z.spread[0]):
             put("detection_latency", "T", float(q[0]), float(z.spread[0]), 0.0)
@@ -183,7 +192,7 @@ class _Seen:
         values["detection_range", "R"] = (reach, low, high)
         worth["detection_range"] = gained
         rate, spread, missed = self._misses(reach)
-        put("detection_misses", "rate", rate, spread, 0.0)
+        put("detection_misses", "rate", rate, spread, 0.0, len(np.unique(self.block[self.far <= reach])))
         worth["detection_misses"] = missed
         if 0.0 < gained < _RIVAL + alone and rate > 0.0:
             rivals["detection_range"] = ("detection_misses",)
@@ -207,26 +216,46 @@ class _Seen:
         return found
 
     def _range(self) -> tuple[float, float, float, float, float]:
-        """Range [m] with its interval, the log-likelihood that it brings, and that of misses without a range."""
+        """Range [m] with its interval, the log-likelihood that it brings, and that of misses without a range.
+
+        Without a border the range is inf, from the farthest that was seen on. One object shows a border no better than
+        to where it is first believed to be there, so the interval is as wide as the borders of the others let it be.
+        """
         n = len(self.far)
-        hit = np.concatenate([[0], np.cumsum(self.seen)]).astype(np.float64)
-        rows = np.arange(n + 1, dtype=np.float64)
-        miss = rows - hit
-        share = np.clip(miss / np.maximum(rows, 1.0), 1e-4, 1.0 - 1e-4)
-        beyond_hit, beyond_miss = hit[-1] - hit, miss[-1] - miss
-        likelihood = (hit * np.log(1.0 - share) + miss * np.log(share)
-                      + beyond_hit * log(_STRAY) + beyond_miss * log(1.0 - _STRAY))  # fmt: skip
+        likelihood = _likelihood(self.seen)
         best = int(np.argmax(likelihood))
         never = 0.5 * float(likelihood[-1] - n * log(0.5)) if n else 0.0
         gained = float(likelihood[best] - likelihood[-1]) if n else 0.0
         # A range is a border with hardly anything seen beyond it, and enough not seen in several blocks
         unseen = len(np.unique(self.block[best:][~self.seen[best:]])) if best < n else 0
         if best == 0 or best == n or gained < 10.0 or unseen < 2:
-            return inf, inf, inf, 0.0, never
+            return inf, float(self.far[self.seen].max(initial=0.0)), inf, 0.0, never
         likely = np.flatnonzero(likelihood > likelihood[best] - _BORDER)
         low, high = self.far[max(int(likely[0]) - 1, 0)], self.far[min(int(likely[-1]), n - 1)]
         reach = 0.5 * (self.far[best - 1] + self.far[best])
-        return float(reach), float(min(low, reach)), float(max(high, reach)), gained, 0.0
+        unsure = self._between_objects(float(reach))
+        return float(reach), float(min(low, reach - unsure)), float(max(high, reach + unsure)), gained, 0.0
+
+    def _between_objects(self, reach: float) -> float:
+        """Half of a 95 % interval [m] of the range from how it moves with each object left out (jackknife); of a border
+        that one object alone has crossed _ONE."""
+        things = np.unique(self.thing)
+        crossed = [k for k in things.tolist() if self._crosses(k, reach)]
+        if len(crossed) < 2:
+            return _ONE
+        moved = []
+        for k in crossed:
+            others = self.thing != k
+            far, likelihood = self.far[others], _likelihood(self.seen[others])
+            best = min(max(int(np.argmax(likelihood)), 1), len(far) - 1)
+            moved.append(0.5 * (far[best - 1] + far[best]))
+        m = len(moved)
+        return 1.96 * float(np.sqrt((m - 1) / m * np.sum((np.array(moved) - np.mean(moved)) ** 2)))
+
+    def _crosses(self, thing: int, reach: float) -> bool:
+        """Whether an object was there on both sides of the border."""
+        far = self.far[self.thing == thing]
+        return bool(far.min() < reach < far.max())
 
     def _misses(self, reach: float) -> tuple[float, float, float]:
         """Share of frames missed within the range, its standard deviation by blocks, and its log-likelihood."""
@@ -243,6 +272,27 @@ class _Seen:
         count = float(missed.sum())
         gained = count * log(max(rate, 1e-9) / _STRAY) + (len(missed) - count) * log(max(1.0 - rate, 1e-9))
         return rate, spread, max(gained, 0.0) if count else 0.0
+
+
+def _likelihood(seen: BoolArray) -> FloatArray:
+    """Log-likelihood of a border before each row and after the last, rows in the order of their distance (n + 1,);
+    -inf where too much is seen beyond it for a border."""
+    n = len(seen)
+    hit = np.concatenate([[0], np.cumsum(seen)]).astype(np.float64)
+    rows = np.arange(n + 1, dtype=np.float64)
+    miss = rows - hit
+    share = np.clip(miss / np.maximum(rows, 1.0), 1e-4, 1.0 - 1e-4)
+    beyond_hit, beyond_miss = hit[-1] - hit, miss[-1] - miss
+    likely = (
+        hit * np.log(1.0 - share) + miss * np.log(share) + beyond_hit * log(_STRAY) + beyond_miss * log(1.0 - _STRAY)
+    )
+    likely[beyond_hit > _BEYOND * (n - rows)] = -inf
+    return np.asarray(likely)
+
+
+def _t(blocks: int) -> float:
+    """Standard deviations of a 95 % interval whose errors are known from so many independent blocks (Student)."""
+    return float(student.ppf(0.975, max(blocks - 1, 1)))
 
 
 def _poisson(count: int, duration: float) -> tuple[float, float, float]:

@@ -312,27 +312,22 @@ def test_a_gate_that_fails_between_twin_and_car_prints_the_command_that_says_why
 ) -> None:
     monkeypatch.chdir(tmp_path)
     never = Gate("twin_error", max=-1.0, between=("dt", "rw"), options={"signal": "v"})
-    seen = Gate("mncc", min=2.0, between=("dt", "rw"), options={"signal": "object.Target.x"})
     places = {stage: tmp_path / "runs" / stage for stage in ("dt", "rw")}
     drives = {stage: dataclasses.replace(staged(drive.log, stage), place=place) for stage, place in places.items()}
     shipped = scenarios.path("models/tabby_evo.toml")
-    held = hold(drives, [never, seen], [PAIR], ABOUT)
-    command = f"dvp diagnose runs/rw --model {shipped}"
+    held = hold(drives, [never], [PAIR], ABOUT)
+    command = f"dvp diagnose runs/rw --model {shipped} --twin runs/dt"
     assert held.why == (command,)
     assert f"  what the twin lacks: {command}" in across_text(held).splitlines()
     assert f"  what the twin lacks: {command}\n  replay: " in str(failure(held.as_dict()))
     own = tmp_path / "models" / "tabby_evo.toml"
     own.parent.mkdir()
     own.write_bytes(shipped.read_bytes())
-    assert hold(drives, [never], [PAIR], ABOUT).why == ("dvp diagnose runs/rw --model models/tabby_evo.toml",)
+    assert hold(drives, [never], [PAIR], ABOUT).why == (
+        "dvp diagnose runs/rw --model models/tabby_evo.toml --twin runs/dt",
+    )
     assert hold(drives, [LIKE], [PAIR], ABOUT).why == ()
     assert hold({stage: staged(drive.log, stage) for stage in drives}, [never], [PAIR], ABOUT).why == ()
-
-
-def test_gates_on_what_is_seen_ask_for_the_twins_detections_too(drive: RunResult) -> None:
-    seen = dataclasses.replace(drive.verdicts[0], status="FAIL", name="mncc(objects.x)")
-    command = gap_command([seen], (drive.log, Path("runs/dt")), (drive.log, Path("runs/rw")))
-    assert command.endswith(" --twin runs/dt")
 
 
 def test_a_model_file_that_is_not_there_any_more_is_named(drive: RunResult) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from pytest_dvp.log import DetectionTable, Log, ObjectTrack, no_detections
 from pytest_dvp.reality_gap.diagnosis import NamedEffect
-from pytest_dvp.reality_gap.perception_gap import diagnose_perception, diagnose_perceptions
+from pytest_dvp.reality_gap.perception_gap import diagnose_perception, diagnose_perceptions, perceived_in
 from tests.truth.effects import Effects
 from tests.truth.tracks import TYPICAL, make_tracks
 from vehicle.model.model import VehicleModel
@@ -181,3 +181,83 @@ def test_a_false_object_that_stays_counts_once(model: VehicleModel) -> None:
     assert found.name == "detection_false"
     assert found.parameters["rate"].value == pytest.approx(6.0 / length)
     assert found.parameters["rate"].unit == "1/s"
+
+
+def seen_where(log: Log, keep: np.ndarray) -> Log:
+    """The log with only those of its detections."""
+    table = log.detections
+    boxes = DetectionTable(
+        *(
+            tuple(k for k, kept in zip(table.kind, keep, strict=True) if kept)
+            if f.name == "kind"
+            else getattr(table, f.name)[keep]
+            for f in dataclasses.fields(table)
+        )
+    )
+    return dataclasses.replace(log, detections=boxes)
+
+
+def distance(log: Log) -> np.ndarray:
+    """From the ego to each detection [m]."""
+    table = log.detections
+    ego = [np.interp(table.t, log.t, log.columns[name]) for name in ("x", "y")]
+    return np.hypot(table.x - ego[0], table.y - ego[1])
+
+
+def test_objects_that_are_hidden_in_between_show_no_range(model: VehicleModel) -> None:
+    """Nothing is seen from 40 to 60 m, and all beyond: something stood in the way, the detector reaches farther."""
+    log = with_detections({})
+    far = distance(log)
+    hidden = seen_where(log, (far < 40.0) | (far > 60.0))
+    found = perceived_in(hidden)
+    assert found is not None
+    reach, low, high = found.values["detection_range", "R"]
+    assert (reach, high) == (np.inf, np.inf)
+    assert low == pytest.approx(far.max(), abs=1.0)
+    assert "detection_range" not in named(diagnose_perception(hidden, model))
+
+
+def test_a_border_that_one_object_alone_has_crossed_is_known_to_two_metres(model: VehicleModel) -> None:
+    """Twin and car see the same oncoming car 2.5 m sooner or later: one moment of one object tells no range."""
+    log = with_detections({})
+    objects = {name: log.objects[name] for name in ("parked", "oncoming")}
+    ahead = objects["parked"].x > np.interp(objects["parked"].t, log.t, log.columns["x"])  # 52 m away at most
+    objects["parked"] = dataclasses.replace(
+        objects["parked"],
+        **{f.name: values[ahead] for f in dataclasses.fields(ObjectTrack)
+           if isinstance(values := getattr(objects["parked"], f.name), np.ndarray)},
+    )  # fmt: skip
+    last = objects["parked"].t[-1]
+    table = log.detections
+    to = {name: np.hypot(table.x - np.interp(table.t, o.t, o.x), table.y - np.interp(table.t, o.t, o.y))
+          for name, o in objects.items()}  # fmt: skip
+    far = distance(log)
+    runs = [
+        dataclasses.replace(
+            seen_where(log, ((to["parked"] < 0.5) & (table.t <= last)) | ((to["oncoming"] < 0.5) & (far < reach))),
+            objects=objects,
+        )
+        for reach in (60.0, 62.5, 75.0)
+    ]
+    for run, reach in zip(runs, (60.0, 62.5, 75.0), strict=True):
+        found = perceived_in(run)
+        assert found is not None
+        value, low, high = found.values["detection_range", "R"]
+        assert value == pytest.approx(reach, abs=0.6)
+        assert (value - low, high - value) == pytest.approx((2.0, 2.0))
+    assert named(diagnose_perception(runs[1], model, twin=runs[0])) == set()
+    assert named(diagnose_perception(runs[2], model, twin=runs[0])) == {"detection_range"}
+
+
+def test_with_few_independent_blocks_intervals_are_students(model: VehicleModel) -> None:
+    """Of 10 s of one object there are two or three blocks: 12.7 or 4.3 standard deviations, not 1.96."""
+    log = with_detections({"detection_noise": {"sigma0": 0.3}})
+    table = log.detections
+    start = float(table.t[0])
+    parked = {"parked": log.objects["parked"]}
+    own = (np.hypot(table.x - 52.0, table.y) < 2.0) & (table.t < start + 10.0)
+    short = perceived_in(dataclasses.replace(seen_where(log, own), objects=parked))
+    assert short is not None
+    _, low, high = short.values["detection_offset", "x"]
+    assert high - low > 2 * 4.3 * 0.3 / np.sqrt(own.sum())
+    assert low < 0.0 < high
