@@ -175,8 +175,9 @@ def _skip_words(table: Table, text: bytes, start: int, line: int) -> tuple[int, 
         wide = row.count(mark.encode()) == usual.count(mark.encode()) > 0
         if wide and 2 * sum(_is_number(cell) for cell in cells) < len(cells):
             if k:
+                lines = "1 line above the header is" if k == 1 else f"{k} lines above the header are"
                 table.findings.add(
-                    "log.lines_above_header", table.file, line, "", f"{k} lines above the header are left out",
+                    "log.lines_above_header", table.file, line, "", f"{lines} left out",
                     found=_text(sample[0])[:60], severity="warning",
                 )  # fmt: skip
             return start + offset, line + k

@@ -21,13 +21,13 @@ def read(folder: Path, head: str, row: Callable[[int], str], above: str = "") ->
     return read_log(path)
 
 
-@pytest.mark.parametrize("above", ["Test drive 12\nDriver: XY\n\n", "Car;A 7\nMass;800\n", "Hall, dry\n"])
+@pytest.mark.parametrize("above", ["Test drive 12\nDriver: XY\n\n", "Car;A 7\nMass;800\n", "Hall, dry\n", "sep=;\n"])
 def test_lines_above_the_header_are_left_out_and_told(tmp_path: Path, above: str) -> None:
     log = read(tmp_path, "t [s];v [m/s];x [m]", lambda i: f"{0.02 * i:.2f};1;{i}", above)
     assert log.t == pytest.approx(0.02 * np.arange(ROWS))
     (finding,) = [f for f in examine(log) if f.code == "log.lines_above_header"]
     assert (finding.line, finding.severity) == (1, "warning")
-    assert f"{above.count(chr(10))} lines" in str(finding)
+    assert f": {above.count(chr(10))} line" in str(finding)
 
 
 def test_the_lines_of_rows_count_from_the_top_of_the_file(tmp_path: Path) -> None:
