@@ -127,8 +127,16 @@ def _names(table: Table) -> list[str]:
         else:
             _check_unit(table, name, header)
     # The time column last: what a user reads first is then a signal, and its unit says how the rest is meant.
+    strange = [header for header in bare if canonical(header.name) not in SIGNALS]
     for header in sorted(bare, key=lambda h: canonical(h.name) == "t"):
-        _unit_missing(table, header)
+        if len(strange) < 2 or header not in strange:
+            _unit_missing(table, header)
+    if len(strange) > 1:
+        table.findings.add(
+            "log.unit_missing", table.file, table.header_line, f"columns {listed([h.name for h in strange], 8)}",
+            "these columns neither have usual names nor say their units", allowed="`NAME [UNIT]`, `[-]` for none",
+            hint=f"say in a mapping which of them count: `dvp map {table.file} > map.toml`, then --map map.toml",
+        )  # fmt: skip
     if "t" not in names:
         table.findings.add(
             "log.time_missing", table.file, table.header_line, "column t", "no time column",

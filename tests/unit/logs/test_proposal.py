@@ -87,7 +87,9 @@ def test_with_the_names_filled_in_the_log_is_sound(foreign: Path, capsys: pytest
 
 def test_a_file_without_units_is_told_of_the_mapping(foreign: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "fahrt.csv"]) == 1
-    assert "`dvp map fahrt.csv > map.toml`" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "`dvp map fahrt.csv > map.toml`" in told
+    assert told.count("log.unit_missing") == told.count("columns Nr, Zeit:") == 1
 
 
 @pytest.mark.parametrize(("scale", "unit"), [(1.0, "s"), (1e3, "ms"), (1e6, "us")])
