@@ -16,6 +16,7 @@ import pytest
 
 from pytest_dvp.cases import choose
 from pytest_dvp.fixtures import SHARED_KEY, Gate, GateFailed, Run, settings_of
+from pytest_dvp.own_packages import hidden_package
 from pytest_dvp.paths import shown
 from pytest_dvp.settings import STAGES, SettingError, Settings, is_users_mistake, unknown
 from pytest_dvp.stages import label
@@ -34,6 +35,9 @@ class ScenarioFile(pytest.File):
         self.named = named
 
     def collect(self) -> Iterable[ScenarioItem]:
+        hidden = hidden_package()
+        if hidden is not None:
+            raise self.CollectError(hidden)
         from openscenario.findings import ScenarioError
 
         settings = settings_of(self.config)

@@ -56,6 +56,11 @@ def run(request: pytest.FixtureRequest) -> Run:
     A relative path starts at the test's own folder, else at the rootdir, else at a folder of `dvp_scenarios`. Takes
     every option of `pytest_dvp.run`; the session's `--dvp-*` settings are the defaults.
     """
+    from pytest_dvp.own_packages import hidden_package
+
+    hidden = hidden_package()
+    if hidden is not None:
+        pytest.fail(hidden, pytrace=False)
     from pytest_dvp.session import Session
 
     return Session(request.config)

@@ -172,3 +172,18 @@ def test_an_unknown_stack_is_a_usage_error(written: Callable[[str], Wrong], pyte
     result = pytester.runpytest_inprocess("x.xosc", "--dvp-ads", "referense")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: --dvp-ads: unknown ADS 'referense', did you mean 'reference'?*"])
+
+
+def test_a_package_of_the_project_that_hides_one_of_ours_is_named(tmp_path: Path) -> None:
+    """python -m pytest puts the project's folder first on the path."""
+    write_scenario(tmp_path, "s.xosc")
+    (tmp_path / "pytest.ini").write_text("[pytest]\ndvp_duration = 0.1\n")
+    (tmp_path / "vehicle").mkdir()
+    (tmp_path / "vehicle" / "__init__.py").touch()
+    (tmp_path / "test_own.py").write_text("def test_own(run):\n    run('s.xosc')\n")
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "s.xosc", "test_own.py"]
+    command += ["--continue-on-collection-errors"]
+    found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
+    assert found.count(f"{tmp_path}/vehicle hides the package 'vehicle' that pytest_dvp needs") == 2
+    assert "Traceback" not in found
+    assert "pytest_dvp/" not in found  # no line of ours
