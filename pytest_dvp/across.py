@@ -16,7 +16,7 @@ from pytest_dvp.paths import shown
 from pytest_dvp.reality_gap.asked_by import asked_differently
 from pytest_dvp.settings import REFERENCE, Settings
 from pytest_dvp.stage_table import StageTable, stage_table
-from pytest_dvp.stages import SURROGATE
+from pytest_dvp.stages import STEPPED, SURROGATE
 
 if TYPE_CHECKING:
     from pytest_dvp.run import RunResult
@@ -243,9 +243,14 @@ def replay(scenario: Path, options: Mapping[str, Any], stages: Sequence[str], se
     """The `dvp run` that drives these stages and compares them again."""
     words = ["dvp", "run", shown(scenario), "--stage", ",".join(stages), "--seed", str(settings.seed)]
     words += ["--vehicle", settings.vehicle] if settings.vehicle != SURROGATE else []
-    words += ["--ads", settings.ads] if settings.ads != REFERENCE else []
+    words += ["--fault", settings.fault] if settings.fault is not None else []
+    words += ["--clock", settings.clock] if settings.clock != STEPPED else []
+    file, _, name = settings.ads.rpartition(":")
+    ads = f"{shown(Path(file))}:{name}" if file.endswith(".py") else settings.ads
+    words += ["--ads", ads] if ads != REFERENCE else []
     words += [word for name, value in sorted(assigned(options).items()) for word in ("--set", f"{name}={value}")]
     for option, path in (
+        ("--dbc", settings.dbc),
         ("--model", settings.model),
         ("--gates", settings.gates),
         ("--stage-gates", settings.stage_gates),

@@ -19,6 +19,7 @@ Result = Mapping[str, Any]
 
 MAX_LINES = 20
 MAX_NOTES = 5
+FEW = 3  # gates that are named where they share a reason
 MAX_TABLES = 3
 BESIDE_VERDICTS = ("not judged:", "recording:", "command gate:")  # begins of notes without which they mislead
 DIFFERENT = " differ in "  # of a note that two drives were not the same test
@@ -42,7 +43,7 @@ def worst_first(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]
 
 
 def gathered(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """The verdicts in their order; those that are INCONCLUSIVE for one reason are one, which counts them."""
+    """The verdicts in their order; those that are INCONCLUSIVE for one reason are one, which names or counts them."""
     given = list(verdicts)
     alike: dict[str, list[Mapping[str, Any]]] = {}
     for verdict in given:
@@ -54,7 +55,9 @@ def gathered(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
         if len(group) < 2:
             out.append(verdict)
         elif verdict is group[0]:
-            short = f"{len(group)} gates INCONCLUSIVE: {verdict['reason']}"
+            names = ", ".join(v.get("name") or v["metric"] for v in group[:FEW])
+            called = names if len(group) <= FEW else f"{len(group)} gates ({names}, ...)"
+            short = f"{called} INCONCLUSIVE: {verdict['reason']}"
             first = min((v for v in group), key=lambda v: (v["file"], v["line"] or 0))
             place = f"{first['file']}:{first['line']}" if first["line"] else first["file"]
             message = f"{short}; the first is gate {place}" if place else short

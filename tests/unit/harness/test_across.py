@@ -10,13 +10,14 @@ from pathlib import Path
 import pytest
 
 import scenarios
-from pytest_dvp.across import Driven, gates_between, hold, pair_name, pairs_driven
+from pytest_dvp.across import Driven, gates_between, hold, pair_name, pairs_driven, replay
 from pytest_dvp.cli import main
 from pytest_dvp.cli.run import across_text
 from pytest_dvp.gap_command import gap_command
 from pytest_dvp.gates import Gate, GateError, Stage
 from pytest_dvp.log import Log, LogError, LogEvent
 from pytest_dvp.run import RunResult, run
+from pytest_dvp.settings import Settings
 from pytest_dvp.shared_runs import SharedRuns, key_of
 from pytest_dvp.summary import failure
 from tests.plugin.conftest import write_scenario
@@ -269,16 +270,19 @@ def test_a_drive_of_another_scenario_is_named_and_its_reason_told_once(drive: Ru
         staged(drive.log, "rw", scenario="town.xosc", scenario_sha256="0" * 64), place=Path("runs/0001")
     )
     drives = {"dt": dataclasses.replace(staged(drive.log, "dt"), place=Path("runs/0000")), "rw": other}
-    held = hold(drives, [LIKE, LIKE, LIKE], [PAIR], ABOUT)
+    held = hold(drives, [LIKE] * 4, [PAIR], ABOUT)
     why = f"runs/0001 is a drive of town.xosc, runs/0000 one of {drive.log.meta['scenario']}"
-    assert [verdict.reason for verdict in held.verdicts] == [why] * 3
+    assert [verdict.reason for verdict in held.verdicts] == [why] * 4
     said = across_text(held).splitlines()
-    assert said[1] == f"  INCONCLUSIVE 3 gates INCONCLUSIVE: {why}"
+    told = f"4 gates (mncc(v), mncc(v), mncc(v), ...) INCONCLUSIVE: {why}"
+    assert said[1] == f"  INCONCLUSIVE {told}"
     assert sum(why in line for line in said) == 1
     message = failure(held.as_dict())
     assert message is not None
     assert message.count("another version") == 0
-    assert f"  INCONCLUSIVE 3 gates INCONCLUSIVE: {why}\n  0 of 3 gates passed" in message
+    assert f"  INCONCLUSIVE {told}\n  0 of 4 gates passed" in message
+    two = across_text(hold(drives, [LIKE] * 2, [PAIR], ABOUT)).splitlines()
+    assert two[1] == f"  INCONCLUSIVE mncc(v), mncc(v) INCONCLUSIVE: {why}"
 
 
 def saved(drive: Driven, place: Path, **meta: object) -> str:
@@ -350,3 +354,19 @@ def test_a_twin_by_pedals_beside_a_car_by_accelerations_is_said_in_place_of_a_di
     assert note.startswith(f"dt and rw-surrogate differ in what asks the car: {asked}")
     assert note.endswith("models/surrogate.toml")
     assert f"  {note}\n" in str(failure(held.as_dict()))
+
+
+def test_the_command_to_see_a_comparison_again_says_all_that_was_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    given = Settings(
+        rootdir=tmp_path,
+        ads=f"{tmp_path}/mine.py:Stack",
+        vehicle="can",
+        dbc=tmp_path / "car.dbc",
+        fault="drop@5",
+        model=tmp_path / "twin.toml",
+    )
+    words = "dvp run s.xosc --stage dt,rw --seed 7 --vehicle can --fault drop@5 --ads mine.py:Stack --dbc car.dbc"
+    assert replay(tmp_path / "s.xosc", {}, ("dt", "rw"), given) == f"{words} --model twin.toml"
