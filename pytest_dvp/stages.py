@@ -76,7 +76,7 @@ def check_stage(
     if clock == REAL and fault is not None:
         raise StageError(f"fault {fault} runs in stepped time")
     if colon and not Path(hidden).is_file():
-        raise StageError(f"vehicle {vehicle!r}: no file {hidden}")
+        raise StageError(f"vehicle {vehicle!r}: no file {hidden or f'({name}:FILE.toml)'}")
     if require_real:
         raise StageError(f"{label(stage)} ERROR: a real vehicle is required, a surrogate is no evidence about a car")
     if colon and name != ROS1:
