@@ -29,6 +29,7 @@ SLACK = 0.1  # of a gain that the draws without it may lose
 CLEAR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
 EVIDENT = 2.0  # times that: a gain that makes an effect worth its name, however small its value looks
 FAR = 0.8  # of what the best of the others leaves: a finer effect that leaves less comes before it
+MADE_UP = 0.2  # of what is lost with effects whose values mean nothing: as much may stay lost with others for them
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
 ROUGH = 2.0 * PRACTICAL  # of max(1, chi^2/N): a set further behind the best need not be fitted well
 PRICE = 0.005  # of max(1, chi^2/N), for a parameter
@@ -349,7 +350,20 @@ class Search:
         return best
 
     def _meant(self, best: Trial) -> Trial:
-        """The set without effects that do not pay or whose value means nothing, and what takes the place of these."""
+        """The set without effects that do not pay or whose value means nothing, and what takes the place of these, if
+        that makes up for them: a wind at the end of its range had stood for a drag."""
+        less = self._meaning(best)
+        if not self._misfit(less):
+            return less
+        other = self._meaning(best, refill=True)
+        if other.chi2 - best.chi2 < MADE_UP * (less.chi2 - best.chi2):
+            return other
+        self.target.settle(best.values)  # as it was before the others were tried
+        return less
+
+    def _meaning(self, best: Trial, *, refill: bool = False) -> Trial:
+        """The set without effects that do not pay or whose value means nothing, the last named first; refill: with
+        others in the place of these."""
         barred: list[str] = []
         while True:
             best = self._pruned(best)
@@ -358,7 +372,7 @@ class Search:
                 return best
             barred.append(vague[-1])
             best = self.trial([n for n in best.names if n != vague[-1]], best.values, like=best)
-            if self._misfit(best):  # a wind at the end of its range had stood for a drag
+            if refill and self._misfit(best):
                 best = self._grown(best, [], barred)
 
 
