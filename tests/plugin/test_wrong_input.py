@@ -182,7 +182,7 @@ def test_a_package_of_the_project_that_hides_one_of_ours_is_named(tmp_path: Path
     (tmp_path / "vehicle" / "__init__.py").touch()
     (tmp_path / "test_own.py").write_text("def test_own(run):\n    run('s.xosc')\n")
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "s.xosc", "test_own.py"]
-    command += ["--continue-on-collection-errors", "--no-summary"]  # it repeats messages whole where CI is set
+    command += ["--continue-on-collection-errors", "-r", "N"]  # the summary repeats messages whole where CI is set
     found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
     assert found.count(f"{tmp_path}/vehicle hides the package 'vehicle' that pytest_dvp needs") == 2
     assert "Traceback" not in found
