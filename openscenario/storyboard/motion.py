@@ -48,10 +48,11 @@ def move(entity: Entity, dt: float, ground: Ground) -> None:
     speed = entity.speed
     before = entity.speed_before
     entity.ax = (speed - before) / dt
-    distance = way(entity, dt)
+    distance, moving = way(entity, dt), dt
     if entity.placed and not entity.shifted:
         beat = min(BEAT, dt)
         distance -= (before + (speed - before) * beat / dt) * beat
+        moving = dt - beat
         if dt <= BEAT:
             entity.vx, entity.vy = speed * math.cos(entity.h), speed * math.sin(entity.h)
             return
@@ -70,5 +71,5 @@ def move(entity: Entity, dt: float, ground: Ground) -> None:
         entity.x += distance * math.cos(entity.h)
         entity.y += distance * math.sin(entity.h)
     entity.travelled += abs(distance)
-    entity.vx = (entity.x - x) / dt
-    entity.vy = (entity.y - y) / dt
+    entity.vx = (entity.x - x) / moving
+    entity.vy = (entity.y - y) / moving

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.run import run
+from scenarios import path
 from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.messages import Command, Observation, Task
 
@@ -174,3 +175,11 @@ def test_no_gate_judged_is_never_a_pass(scenario: Write) -> None:
 def test_nothing_in_the_log_tells_the_machine(scenario: Write, tmp_path: Path) -> None:
     result = run(scenario(*WITH_TARGET), ads=OneTrick(coast))
     assert str(tmp_path) not in repr(result.log.meta) + repr(result.log.events)
+
+
+def test_who_drives_from_the_beginning_has_its_velocity_from_the_beginning(tmp_path: Path) -> None:
+    """The lead of follow.xosc begins at 4 m/s to the east: no time to collision is measured against a standing one."""
+    file = path("follow.xosc")
+    values: dict[str, str | float | bool] = {"lead_speed": 4.0, "ego_speed": 4.0}
+    lead = run(file, rootdir=file.parent, duration=0.2, parameters=values, log_dir=tmp_path).log.objects["Lead"]
+    np.testing.assert_allclose(np.hypot(lead.vx, lead.vy), 4.0, rtol=1e-3)

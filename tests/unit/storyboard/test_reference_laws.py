@@ -453,7 +453,7 @@ def test_being_put_somewhere_takes_a_beat_of_the_default_controller(make: Make, 
     a = board.entities["A"]
     run(board, 1.0, dt)
     run(board, dt, dt)
-    assert (a.x, a.speed) == (pytest.approx(300.0 + 10.0 * (dt - 0.01)), 10.0)
+    assert (a.x, a.speed, a.vx) == (pytest.approx(300.0 + 10.0 * (dt - 0.01)), 10.0, pytest.approx(10.0))
     run(board, 0.1, dt)
     assert a.x == pytest.approx(300.0 + 10.0 * (dt + 0.09))
 
