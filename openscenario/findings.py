@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -54,7 +55,7 @@ class Finding:
 
     def __str__(self) -> str:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
-        return f"{place}: {self.severity} {self.code} {self.element}: {self.message}"
+        return f"{place}: {' '.join(filter(None, (self.severity, self.code, self.element)))}: {self.message}"
 
 
 class ScenarioError(Exception):
@@ -86,6 +87,11 @@ def listed(names: Sequence[str], most: int = 12) -> str:
     """Names for the `allowed` part of a message, cut after `most`."""
     head = ", ".join(names[:most])
     return f"{head}, ... ({len(names)} in all)" if len(names) > most else head
+
+
+def natural(name: str) -> tuple[tuple[int, int, str], ...]:
+    """Sort key that counts: 1, 2, 11, and not 1, 11, 2."""
+    return tuple((0, int(part), "") if part.isdecimal() else (1, 0, part) for part in re.split(r"(\d+)", name[:_SHOWN]))
 
 
 class Findings:

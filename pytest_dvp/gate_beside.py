@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from openscenario.findings import Finding, ScenarioError, listed, nearest
+from openscenario.findings import Finding, ScenarioError, listed, natural, nearest
 from openscenario.model.scenario import Scenario
 from openscenario.read import read_cases, read_scenario
 from openscenario.read.road import RoadFacts, road_facts
@@ -108,7 +108,7 @@ def _off_road(place: RoadPoint, facts: RoadFacts) -> tuple[str, str, str, str, s
     """(key, text, found, allowed, hint) if the place does not exist."""
     length = facts.lengths.get(place.road)
     if length is None:
-        roads = sorted(facts.lengths, key=lambda road: (len(road), road))
+        roads = sorted(facts.lengths, key=natural)
         hint = "" if place.road.isdigit() else nearest(place.road, roads)  # 2 is no likely 29
         return "road", f"no road {place.road[:40]}", "", listed(roads), hint
     if place.s > length:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from openscenario.findings import ScenarioError, listed, nearest
+from openscenario.findings import ScenarioError, listed, natural, nearest
 from openscenario.model.actions import AbsoluteTargetLane, TeleportAction
 from openscenario.model.positions import LanePosition, Position, RelativeLanePosition, RoadPosition
 from openscenario.model.scenario import RoadNetwork
@@ -81,7 +81,7 @@ def check_on_road(network: RoadNetwork | None, context: Context) -> None:
                 "@name",
                 "the road has no such signal",
                 found=element.name,
-                allowed=listed(sorted(signals)) or "none",
+                allowed=listed(sorted(signals, key=natural)) or "none",
             )
 
 
@@ -257,7 +257,7 @@ def _check_position(position: LanePosition | RoadPosition, facts: RoadFacts, con
             "@roadId",
             "no such road",
             found=position.road_id,
-            allowed=listed(sorted(facts.lengths)),
+            allowed=listed(sorted(facts.lengths, key=natural)),
             hint=nearest(position.road_id, facts.lengths),
         )
     elif position.s > length + _TOLERANCE:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, settings_from
 from pytest_dvp.cli.doctor import add_log_options, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
-from pytest_dvp.cli.found_files import Kind, files_of, kind_of
+from pytest_dvp.cli.found_files import Kind, files_of, gates_beside, kind_of
 from pytest_dvp.cli.runnable import runnable, said
 from pytest_dvp.paths import shown
 from pytest_dvp.settings import Settings
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     settings = settings_from(arguments)
     options = log_options(arguments)
-    paths = [path for text in arguments.paths for path in _files(text)]
+    paths = _with_gates([path for text in arguments.paths for path in _files(text)])
     effects = effects_from(arguments) if arguments.effects else {}
     found: list[dict[str, Any]] = []
     for path in paths:
@@ -57,7 +57,8 @@ def execute(arguments: argparse.Namespace) -> int:
         for finding in found:
             place = finding["file"] if finding["line"] is None else f"{finding['file']}:{finding['line']}"
             used = f" (used by {', '.join(finding['used_by'])})" if "used_by" in finding else ""
-            print(f"{place}: {finding['severity']} {finding['code']} {finding['element']}: {finding['message']}{used}")
+            what = " ".join(filter(None, (finding["severity"], finding["code"], finding["element"])))
+            print(f"{place}: {what}: {finding['message']}{used}")
         wrong = {finding["file"] for finding in found if finding["severity"] == "error"}
         for path in paths:
             if path.suffix.lower() == ".xosc" and str(path) not in wrong:
@@ -119,6 +120,19 @@ def _files(text: str) -> list[Path]:
     if not path.exists():
         raise WrongArgument(f"{text}: no such file")
     return [path]
+
+
+def _with_gates(paths: Sequence[Path]) -> list[Path]:
+    """The files, each scenario with the gate file beside it: a run reads that too, and refuses what is wrong in it."""
+    named = {path.resolve() for path in paths}
+    out: list[Path] = []
+    for path in paths:
+        out.append(path)
+        gates = gates_beside(path) if path.suffix.lower() == ".xosc" else None
+        if gates is not None and gates.resolve() not in named:
+            named.add(gates.resolve())
+            out.append(gates)
+    return out
 
 
 def _checker(

@@ -154,7 +154,8 @@ def _print(entry: dict[str, Any], findings: tuple[Finding, ...], shown: Excitati
             if entry[key]:
                 print(f"  {what}: {listed(entry[key], 20)}")
     for finding in findings:
-        print(f"  {finding.severity} {finding.code} {finding.element}: {finding.message}")
+        what = " ".join(filter(None, (finding.severity, finding.code, finding.element)))
+        print(f"  {what}: {finding.message}")
     if not findings:
         print("  nothing wrong found")
     if shown is not None:

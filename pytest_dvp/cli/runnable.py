@@ -10,24 +10,30 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pytest_dvp.cli.found_files import gates_beside
+from pytest_dvp.paths import shown
 from pytest_dvp.settings import Settings
 
 
 def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings: Settings) -> list[dict[str, Any]]:
-    """A row for each scenario and distribution: file, runs, why ("" if it runs), line of what is wrong. No catalogues.
+    """A row for each scenario and distribution: file, runs, why ("" if it runs), line of what is wrong (None where
+    that is in another file, which `why` then names). No catalogues.
 
     Other than the findings this asks the storyboard itself, so an element that only it refuses shows. That loads what
     drives on the road, which takes longer than a check should: for folders alone, in a process of its own.
     """
     files = [path for path in paths if path.suffix.lower() == ".xosc" and not _is_catalogue(path)]
     wrong: dict[str, list[Mapping[str, Any]]] = {str(path): [] for path in files}
+    gates = {str(beside): str(path) for path in files if (beside := gates_beside(path)) is not None}
     for each in found:
-        if each["severity"] == "error" and each["file"] in wrong:
-            wrong[each["file"]].append(each)
+        file = gates.get(each["file"], each["file"])  # a run reads the gate file beside it as well
+        if each["severity"] == "error" and file in wrong:
+            wrong[file].append(each)
     refused = _ask([file for file, errors in wrong.items() if not errors], settings)
     rows = []
     for file, errors in wrong.items():
-        why, line = (errors[0]["message"], errors[0]["line"]) if errors else refused[file]
+        first = errors[0] if errors else None
+        why, line = refused[file] if first is None else _why(file, first["file"], first["line"], first["message"])
         more = f" (and {len(errors) - 1} more errors)" if len(errors) > 1 else ""
         rows.append({"file": file, "runs": not why, "why": why + more, "line": line})
     return rows
@@ -87,9 +93,16 @@ def _refusal(path: Path, settings: Settings) -> tuple[str, int | None]:
         Storyboard(scenario, network, external=[find_ego(scenario, settings.ego).name], seed=settings.seed)
     except ScenarioError as error:
         first = error.findings[0]
-        elsewhere = "" if first.file == str(path) else f"{first.file}: "
-        return elsewhere + first.message, first.line
+        return _why(str(path), first.file, first.line, first.message)
     return "", None
+
+
+def _why(file: str, place: str, line: int | None, message: str) -> tuple[str, int | None]:
+    """The reason and the line of `file`; a line of another file stands with that file, in the reason."""
+    if place == file:
+        return message, line
+    where = shown(Path(place))
+    return f"{where if line is None else f'{where}:{line}'}: {message}", None
 
 
 def _answer() -> None:

@@ -32,6 +32,29 @@ def check(capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, list[d
     return run
 
 
+def test_a_scenario_is_checked_with_its_gate_file(scenario: Write, check: Callable[..., Any]) -> None:
+    scenario().with_name("x.gates.toml").write_text(BROKEN)
+    code, (found,) = check("x.xosc")
+    assert (code, found["file"], found["line"]) == (1, "x.gates.toml", 2)
+    assert check("x.xosc", "x.gates.toml") == (code, [found])  # once, though named as well
+
+
+def test_what_has_no_place_in_its_file_leaves_no_gap(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "empty.xosc").write_text("")
+    main(["check", "empty.xosc"])
+    assert capsys.readouterr().out == "empty.xosc:1: error xml.empty: the file is empty\n"
+
+
+def test_allowed_roads_are_listed_as_one_counts(scenario: Write, check: Callable[..., Any]) -> None:
+    path = scenario(('roadId="1"', 'roadId="99"'))
+    road = path.with_name("straight.xodr")
+    text = road.read_text()
+    one = text[text.index("  <road ") : text.index("</OpenDRIVE>")]
+    many = "".join(one.replace('id="1" junction', f'id="{number}" junction') for number in ("11", "2", "1"))
+    road.write_text(text.replace(one, many))
+    assert "allowed: 1, 2, 11" in check("x.xosc")[1][0]["message"]
+
+
 @pytest.mark.parametrize("folder", [".hidden", "node_modules", "runs/0001-x-dt", ".venv/lib"])
 def test_folders_of_others_are_not_looked_at(folder: str, scenario: Write, check: Callable[..., Any]) -> None:
     place = scenario().parent / folder

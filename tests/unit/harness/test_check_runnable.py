@@ -37,3 +37,28 @@ def test_each_scenario_is_said_to_run_or_why_not(
     assert "Eggo" in rows["typo.xosc"]["why"]
     main(["check", "."])
     assert "\ngood.xosc: runs\n" in capsys.readouterr().err
+
+
+def test_a_scenario_whose_gate_file_is_wrong_does_not_run_and_the_line_is_said_of_that_file(
+    scenario: Write, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = scenario().parent
+    (folder / "x.gates.toml").write_text('\n[[gate]]\nmetric = "tetx"\nmax = 1\n')
+    (folder / "pytest.ini").write_text("[pytest]\n")
+    monkeypatch.chdir(folder)
+    assert main(["check", "."]) == 1
+    said = capsys.readouterr().err
+    assert "x.xosc: refused: x.gates.toml:3: " in said
+    assert "runs" not in said
+
+
+def test_the_line_of_a_broken_road_is_said_with_the_road(
+    scenario: Write, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = scenario().parent
+    road = (folder / "straight.xodr").read_text()
+    (folder / "straight.xodr").write_text(road[: road.index("<planView>")])  # of its line 6
+    (folder / "pytest.ini").write_text("[pytest]\n")
+    monkeypatch.chdir(folder)
+    assert main(["check", "."]) == 1
+    assert "x.xosc: refused: straight.xodr:6: not well-formed" in capsys.readouterr().err
