@@ -18,6 +18,7 @@ import msgspec
 
 from pytest_dvp.driving_stack import AdsFault, find_ads, make_driver, one_line
 from pytest_dvp.settings import REFERENCE, SettingError
+from pytest_dvp.stack_parameters import received
 
 IDLE = 3600.0  # s without a word after which it gives up
 
@@ -79,10 +80,9 @@ def _serve(domain: int, ads: Any) -> None:
 
 
 def _made(ads: Any, run: dict[str, Any]) -> Any:
-    from ads.parameters import preset
     from vehicle.messages import VehicleDescription
 
-    parameters = preset().with_values(run["parameters"])
+    parameters = received(ads, run["parameters"])
     car = msgspec.convert(run["vehicle"], VehicleDescription)
     return make_driver(ads, parameters, _map(run["map"], Path(run["map"]).stat().st_mtime_ns), car)
 

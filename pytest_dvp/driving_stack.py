@@ -104,6 +104,8 @@ def make_driver(ads: Ads, parameters: object, network: object, description: obje
         takes = _takes(factory)
         if takes is None:
             raise AdsError(f"ADS {ads.name}: takes neither (parameters, network, description) nor nothing")
+        if not takes and isinstance(getattr(factory, "parameters", None), Mapping):
+            raise AdsError(f"ADS {ads.name}: declares parameters, and takes no (parameters, network, description)")
         try:
             made = factory(*given) if takes else factory()
         except Exception as error:  # a stack of somebody else may raise anything

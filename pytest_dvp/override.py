@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pytest_dvp.settings import Assignments, SettingError, unknown
+
+if TYPE_CHECKING:
+    from pytest_dvp.driving_stack import Ads
 
 
 def declared_names(path: Path) -> tuple[str, ...]:
@@ -15,11 +19,18 @@ def declared_names(path: Path) -> tuple[str, ...]:
     return tuple(declaration.name for declaration in read_declarations(path))
 
 
-def check_overrides(path: Path, assignments: Assignments, option: str = "--set") -> None:
-    """Raises SettingError for an unknown name (with the nearest one) or a value outside its range or constraints."""
+def check_overrides(path: Path, assignments: Assignments, option: str = "--set", ads: Ads | None = None) -> None:
+    """Raises SettingError for an unknown name (with the nearest one) or a value outside its range or constraints.
+
+    ads: whose P it is; None: the reference stack
+    """
     if assignments.scenario:
         check_declared(path, assignments.scenario, option)
-    check_stack_parameters(assignments.P, option)
+    if assignments.P:
+        from pytest_dvp.driving_stack import find_ads
+        from pytest_dvp.stack_parameters import check_parameters
+
+        check_parameters(ads or find_ads(), assignments.P, option)
     check_simulator_parameters(assignments.S, option)
 
 
@@ -34,17 +45,6 @@ def check_declared(path: Path, values: Mapping[str, str], option: str = "--set")
             raise SettingError(f"{option} {name}: {unknown(f'parameter of {path.name}', name, declared)}")
         if not allows(declared[name], value):
             raise SettingError(f"{option} {name}: found {value}; allowed: {constraints(declared[name])}")
-
-
-def check_stack_parameters(values: Mapping[str, str | float], option: str = "--set") -> None:
-    """Raises SettingError unless `values` are allowed values of P."""
-    if values:
-        from ads.parameters import ParameterError, Parameters
-
-        try:
-            Parameters().with_values(values)  # type: ignore[arg-type]
-        except ParameterError as error:
-            raise SettingError(f"{option}: {error}") from None
 
 
 def check_simulator_parameters(values: Mapping[str, str | float], option: str = "--set") -> None:

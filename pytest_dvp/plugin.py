@@ -250,8 +250,11 @@ def _settings(config: pytest.Config) -> Settings:
         )
         if found.set.P or found.set.S:
             from pytest_dvp import override
+            from pytest_dvp.driving_stack import find_ads
+            from pytest_dvp.stack_parameters import check_parameters
 
-            override.check_stack_parameters(found.set.P, "--dvp-set")
+            if found.set.P:
+                check_parameters(find_ads(found.ads, [config.rootpath]), found.set.P, "--dvp-set")
             override.check_simulator_parameters(found.set.S, "--dvp-set")
         return found
     except SettingError as error:

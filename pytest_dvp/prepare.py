@@ -31,6 +31,7 @@ from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
 from pytest_dvp.paths import shown
 from pytest_dvp.recorder import LogRecorder
+from pytest_dvp.stack_parameters import as_plain, in_force
 from pytest_dvp.stages import (
     CAN,
     REPLAY,
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from ads.parameters import Parameters
     from pytest_dvp.driving_stack import Ads
     from pytest_dvp.loop import Driver
+    from pytest_dvp.stack_parameters import Own
 
 KEPT_LANE = 2000  # m of reference line ahead of an ego without a goal, a point every metre
 
@@ -107,17 +109,16 @@ class Ready:
 
 def prepare(request: Request) -> Ready:
     """Read and check everything. Raises what `pytest_dvp.run.run` says."""
-    from ads.parameters import preset
-
     gates, gate_folder = _gates(request)
     parameters = {**_of_the_scenario(request), **request.parameters}
     scenario = read_scenario(request.path, library=request.library, rootdir=request.rootdir, parameters=parameters)
     network = network_of(scenario)
     ego = find_ego(scenario, request.ego)
-    P = preset(10, request.stage).with_values(request.P)  # type: ignore[arg-type]
+    ads = request.ads or find_ads()
+    P = in_force(ads, request.P, request.stage)
     vehicle, about, gate_log = _vehicle(request, ego)
     try:
-        ready = _ready(request, scenario, network, gates, gate_folder, ego, P, vehicle, about)
+        ready = _ready(request, scenario, network, gates, gate_folder, ego, (ads, P), vehicle, about)
         return dataclasses.replace(ready, gate_log=gate_log)
     except BaseException:
         vehicle.close()
@@ -131,7 +132,7 @@ def _ready(
     gates: GateFile,
     gate_folder: Path,
     ego: ScenarioObject,
-    P: Parameters,
+    stack: tuple[Ads, Parameters | Own],
     vehicle: Vehicle,
     about: Mapping[str, Any],
 ) -> Ready:
@@ -146,14 +147,14 @@ def _ready(
         check_place(network, task.goal, gates.file)
     state = VehicleState(t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed)
     armed = _reset(vehicle, state, request)
-    chosen = request.ads or find_ads()
+    chosen, P = stack
     driver: Driver = make_driver(chosen, P, network, _known(vehicle.description, request))
     meta = {
         "scenario": request.path.name,
         "scenario_sha256": scenario.sha256,
         "road_sha256": _sha256(scenario.road_network.logic_file),
         "parameters": {declared.name: declared.value for declared in scenario.parameter_declarations},
-        "P": P.as_dict(),
+        "P": as_plain(P),
         "S": {name: str(value) for name, value in request.S.items()},
         "ads": chosen.name,
         "seed": request.seed,

@@ -3,6 +3,8 @@
     command = ["ros2", "launch", "my_stack", "drive.launch.py"]   # {python}, {domain} are filled in
     answer = 20.0                                                 # s of wall time for a tick
     start = 60.0                                                  # s until it must have answered for the first time
+    [parameters]                                                  # of its own, with defaults: --set P.NAME=VALUE
+    LK_look = 1.2
     [environment]
     RMW_IMPLEMENTATION = "rmw_cyclonedds_cpp"
 
@@ -24,11 +26,12 @@ import numpy as np
 
 from pytest_dvp.driving_stack import AdsError, AdsFault
 from pytest_dvp.settings import unknown
+from pytest_dvp.stack_parameters import as_plain
 
 if TYPE_CHECKING:
     from vehicle.messages import Command, Detection, FloatArray, Observation
 
-KEYS = ("command", "answer", "start", "environment")
+KEYS = ("command", "answer", "start", "environment", "parameters")
 CALL = 0.2  # s between two calls to a stack that does not answer yet
 TICK = 0.05  # s
 STANDING = 0.05  # m/s
@@ -44,7 +47,7 @@ class RemoteStack:
 
     def __init__(self, file: str | Path, *, keep: bool = True) -> None:
         self._file, self._keep = Path(file), keep
-        self._command, self._environment, self._answer, self._start = _read(self._file)
+        self._command, self._environment, self._answer, self._start, self.parameters = _read(self._file)
         self._wire: _Wire | None = None
 
     def __call__(self, parameters: Any, network: Any, description: Any) -> _Drive:
@@ -79,7 +82,7 @@ class _Drive:
 
         self._stack = stack
         self._run = {
-            "parameters": parameters.as_dict(),
+            "parameters": as_plain(parameters),
             "map": str(Path(network.file.path).absolute()),
             "vehicle": msgspec.to_builtins(description),
         }
@@ -206,7 +209,7 @@ class _Wire:
             raise AdsFault(f"the stack did not answer within {self._answer:g} s at t = {t:.2f} s") from None
 
 
-def _read(file: Path) -> tuple[list[str], dict[str, str], float, float]:
+def _read(file: Path) -> tuple[list[str], dict[str, str], float, float, dict[str, float]]:
     try:
         given = tomllib.loads(file.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -225,4 +228,7 @@ def _read(file: Path) -> tuple[list[str], dict[str, str], float, float]:
         if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0.0:
             raise AdsError(f"{file}: {key}: found {value!r}, allowed: seconds > 0")
         times.append(float(value))
-    return command, environment, times[0], times[1]
+    parameters = given.get("parameters", {})
+    if not isinstance(parameters, dict):
+        raise AdsError(f"{file}: [parameters]: found {parameters!r}, allowed: names with numbers")
+    return command, environment, times[0], times[1], parameters

@@ -175,9 +175,19 @@ class Session:
             "log_dir": None if searched else settings.runs_folder,
         }
         defaults.update(options)
-        defaults["P"] = {**settings.set.P, **defaults.get("P", {})}
+        defaults["P"] = {**self._session_P(defaults["ads"]), **defaults.get("P", {})}
         defaults["S"] = {**settings.set.S, **defaults.get("S", {})}
         return {**defaults, "parameters": parameters}
+
+    def _session_P(self, ads: Any) -> Mapping[str, Any]:
+        """P of `--dvp-set`; a stack that a test brings gets of it what it has."""
+        settings = self._settings
+        if not settings.set.P or ads == settings.ads:
+            return settings.set.P
+        from pytest_dvp.driving_stack import find_ads
+        from pytest_dvp.stack_parameters import known_of
+
+        return known_of(find_ads(ads, [settings.rootdir]), settings.set.P)
 
     def find(self, path: Path) -> Path:
         """The file meant: absolute, beside the test, below the rootdir, or in a folder of `dvp_scenarios`.

@@ -18,6 +18,7 @@ from pytest_dvp.summary import BESIDE_VERDICTS
 
 if TYPE_CHECKING:
     from pytest_dvp.across import Across
+    from pytest_dvp.driving_stack import Ads
     from pytest_dvp.run import RunResult
 
 SETTINGS = (
@@ -86,10 +87,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
         for path in named:  # a wrong file is told before the first drive
             gates_between(path, settings.gates, settings.stage_gates)
-    jobs = _jobs(named, settings, stages)
+    ads = find_ads(settings.ads, [settings.rootdir])
+    jobs = _jobs(named, settings, stages, ads)
     _refuse_repetition(jobs, settings)
     several = len(jobs) > 1 or any(job.label for job in jobs)
-    find_ads(settings.ads, [settings.rootdir])
     documents: list[Any] = []
     passed = True
     drives: dict[Path, dict[str, RunResult]] = {}
@@ -150,7 +151,7 @@ def _stages(text: str) -> list[str]:
     return [stage for stage in STAGES if stage in words]
 
 
-def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str]) -> list[Job]:
+def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str], ads: Ads) -> list[Job]:
     """The runs that the named files ask for: a distribution is all its cases, or a sample."""
     from pytest_dvp.cases import choose, is_distribution
 
@@ -173,7 +174,7 @@ def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str]) -> l
                 for case in chosen
             ]
     scenarios = [cases[path][0].path if path in cases else path for path in named]
-    shares = _shares(scenarios, settings)
+    shares = _shares(scenarios, settings, ads)
     jobs: list[Job] = []
     for path, share in zip(named, shares, strict=True):
         jobs += [dataclasses.replace(job, parameters={**job.parameters, **share}) for job in cases.get(path, ())]
@@ -325,12 +326,12 @@ def across_text(held: Across) -> str:
     return "\n".join(lines)
 
 
-def _shares(paths: Sequence[Path], settings: Settings) -> list[dict[str, str]]:
+def _shares(paths: Sequence[Path], settings: Settings, ads: Ads) -> list[dict[str, str]]:
     """Of `--set` what each scenario declares; with several, a name must be declared by at least one of them."""
     from pytest_dvp.override import check_overrides, declared_names
 
     if len(paths) == 1 or not settings.set.scenario:
-        check_overrides(paths[0], settings.set)
+        check_overrides(paths[0], settings.set, ads=ads)
         return [dict(settings.set.scenario) for _ in paths]
     declared = [declared_names(path) for path in paths]
     known = {name for names in declared for name in names}
@@ -339,7 +340,7 @@ def _shares(paths: Sequence[Path], settings: Settings) -> list[dict[str, str]]:
             raise SettingError(f"--set: {unknown('parameter', name, known)}")
     shares = [{n: v for n, v in settings.set.scenario.items() if n in names} for names in declared]
     for path, share in zip(paths, shares, strict=True):
-        check_overrides(path, dataclasses.replace(settings.set, scenario=share))
+        check_overrides(path, dataclasses.replace(settings.set, scenario=share), ads=ads)
     return shares
 
 

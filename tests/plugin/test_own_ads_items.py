@@ -102,3 +102,36 @@ def test_a_storyboard_without_an_event_that_fired_is_not_a_pass(own: pytest.Pyte
     result.stdout.fnmatch_lines(
         ["INCONCLUSIVE x.xosc::dt storyboard INCONCLUSIVE: event 'Brake' never fired", "x.xosc::dt: *'Brake'*"]
     )
+
+
+TUNABLE = """
+from vehicle.messages import Command
+
+
+class Stack:
+    parameters = {"LK_look": 1.2}
+
+    def __init__(self, parameters, network, description):
+        self.trace = dict(parameters)
+
+    def tick(self, observation):
+        return Command(observation.t, 0.0, 0.0, 0.0, 0.0)
+"""
+
+
+def test_a_session_sets_the_stacks_own_parameters_and_others_do_not_get_them(own: pytest.Pytester) -> None:
+    (own.path / "my_stack.py").write_text(TUNABLE)
+    own.makepyfile(
+        test_mine="""
+        def test_it(run):
+            assert run("x.xosc", duration=0.2).log.meta["P"] == {"LK_look": 1.0}
+            assert run("x.xosc", duration=0.2, P={"LK_look": 2.0}).log.meta["P"] == {"LK_look": 2.0}
+            assert "LK_look" not in run("x.xosc", duration=0.2, ads="reference").log.meta["P"]
+        """
+    )
+    chosen = ("--dvp-ads", "my_stack.py:Stack", "--dvp-set", "P.LK_look=1.0")
+    own.runpytest_inprocess("test_mine.py", *chosen).assert_outcomes(passed=1)
+    refused = own.runpytest_inprocess("test_mine.py", *chosen[:3], "P.LK_lok=1.0")
+    assert refused.ret == pytest.ExitCode.USAGE_ERROR
+    said = "--dvp-set: ADS my_stack.py:Stack: unknown parameter 'LK_lok', did you mean 'LK_look'?"
+    refused.stderr.fnmatch_lines([f"*{said}"])
