@@ -242,7 +242,9 @@ def _rehearse(request: Any, duration: float | None, after_collision: float, pass
     if request.arming is None or not _needs_keys(request):
         return
     if result.status != "PASS":
-        worst = next(verdict.short for verdict in result.verdicts if verdict.status != "PASS")
+        from pytest_dvp.summary import worst_first
+
+        worst = worst_first(result.as_dict()["verdicts"])[0]["short"]
         raise StageError(
             f"stage {request.stage} is refused: a real car drives only what passed on the twin, "
             f"and that is {result.status}: {worst}"

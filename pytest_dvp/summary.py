@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.settings import REFERENCE, nearest
+from reports.verdicts import SEVERITY as ORDER
+from reports.verdicts import urgency
 
 Result = Mapping[str, Any]
 
@@ -24,7 +26,6 @@ MAX_TABLES = 3
 BESIDE_VERDICTS = ("not judged:", "recording:", "command gate:")  # begins of notes without which they mislead
 DIFFERENT = " differ in "  # of a note that two drives were not the same test
 WHY = "what the twin lacks"  # before the command that says it
-ORDER = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
 
 
 def clean(text: object) -> str:
@@ -38,8 +39,8 @@ def reason(verdict: Mapping[str, Any]) -> str:
 
 
 def worst_first(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """Verdicts by status, then by margin."""
-    return sorted(verdicts, key=_urgency)
+    """Verdicts in the order of `reports.verdicts.urgency`."""
+    return sorted(verdicts, key=urgency)
 
 
 def gathered(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
@@ -69,7 +70,7 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
     """Message of a run that is not PASS, or None. First line the reason, last line the command to replay."""
     verdicts = [v for v in result["verdicts"] if metrics is None or v["metric"] in metrics or v["gate"] in metrics]
     missing = [name for name in metrics or () if not any(name in (v["metric"], v["gate"]) for v in verdicts)]
-    bad = sorted((v for v in verdicts if v["status"] != "PASS"), key=_urgency)
+    bad = sorted((v for v in verdicts if v["status"] != "PASS"), key=urgency)
     measured = result.get("metrics", {})
     status = result["status"] if metrics is None else ("PASS" if verdicts and not missing else "INCONCLUSIVE")
     if not bad and status == "PASS":
@@ -113,14 +114,14 @@ def conditions(result: Result) -> str:
 def cases(reports: Iterable[Any]) -> list[dict[str, Any]]:
     """Results of a session's reports, worst first."""
     found = [dict(result, nodeid=report.nodeid) for report in reports for result in report.dvp]
-    return sorted(found, key=lambda case: (*min(map(_urgency, case["verdicts"]), default=(0, 0.0)), case["nodeid"]))
+    return sorted(found, key=lambda case: (*min(map(urgency, case["verdicts"]), default=(0, 0, 0.0)), case["nodeid"]))
 
 
 def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
     """The terminal section: one line a gate, worst margin first, at most `limit`, the last one an action."""
     judged = [verdict["status"] for case in results for verdict in case["verdicts"]]
     rows = sorted(
-        ((_urgency(verdict), case, verdict) for case in results for verdict in gathered(case["verdicts"])),
+        ((urgency(verdict), case, verdict) for case in results for verdict in gathered(case["verdicts"])),
         key=lambda row: (*row[0], row[1]["nodeid"], row[2]["gate"]),
     )
     tally = ", ".join(f"{judged.count(status)} {status}" for status in ORDER if status in judged) or "nothing judged"
@@ -213,7 +214,7 @@ def append_table(path: Path, results: Sequence[Result]) -> None:
         "|---|---|---|---|---|---|---|",
     ]
     for case in results:
-        for v in sorted(case["verdicts"], key=_urgency):
+        for v in sorted(case["verdicts"], key=urgency):
             cells = [case["scenario"], case["stage"], v["gate"], v["status"], _with_unit(v, "value")]
             cells += [_with_unit(v, "bound"), _number(v["margin"]) if _finite(v.get("margin")) else ""]
             rows.append("| " + " | ".join(_cell(cell) for cell in cells) + " |")
@@ -231,24 +232,8 @@ def _name(case: Result) -> str:
     return item if ".xosc::" in item else f"{item} {Path(case['scenario']).stem}"
 
 
-def _urgency(verdict: Mapping[str, Any]) -> tuple[int, float]:
-    """Status, then what is left of the bound as a share: margins of different units have nothing else in common."""
-    margin, bound = verdict.get("margin"), verdict.get("bound")
-    order = ORDER.get(verdict["status"], 0)
-    if not verdict.get("metric", "-") and verdict["status"] != "PASS":
-        return order, -math.inf  # of the run itself: a fault, a dry run; it explains the others
-    if not _finite(margin) or margin is None:
-        return order, math.inf
-    if verdict["status"] == "PASS" and margin == 0:
-        return order, math.inf  # 0 collisions of 0 allowed: it cannot be better, and no number says how near it was
-    used = verdict.get("used")
-    if used is not None and _finite(used):
-        return order, 1.0 - float(used)
-    return order, float(margin) / abs(bound) if _finite(bound) and bound else float(margin)
-
-
 def _reasons(case: Result) -> str:
-    bad = sorted((v for v in case["verdicts"] if v["status"] != "PASS"), key=_urgency)
+    bad = sorted((v for v in case["verdicts"] if v["status"] != "PASS"), key=urgency)
     return "\n".join([*(reason(v) for v in bad), f"replay: {case['replay']}"]) if bad else str(case["status"])
 
 

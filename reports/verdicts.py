@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 SEVERITY = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
+HARM = {"collision": 1, "road_departure": 2}  # what a reader must learn first, however far the others missed
+_RUN_ITSELF, _ANY_OTHER = 0, 3
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class Row:
     place: str
     share: float | None  # of the bound, as the verdict tells it
     reason: str = ""  # why there is no value: the same for all rows that share it
+    order: tuple[int, int, float] = (0, _ANY_OTHER, math.inf)  # `urgency`
 
     @property
     def used(self) -> float | None:
@@ -48,11 +51,6 @@ class Row:
         return max(0.0, min(share, 1.25)) * 100.0
 
     @property
-    def order(self) -> tuple[float, ...]:
-        share = self.used
-        return (SEVERITY.get(self.status, 0), -share if share is not None else (0.5 if self.status == "PASS" else -1e9))
-
-    @property
     def shown_margin(self) -> float | None:
         """Margin, unless the gate only asks whether, and it did."""
         return None if self.is_count and self.status == "PASS" else self.margin
@@ -64,6 +62,33 @@ class Row:
     def mark(self) -> dict[str, Any]:
         """What the scrubber shows at the worst moment."""
         return {"t": self.t, "metric": self.name, "status": self.status, "object": self.object}
+
+
+def urgency(verdict: Mapping[str, Any]) -> tuple[int, int, float]:
+    """Sort key of a verdict, the worst first; the order of every text, table and page.
+
+    By status; of what did not pass first the run itself (a fault, a dry run: it explains the others), then harm: a
+    collision, a road departure; then by what is left of the bound as a share, negative for a miss: margins of different
+    units have nothing else in common.
+    """
+    status = str(verdict.get("status", "ERROR"))
+    passed, order, metric = status == "PASS", SEVERITY.get(status, 0), verdict.get("metric", "-")
+    if not metric and not passed:
+        return order, _RUN_ITSELF, -math.inf
+    return order, _ANY_OTHER if passed else HARM.get(str(metric), _ANY_OTHER), _left(verdict, passed=passed)
+
+
+def _left(verdict: Mapping[str, Any], *, passed: bool) -> float:
+    """Share of the bound that is left; infinite where no number says how near it was."""
+    bound, margin = (_number(verdict.get(key)) for key in ("bound", "margin"))
+    if passed and margin == 0.0:
+        return math.inf  # 0 collisions of 0 allowed: it cannot be better
+    share = _told_share(verdict)
+    if share is not None:
+        return 1.0 - share
+    if margin is None:
+        return math.inf
+    return margin / abs(bound) if bound else margin
 
 
 def rows(verdicts: Iterable[Mapping[str, Any]]) -> list[Row]:
@@ -129,6 +154,14 @@ def _share(value: float | None, bound: float | None, *, least: bool) -> float | 
     return value / bound
 
 
+def _told_share(verdict: Mapping[str, Any]) -> float | None:
+    """Share of the bound, as the verdict tells it."""
+    if "used" in verdict:
+        return _number(verdict["used"])
+    value, bound, margin = (_number(verdict.get(key)) for key in ("value", "bound", "margin"))
+    return _share(value, bound, least=_is_least(str(verdict.get("gate") or ""), value, bound, margin))
+
+
 def _row(verdict: Mapping[str, Any]) -> Row:
     gate = verdict.get("gate")
     text = str(gate or "")
@@ -150,6 +183,7 @@ def _row(verdict: Mapping[str, Any]) -> Row:
         object=str(verdict.get("object") or ""),
         message=str(verdict.get("message") or ""),
         place=place,
-        share=_number(verdict["used"]) if "used" in verdict else _share(*numbers[:2], least=least),
+        share=_told_share(verdict),
         reason=str(verdict.get("reason") or ""),
+        order=urgency(verdict),
     )

@@ -78,6 +78,14 @@ def test_verdict_stands_in_the_header(make_run: MakeRun) -> None:
     assert "max_ttc_inverse 1.31 1/s (must be ≤ 0.5) at 15.40 s, Pedestrian" in text
 
 
+def test_the_command_to_replay_stands_under_the_headline_with_the_stack(make_run: MakeRun) -> None:
+    run = make_run()
+    run["result"] |= {"ads": "my.stack:Stack", "replay": "dvp run <x>.xosc --ads my.stack:Stack"}
+    page = render_run_report(**run)
+    said = "ADS my.stack:Stack · replay: <code>dvp run &lt;x&gt;.xosc --ads my.stack:Stack</code>"
+    assert page.index('class="headline"') < page.index(said) < page.index("</header>")
+
+
 def test_text_from_files_cannot_become_markup(make_run: MakeRun) -> None:
     run = make_run()
     clean = [tag for tag, _ in parse(render_run_report(**run)).tags]
