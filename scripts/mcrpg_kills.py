@@ -17,6 +17,7 @@ from pytest_dvp.tuning.work import work
 from scenarios import path as shipped
 
 KILLS = 20
+OUT = "out"  # of both runs: a result names its own folder in its commands
 STUDY = """[study]
 objective = "alignment"
 search = "coordinate"
@@ -44,6 +45,7 @@ def kills(runs: Path, jobs: int, seed: int = 1) -> str:
     work(Job(str(shipped("overtaking.xosc")), save=str(folder / "drive.mcap")))
     begun = time.monotonic()
     _command(folder, "alone", jobs).wait()
+    (folder / OUT).rename(folder / "alone")
     whole = time.monotonic() - begun
     draw = random.Random(seed)
     killed = 0
@@ -59,6 +61,7 @@ def kills(runs: Path, jobs: int, seed: int = 1) -> str:
             process.wait()
             killed += 1
     _command(folder, "killed", jobs).wait()
+    (folder / OUT).rename(folder / "killed")
     one, other = ((folder / name / "result.json").read_bytes() for name in ("alone", "killed"))
     same, alone = one == other, json.loads(one)
     verdict = "the same result, byte for byte" if same else "ANOTHER RESULT"
@@ -70,7 +73,7 @@ def kills(runs: Path, jobs: int, seed: int = 1) -> str:
 
 
 def _command(folder: Path, name: str, jobs: int) -> subprocess.Popen[bytes]:
-    words = ["tune", str(folder / "study.toml"), "--out", str(folder / name), "--cache", str(folder / f"cache-{name}")]
+    words = ["tune", str(folder / "study.toml"), "--out", str(folder / OUT), "--cache", str(folder / f"cache-{name}")]
     return subprocess.Popen(
         [sys.executable, "-m", "pytest_dvp.cli", *words, "--jobs", str(jobs)],
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,

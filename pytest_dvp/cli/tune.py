@@ -22,6 +22,9 @@ from pytest_dvp.settings import SettingError, unknown
 if TYPE_CHECKING:
     from pytest_dvp.tuning.tune import Tuning
 
+BEST_MODEL = "best.toml"  # an alignment's twin with the best S
+SAID = 3  # commands that are printed
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("study", metavar="STUDY.toml", help="candidates, objective, constraints, scenarios, budget")
@@ -60,9 +63,9 @@ def execute(arguments: argparse.Namespace) -> int:
         found = tune(study, workers, tick, lambda so_far: write(so_far, out))
     write(found, out)
     print(f"dvp tune: {workers.done} simulated, {workers.known} kept from before; {out}", file=sys.stderr)
-    print(f"dvp tune: next: dvp run X.xosc $(cat {out / 'best.txt'})", file=sys.stderr)
+    _say_next(found, out)
     if arguments.json:
-        print(json.dumps(finite(_document(found)), ensure_ascii=False, allow_nan=False))
+        print(json.dumps(finite(_document(found, out)), ensure_ascii=False, allow_nan=False))
     else:
         print(table(found))
     return 0 if found.best.score.allowed else 1
@@ -94,10 +97,14 @@ def folder_of(text: str | None, name: str) -> Path:
 
 
 def write(found: Tuning, out: Path) -> None:
-    """result.json, trials.csv and the best point as options of `dvp run`; each whole or not at all."""
+    """result.json, trials.csv and the commands that repeat the best point; of an alignment its twin, too. Each whole
+    or not at all."""
     from pytest_dvp.tuning.cache import write_whole
+    from pytest_dvp.tuning.command import again, best_model
 
-    document = json.dumps(finite(_document(found)), ensure_ascii=False, indent=1)
+    if found.study.objective.kind == "alignment":
+        write_whole(out / BEST_MODEL, best_model(found.study, found.best.point).encode())
+    document = json.dumps(finite(_document(found, out)), ensure_ascii=False, indent=1)
     write_whole(out / "result.json", document.encode() + b"\n")
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
@@ -111,14 +118,32 @@ def write(found: Tuning, out: Path) -> None:
             *(f"{trial.point[name]:g}" for name in knobs), *("" if v is None else f"{v:.6g}" for v in measured),
         ])  # fmt: skip
     write_whole(out / "trials.csv", text.getvalue().encode())
-    words = " ".join(f"--set {name}={value:g}" for name, value in found.best.point.items())
-    write_whole(out / "best.txt", f"{words}\n".encode())
+    lines = []
+    for row in again(found, out / BEST_MODEL):
+        looked_at = ", ".join(f"{name} {_value(value)}" for name, value in row.metrics.items())
+        lines += [f"# {row.job.title}: score {_score(row.score)}{_broken(row.broken)}; {looked_at}", row.command]
+    write_whole(out / "best.txt", ("\n".join(lines) + "\n").encode())
 
 
-def _document(found: Tuning) -> dict[str, Any]:
+def _document(found: Tuning, out: Path) -> dict[str, Any]:
+    from pytest_dvp.tuning.command import again
     from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
 
-    return {**found.as_dict(), "sensitivity": as_dict(sensitivity(found))}
+    rows = [row.as_dict() for row in again(found, out / BEST_MODEL)]
+    return {**found.as_dict(), "again": rows, "sensitivity": as_dict(sensitivity(found))}
+
+
+def _say_next(found: Tuning, out: Path) -> None:
+    """The commands that drive the best point again, exactly as it was judged."""
+    from pytest_dvp.tuning.command import again
+
+    rows = again(found, out / BEST_MODEL)
+    for row in rows[:SAID]:
+        print(f"dvp tune: next: {row.command}", file=sys.stderr)
+    if len(rows) > SAID:
+        print(
+            f"dvp tune: the worst of the best point; and {len(rows) - SAID} more in {out / 'best.txt'}", file=sys.stderr
+        )
 
 
 def table(found: Tuning) -> str:
@@ -126,7 +151,8 @@ def table(found: Tuning) -> str:
     start, best, study = found.start, found.best, found.study
     lines = [
         f"{study.name}: {study.objective.kind} by {study.search}, {found.simulations} simulations, {found.ended}",
-        f"score {_score(start.score.value)} -> {_score(best.score.value)}" + _broken(best.score.broken),
+        f"score {_score(start.score.value)} -> {_score(best.score.value)}"
+        + _broken(best.score.broken, "; nothing tried keeps what must hold: "),
         "",
         f"  {'parameter':<26}{'start':>12}{'best':>12}  unit",
     ]
@@ -134,10 +160,10 @@ def table(found: Tuning) -> str:
         before, after = start.point[knob.name], best.point[knob.name]
         mark = "" if before == after else " *"
         lines.append(f"  {knob.name:<26}{before:>12g}{after:>12g}  {knob.unit}{mark}")
+    if start.point != best.point:
+        lines.append("  * moved from the start")
     lines += ["", f"  {'metric':<26}{'start':>12}{'best':>12}"]
-    for name in dict.fromkeys(
-        [t.metric for t in study.objective.terms] + [c.metric for c in study.objective.constraints]
-    ):
+    for name in study.objective.metrics:
         lines.append(f"  {name:<26}{_value(start.metrics.get(name)):>12}{_value(best.metrics.get(name)):>12}")
     return "\n".join(lines)
 
@@ -148,8 +174,8 @@ def _score(value: float) -> str:
     return "forbidden" if value >= FORBIDDEN else f"{value:.4f}"
 
 
-def _broken(broken: tuple[str, ...]) -> str:
-    return f"; nothing tried keeps what must hold: {', '.join(broken)}" if broken else ""
+def _broken(broken: tuple[str, ...], words: str = ", breaks ") -> str:
+    return f"{words}{', '.join(broken)}" if broken else ""
 
 
 def _value(value: float | None) -> str:

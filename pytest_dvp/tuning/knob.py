@@ -65,6 +65,12 @@ def rounded(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
+def typed(value: float) -> str:
+    """The shortest text that is exactly this number again: `30`, `4.5`, `0.0005`."""
+    short = f"{value:g}"
+    return short if float(short) == value else repr(float(value))
+
+
 def split(point: Point) -> tuple[dict[str, float], dict[str, float]]:
     """The values of P and those of S, by their names there."""
     found: dict[str, dict[str, float]] = {"P": {}, "S": {}}

@@ -89,6 +89,12 @@ class Objective:
                 "gain, delay and bias"
             )
 
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """The metrics that it looks at, each once: of the terms, then of the constraints."""
+        names = [*(term.metric for term in self.terms), *(constraint.metric for constraint in self.constraints)]
+        return tuple(dict.fromkeys(names))
+
     def score(self, results: Sequence[Metrics]) -> Score:
         """Of the simulations of one point."""
         broken: list[str] = []

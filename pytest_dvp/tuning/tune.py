@@ -19,13 +19,15 @@ STALE = 20  # batches without a new point after which a searcher goes round in c
 @dataclasses.dataclass(frozen=True, slots=True)
 class Trial:
     """A point that was judged: its number from 0 (the start), how many simulations had been spent with it, the mean
-    of each metric over its simulations (None where one does not define it)."""
+    of each metric over its simulations (None where one does not define it); each: the metrics of every simulation, in
+    the order of `Study.jobs`."""
 
     number: int
     point: Point
     score: Score
     simulations: int
     metrics: Metrics
+    each: tuple[Metrics, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         return {
@@ -109,7 +111,8 @@ def tune(
         for k, frozen in enumerate(fresh):
             metrics = [result["metrics"] for result in results[k * each : (k + 1) * each]]
             score = study.objective.score(metrics)
-            known[frozen] = trial = Trial(len(trials), dict(frozen), score, (len(known) + 1) * each, _mean(metrics))
+            spent = (len(known) + 1) * each
+            known[frozen] = trial = Trial(len(trials), dict(frozen), score, spent, _mean(metrics), tuple(metrics))
             trials.append(trial)
         if trials:
             best = min(trials, key=lambda trial: (trial.score.value, trial.number))

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import pytest
 
 from pytest_dvp.cli import main
+from pytest_dvp.tuning.job import Job
+from pytest_dvp.tuning.work import work
+from scenarios import path as shipped
 
 STUDY = """[study]
 budget = 1
@@ -37,10 +41,99 @@ def test_json_is_one_document_and_the_folder_can_be_read(
     assert document["simulations"] == 1
     assert document["ended"] == "budget"
     assert json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8")) == document
-    assert (tmp_path / "out" / "best.txt").read_text(encoding="utf-8") == "--set P.LQR_q11=30\n"
     assert (
         (tmp_path / "out" / "trials.csv").read_text(encoding="utf-8").startswith("trial,simulations,score,broken,P.LQR")
     )
+
+
+AS_A_USER_WOULD = """[study]
+preset = 1
+model = "models/surrogate.toml"
+seeds = [3, 4]
+budget = 4
+
+[[scenario]]
+file = "follow.xosc"
+set = { lead_speed = 3 }
+
+[parameters]
+"P.LQR_q11" = [20, 30]
+
+[[term]]
+metric = "max_jerk"
+
+[[constraint]]
+metric = "collision"
+"""
+
+
+def commands(text: str) -> list[list[str]]:
+    """The words of the commands among the lines, after `dvp`."""
+    told = [line.removeprefix("dvp tune: next: ") for line in text.splitlines()]
+    return [shlex.split(line)[1:] for line in told if line.startswith(("dvp run", "dvp compare"))]
+
+
+def test_the_printed_commands_drive_exactly_what_was_tuned(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """P, S and model of the study, values and seeds of its scenarios: the mean of the runs is that of the trials."""
+    (tmp_path / "study.toml").write_text(AS_A_USER_WOULD, encoding="utf-8")
+    out = tmp_path / "out"
+    main([
+        "tune", str(tmp_path / "study.toml"), "--jobs", "1", "--out", str(out), "--cache", str(tmp_path / "cache"),
+    ])  # fmt: skip
+    printed = commands(capsys.readouterr().err)
+    result = json.loads((out / "result.json").read_text(encoding="utf-8"))
+    assert commands((out / "best.txt").read_text(encoding="utf-8")) == printed
+    assert [shlex.split(row["command"])[1:] for row in result["again"]] == printed
+    jerks = []
+    for words, row in zip(printed, result["again"], strict=True):
+        main([*words, "--no-report", "--json"])
+        metrics = json.loads(capsys.readouterr().out)["metrics"]
+        assert {name: metrics[name] for name in row["metrics"]} == row["metrics"]
+        jerks.append(metrics["max_jerk"])
+    assert sum(jerks) / 2 == result["best"]["metrics"]["max_jerk"]
+    scores = [row["score"] for row in result["again"]]
+    assert scores == sorted(scores, reverse=True)  # the worst drive stands first
+    best = result["trials"][result["best"]["number"]]
+    in_table = (out / "trials.csv").read_text(encoding="utf-8").splitlines()[1 + best["number"]].split(",")[-1]
+    assert float(in_table) == pytest.approx(sum(jerks) / 2, rel=1e-5)
+
+
+def test_of_many_drives_the_worst_are_printed_and_all_are_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "study.toml"
+    file.write_text(STUDY.replace("budget = 1", "budget = 4\nseeds = [1, 2, 3, 4]"), encoding="utf-8")
+    main(["tune", str(file), "--jobs", "1", "--out", str(tmp_path), "--cache", str(tmp_path / "cache")])
+    told = capsys.readouterr().err
+    assert len(commands(told)) == 3
+    assert f"and 1 more in {tmp_path / 'best.txt'}" in told
+    assert len(commands((tmp_path / "best.txt").read_text(encoding="utf-8"))) == 4
+
+
+def test_the_printed_command_of_an_alignment_compares_exactly_the_tuned_twin(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    twin = str(shipped("models/surrogate.toml"))
+    work(Job(str(shipped("follow.xosc")), model=twin, save=str(tmp_path / "drive.mcap"), duration=10.0))
+    (tmp_path / "study.toml").write_text(
+        '[study]\nobjective = "alignment"\nmodel = "models/surrogate.toml"\nlogs = ["drive.mcap"]\n'
+        '[parameters]\n"S.EGO_mass" = { values = [730, 900.5], start = 1000 }\n',
+        encoding="utf-8",
+    )
+    main([
+        "tune", str(tmp_path / "study.toml"), "--jobs", "1", "--out", str(tmp_path / "out"), "--cache", str(tmp_path),
+    ])  # fmt: skip
+    said = capsys.readouterr()
+    table = said.out.splitlines()  # 730 kg is the mass of the car that drove
+    assert any(line.split() == ["S.EGO_mass", "1000", "730", "kg", "*"] for line in table)
+    assert "  * moved from the start" in table
+    (words,) = commands(said.err)
+    main([*words, "--json"])
+    signals = json.loads(capsys.readouterr().out)["signals"]
+    tuned = json.loads((tmp_path / "out" / "result.json").read_text(encoding="utf-8"))["best"]["metrics"]
+    for name in ("x", "v", "steer", "yaw_rate"):
+        assert signals[name]["nrmse"] == tuned[f"nrmse.{name}"]
+        assert signals[name]["chi2_per_n"] == tuned[f"chi2_per_n.{name}"]
 
 
 @pytest.mark.parametrize(
