@@ -113,9 +113,7 @@ def test_a_stack_that_declares_none_gets_those_of_the_reference_stack() -> None:
     assert in_force(ads, {"LQR_q11": "20"}, "rw") == preset(10, "rw").with_values({"LQR_q11": 20.0})
     with pytest.raises(ParameterError):
         in_force(ads, {"LK_look": 1.0}, "dt")
-    with pytest.raises(
-        SettingError, match="Silent declares no `parameters` of its own, so P is that of"
-    ):
+    with pytest.raises(SettingError, match="Silent declares no `parameters` of its own, so P is that of"):
         check_parameters(ads, {"LK_look": 1.0})
 
 
