@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import pytest
 
+from pytest_dvp.noted import Noted, metrics_of
 from pytest_dvp.settings import Settings
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ BROKEN_KEY = pytest.StashKey[list[bool]]()  # a collection error each: whether a
 ITEM_KEY = pytest.StashKey[pytest.Item]()
 VARIANT_KEY = pytest.StashKey["tuple[Variant | None, Mapping[str, Any]]"]()
 SHARED_KEY = pytest.StashKey[Path]()  # folder of the runs that several items of a session need
-RESULTS_KEY = pytest.StashKey[list["dict[str, Any]"]]()
+RESULTS_KEY = pytest.StashKey[dict[tuple[str, str], Noted]]()
 
 
 class GateFailed(AssertionError):
@@ -76,11 +77,11 @@ def gate(request: pytest.FixtureRequest) -> Gate:
         from pytest_dvp.summary import failure, on_condition
 
         plain = result.as_dict()
-        if metrics is not None:
-            plain["replay"] = on_condition(plain["replay"], _metrics_of(metrics, plain["verdicts"]))
         message = failure(plain, metrics)
+        _ask(current_item(config), plain, metrics, passed=message is None)
         if message is not None:
-            note(current_item(config), plain)
+            if metrics is not None:
+                plain["replay"] = on_condition(plain["replay"], metrics_of(metrics, plain["verdicts"]))
             plain["explanation"] = _explanation(result, plain["verdicts"], metrics)
             raise GateFailed(failure(plain, metrics) or message, plain)
 
@@ -110,15 +111,6 @@ def _explanation(
     return gate_explanation(result.log, chosen, shown(result.folder / "log.mcap"))
 
 
-def _metrics_of(names: Sequence[str], verdicts: Sequence[Mapping[str, Any]]) -> list[str]:
-    """The metrics that a test's choice of gates means: a gate may be named by its label; a slip means none."""
-    from pytest_dvp.metrics import known_metrics
-
-    labels = {verdict["gate"]: verdict["metric"] for verdict in verdicts}
-    meant = [labels.get(name, name) for name in names]
-    return [name for name in dict.fromkeys(meant) if name in known_metrics()]
-
-
 def settings_of(config: pytest.Config) -> Settings:
     """The session's settings, as the plugin read them."""
     return config.stash[SETTINGS_KEY]
@@ -130,10 +122,23 @@ def current_item(config: pytest.Config) -> pytest.Item:
 
 
 def note(node: pytest.Item, result: Mapping[str, Any]) -> None:
-    """Remember a run of this test; only the last one of a scenario and stage counts (Hypothesis runs many)."""
-    results = node.stash.setdefault(RESULTS_KEY, [])
-    results[:] = [r for r in results if (r["scenario"], r["stage"]) != (result["scenario"], result["stage"])]
-    results.append(dict(result))
+    """Remember a run of this test; of those of one scenario and stage one stands for all (Hypothesis runs many)."""
+    known, key = node.stash.setdefault(RESULTS_KEY, {}), (result["scenario"], result["stage"])
+    if key in known:
+        known[key].drive(result)
+    else:
+        known[key] = Noted(dict(result))
+
+
+def _ask(node: pytest.Item, result: Mapping[str, Any], metrics: Sequence[str] | None, *, passed: bool) -> None:
+    """Remember which gates of a run the test asked for; the run that fails it is the one to tell of."""
+    known, key = node.stash.setdefault(RESULTS_KEY, {}), (result["scenario"], result["stage"])
+    noted = known.get(key)
+    if noted is None:
+        noted = known[key] = Noted(dict(result))
+    if not passed:
+        noted.last = dict(result)
+    noted.ask(metrics, passed=passed)
 
 
 def note_variant(node: pytest.Item, variant: Variant | None, options: Mapping[str, Any]) -> None:
@@ -146,9 +151,9 @@ def note_variant(node: pytest.Item, variant: Variant | None, options: Mapping[st
 
 def attach(item: pytest.Item, report: pytest.TestReport) -> None:
     """Put the numbers of a test's runs into its report: scalars for JUnit, the verdicts for the summary."""
-    results = item.stash.get(RESULTS_KEY, [])
     if report.when != "call":
         return
+    results = [noted.told(failed=not report.passed) for noted in item.stash.get(RESULTS_KEY, {}).values()]
     if report.failed and not hasattr(item, "dvp_stage"):
         _say_how_to_replay(item, report, results)
     if not results:

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pytest_dvp.noted import NOT_ASKED, is_of_the_run
 from pytest_dvp.settings import REFERENCE, nearest
 from reports.verdicts import SEVERITY as ORDER
 from reports.verdicts import urgency
@@ -25,6 +26,7 @@ FEW = 3  # gates that are named where they share a reason
 MAX_TABLES = 3
 BESIDE_VERDICTS = ("not judged:", "recording:", "command gate:")  # begins of notes without which they mislead
 DIFFERENT = " differ in "  # of a note that two drives were not the same test
+GOOD = ("PASS", NOT_ASKED)
 WHY = "what the twin lacks"  # before the command that says it
 
 
@@ -41,6 +43,11 @@ def reason(verdict: Mapping[str, Any]) -> str:
 def worst_first(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Verdicts in the order of `reports.verdicts.urgency`."""
     return sorted(verdicts, key=urgency)
+
+
+def worst_status(verdicts: Iterable[Mapping[str, Any]]) -> str:
+    """The worst status of verdicts, as texts."""
+    return min((verdict["status"] for verdict in verdicts), key=lambda status: ORDER.get(status, 0), default=NOT_ASKED)
 
 
 def gathered(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
@@ -68,7 +75,11 @@ def gathered(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 
 def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
     """Message of a run that is not PASS, or None. First line the reason, last line the command to replay."""
-    verdicts = [v for v in result["verdicts"] if metrics is None or v["metric"] in metrics or v["gate"] in metrics]
+    verdicts = [
+        v
+        for v in result["verdicts"]
+        if metrics is None or v["metric"] in metrics or v["gate"] in metrics or is_of_the_run(v)
+    ]
     missing = [name for name in metrics or () if not any(name in (v["metric"], v["gate"]) for v in verdicts)]
     bad = sorted((v for v in verdicts if v["status"] != "PASS"), key=urgency)
     measured = result.get("metrics", {})
@@ -125,14 +136,16 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
         key=lambda row: (*row[0], row[1]["nodeid"], row[2]["gate"]),
     )
     tally = ", ".join(f"{judged.count(status)} {status}" for status in ORDER if status in judged) or "nothing judged"
-    out = [f"{_count(len(results), 'run')}, {_count(len(judged), 'gate')}: {tally}"]
+    runs = sum(case.get("driven", 1) for case in results)
+    out = [f"{_count(runs, 'run')}, {_count(len(judged), 'gate')}: {tally}"]
     said = notes(results)
     room = limit - 2 - len(said)
     shown = rows if len(rows) <= room else rows[: room - 1]
     for _, case, verdict in shown:
         # Where a passed gate came nearest to its bound is in the report; here it would only break the line.
         why = reason(verdict).split(" at t=")[0] if verdict["status"] == "PASS" else reason(verdict)
-        out.append(clean(f"{verdict['status']:<12} {_name(case)} {why}{_margin(verdict)}"))
+        chosen = f" (tightest of {case['driven']} runs)" if case.get("tightest") else ""
+        out.append(clean(f"{verdict['status']:<12} {_name(case)}{chosen} {why}{_margin(verdict)}"))
     if len(shown) < len(rows):
         out.append(f"... {len(rows) - len(shown)} more gates with larger margins")
     out += said
@@ -189,7 +202,7 @@ def notes(results: Sequence[Result], limit: int = MAX_NOTES) -> list[str]:
 def action(results: Sequence[Result]) -> str:
     """What to do next: replay the worst run, or look at its report."""
     worst = results[0]
-    if worst["status"] != "PASS":
+    if worst["status"] not in GOOD:
         return clean(f"replay the worst: {worst['replay']}")
     folder = worst.get("folder")
     return clean(f"see the tightest run: {folder}/report.html" if folder else f"see it again: {worst['replay']}")
@@ -201,7 +214,7 @@ def github_annotations(results: Sequence[Result]) -> list[str]:
         f"::error file={_property(case['scenario'])},line={case.get('line') or 1}"
         f",title={_property(Path(case['scenario']).name + '::' + case['stage'])}::{_data(_reasons(case))}"
         for case in results
-        if case["status"] != "PASS"
+        if case["status"] not in GOOD
     ]
 
 
@@ -233,7 +246,7 @@ def _name(case: Result) -> str:
 
 
 def _reasons(case: Result) -> str:
-    bad = sorted((v for v in case["verdicts"] if v["status"] != "PASS"), key=urgency)
+    bad = sorted((v for v in case["verdicts"] if v["status"] not in GOOD), key=urgency)
     return "\n".join([*(reason(v) for v in bad), f"replay: {case['replay']}"]) if bad else str(case["status"])
 
 

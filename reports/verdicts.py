@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-SEVERITY = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3}
+SEVERITY = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3, "NOT ASKED": 4}
 HARM = {"collision": 1, "road_departure": 2}  # what a reader must learn first, however far the others missed
 _RUN_ITSELF, _ANY_OTHER = 0, 3
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from pytest_dvp import summary
-from reports.verdicts import headline, rows
+from pytest_dvp.noted import Noted
+from reports.verdicts import SEVERITY, headline, rows
 
 
 def verdict(metric: str, value: float, bound: float, status: str, **more: Any) -> dict[str, Any]:
@@ -17,7 +20,7 @@ def verdict(metric: str, value: float, bound: float, status: str, **more: Any) -
 
 
 def result(*verdicts: dict[str, Any], **more: Any) -> dict[str, Any]:
-    status = "FAIL" if any(each["status"] == "FAIL" for each in verdicts) else "PASS"
+    status = min((each["status"] for each in verdicts), key=list(SEVERITY).index)
     return {"scenario": "x.xosc", "line": 1, "stage": "dt", "seed": 7, "ads": "reference", "status": status,
             "verdicts": list(verdicts), "metrics": {}, "set": {}, "folder": None, "error": None, "simulated": 3.0,
             "replay": "dvp run x.xosc --seed 7", "nodeid": "x.xosc::dt", **more}  # fmt: skip
@@ -46,3 +49,53 @@ def test_a_crash_is_the_headline_everywhere() -> None:
 def test_what_broke_the_run_itself_stands_before_a_crash() -> None:
     broken = verdict("", 0.0, 0.0, "FAIL", short="the car is lost")
     assert (summary.failure(result(*CRASH["verdicts"], broken)) or "").startswith("the car is lost")
+
+
+LEFT_OUT = result(
+    verdict("collision", 1.0, 0.0, "FAIL"), verdict("max_ttc_inverse", 0.2, 0.4, "PASS"), verdict("jerk", 1, 4, "PASS")
+)
+
+
+def test_a_gate_that_a_passed_test_left_out_is_no_failure_and_the_replay_says_which_was_meant() -> None:
+    noted = Noted(LEFT_OUT)
+    noted.ask(["max_ttc_inverse"], passed=True)
+    lines = summary.lines([noted.told(failed=False)])
+    assert lines[0] == "1 run, 3 gates: 2 PASS, 1 NOT ASKED"
+    assert lines[-2].startswith("NOT ASKED    x.xosc::dt collision 1 against 0")
+    assert lines[-1] == "see it again: dvp run x.xosc --seed 7 --gate max_ttc_inverse"
+    assert summary.github_annotations([noted.told(failed=False)]) == []
+
+
+def test_a_passed_test_that_asks_for_no_gate_has_no_failures() -> None:
+    told = Noted(LEFT_OUT).told(failed=False)
+    assert told["status"] == "PASS"
+    assert summary.lines([told])[-1] == "see it again: dvp run x.xosc --seed 7"
+
+
+def test_a_failed_test_that_asks_for_no_gate_shows_what_its_gates_say() -> None:
+    told = Noted(LEFT_OUT).told(failed=True)
+    assert summary.lines([told])[-1] == "replay the worst: dvp run x.xosc --seed 7"
+
+
+@pytest.mark.parametrize(("gate", "status"), [("run", "ERROR"), ("wire", "INCONCLUSIVE"), ("dry run", "INCONCLUSIVE")])
+def test_no_choice_of_gates_leaves_out_what_breaks_the_run_itself(gate: str, status: str) -> None:
+    broken = verdict("", 0.0, 0.0, status, gate=gate, short=f"{gate} broke")
+    run = result(broken, verdict("jerk", 1.0, 4.0, "PASS"))
+    assert (summary.failure(run, ["jerk"]) or "").startswith(f"{gate} broke")
+    assert Noted(run).told(failed=False)["status"] == status
+
+
+def test_the_tightest_of_a_passed_tests_runs_stands_for_all_and_the_last_of_a_failed_ones() -> None:
+    def drive(ttc: float, jerk: float, name: str) -> dict[str, Any]:
+        verdicts = verdict("max_ttc_inverse", ttc, 0.4, "PASS"), verdict("jerk", jerk, 4.0, "PASS")
+        return result(*verdicts, replay=f"dvp run x.xosc --set lead={name}")
+
+    noted = Noted(drive(0.1, 1.0, "a"))
+    noted.ask(["max_ttc_inverse"], passed=True)
+    for each in (drive(0.36, 1.0, "b"), drive(0.2, 3.9, "c")):  # 90 % of what is asked for, and 97 % of what is not
+        noted.drive(each)
+    lines = summary.lines([{**noted.told(failed=False), "nodeid": "test_x.py::test_fuzz"}])
+    assert lines[0] == "3 runs, 2 gates: 2 PASS"
+    assert lines[1].startswith("PASS         test_x.py::test_fuzz x (tightest of 3 runs) max_ttc_inverse 0.36")
+    assert lines[-1] == "see it again: dvp run x.xosc --set lead=b --gate max_ttc_inverse"
+    assert "lead=c" in noted.told(failed=True)["replay"]

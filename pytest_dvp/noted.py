@@ -1,0 +1,103 @@
+"""What is remembered of a test's runs of one scenario and stage, and what its summary says of them.
+
+Imports the standard library only: it is loaded with the plugin.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+NOT_ASKED = "NOT ASKED"  # of a gate that did not pass and that the test left out
+
+_RUN_ITSELF = ("run", "wire", "dry run")
+
+
+def is_of_the_run(verdict: Mapping[str, Any]) -> bool:
+    """Whether a verdict says that the run itself is none (it broke, lost messages): no choice of gates leaves it out."""
+    return not verdict["metric"] and verdict["gate"] in _RUN_ITSELF
+
+
+@dataclasses.dataclass
+class Noted:
+    """Runs of one scenario and stage in one test; results as `RunResult.as_dict` makes them.
+
+    last, tightest  the run driven last, and of those before it the one nearest to its bounds
+    driven          how many there were
+    asked           gates (metric or label) that the test asked for; None: all, or none by the fixture `gate`
+    raised          `gate` did not let one pass
+    """
+
+    last: dict[str, Any]
+    tightest: dict[str, Any] | None = None
+    driven: int = 1
+    asked: list[str] | None = None
+    judged: bool = False
+    raised: bool = False
+
+    def drive(self, result: Mapping[str, Any]) -> None:
+        """A further run."""
+        self.tightest = self._tighter()
+        self.last = dict(result)
+        self.driven += 1
+
+    def ask(self, metrics: Sequence[str] | None, *, passed: bool) -> None:
+        """The test asks for these gates, or for all."""
+        every = metrics is None or (self.judged and self.asked is None)
+        self.asked = None if every else list(dict.fromkeys([*(self.asked or ()), *(metrics or ())]))
+        self.judged = True
+        self.raised = self.raised or not passed
+
+    def told(self, *, failed: bool) -> dict[str, Any]:
+        """The run that stands for all: of a failed test the last one, which failed it; else the tightest.
+
+        Keys besides those of the run: driven, and tightest (True if it was chosen among several). Gates that did not
+        pass and that the test left out are NOT_ASKED, and do not count in the status; a fault of the run does.
+        """
+        from pytest_dvp.summary import on_condition, worst_status
+
+        chosen = self.last if failed else self._tighter()
+        verdicts = [v if self._counts(v, failed=failed) else {**v, "status": NOT_ASKED} for v in chosen["verdicts"]]
+        status = chosen["status"]
+        if any(v["status"] == NOT_ASKED for v in verdicts):
+            status = worst_status(verdicts)
+        if failed and self.raised and status in ("PASS", NOT_ASKED):
+            status = "INCONCLUSIVE"  # no gate of that name
+        return {
+            **chosen,
+            "verdicts": verdicts,
+            "status": status,
+            "replay": on_condition(chosen["replay"], metrics_of(self.asked or (), chosen["verdicts"])),
+            "driven": self.driven,
+            "tightest": self.driven > 1 and not failed,
+        }
+
+    def _counts(self, verdict: Mapping[str, Any], *, failed: bool) -> bool:
+        if verdict["status"] == "PASS" or is_of_the_run(verdict):
+            return True
+        return failed and self._is_asked(verdict)
+
+    def _is_asked(self, verdict: Mapping[str, Any]) -> bool:
+        return self.asked is None or verdict["metric"] in self.asked or verdict["gate"] in self.asked
+
+    def _tighter(self) -> dict[str, Any]:
+        """The run whose worst gate, of those asked for, is the worse one; the earlier of two that are alike."""
+        from reports.verdicts import urgency
+
+        def worst(result: Mapping[str, Any]) -> tuple[float, ...]:
+            return min(map(urgency, filter(self._is_asked, result["verdicts"])), default=(9.0,))
+
+        earlier = self.tightest
+        return self.last if earlier is None or worst(self.last) < worst(earlier) else earlier
+
+
+def metrics_of(names: Sequence[str], verdicts: Sequence[Mapping[str, Any]]) -> list[str]:
+    """The metrics that a test's choice of gates means: a gate may be named by its label; a slip means none."""
+    if not names:
+        return []
+    from pytest_dvp.metrics import known_metrics
+
+    labels = {verdict["gate"]: verdict["metric"] for verdict in verdicts}
+    meant = [labels.get(name, name) for name in names]
+    return [name for name in dict.fromkeys(meant) if name in known_metrics()]
