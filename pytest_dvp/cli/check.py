@@ -1,4 +1,4 @@
-"""All findings of scenario, road, gate, model and log files; runs nothing."""
+"""All findings of scenario, road, gate, model, log, study and plan files; runs nothing."""
 
 from __future__ import annotations
 
@@ -115,7 +115,9 @@ def _files(text: str) -> list[Path]:
     if path.is_dir():
         found = files_of(path)
         if not found:  # a wrong path must not look like a checked one
-            raise WrongArgument(f"{text}: nothing to check here: no .xosc, .xodr, .gates.toml, vehicle model or log")
+            raise WrongArgument(
+                f"{text}: nothing to check here: no .xosc, .xodr, .gates.toml, vehicle model, study or log"
+            )
         return found
     if not path.exists():
         raise WrongArgument(f"{text}: no such file")
@@ -199,6 +201,23 @@ def _model(path: Path, settings: Settings, effects: Mapping[str, Effect] | None 
     return _one(path, "model.invalid", ModelError, lambda: read_model(path, extra=effects))
 
 
+def _study(path: Path, settings: Settings, plan: bool = False) -> Findings:
+    from openscenario.findings import ScenarioError
+    from pytest_dvp.tuning.errors import TuneError
+    from pytest_dvp.tuning.plan_file import read_plan
+    from pytest_dvp.tuning.study_file import read_study
+
+    try:
+        read_plan(path) if plan else read_study(path)
+    except TuneError as error:
+        code = "plan.invalid" if plan else "study.invalid"
+        told = {"code": code, "severity": "error", "file": str(path), "line": error.line, "element": ""}
+        return [told | {"message": error.text}]
+    except ScenarioError as error:  # of a scenario that it names
+        return [finding.as_dict() for finding in error.findings]
+    return []
+
+
 def _log(path: Path, settings: Settings, options: Mapping[str, Any] | None = None) -> Findings:
     from pytest_dvp.doctor import examine
     from pytest_dvp.log import LogError
@@ -239,5 +258,7 @@ CHECKERS: dict[Kind, Callable[[Path, Settings], Findings]] = {
     "road": _road,
     "gates": _gates,
     "model": _model,
+    "study": _study,
+    "plan": partial(_study, plan=True),
     "log": _log,
 }

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
-Kind = Literal["scenario", "road", "gates", "model", "log", ""]
+Kind = Literal["scenario", "road", "gates", "model", "study", "plan", "log", ""]
 
 SKIPPED = frozenset({"node_modules", "runs", "__pycache__", "site-packages"})
 """Folders with files of others or of earlier runs; hidden ones and virtual environments are skipped as well."""
@@ -22,6 +22,8 @@ _TABLES = (".csv", ".tsv")  # in a folder, logs only if their first column is th
 _TIME = re.compile(r"^\W*(t|time|timestamp)\b", re.IGNORECASE)
 _MODEL = re.compile(r"^\s*\[\s*model\s*\]", re.MULTILINE)
 _GATE = re.compile(r"^\s*\[\[\s*gate\s*\]\]", re.MULTILINE)
+_PLAN = re.compile(r"^\s*(\[\s*iterate\s*\]|\[\[\s*held_out\s*\]\])", re.MULTILINE)
+_STUDY = re.compile(r"^\s*(\[\s*study\s*\]|\[\[\s*scenario\s*\]\])", re.MULTILINE)
 _MOST = 1_000_000  # characters of a TOML file that are looked at
 
 
@@ -43,7 +45,9 @@ def kind_of(path: Path) -> Kind:
     text = _head(path, _MOST)
     if misnamed(path) or _GATE.search(text):
         return "gates"
-    return "model" if _MODEL.search(text) else ""
+    if _MODEL.search(text):
+        return "model"
+    return "plan" if _PLAN.search(text) else "study" if _STUDY.search(text) else ""
 
 
 def gates_beside(path: Path) -> Path | None:

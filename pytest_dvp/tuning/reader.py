@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
-from pytest_dvp.settings import unknown
+from pytest_dvp.settings import SettingError, unknown
 from pytest_dvp.tuning.errors import TuneError
-from pytest_dvp.tuning.knob import Knob, rounded
+from pytest_dvp.tuning.knob import Knob, rounded, typed
 from pytest_dvp.tuning.objective import ALIGNMENT, PERFORMANCE, Constraint, Kind, Objective, Term
 from pytest_dvp.tuning.plausible import of_s, unit_of
 from pytest_dvp.tuning.study import Variant
@@ -28,14 +28,15 @@ class Reader:
             self.text = path.read_text(encoding="utf-8")
             self.data: dict[str, Any] = tomllib.loads(self.text)
         except (OSError, UnicodeDecodeError) as error:
-            raise TuneError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+            text = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+            raise TuneError(text, file=str(path)) from None
         except tomllib.TOMLDecodeError as error:
-            raise TuneError(f"{path}: not TOML: {error}") from None
+            raise TuneError(f"not TOML: {error}", file=str(path)) from None
         self.path = path
 
     def fail(self, word: str, message: str) -> NoReturn:
         line = next((n for n, t in enumerate(self.text.splitlines(), 1) if re.search(rf"{re.escape(word)}", t)), 1)
-        raise TuneError(f"{self.path}:{line}: {message}")
+        raise TuneError(message, file=str(self.path), line=line)
 
     def presets(self, kind: Kind, preset: int, stage: str, stated: bool) -> tuple[dict[str, float], dict[str, float]]:
         """P of a preset (it always has one), S of it if the file states the preset."""
@@ -134,7 +135,11 @@ class Reader:
             self.known(entry, ("file", "set"), f"key of [[{table}]]")
             file = self.file(str(entry.get("file", "")), "scenario")
             values = {name: self.number(value, name) for name, value in self.table(entry.get("set", {}), "set").items()}
-            check_declared(file, {name: f"{value:g}" for name, value in values.items()}, f"{self.path}: set")
+            for name, value in values.items():
+                try:
+                    check_declared(file, {name: typed(value)}, "set")
+                except SettingError as error:
+                    self.fail(name, str(error))
             found.append(Variant(file, values))
         return tuple(found)
 

@@ -73,6 +73,7 @@ class _StudyReader(Reader):
             self.fail("stage", f"S changes the twin; the car of stage {study.stage} is what it is")
         if study.jobs_a_point > study.budget:
             raise TuneError(
-                f"{self.path}: budget is {study.budget}, and one point takes {study.jobs_a_point} simulations "
-                "(scenarios times seeds, or logs)"
+                f"budget is {study.budget}, and one point takes {study.jobs_a_point} simulations "
+                "(scenarios times seeds, or logs)",
+                file=str(self.path),
             )

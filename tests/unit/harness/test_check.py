@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from pytest_dvp.cli import main
+from scenarios import path as shipped
 
 Write = Callable[..., Path]
 GATE = '[[gate]]\nmetric = "collision"\nmax = 0\n'
@@ -175,3 +176,47 @@ def test_what_is_wrong_in_a_catalogue_is_said_once_with_the_scenarios_that_use_i
     assert len(said) == 1
     assert said[0].startswith("catalogs/cars.xosc:")
     assert said[0].endswith("(used by a.xosc, b.xosc)")
+
+
+STUDY = """[study]
+budget = 10
+
+[[scenario]]
+file = "x.xosc"
+
+[parameters]
+"P.LQR_q11" = [20, 30]
+"""
+
+
+@pytest.mark.parametrize("word", ["study.toml", "."])
+def test_a_study_is_read_as_one(word: str, scenario: Write, check: Callable[..., Any]) -> None:
+    """Named, and found in a folder; what is wrong in it has its line."""
+    file = scenario().with_name("study.toml")
+    file.write_text(STUDY)
+    assert check(word) == (0, [])
+    file.write_text(STUDY.replace("LQR_q11", "LQR_q12").replace("[study]\nbudget = 10\n", ""))
+    code, (found,) = check(word)
+    assert (code, found["code"], found["line"]) == (1, "study.invalid", 6)
+    assert found["message"].startswith("unknown ADS parameter 'LQR_q12'; did you mean")
+
+
+def test_a_plan_is_read_as_one(tmp_path: Path, check: Callable[..., Any]) -> None:
+    plan = shipped("mcrpg/paper.toml").read_text(encoding="utf-8")
+    (tmp_path / "plan.toml").write_text(plan)
+    assert check("plan.toml") == (0, [])
+    (tmp_path / "plan.toml").write_text(plan.replace("budget_P", "budgets_P", 1))
+    code, (found,) = check("plan.toml")
+    assert (code, found["code"]) == (1, "plan.invalid")
+    assert "did you mean 'budget_P'" in found["message"]
+
+
+def test_a_parameter_that_the_scenario_of_a_study_lacks_has_its_line(
+    scenario: Write, check: Callable[..., Any]
+) -> None:
+    scenario().with_name("study.toml").write_text(
+        STUDY.replace('file = "x.xosc"', 'file = "x.xosc"\nset = { no_such = 1 }')
+    )
+    code, (found,) = check("study.toml")
+    assert (code, found["line"]) == (1, 6)
+    assert "no_such: unknown parameter of x.xosc" in found["message"]
