@@ -11,11 +11,12 @@ from typing import Any
 
 NOT_ASKED = "NOT ASKED"  # of a gate that did not pass and that the test left out
 
+_NOTHING = (9, 9, 0.0)  # the urgency of no gate
 _RUN_ITSELF = ("run", "wire", "dry run")
 
 
 def is_of_the_run(verdict: Mapping[str, Any]) -> bool:
-    """Whether a verdict says that the run itself is none (it broke, lost messages): no choice of gates leaves it out."""
+    """Whether a verdict says that the run itself broke or lost messages: no choice of gates leaves it out."""
     return not verdict["metric"] and verdict["gate"] in _RUN_ITSELF
 
 
@@ -82,11 +83,13 @@ class Noted:
         return self.asked is None or verdict["metric"] in self.asked or verdict["gate"] in self.asked
 
     def _tighter(self) -> dict[str, Any]:
-        """The run whose worst gate, of those asked for, is the worse one; the earlier of two that are alike."""
+        """The run whose worst gate, of those asked for, is the worse one; of two that are alike the one whose worst gate
+        of all is: no collision tells nothing of how near it was. The earlier one if they are alike in that too."""
         from reports.verdicts import urgency
 
         def worst(result: Mapping[str, Any]) -> tuple[float, ...]:
-            return min(map(urgency, filter(self._is_asked, result["verdicts"])), default=(9.0,))
+            asked = map(urgency, filter(self._is_asked, result["verdicts"]))
+            return *min(asked, default=_NOTHING), *min(map(urgency, result["verdicts"]), default=_NOTHING)
 
         earlier = self.tightest
         return self.last if earlier is None or worst(self.last) < worst(earlier) else earlier

@@ -147,7 +147,8 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
         chosen = f" (tightest of {case['driven']} runs)" if case.get("tightest") else ""
         out.append(clean(f"{verdict['status']:<12} {_name(case)}{chosen} {why}{_margin(verdict)}"))
     if len(shown) < len(rows):
-        out.append(f"... {len(rows) - len(shown)} more gates with larger margins")
+        left_out = " or not asked for" if rows[-1][2]["status"] == NOT_ASKED else ""
+        out.append(f"... {len(rows) - len(shown)} more gates with larger margins{left_out}")
     out += said
     out.append(action(results))
     return out

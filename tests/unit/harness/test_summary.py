@@ -99,3 +99,12 @@ def test_the_tightest_of_a_passed_tests_runs_stands_for_all_and_the_last_of_a_fa
     assert lines[1].startswith("PASS         test_x.py::test_fuzz x (tightest of 3 runs) max_ttc_inverse 0.36")
     assert lines[-1] == "see it again: dvp run x.xosc --set lead=b --gate max_ttc_inverse"
     assert "lead=c" in noted.told(failed=True)["replay"]
+
+
+def test_where_what_is_asked_for_does_not_tell_runs_apart_the_other_gates_do() -> None:
+    near, far = (result(verdict("collision", 0, 0, "PASS"), verdict("jerk", j, 4.0, "PASS")) for j in (3.9, 1.0))
+    noted = Noted(far)
+    noted.ask(["collision"], passed=True)
+    noted.drive(near)
+    noted.drive(far)
+    assert [v["value"] for v in noted.told(failed=False)["verdicts"]] == [0, 3.9]
