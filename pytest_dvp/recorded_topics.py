@@ -37,7 +37,7 @@ def recording_of_bag(path: Path, car: VehicleDescription) -> tuple[Recording, bo
     try:
         from vehicle.wire import convert, topics
     except ImportError:
-        text = f"{path}: its messages need cyclonedds: pip install 'pytest-dvp[ros2]'"
+        text = f"{path}: its messages need cyclonedds: pip install -e '.[ros2]' from the checkout"
         raise LogError(text, "log.extra_missing") from None
     sensors = {
         topics.IMU.name: convert.imu_from_ros,
@@ -113,7 +113,7 @@ def _open(path: Path) -> Iterator[Any]:
 
         from vehicle.wire.definitions import DEFINITIONS
     except ImportError:
-        text = f"{path}: bags need the package rosbags: pip install 'pytest-dvp[bags]'"
+        text = f"{path}: bags need the package rosbags: pip install -e '.[bags]' from the checkout"
         raise LogError(text, "log.extra_missing") from None
     store = Decoder(path, ()).store
     for name, definition in DEFINITIONS.items():

@@ -31,9 +31,9 @@ VEHICLES = (SURROGATE, CAN, ROS1)
 REPLAY = "replay"  # a recording
 ADAPTERS = "pytest_dvp.adapters"  # entry points
 STEPPED, REAL = CLOCKS = ("stepped", "real")
-MISSING = "needs ROS 2 messages on DDS: pip install 'pytest-dvp[ros2]'"
-MISSING_ROS1 = "needs message types and rosbags: pip install 'pytest-dvp[ros1]'"
-MISSING_CAN = "needs python-can and cantools: pip install 'pytest-dvp[ros2,can]'"
+MISSING = "needs ROS 2 messages on DDS: pip install -e '.[ros2]' from the checkout"
+MISSING_ROS1 = "needs message types and rosbags: pip install -e '.[ros1]' from the checkout"
+MISSING_CAN = "needs python-can and cantools: pip install -e '.[ros2,can]' from the checkout"
 
 
 class StageError(ValueError):

@@ -25,7 +25,7 @@ def projection(geo_reference: str) -> Project:
         from pyproj import CRS, Transformer
         from pyproj.exceptions import ProjError
     except ImportError:
-        raise Unsupported("geographic positions need pyproj: pip install 'pytest-dvp[geo]'") from None
+        raise Unsupported("geographic positions need pyproj: pip install -e '.[geo]' from the checkout") from None
     try:
         transformer = Transformer.from_crs(CRS.from_epsg(4326), CRS.from_user_input(geo_reference), always_xy=True)
     except ProjError as error:

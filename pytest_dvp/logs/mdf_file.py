@@ -20,7 +20,8 @@ def read_mdf(path: Path) -> list[Stream]:
         from asammdf import MDF
     except ImportError:
         raise LogError(
-            f"{path}: MDF files need the package asammdf: pip install 'pytest-dvp[mdf]'", "log.extra_missing"
+            f"{path}: MDF files need the package asammdf: pip install -e '.[mdf]' from the checkout",
+            "log.extra_missing",
         ) from None
     streams: list[Stream] = []
     try:

@@ -24,7 +24,8 @@ def _rosbags(path: Path, part: str) -> Any:
         return importlib.import_module(part)
     except ImportError:
         raise LogError(
-            f"{path}: ROS messages need the package rosbags: pip install 'pytest-dvp[bags]'", "log.extra_missing"
+            f"{path}: ROS messages need the package rosbags: pip install -e '.[bags]' from the checkout",
+            "log.extra_missing",
         ) from None
 
 

@@ -59,7 +59,9 @@ class FmuSubject:
         try:
             fmpy: Any = importlib.import_module("fmpy")
         except ImportError as error:
-            raise CompareError(f"{self.name}: FMUs need the extra fmi: pip install 'pytest-dvp[fmi]'") from error
+            raise CompareError(
+                f"{self.name}: FMUs need the extra fmi: pip install -e '.[fmi]' from the checkout"
+            ) from error
         try:
             description = fmpy.read_model_description(str(self.path))
         except Exception as error:  # FMPy raises bare Exception for a bad archive

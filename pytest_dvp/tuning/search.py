@@ -75,4 +75,4 @@ def make_searcher(name: str, knobs: Sequence[Knob], start: Point, seed: int) -> 
 
         return Tpe(knobs, start, seed)
     except ModuleNotFoundError as error:
-        raise TuneError(f"search {name!r} needs {error.name}: pip install 'pytest-dvp[tune]'") from None
+        raise TuneError(f"search {name!r} needs {error.name}: pip install -e '.[tune]' from the checkout") from None

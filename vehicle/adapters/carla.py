@@ -187,7 +187,8 @@ def _module(python: str, path: list[str]) -> tuple[Any, Callable[[], None]]:
             import carla
         except ImportError:
             raise VehicleLost(
-                "CARLA needs its Python package: pip install 'pytest-dvp[carla]', or python = \"...\" in its file"
+                "CARLA needs its Python package: pip install -e '.[carla]' from the checkout, "
+                'or python = "..." in its file'
             ) from None
         return carla, lambda: None
     from vehicle.bridge import Bridge

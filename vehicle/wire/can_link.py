@@ -43,7 +43,7 @@ def open_bus(address: str) -> Any:
     try:
         import can
     except ImportError:
-        raise BusError("CAN needs python-can and cantools: pip install 'pytest-dvp[can]'") from None
+        raise BusError("CAN needs python-can and cantools: pip install -e '.[can]' from the checkout") from None
     interface, colon, channel = address.partition(":")
     if not colon or not channel:
         raise BusError(f"CAN bus {address!r}: expected INTERFACE:CHANNEL, as socketcan:can0")

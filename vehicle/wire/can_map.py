@@ -124,7 +124,7 @@ def _database(dbc: Path) -> Any:
     try:
         import cantools
     except ImportError:
-        raise CanMapError("CAN needs python-can and cantools: pip install 'pytest-dvp[can]'") from None
+        raise CanMapError("CAN needs python-can and cantools: pip install -e '.[can]' from the checkout") from None
     try:
         return cantools.database.load_file(dbc, database_format="dbc", strict=True)
     except OSError as error:
