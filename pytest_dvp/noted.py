@@ -83,8 +83,8 @@ class Noted:
         return self.asked is None or verdict["metric"] in self.asked or verdict["gate"] in self.asked
 
     def _tighter(self) -> dict[str, Any]:
-        """The run whose worst gate, of those asked for, is the worse one; of two that are alike the one whose worst gate
-        of all is: no collision tells nothing of how near it was. The earlier one if they are alike in that too."""
+        """The run whose worst gate of those asked for is the worse one; of two alike the one whose worst of all gates
+        is: no collision tells nothing of how near it was. The earlier one if they are alike in that too."""
         from reports.verdicts import urgency
 
         def worst(result: Mapping[str, Any]) -> tuple[float, ...]:

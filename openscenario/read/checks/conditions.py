@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from openscenario.model.conditions import (
     ParameterCondition,
+    SimulationTimeCondition,
     StoryboardElementStateCondition,
     TimeToCollisionConditionTarget,
     VariableCondition,
@@ -21,6 +22,18 @@ def one_target(target: TimeToCollisionConditionTarget, context: Context) -> None
 def later(condition: StoryboardElementStateCondition, context: Context) -> None:
     """Its type is compared with the type of the element once all elements are known."""
     context.state_conditions.append(condition)
+
+
+@check(SimulationTimeCondition)
+def begins_at_zero(condition: SimulationTimeCondition, context: Context) -> None:
+    """A negative time is legal and never what was meant: time begins at 0."""
+    if condition.value >= 0.0:
+        return
+    always = condition.rule in ("greaterThan", "greaterOrEqual", "notEqualTo")
+    text = f"simulation time begins at 0, so this is {'true from the start' if always else 'never true'}"
+    context.warning(
+        "value.negative_time", condition.at, "@value", text, found=f"{condition.value:g}", allowed="0 s or more"
+    )
 
 
 @check(ParameterCondition)

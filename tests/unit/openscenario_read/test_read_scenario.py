@@ -231,6 +231,14 @@ def test_a_negative_rate_counts_as_its_magnitude_and_is_a_warning(spoil: Spoil) 
     ]
 
 
+@pytest.mark.parametrize(("rule", "said"), [("greaterThan", "true from the start"), ("lessOrEqual", "never true")])
+def test_a_time_before_the_start_is_a_warning_that_says_what_it_means(spoil: Spoil, rule: str, said: str) -> None:
+    written = f'<SimulationTimeCondition value="-5" rule="{rule}"/>'
+    (finding,) = check_scenario(spoil('<SimulationTimeCondition value="1.0" rule="greaterThan"/>', written))
+    assert (finding.severity, finding.element.split("/")[-1]) == ("warning", "SimulationTimeCondition@value")
+    assert said in finding.message
+
+
 @pytest.mark.parametrize(
     ("root", "advice"),
     [("osm", "lanelet2"), ("commonRoad", "CommonRoad"), ("OpenDRIVE", "LogicFile"), ("OpenSCENARIOS", "OpenSCENARIO")],
