@@ -140,6 +140,8 @@ def _strategies(path: Path, only: Sequence[str] | None) -> tuple[dict[str, st.Se
     for name in only or ():
         if name not in declared:
             raise FuzzError(f"{path.name}: {unknown('parameter', name, declared)}")
+        if not declared[name].constraint_groups:
+            raise FuzzError(f"{path.name}: {name} has no ConstraintGroup, so there is no range to vary it in")
     varied = [d for d in declared.values() if d.constraint_groups and (only is None or d.name in only)]
     if not varied:
         raise FuzzError(f"{path.name}: no parameter has a ConstraintGroup, so there is nothing to vary")

@@ -87,6 +87,11 @@ def test_an_unknown_name_comes_with_the_nearest(scenario: Write) -> None:
         find(scenario_variants(scenario(), ["ego_sped"]), lambda _: True, settings=QUIET)
 
 
+def test_a_name_without_a_range_is_no_silent_gap(scenario: Write) -> None:
+    with pytest.raises(FuzzError, match=r"x\.xosc: free has no ConstraintGroup, so there is no range to vary it in"):
+        find(scenario_variants(scenario(WHOLE), ["free", "ego_speed"]), lambda _: True, settings=QUIET)
+
+
 def test_a_scenario_with_nothing_to_vary_says_so(scenario: Write) -> None:
     path = scenario(("greaterOrEqual", "notEqualTo"), ("lessOrEqual", "notEqualTo"))
     with pytest.raises(FuzzError, match="ego_speed bound no range"):
