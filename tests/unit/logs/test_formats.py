@@ -48,7 +48,7 @@ def test_a_missing_extra_is_one_line_that_names_it(
     for module in [m for m in sys.modules if m == package or m.startswith(f"{package}.")]:
         monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(LogError, match=rf"pytest-dvp\[{extra}\]") as error:
+    with pytest.raises(LogError, match=rf"-e '\.\[{extra}\]'") as error:
         read_log(tmp_path / name)
     assert error.value.code == "log.extra_missing"
 
