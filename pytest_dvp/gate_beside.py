@@ -40,6 +40,16 @@ def check_beside(path: Path, *, library: Sequence[Path] = (), rootdir: Path | No
     return (*found, *_without_goal(gates, scenario, facts, str(path), scenario_path.name))
 
 
+def gates_of(path: Path, *, library: Sequence[Path] = (), rootdir: Path | None = None) -> Path | None:
+    """The gate file that a run of this scenario takes by itself; of a distribution without one that of its scenario."""
+    try:
+        named = dict.fromkeys((path, _driven(path, library, rootdir)))
+    except ScenarioError:
+        named = {path: None}  # its own check tells
+    beside = (one.with_name(f"{one.stem}{ENDING}") for one in named)
+    return next((file for file in beside if file.is_file()), None)
+
+
 def _driven(path: Path, library: Sequence[Path], rootdir: Path | None) -> Path:
     """The scenario that a run of the file drives: of a distribution the one that it varies."""
     if read_xml(path).root.find("ParameterValueDistribution") is None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, settings_from
 from pytest_dvp.cli.doctor import add_log_options, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
-from pytest_dvp.cli.found_files import Kind, files_of, gates_beside, kind_of
+from pytest_dvp.cli.found_files import Kind, files_of, kind_of
 from pytest_dvp.cli.runnable import runnable, said
 from pytest_dvp.paths import shown
 from pytest_dvp.settings import Settings
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     settings = settings_from(arguments)
     options = log_options(arguments)
-    paths = _with_gates([path for text in arguments.paths for path in _files(text)])
+    paths = _with_gates([path for text in arguments.paths for path in _files(text)], settings)
     effects = effects_from(arguments) if arguments.effects else {}
     found: list[dict[str, Any]] = []
     for path in paths:
@@ -124,16 +124,19 @@ def _files(text: str) -> list[Path]:
     return [path]
 
 
-def _with_gates(paths: Sequence[Path]) -> list[Path]:
+def _with_gates(paths: Sequence[Path], settings: Settings) -> list[Path]:
     """The files, each scenario with the gate file beside it: a run reads that too, and refuses what is wrong in it."""
+    from pytest_dvp.gate_beside import gates_of
+
     named = {path.resolve() for path in paths}
     out: list[Path] = []
     for path in paths:
         out.append(path)
-        gates = gates_beside(path) if path.suffix.lower() == ".xosc" else None
+        is_scenario = path.suffix.lower() == ".xosc"
+        gates = gates_of(path, library=settings.library, rootdir=settings.rootdir) if is_scenario else None
         if gates is not None and gates.resolve() not in named:
             named.add(gates.resolve())
-            out.append(gates)
+            out.append(Path(shown(gates)))
     return out
 
 

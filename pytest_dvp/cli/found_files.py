@@ -50,12 +50,6 @@ def kind_of(path: Path) -> Kind:
     return "plan" if _PLAN.search(text) else "study" if _STUDY.search(text) else ""
 
 
-def gates_beside(path: Path) -> Path | None:
-    """The gate file that a run of this scenario or distribution takes by itself: `x.gates.toml` beside `x.xosc`."""
-    beside = path.with_name(f"{path.stem}.gates.toml")
-    return beside if beside.is_file() else None
-
-
 def _head(path: Path, characters: int) -> str:
     try:
         with path.open(encoding="utf-8", errors="replace") as file:

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.cli.found_files import gates_beside
 from pytest_dvp.paths import shown
 from pytest_dvp.settings import Settings
 
@@ -22,13 +21,19 @@ def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings
     Other than the findings this asks the storyboard itself, so an element that only it refuses shows. That loads what
     drives on the road, which takes longer than a check should: for folders alone, in a process of its own.
     """
+    from pytest_dvp.gate_beside import gates_of
+
     files = [path for path in paths if path.suffix.lower() == ".xosc" and not _is_catalogue(path)]
     wrong: dict[str, list[Mapping[str, Any]]] = {str(path): [] for path in files}
-    gates = {str(beside): str(path) for path in files if (beside := gates_beside(path)) is not None}
+    errors_of: dict[Path, list[Mapping[str, Any]]] = {}
     for each in found:
-        file = gates.get(each["file"], each["file"])  # a run reads the gate file beside it as well
-        if each["severity"] == "error" and file in wrong:
-            wrong[file].append(each)
+        if each["severity"] == "error":
+            errors_of.setdefault(Path(each["file"]).resolve(), []).append(each)
+    for path in files:
+        wrong[str(path)] += errors_of.get(path.resolve(), ())
+        gates = gates_of(path, library=settings.library, rootdir=settings.rootdir)
+        if gates is not None:  # a run reads it as well
+            wrong[str(path)] += errors_of.get(gates.resolve(), ())
     refused = _ask([file for file, errors in wrong.items() if not errors], settings)
     rows = []
     for file, errors in wrong.items():
@@ -99,7 +104,7 @@ def _refusal(path: Path, settings: Settings) -> tuple[str, int | None]:
 
 def _why(file: str, place: str, line: int | None, message: str) -> tuple[str, int | None]:
     """The reason and the line of `file`; a line of another file stands with that file, in the reason."""
-    if place == file:
+    if Path(place).resolve() == Path(file).resolve():
         return message, line
     where = shown(Path(place))
     return f"{where if line is None else f'{where}:{line}'}: {message}", None

@@ -105,3 +105,14 @@ def test_the_check_holds_such_a_gate_file_against_the_scenario_that_is_varied(
     path.write_text('[task]\ngoal = { road = "7", lane = -1, s = 20.0 }\n[[gate]]\nmetric = "collision"\nmax = 0\n')
     assert main(["check", str(path)]) == 1
     assert f"{path}:2: error dvp.task task.goal.road: no road 7 in x.xosc; allowed: 1" in capsys.readouterr().out
+
+
+def test_the_check_of_a_distribution_reads_the_gates_of_the_scenario_that_is_varied(
+    speeds: Callable[[str], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    speeds("4")
+    Path("x.gates.toml").write_text('[[gate]]\nmetric = "tetx"\nmax = 1\n')
+    assert main(["check", "speeds.xosc"]) == 1
+    assert capsys.readouterr().out.startswith("x.gates.toml:2: error ")
+    main(["check", "."])
+    assert "speeds.xosc: refused: x.gates.toml:2: " in capsys.readouterr().err
