@@ -78,14 +78,15 @@ def command(job: Job) -> str:
     P that `dvp run` has anyway on this stage are left out. Paths are as a user would type them here. For what no
     command line can do, a sentence that says so. Raises ValueError for a replayed log, and AdsError.
     """
-    from ads.parameters import preset
     from pytest_dvp.driving_stack import find_ads
     from pytest_dvp.prepare import Request
     from pytest_dvp.run import replay_command
+    from pytest_dvp.stack_parameters import as_plain, in_force
 
     if job.log is not None:
         raise ValueError(f"{job.title}: a replayed log is no run")
-    usual = preset(10, job.stage).as_dict()
+    ads = find_ads(job.ads)
+    usual = as_plain(in_force(ads, {}, job.stage))
     request = Request(
         path=Path(job.scenario),
         stage=job.stage,
@@ -98,7 +99,7 @@ def command(job: Job) -> str:
         library=tuple(map(Path, job.library)),
         rootdir=None,
         ego=None,
-        ads=None if job.ads is None else find_ads(job.ads),
+        ads=None if job.ads is None else ads,
         vehicle=job.vehicle,
         gated=job.gated,
     )

@@ -22,7 +22,8 @@ class Job:
     scenario, model, gates, log, vehicle  files as named; the key holds their bytes, so a changed file is another job
     parameters of the scenario; P, S      values by name
     gated  the twin behind the command gate, as the car is
-    ads    "NAME_robot.py:Class" in place of the reference stack, which plays NAME_commands.csv beside it
+    ads    "FILE.py:Class" in place of the reference stack: one of a user's own, whose folder the key holds, or
+           "NAME_robot.py:Class", which plays NAME_commands.csv beside it
     """
 
     scenario: str
@@ -50,7 +51,7 @@ class Job:
             if plain[name]:
                 plain[name] = file_digest(plain[name])
         if plain["ads"]:
-            plain["ads"] = _robot(Path(plain["ads"].rpartition(":")[0]))
+            plain["ads"] = _stack(plain["ads"])
         hidden = self.vehicle.partition(":")[2]
         plain["vehicle"] = [self.vehicle.partition(":")[0], file_digest(hidden) if hidden else ""]
         plain["library"] = len(self.library)
@@ -83,10 +84,25 @@ def _digest(path: str, changed: int, size: int) -> str:
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
-def _robot(file: Path) -> list[str]:
-    """Digests of a robot and of the commands that it plays."""
+def _stack(word: str) -> list[str]:
+    """Digests of a robot and of the commands that it plays; or of the sources of a stack of a user's own."""
+    name, _, made = word.rpartition(":")
+    file = Path(name)
     commands = file.with_name(f"{file.stem.removesuffix('_robot')}_commands.csv")
-    return [file_digest(str(each)) for each in (file, commands) if each.is_file()]
+    if file.stem.endswith("_robot"):
+        return [file_digest(str(each)) for each in (file, commands) if each.is_file()]
+    return [f"{file.name}:{made}", _sources(file.absolute().parent)]
+
+
+@functools.cache
+def _sources(folder: Path) -> str:
+    """Digest of the Python files of a folder and below, without hidden folders and installed packages."""
+    digest = hashlib.sha256()
+    for file in sorted(folder.rglob("*.py")):
+        inside = file.relative_to(folder)
+        if not any(part.startswith(".") or part in ("site-packages", "node_modules") for part in inside.parts):
+            digest.update(f"{inside.as_posix()} {file_digest(str(file))}\n".encode())
+    return digest.hexdigest()
 
 
 def _beside(scenario: str) -> str:

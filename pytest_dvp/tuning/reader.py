@@ -6,7 +6,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from pytest_dvp.settings import SettingError, unknown
 from pytest_dvp.tuning.errors import TuneError
@@ -14,6 +14,10 @@ from pytest_dvp.tuning.knob import Knob, rounded, typed
 from pytest_dvp.tuning.objective import ALIGNMENT, PERFORMANCE, Constraint, Kind, Objective, Term
 from pytest_dvp.tuning.plausible import of_s, unit_of
 from pytest_dvp.tuning.study import Variant
+
+if TYPE_CHECKING:
+    from pytest_dvp.driving_stack import Ads
+    from pytest_dvp.stack_parameters import Own
 
 _KNOB = ("values", "start", "plausible")
 OF_A_DRIVE = ("missed_events",)
@@ -33,17 +37,43 @@ class Reader:
         except tomllib.TOMLDecodeError as error:
             raise TuneError(f"not TOML: {error}", file=str(path)) from None
         self.path = path
+        self.ads: Ads | None = None  # None: the reference stack
+
+    def own_P(self) -> Own | None:
+        """What the stack declares with its defaults, None for the parameters of the reference stack."""
+        from pytest_dvp.stack_parameters import declared
+
+        return None if self.ads is None else declared(self.ads)
 
     def fail(self, word: str, message: str) -> NoReturn:
         line = next((n for n, t in enumerate(self.text.splitlines(), 1) if re.search(rf"{re.escape(word)}", t)), 1)
         raise TuneError(message, file=str(self.path), line=line)
 
+    def stack(self, name: str) -> Ads:
+        """The driving stack of a study, a file of one's own: its folder says when a kept simulation is stale."""
+        from pytest_dvp.driving_stack import check_name, find_ads
+        from pytest_dvp.settings import SettingError
+        from pytest_dvp.stack_parameters import declared
+
+        beside = self.path.parent.absolute()
+        if not name.partition(":")[0].endswith(".py"):
+            self.fail("ads", f"ads is {name!r}, expected FILE.py:Class")
+        try:
+            there = (beside / name.rpartition(":")[0]).is_file()
+            found = find_ads(check_name(name, "ads", beside if there else Path.cwd()), [beside])
+            declared(found)
+        except SettingError as error:
+            self.fail("ads", str(error))
+        return found
+
     def presets(self, kind: Kind, preset: int, stage: str, stated: bool) -> tuple[dict[str, float], dict[str, float]]:
-        """P of a preset (it always has one), S of it if the file states the preset."""
+        """P of a preset (it always has one; of a stack of one's own its defaults), S if the file states the preset."""
         from ads.parameters import preset as preset_p
         from vehicle.model.parameters import preset_s
 
-        P = {} if kind == "alignment" else {f"P.{n}": v for n, v in preset_p(preset, stage).as_dict().items()}
+        own = self.own_P()
+        given = preset_p(preset, stage).as_dict() if own is None else own
+        P = {} if kind == "alignment" else {f"P.{n}": float(v) for n, v in given.items()}
         if not stated or (kind == "performance" and stage != "dt"):
             return P, {}
         S: dict[str, float] = preset_s(preset, stage)  # type: ignore[arg-type]
@@ -76,6 +106,9 @@ class Reader:
         return tuple(knobs), start
 
     def unit(self, name: str) -> str:
+        if name.startswith("P.") and self.own_P() is not None:
+            self.allowed({name: 0.0})
+            return ""
         try:
             return unit_of(name)
         except ValueError as error:
@@ -83,17 +116,21 @@ class Reader:
 
     def allowed(self, values: Mapping[str, float]) -> None:
         from ads.parameters import ParameterError, Parameters
+        from pytest_dvp.driving_stack import AdsError
+        from pytest_dvp.stack_parameters import in_force
         from vehicle.model.errors import ModelError
         from vehicle.model.parameters import check_s
 
         for name, value in values.items():
             group, _, rest = name.partition(".")
             try:
-                if group == "P":
+                if group == "P" and self.ads is not None:
+                    in_force(self.ads, {rest: value}, "dt")
+                elif group == "P":
                     Parameters().with_values({rest: value})
                 else:
                     check_s({rest: value})
-            except (ParameterError, ModelError) as error:
+            except (ParameterError, ModelError, AdsError) as error:
                 self.fail(name, str(error))
 
     def objective(self, kind: Kind) -> Objective:

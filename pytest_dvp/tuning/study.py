@@ -35,6 +35,7 @@ class Study:
     fixed_P, fixed_S  all other values of P and S; P of the stack's presets where nothing is stated
     variants, seeds   performance: each with each is one simulation
     gated      the twin behind the command gate, as the car is
+    ads        "FILE.py:Class", the driving stack; None: the reference stack
     logs       alignment: recorded logs, one replay each
     budget     simulations (or replays), those that the cache had included
     seed       of the search
@@ -57,6 +58,7 @@ class Study:
     fixed_S: Mapping[str, float] = dataclasses.field(default_factory=dict)
     library: tuple[Path, ...] = ()
     gated: bool = False
+    ads: str | None = None
 
     def jobs(self, point: Point) -> list[Job]:
         """The simulations that judge a point."""
@@ -69,7 +71,7 @@ class Study:
         library = tuple(map(str, self.library))
         return [
             Job(str(variant.scenario), self.stage, seed, pairs(variant.values), given_P, given_S, model,
-                vehicle=self.vehicle, library=library, gated=self.gated)
+                vehicle=self.vehicle, library=library, gated=self.gated, ads=self.ads)
             for variant in self.variants
             for seed in self.seeds
         ]  # fmt: skip

@@ -12,7 +12,8 @@ from pytest_dvp.tuning.reader import Reader
 from pytest_dvp.tuning.study import SEARCHES, Study
 
 _TOP = ("study", "scenario", "parameters", "fixed", "term", "constraint")
-_STUDY = ("objective", "search", "budget", "seed", "seeds", "stage", "model", "vehicle", "preset", "logs", "library")
+_STUDY = ("objective", "search", "budget", "seed", "seeds", "stage", "model", "vehicle", "preset", "logs", "library",
+          "ads")  # fmt: skip
 _KINDS: tuple[Kind, ...] = ("performance", "alignment")
 
 
@@ -29,6 +30,10 @@ class _StudyReader(Reader):
         kind = self.word(head, "objective", _KINDS, "performance")
         preset = self.whole(head, "preset", 10, (1, 5, 10))
         stage = self.word(head, "stage", ("dt", "pe", "rw"), "dt")
+        if "ads" in head:
+            if kind == "alignment":
+                self.fail("ads", "ads: an alignment replays logs, no stack drives")
+            self.ads = self.stack(str(head["ads"]))
         P, S = self.presets(kind, preset, stage, bool("preset" in head))
         if kind == "alignment":
             for word, what in (("logs", "recorded logs: logs = [...]"), ("model", "the twin: model = ...")):
@@ -60,6 +65,7 @@ class _StudyReader(Reader):
             vehicle=self.vehicle(str(head.get("vehicle", "surrogate"))),
             fixed_P={n[2:]: v for n, v in held.items() if n.startswith("P.")},
             fixed_S={n[2:]: v for n, v in held.items() if n.startswith("S.")},
+            ads=None if self.ads is None else self.ads.word,
             library=tuple(self.file(name, "folder") for name in self.words(head, "library")),
         )
         self.whole_study(study)
