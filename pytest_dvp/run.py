@@ -31,7 +31,10 @@ if TYPE_CHECKING:
     from pytest_dvp.gates import Verdict
     from vehicle.messages import VehicleDescription
 
-DriverFactory: TypeAlias = "Callable[[Parameters, RoadNetwork, VehicleDescription], object] | Callable[[], object]"
+DriverFactory: TypeAlias = (
+    "Callable[[Parameters, RoadNetwork, VehicleDescription], object]"
+    "| Callable[[dict[str, int | float], RoadNetwork, VehicleDescription], object] | Callable[[], object]"
+)
 
 DURATION = 60.0  # s, of a run that nothing else ends
 DURATION_TO_GOAL = 300.0  # s, of a run that has a goal to reach
@@ -123,7 +126,8 @@ def run(
 ) -> RunResult:
     """Drive one scenario with the ADS in the loop and judge it.
 
-    parameters       declared parameters of the scenario; P of the ADS, S of the simulator, by name
+    parameters       declared parameters of the scenario; P of the ADS (its own, if it declares some), S of the
+                     simulator, by name
     model            vehicle model file; default the TABBY EVO that ships
     effects          Python files with effects of your own that the model file uses; they are run
     gates            gate file; default NAME.gates.toml beside the scenario, else the default gates
