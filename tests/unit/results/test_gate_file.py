@@ -164,7 +164,7 @@ def test_error_is_one_line_with_file_and_line(file: Path) -> None:
 
 
 def test_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(GateError, match=r"absent\.gates\.toml: error dvp\.gates\.unreadable .*No such file"):
+    with pytest.raises(GateError, match=r"absent\.gates\.toml: error dvp\.gates\.unreadable: .*No such file"):
         read_gates(tmp_path / "absent.gates.toml")
 
 
