@@ -60,7 +60,6 @@ class World:
         names: list[str] = []
         rows: list[tuple[float, ...]] = []
         kinds: dict[str, int] = {}
-        begun = self._storyboard.steps > 0
         for e in self._storyboard.entities.values():  # those of its traffic come and go
             if not e.active or e is self._ego:
                 continue
@@ -68,9 +67,8 @@ class World:
             cos, sin = math.cos(e.h), math.sin(e.h)
             x = e.x + cos * e.center_x - sin * e.center_y
             y = e.y + sin * e.center_x + cos * e.center_y
-            # before the first step nothing has moved yet: its velocity is the speed that it begins with
-            vx, vy = (e.vx, e.vy) if begun else (e.speed * cos, e.speed * sin)
-            rows.append((x, y, e.z + e.center_z, e.h, e.length, e.width, e.height, vx, vy))
+            velocity = self._storyboard.velocity(e)
+            rows.append((x, y, e.z + e.center_z, e.h, e.length, e.width, e.height, *velocity))
             names.append(e.name)
         if self._traffic is not None:
             ground = self._ego.z

@@ -130,6 +130,12 @@ class Storyboard:
         self.ground.place(entity, x, y, z, h, speed)
         self._note_rest(entity)
 
+    def velocity(self, entity: Entity) -> tuple[float, float]:
+        """vx, vy [m/s] of the motion seen last; before the first step none has been: of the speed at the start."""
+        if self.steps:
+            return entity.vx, entity.vy
+        return entity.speed * math.cos(entity.h), entity.speed * math.sin(entity.h)
+
     def settle(self) -> None:
         """Evaluate the triggers of this instant before the next step does: what starts at once shows in the poses."""
         if not self.done and not self._settled:
@@ -147,8 +153,8 @@ class Storyboard:
         if self._crowd is not None:
             self._crowd.come_and_go()
         if self.steps == 0:
-            for entity in self._movers:  # no motion has been seen yet: that of the speed they begin with
-                entity.vx, entity.vy = entity.speed * math.cos(entity.h), entity.speed * math.sin(entity.h)
+            for entity in self._movers:
+                entity.vx, entity.vy = self.velocity(entity)
         self.time = round(self.time + dt, 9)
         self.steps += 1
         for entity in self._movers:

@@ -62,7 +62,7 @@ def execute(arguments: argparse.Namespace) -> int:
     envelope = limits_from(arguments)
     from pytest_dvp.reality_gap.diagnose import diagnose
     from pytest_dvp.reality_gap.implied_wheelbase import wrong_wheelbase
-    from vehicle.model.catalogue import catalogue
+    from vehicle.model.catalogue import perceived
     from vehicle.model.model_file import read_model
 
     extra = effects_from(arguments)
@@ -85,9 +85,8 @@ def execute(arguments: argparse.Namespace) -> int:
             tick("planning")
             found = with_manoeuvres(found, logs, model, envelope, tuple(extra.values()), Path(arguments.plan))
     own = found
-    sensed = {name for name, effect in catalogue().items() if effect.slot == "perception"}
     if twins:  # what their detections show comes on top of the sensors that the twin has: no value for its model
-        own = dataclasses.replace(found, effects=tuple(e for e in found.effects if e.name not in sensed))
+        own = dataclasses.replace(found, effects=tuple(e for e in found.effects if e.name not in perceived()))
         if own.effects != found.effects:
             said.append(
                 "of the detections nothing is to be added to the model: they differ on top of the twin's own sensors"

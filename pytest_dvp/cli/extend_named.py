@@ -52,9 +52,9 @@ class Named:
         Beside a run of the twin a diagnosis names what differs on top of its simulated sensors: no value of a model.
         """
         from pytest_dvp.reality_gap.perception_gap import diagnose_perceptions
-        from vehicle.model.catalogue import catalogue
+        from vehicle.model.catalogue import perceived
 
-        sensed = {name for name, effect in catalogue().items() if effect.slot == "perception"}
+        sensed = perceived()
         if not self.diagnosed or not sensed & {*self.add, *self.remove}:
             return self
         shown = {e.name: e.action == "remove" for e in diagnose_perceptions(logs.values(), model)}

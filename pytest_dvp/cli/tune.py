@@ -11,6 +11,7 @@ import io
 import json
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import SettingError, unknown
 
 if TYPE_CHECKING:
+    from pytest_dvp.tuning.command import Again
     from pytest_dvp.tuning.tune import Tuning
 
 BEST_MODEL = "best.toml"  # an alignment's twin with the best S
@@ -50,6 +52,7 @@ def execute(arguments: argparse.Namespace) -> int:
         if value is not None and value < (1 if option == "budget" else 0):
             raise SettingError(f"--{option} is {value}, expected a whole number >= {1 if option == 'budget' else 0}")
     from pytest_dvp.tuning.cache import Cache
+    from pytest_dvp.tuning.command import again
     from pytest_dvp.tuning.study import SEARCHES
     from pytest_dvp.tuning.study_file import read_study
     from pytest_dvp.tuning.tune import tune
@@ -59,13 +62,15 @@ def execute(arguments: argparse.Namespace) -> int:
         raise SettingError(f"--search: {unknown('search', arguments.search, SEARCHES)}")
     study = read_study(path, search=arguments.search, budget=arguments.budget, seed=arguments.seed)
     out = folder_of(arguments.out, f"{study.name}-{study.search}")
+    model = out / BEST_MODEL
     with progress("dvp tune", "tuning") as tick, Workers(Cache(cache_of(arguments)), jobs, tick) as workers:
-        found = tune(study, workers, tick, lambda so_far: write(so_far, out))
-    write(found, out)
+        found = tune(study, workers, tick, lambda so_far: write(so_far, again(so_far, model), out))
+    rows = again(found, model)
+    write(found, rows, out)
     print(f"dvp tune: {workers.done} simulated, {workers.known} kept from before; {out}", file=sys.stderr)
-    _say_next(found, out)
+    _say_next(rows, out)
     if arguments.json:
-        print(json.dumps(finite(_document(found, out)), ensure_ascii=False, allow_nan=False))
+        print(json.dumps(finite(_document(found, rows)), ensure_ascii=False, allow_nan=False))
     else:
         print(table(found))
     return 0 if found.best.score.allowed else 1
@@ -96,48 +101,43 @@ def folder_of(text: str | None, name: str) -> Path:
     return folder
 
 
-def write(found: Tuning, out: Path) -> None:
-    """result.json, trials.csv and the commands that repeat the best point; of an alignment its twin, too. Each whole
-    or not at all."""
+def write(found: Tuning, rows: Sequence[Again], out: Path) -> None:
+    """result.json, trials.csv and `rows`, the commands that repeat the best point; of an alignment its twin, too. Each
+    whole or not at all."""
     from pytest_dvp.tuning.cache import write_whole
-    from pytest_dvp.tuning.command import again, best_model
+    from pytest_dvp.tuning.command import best_model
 
     if found.study.objective.kind == "alignment":
         write_whole(out / BEST_MODEL, best_model(found.study, found.best.point).encode())
-    document = json.dumps(finite(_document(found, out)), ensure_ascii=False, indent=1)
+    document = json.dumps(finite(_document(found, rows)), ensure_ascii=False, indent=1)
     write_whole(out / "result.json", document.encode() + b"\n")
     text = io.StringIO()
-    rows = csv.writer(text, lineterminator="\n")
+    sheet = csv.writer(text, lineterminator="\n")
     knobs = [knob.name for knob in found.study.knobs]
     terms = [term.metric for term in found.study.objective.terms]
-    rows.writerow(["trial", "simulations", "score", "broken", *knobs, *terms])
+    sheet.writerow(["trial", "simulations", "score", "broken", *knobs, *terms])
     for trial in found.trials:
         measured = [trial.metrics.get(name) for name in terms]
-        rows.writerow([
+        sheet.writerow([
             trial.number, trial.simulations, f"{trial.score.value:.6g}", "; ".join(trial.score.broken),
             *(f"{trial.point[name]:g}" for name in knobs), *("" if v is None else f"{v:.6g}" for v in measured),
         ])  # fmt: skip
     write_whole(out / "trials.csv", text.getvalue().encode())
     lines = []
-    for row in again(found, out / BEST_MODEL):
+    for row in rows:
         looked_at = ", ".join(f"{name} {_value(value)}" for name, value in row.metrics.items())
         lines += [f"# {row.job.title}: score {_score(row.score)}{_broken(row.broken)}; {looked_at}", row.command]
     write_whole(out / "best.txt", ("\n".join(lines) + "\n").encode())
 
 
-def _document(found: Tuning, out: Path) -> dict[str, Any]:
-    from pytest_dvp.tuning.command import again
+def _document(found: Tuning, rows: Sequence[Again]) -> dict[str, Any]:
     from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
 
-    rows = [row.as_dict() for row in again(found, out / BEST_MODEL)]
-    return {**found.as_dict(), "again": rows, "sensitivity": as_dict(sensitivity(found))}
+    return {**found.as_dict(), "again": [row.as_dict() for row in rows], "sensitivity": as_dict(sensitivity(found))}
 
 
-def _say_next(found: Tuning, out: Path) -> None:
+def _say_next(rows: Sequence[Again], out: Path) -> None:
     """The commands that drive the best point again, exactly as it was judged."""
-    from pytest_dvp.tuning.command import again
-
-    rows = again(found, out / BEST_MODEL)
     for row in rows[:SAID]:
         print(f"dvp tune: next: {row.command}", file=sys.stderr)
     if len(rows) > SAID:

@@ -11,11 +11,12 @@ from pytest_dvp.reality_gap.gate_changes import GateChange
 from pytest_dvp.reality_gap.segments import UNITS
 from pytest_dvp.reality_gap.shares import percents
 from pytest_dvp.reality_gap.words import NOTHING_LEFT, columns
+from vehicle.model.catalogue import perceived
 
 
 def page(found: Extension, gates: Sequence[GateChange] = ()) -> str:
     """What was done, the ladder, the gates, what is to be known, and whether to go on."""
-    sensed = [effect for effect in found.effects if effect.name.startswith("detection_")]
+    sensed = [effect for effect in found.effects if effect.name in perceived()]
     moved = [effect for effect in found.effects if effect not in sensed]
     lines = [line for group in (moved, sensed) for line in map(_effect, group, percents([e.gain for e in group]))]
     lines += [f"  ~ {'.'.join(name)}: {_estimate(estimate)}" for name, estimate in found.refitted.items()]
@@ -81,7 +82,7 @@ def _effect(effect: NamedEffect, share: str) -> str:
         return f"  - {effect.name}"
     values = ", ".join(f"{key} = {_estimate(estimate)}" for key, estimate in effect.parameters.items())
     sign = "+" if effect.action == "add" else "~"
-    of = "what the detections show" if effect.name.startswith("detection_") else "the error"
+    of = "what the detections show" if effect.name in perceived() else "the error"
     rivals = f"; {', '.join(effect.rivals)} would do as well" if effect.rivals else ""
     return f"  {sign} {effect.name}: {values}, explains {share} of {of}{rivals}"
 

@@ -89,8 +89,8 @@ def _stack(word: str) -> list[str]:
     name, _, made = word.rpartition(":")
     file = Path(name)
     commands = file.with_name(f"{file.stem.removesuffix('_robot')}_commands.csv")
-    if file.stem.endswith("_robot"):
-        return [file_digest(str(each)) for each in (file, commands) if each.is_file()]
+    if commands.is_file():
+        return [file_digest(str(each)) for each in (file, commands)]
     return [f"{file.name}:{made}", _sources(file.absolute().parent)]
 
 

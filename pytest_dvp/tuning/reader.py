@@ -52,7 +52,6 @@ class Reader:
     def stack(self, name: str) -> Ads:
         """The driving stack of a study, a file of one's own: its folder says when a kept simulation is stale."""
         from pytest_dvp.driving_stack import check_name, find_ads
-        from pytest_dvp.settings import SettingError
         from pytest_dvp.stack_parameters import declared
 
         beside = self.path.parent.absolute()

@@ -54,6 +54,11 @@ def catalogue() -> Mapping[str, Effect]:
     return MappingProxyType(_collect(found))
 
 
+def perceived() -> frozenset[str]:
+    """Names of the effects that act on what the car sees, not on how it moves."""
+    return frozenset(name for name, effect in catalogue().items() if effect.slot == "perception")
+
+
 def effects_of_file(path: Path) -> Mapping[str, Effect]:
     """The effects of a user's Python file. Raises ModelError if it is missing, fails or holds none.
 
