@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.truth.tracks import TYPICAL
 from vehicle.messages import FloatArray, Surroundings
 from vehicle.surrogate.__main__ import main
-from vehicle.surrogate.hidden import Hidden
-from vehicle.surrogate.perceiver import REACH, STAYS, Perceiver
+from vehicle.surrogate.hidden import PERCEPTION, Hidden
+from vehicle.surrogate.perceiver import Perceiver
 
 PERIOD = 0.1  # s between two looks
 CAR = (5.0, -3.0, math.pi / 2)  # looks along y
@@ -67,14 +68,28 @@ def test_noise_grows_with_distance_as_declared() -> None:
     assert xy[:, 1].std(axis=0) == pytest.approx(0.1 + 0.5, rel=0.08)
 
 
+@pytest.mark.parametrize("name", PERCEPTION)
+def test_every_effect_of_perception_shows(name: str) -> None:
+    scenes = [around((5.0 + 0.3 * k, 20.0), (5.0, 47.0)) for k in range(500)]  # 50 s
+    seen, there = places(looks(scenes, **{name: dict(TYPICAL[name])})), places(scenes)
+    assert seen.shape != there.shape or np.abs(seen - there).max() > 0.1  # m
+
+
 def test_false_objects_appear_at_their_rate_and_stay_for_a_second() -> None:
-    """0.5 a second for 400 s, each in 10 looks."""
-    seen = looks([around()] * 4000, detection_false={"rate": 0.5})
-    boxes = places(seen)
-    assert len(boxes) == pytest.approx(200 * STAYS / PERIOD, abs=4 * math.sqrt(200) * STAYS / PERIOD)
-    apart = len(np.unique(boxes, axis=0))
-    assert apart == pytest.approx(200, abs=4 * math.sqrt(200))
-    assert np.hypot(boxes[:, 0] - CAR[0], boxes[:, 1] - CAR[1]).max() <= REACH
+    """0.5 a second for 400 s, each in 10 looks; the number of a Poisson process of 200 scatters by its root."""
+    boxes = places(looks([around()] * 4000, detection_false={"rate": 0.5}))
+    found, times = np.unique(boxes, axis=0, return_counts=True)
+    assert len(found) == pytest.approx(200, abs=4 * math.sqrt(200))
+    assert set(times[:-1]) <= set(range(1, 11))  # those of the last second are cut off
+    assert np.median(times) == 1.0 / PERIOD
+
+
+def test_false_objects_lie_evenly_over_a_disc_of_40_m() -> None:
+    """Over a disc of radius R squared distances are even from 0 to R^2: R^2 / 2 on average, scattering by R^2 / sqrt(12)."""
+    found = np.unique(places(looks([around()] * 4000, detection_false={"rate": 0.5})), axis=0)
+    squared = ((found - CAR[:2]) ** 2).sum(axis=1)
+    assert squared.max() <= 40.0**2
+    assert squared.mean() == pytest.approx(40.0**2 / 2, abs=4 * 40.0**2 / math.sqrt(12 * len(found)))
 
 
 def test_the_same_seed_sees_the_same() -> None:

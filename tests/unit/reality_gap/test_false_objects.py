@@ -51,11 +51,15 @@ def test_the_order_of_boxes_does_not_matter() -> None:
 
 
 def test_clutter_that_lives_for_one_frame_is_counted_box_by_box() -> None:
-    """Poisson clutter of 0.5 a second in 10 minutes at 10 Hz, over a disc of 50 m: few meet by chance."""
+    """Poisson clutter of 0.5 a second in 10 minutes at 10 Hz, over a disc of 50 m: few meet by chance.
+
+    0.1 to 0.5 s later it may be 2 to 6 m away: (4 + 9 + 16 + 25 + 36) pi m^2 of 2500 pi, times 0.05 boxes a stamp,
+    times 300 boxes: 0.54 meetings, four or more once in 400 such drives.
+    """
     rng = np.random.default_rng(1)
     t = np.sort(rng.integers(0, 6000, 300)) / 10.0
     bearing, distance = rng.uniform(-np.pi, np.pi, 300), 50.0 * np.sqrt(rng.random(300))
-    assert 294 <= appearances(t, distance * np.cos(bearing), distance * np.sin(bearing)) <= 300
+    assert 297 <= appearances(t, distance * np.cos(bearing), distance * np.sin(bearing)) <= 300
 
 
 def test_no_box_is_no_object() -> None:
