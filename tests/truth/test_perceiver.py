@@ -85,7 +85,7 @@ def test_false_objects_appear_at_their_rate_and_stay_for_a_second() -> None:
 
 
 def test_false_objects_lie_evenly_over_a_disc_of_40_m() -> None:
-    """Over a disc of radius R squared distances are even from 0 to R^2: R^2 / 2 on average, scattering by R^2 / sqrt(12)."""
+    """There squared distances are even from 0 to R^2: R^2 / 2 on average, scattering by R^2 / sqrt(12)."""
     found = np.unique(places(looks([around()] * 4000, detection_false={"rate": 0.5})), axis=0)
     squared = ((found - CAR[:2]) ** 2).sum(axis=1)
     assert squared.max() <= 40.0**2
