@@ -222,27 +222,31 @@ def test_the_name_of_a_run_is_all_that_it_depends_on() -> None:
     assert key_of("a", 7, None) != key_of("a", 8, None)
 
 
-def test_dvp_run_tells_of_a_wrong_gate_file_before_it_drives(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def parked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who drives all the same fails."""
+
     def drives(*_: object, **__: object) -> None:
         raise AssertionError("it drove")
 
     monkeypatch.setattr("pytest_dvp.run.run", drives)
+
+
+@pytest.mark.usefixtures("parked")
+def test_dvp_run_tells_of_a_wrong_gate_file_before_it_drives(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     wrong = tmp_path / "stages.toml"
     wrong.write_text('[[gate]]\nmetric = "mnc"\nsignal = "v"\nbetween = ["dt", "rw"]\nmin = 0.9\n')
     assert main(["run", str(scenarios.path("overtaking.xosc")), "--stage", "all", "--stage-gates", str(wrong)]) == 1
     assert f"{wrong}:2: error dvp.gates.unknown_metric" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("parked")
 @pytest.mark.parametrize("vehicle", ["surrogate", "can"])
 def test_dvp_run_tells_of_a_wrong_hidden_file_before_it_drives(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, vehicle: str
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], vehicle: str
 ) -> None:
-    def drives(*_: object, **__: object) -> None:
-        raise AssertionError("it drove")
-
-    monkeypatch.setattr("pytest_dvp.run.run", drives)
     wrong = tmp_path / "car.toml"
     wrong.write_text("[hidden.steer_delay]\nT = -1\n")
     scenario = str(scenarios.path("overtaking.xosc"))

@@ -88,16 +88,7 @@ def test_latency_of_objects_that_stand_is_not_told(model: VehicleModel) -> None:
     log = with_detections({"detection_offset": {"x": 0.4, "y": 0.0}})
     parked = {"parked": log.objects["parked"]}
     own = np.hypot(log.detections.x - 52.0, log.detections.y) < 1.0
-    table = log.detections
-    boxes = DetectionTable(
-        *(
-            tuple(k for k, o in zip(table.kind, own, strict=True) if o)
-            if f.name == "kind"
-            else getattr(table, f.name)[own]
-            for f in dataclasses.fields(table)
-        )
-    )
-    (found,) = diagnose_perception(dataclasses.replace(log, objects=parked, detections=boxes), model)
+    (found,) = diagnose_perception(dataclasses.replace(seen_where(log, own), objects=parked), model)
     assert found.name == "detection_offset"
     assert found.rivals == ("detection_latency",)
 

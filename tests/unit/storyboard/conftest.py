@@ -118,10 +118,17 @@ def event(name: str, *actions: str, start: str | None = None, priority: str = "p
     return f'<Event name="{name}" priority="{priority}" maximumExecutionCount="{count}">{inner}{trigger}</Event>'
 
 
-def story(*events: str, actor: str = "A", start: str = "<StartTrigger/>", stop: str = "", select: bool = False) -> str:
+def story(
+    *events: str,
+    actor: str = "A",
+    start: str = "<StartTrigger/>",
+    stop: str = "",
+    select: bool = False,
+    name: str = "story",
+) -> str:
     actors = "" if select else f'<EntityRef entityRef="{actor}"/>'
     return (
-        '<Story name="story"><Act name="act"><ManeuverGroup name="group" maximumExecutionCount="1">'
+        f'<Story name="{name}"><Act name="act"><ManeuverGroup name="group" maximumExecutionCount="1">'
         f'<Actors selectTriggeringEntities="{str(select).lower()}">{actors}</Actors>'
         f'<Maneuver name="maneuver">{"".join(events)}</Maneuver></ManeuverGroup>{start}{stop}</Act></Story>'
     )

@@ -355,7 +355,7 @@ def test_a_continuous_lane_offset_follows_the_other(make: Make) -> None:
         A=HERE,
         B=[teleport(lane_position(150.0)), speed(10.0)],
         stories=story(event("e", lane_offset(other, continuous=True)))
-        + story(event("b", change, start=group(condition(at_time(3.0)))), actor="B").replace('"story"', '"second"'),
+        + story(event("b", change, start=group(condition(at_time(3.0)))), actor="B", name="second"),
     )
     run(board, 2.5)
     assert board.entities["A"].y == pytest.approx(-1.75 + 1.0)

@@ -45,9 +45,8 @@ def test_who_is_added_later_and_has_no_init_actions_is_not_there_before(make: Ma
     """So it collides with nobody at the origin, where nobody put it."""
     crash = by_entity('<CollisionCondition><EntityRef entityRef="B"/></CollisionCondition>', "A")
     comes = event("comes", add("B", lane_position(300.0)), speed(5.0), start=at(1.0))
-    stories = story(comes, actor="B") + story(event("hit", speed(0.0), start=group(condition(crash)))).replace(
-        '"story"', '"other"'
-    )
+    hit = event("hit", speed(0.0), start=group(condition(crash)))
+    stories = story(comes, actor="B") + story(hit, name="other")
     board = make(A=[teleport('<WorldPosition x="0" y="0" h="0"/>'), speed(1.0)], B=[], stories=stories)
     run(board, 0.5)
     assert not board.entities["B"].active

@@ -12,6 +12,7 @@ from .conftest import (
     LANE,
     XODR,
     Make,
+    at_time,
     condition,
     event,
     group,
@@ -81,14 +82,39 @@ def test_left_is_where_the_other_has_its_left(make: Make, h: float, displacement
     assert board.entities["A"].y == pytest.approx(y)
 
 
+@pytest.mark.parametrize("h", [0.0, 3.141592653589793])
+@pytest.mark.parametrize(("lane", "y"), [(-2, -1.75 - 1.0), (1, -1.75 + 1.0)])
+def test_on_any_side_it_stays_on_the_one_where_it_is(make: Make, h: float, lane: int, y: float) -> None:
+    """Lane -2 of road 1 (y = -5.25) lies on one side of the other, lane 1 (y = 1.75) on the other one."""
+    board = make(
+        A=[teleport(lane_position(100.0, lane)), speed(5.0)],
+        B=[teleport(on_second_road(h))],
+        stories=story(event("e", beside("any"))),
+    )
+    run(board, 0.1)
+    assert board.entities["A"].y == pytest.approx(y)
+
+
+@pytest.mark.parametrize(("h", "y"), [(0.0, -1.75 + 0.3 + 1.0 + 2.0), (3.141592653589793, -1.75 - 0.3 - 1.0 - 2.0)])
+def test_free_space_is_from_the_side_of_a_body_that_is_not_in_the_middle(make: Make, h: float, y: float) -> None:
+    """The other reaches 0.3 m farther to its left than to its right."""
+    board = make(
+        A=[teleport(lane_position(100.0)), speed(5.0)],
+        B=[teleport(on_second_road(h))],
+        stories=story(event("e", beside("leftToReferencedEntity", free=True))),
+    )
+    board.entities["B"].center_y = 0.3
+    run(board, 0.1)
+    assert board.entities["A"].y == pytest.approx(y)
+
+
 def test_left_changes_sides_when_the_other_turns_round(make: Make) -> None:
     follow = story(event("e", beside("leftToReferencedEntity", continuous=True)))
-    turn = condition('<ByValueCondition><SimulationTimeCondition value="1" rule="greaterOrEqual"/></ByValueCondition>')
-    turning = story(event("t", teleport(on_second_road(3.141592653589793)), start=group(turn)), actor="B")
+    turn = event("t", teleport(on_second_road(3.141592653589793)), start=group(condition(at_time(1.0))))
     board = make(
         A=[teleport(lane_position(100.0)), speed(5.0)],
         B=[teleport(on_second_road(0.0))],
-        stories=follow + turning.replace('"story"', '"other"'),
+        stories=follow + story(turn, actor="B", name="other"),
     )
     run(board, 0.5)
     assert board.entities["A"].y == pytest.approx(-0.75)

@@ -355,7 +355,7 @@ def test_a_master_that_is_put_on_its_trajectory_has_not_moved(make: Make) -> Non
         A=[teleport(lane_position(100.0, -2)), speed(0.0)],
         B=[teleport(lane_position(100.0)), speed(10.0)],
         stories=story(event("s", synchronize(200.0, 150.0, 8.0), start=later))
-        + story(event("t", follow, start=later), actor="B").replace('"story"', '"other"'),
+        + story(event("t", follow, start=later), actor="B", name="other"),
     )
     run(board, 1.01)
     assert board.entities["A"].speed == 0.0
