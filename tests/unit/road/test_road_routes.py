@@ -277,6 +277,19 @@ def test_a_waypoint_in_a_lane_that_no_way_leads_to_means_its_road(tmp_path: Path
     assert [(each.road, each.lane) for each in way(board, places)] == [("W", -1), ("12", -1), ("N", -1)]
 
 
+def test_of_two_lanes_beside_a_waypoint_the_nearer_one_is_meant(tmp_path: Path) -> None:
+    """Both waypoints lie in lane -1, whose traffic comes from there: the way back is that of lane 1, not of lane 2."""
+    wide = section([lane(1, before=1, after=1), lane(2, before=2, after=2)], [lane(-1, before=-1, after=-1)])
+    net = network(
+        tmp_path,
+        straight("1", 0, 0, 0, 100, wide, link=to_road("successor", "2", "start")),
+        straight("2", 100, 0, 0, 100, wide, link=to_road("predecessor", "1", "end")),
+    )
+    board = cast("Storyboard", SimpleNamespace(network=net))
+    places = [Place(0.0, 0.0, 0.0, 0.0, road=RoadPoint(road, -1, 50.0, 0.0)) for road in ("2", "1")]
+    assert [(each.road, each.lane) for each in way(board, places)] == [("2", 1), ("1", 1)]
+
+
 def test_a_road_that_no_way_leads_to_cuts_the_route(tmp_path: Path) -> None:
     """From E a way leads to W, none to N."""
     board = cast("Storyboard", SimpleNamespace(network=crossing(tmp_path)))

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from openscenario.road.network import RoadNetwork, load_network
+from openscenario.storyboard.distances import measure
 
 from .conftest import (
     LANE,
@@ -106,6 +107,16 @@ def test_free_space_is_from_the_side_of_a_body_that_is_not_in_the_middle(make: M
     board.entities["B"].center_y = 0.3
     run(board, 0.1)
     assert board.entities["A"].y == pytest.approx(y)
+
+
+@pytest.mark.parametrize(("h", "apart"), [(0.0, 3.5 + 0.3 - 2.0), (3.141592653589793, 3.5 - 0.3 - 2.0)])
+def test_a_free_distance_to_the_side_is_to_the_nearer_side_of_the_other(make: Make, h: float, apart: float) -> None:
+    """From lane -2 (y = -5.25) to y = -1.75, both 2 m wide; the other reaches 0.3 m farther to its left."""
+    board = make(A=[teleport(lane_position(100.0, -2))], B=[teleport(on_second_road(h))])
+    board.start()
+    a, b = board.entities["A"], board.entities["B"]
+    b.center_y = 0.3
+    assert measure(board, a, b, kind="lateral", system="road", free=True)() == pytest.approx(apart)
 
 
 def test_left_changes_sides_when_the_other_turns_round(make: Make) -> None:
