@@ -2,15 +2,14 @@
 
     python -m benchmarks.hidden_effects.matched [--cases 40] [--seed 1000] [--jobs 2] [--json F] [--resume]
 
-Cars of other simulators (the double-track surrogate, CommonRoad's multi-body cars), in turn. The bare car is diagnosed,
-its twin extended by all that is named (`dvp extend`), as a user does who closes a gap. Then the same car drives with one effect hidden
-on top, as in `benchmarks.hidden_effects`, and the diagnosis starts from the extended twin.
+Cars of other simulators (the double-track surrogate, CommonRoad's multi-body cars), in turn. The bare car is diagnosed
+and its twin extended by all that is named (`dvp extend`), as a user does who closes a gap. Then the same car drives
+with one effect hidden on top, as in `benchmarks.hidden_effects`, and the diagnosis starts from the extended twin.
 """
 
 from __future__ import annotations
 
 import argparse
-import itertools
 import json
 import os
 import sys
@@ -66,7 +65,8 @@ def ask(case: Case) -> dict[str, Any]:
     found = diagnose(asked.logs, twin, held_out=asked.held_out or None).as_dict()
     kept = {key: found[key] for key in ("verdict", "effects", "chi2_per_n")}
     who = {"key": case.key, "base_seed": case.base_seed, "names": list(case.names), "truth": asked.truth}
-    return {**who, "learnt": learnt, **kept, "cpu": round(time.process_time() - at, 1), "learning": round(at - begin, 1)}
+    cpu = {"cpu": round(time.process_time() - at, 1), "learning": round(at - begin, 1)}
+    return {**who, "learnt": learnt, **kept, **cpu}
 
 
 def main() -> int:
@@ -89,8 +89,8 @@ def main() -> int:
         for future in as_completed([pool.submit(ask, case) for case in left]):
             line = future.result()
             lines.append(line)
-            mark = "yes" if first_two_hold_it(line) else "NO "
-            print(f"{mark} {line['key']}: {line['verdict']} {', '.join(names(line)) or '-'} ({line['cpu']} s)", flush=True)
+            mark, said = "yes" if first_two_hold_it(line) else "NO ", ", ".join(names(line)) or "-"
+            print(f"{mark} {line['key']}: {line['verdict']} {said} ({line['cpu']} s)", flush=True)
             if args.json:
                 with args.json.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(line) + "\n")
