@@ -106,6 +106,8 @@ What the widely used tools do, where they agree with each other or nothing speak
   the straight line that `false` means.
 - NURBS with time stamps: a control point's time is that of the place of its greatest influence, or of the last whole
   metre of the control polygon before it; between, time runs evenly in the curve's parameter.
+- `LateralDistanceAction` names no law. Across a road: a critically damped spring; in entity coordinates: steering for
+  the line beside the other entity, with a turning radius of 1.5 v²/a, and into that entity's direction.
 - Following mode `follow`: constant acceleration between the time stamps of a polyline, and even turning; `position`:
   constant speed between them, turning at the vertices.
 

@@ -6,10 +6,10 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from openscenario import model
+from openscenario.storyboard.actions.beside import Beside
 from openscenario.storyboard.actions.keep_distance import eased
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.motion import lean
-from openscenario.storyboard.places import wrap
 from openscenario.storyboard.registry import Runner, Unsupported, action, entity_called
 
 if TYPE_CHECKING:
@@ -25,15 +25,14 @@ class LateralDistance:
     The standard names no control law. Here: with a limit of speed alone the entity moves at it; with one of
     acceleration a critically damped spring, a = k e - 2 sqrt(k) v with e the way still to go and k = STIFFNESS x limit,
     both within the limits; where jerk has limits a changes no faster. One that is not continuous is over when it has
-    been there for a step. Distances are measured across the road in any
-    coordinate system; where there is no road, across the referenced entity.
+    been there for a step. Distances are measured across the road; in the coordinates of an entity see `beside.py`.
     """
 
     __slots__ = ("_acceleration", "_board", "_element", "_entity", "_other", "_rate", "_side", "_there")
     domains: tuple[str, ...] = ("lateral",)
 
     def __init__(self, element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> None:
-        if board.network is None and element.coordinate_system != "entity":
+        if board.network is None:
             raise Unsupported("the scenario has no road network", element.coordinate_system, "entity")
         self._element = element
         self._entity = entity
@@ -44,13 +43,11 @@ class LateralDistance:
         self._rate = self._acceleration = 0.0
 
     def start(self) -> bool:
-        entity, element, other = self._entity, self._element, self._other
+        element = self._element
         if element.displacement == "any":
             self._side = 1.0 if self._apart() * self._left() >= 0.0 else -1.0
         else:
             self._side = 1.0 if element.displacement == "leftToReferencedEntity" else -1.0
-        if self._board.network is None:  # where it heads is where it moves
-            self._rate = entity.speed * math.sin(entity.h - other.h)
         if self._free() and not self._board.running:  # stands there from the start
             self._step_once()
         return False
@@ -61,18 +58,15 @@ class LateralDistance:
         return 1.0 if here.road == there.road or math.cos(there.h_road - here.h_road) >= 0.0 else -1.0
 
     def _left(self) -> float:
-        """Which way is left of the other: 1 along t of this entity's road, -1 against it; 1 where there is no road."""
-        ground = self._board.ground
-        if ground.network is None or not (ground.track(self._entity) and ground.track(self._other)):
-            return 1.0
+        """Which way is left of the other: 1 along t of this entity's road, -1 against it."""
+        self._board.ground.track(self._entity)
+        self._board.ground.track(self._other)
         return self._other.sense * self._turned()
 
     def _apart(self) -> float:
-        """How far beside the other [m]: along t of this entity's road, or to its left where there is no road."""
-        entity, other, ground = self._entity, self._other, self._board.ground
-        if ground.network is None:
-            return (entity.y - other.y) * math.cos(other.h) - (entity.x - other.x) * math.sin(other.h)
-        return ground.position(entity).t - self._turned() * ground.position(other).t
+        """How far beside the other [m], along t of this entity's road."""
+        ground = self._board.ground
+        return ground.position(self._entity).t - self._turned() * ground.position(self._other).t
 
     def _free(self) -> bool:
         limits = self._element.dynamic_constraints
@@ -92,11 +86,8 @@ class LateralDistance:
         return side * wanted - self._apart()
 
     def _step_once(self) -> None:
-        entity, other, to_go = self._entity, self._other, self._to_go()
-        if self._board.network is None:
-            entity.put(entity.x - to_go * math.sin(other.h), entity.y + to_go * math.cos(other.h), entity.z, entity.h)
-            return
-        entity.offset += to_go
+        entity = self._entity
+        entity.offset += self._to_go()
         entity.drift = 0.0
         self._board.ground.drive(entity, 0.0)
 
@@ -105,7 +96,6 @@ class LateralDistance:
         self._board.ground.track(entity)
         there = not element.continuous and abs(self._to_go()) < REACHED
         if there and self._there:
-            self._head(0.0)
             entity.drift = 0.0
             return True
         self._there = there
@@ -126,20 +116,9 @@ class LateralDistance:
             limit = up if wanted * self._rate >= 0.0 else down
             self._acceleration = eased(self._acceleration, min(max(wanted, -limit), limit), limits, dt)
             self._rate = min(max(self._rate + self._acceleration * dt, -top), top)
-        if self._board.network is None:
-            self._head(rate)
-            return False
         entity.offset += rate * dt
         lean(entity, rate * entity.sense, dt)
         return False
-
-    def _head(self, rate: float) -> None:
-        """Head on open ground so that `rate` [m/s] of the speed is across the other; it goes there by itself."""
-        entity, other = self._entity, self._other
-        if self._board.network is None and entity.speed != 0.0:
-            turn = math.asin(min(max(rate / entity.speed, -1.0), 1.0))
-            against = math.cos(entity.h - other.h) < 0.0
-            entity.h = wrap(other.h + (math.pi - turn if against else turn))
 
     def stop(self) -> None:
         self._entity.drift = 0.0
@@ -150,4 +129,7 @@ class LateralDistance:
 
 @action(model.LateralDistanceAction)
 def lateral_distance(element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> Runner:
+    """Across the road; in the coordinates of an entity by steering for a line beside it, see below."""
+    if element.coordinate_system == "entity":
+        return Beside(element, entity, board)
     return LateralDistance(element, entity, board)

@@ -465,26 +465,3 @@ def test_who_changes_lanes_from_where_it_is_put_goes_on_at_once(make: Make) -> N
     board = make(A=HERE, stories=story(jump))
     run(board, 1.01)
     assert board.entities["A"].x == pytest.approx(300.1, abs=1e-3)
-
-
-@pytest.mark.parametrize("heading", [0.0, 0.4, math.pi])
-def test_a_lateral_distance_needs_no_road(make: Make, road: Path, heading: float) -> None:
-    """Across the other, which heads 30 deg: 3 m to its left, from wherever and whichever way it came."""
-    action = (
-        '<PrivateAction><LateralAction><LateralDistanceAction entityRef="B" continuous="true" distance="3" '
-        'freespace="false" displacement="leftToReferencedEntity">'
-        '<DynamicConstraints maxAcceleration="5" maxDeceleration="5"/>'
-        "</LateralDistanceAction></LateralAction></PrivateAction>"
-    )
-    turn = math.radians(30.0)
-    board = make(
-        A=[teleport(f'<WorldPosition x="-20" y="4" h="{turn + heading}"/>'), speed(8.0)],
-        B=[teleport(f'<WorldPosition x="0" y="0" h="{turn}"/>'), speed(5.0)],
-        stories=story(event("e", action, start=NOW)),
-        without_road=True,
-    )
-    run(board, 12.0)
-    a, b = board.entities["A"], board.entities["B"]
-    assert (a.y - b.y) * math.cos(turn) - (a.x - b.x) * math.sin(turn) == pytest.approx(3.0, abs=0.01)
-    assert abs(math.sin(a.h - turn)) < 0.01
-    assert math.cos(a.h - turn - heading) > 0.9
