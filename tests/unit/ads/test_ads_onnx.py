@@ -111,5 +111,5 @@ class TestWrongModels:
 
     def test_without_the_extra_it_says_what_to_install(self, tmp_path, monkeypatch):
         monkeypatch.setitem(sys.modules, "onnxruntime", None)
-        with pytest.raises(DetectorError, match=r"pytest-dvp\[onnx\]"):
+        with pytest.raises(DetectorError, match=r"pip install -e '\.\[onnx\]' from the checkout"):
             OnnxDetector(made(tmp_path), TABBY)
