@@ -31,7 +31,9 @@ class OnnxDetector:
         try:
             import onnxruntime as ort
         except ImportError:
-            raise DetectorError("an ONNX detector needs onnxruntime: pip install -e '.[onnx]' from the checkout") from None
+            raise DetectorError(
+                "an ONNX detector needs onnxruntime: pip install -e '.[onnx]' from the checkout"
+            ) from None
         if not Path(model).is_file():
             raise DetectorError(f"{model}: no such file")
         options = ort.SessionOptions()
