@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import math
-import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +20,7 @@ from pytest_dvp.log import DETECTION_COLUMNS, TRACK_COLUMNS, FloatArray, Log, Lo
 from pytest_dvp.log_schemas import FORMAT, schemas
 from pytest_dvp.log_viewer import viewer_messages
 from pytest_dvp.signals import describe
+from reports.whole_file import WriteError, write_whole
 
 BLOCK = 100  # rows: 1 s at the 100 Hz of the log
 TRACK_BLOCK = 20  # rows: 1 s at the 20 Hz of the world
@@ -40,16 +40,11 @@ class Message(NamedTuple):
 
 def save_log(log: Log, path: Path) -> None:
     """Write beside the target, then rename: a reader never sees half a file. Raises LogError."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        data = encode_log(log)
-        with partial.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except (OSError, TypeError, msgspec.MsgspecError) as error:
-        partial.unlink(missing_ok=True)
+        write_whole(path, encode_log(log))
+    except WriteError as error:
+        raise LogError(str(error), "log.unwritable") from error
+    except (TypeError, msgspec.MsgspecError) as error:
         raise LogError(f"{path}: the log cannot be written: {error}", "log.unwritable") from error
 
 

@@ -17,6 +17,7 @@ from pytest_dvp.log import Log
 from pytest_dvp.metrics import MetricValue, compute, known_metrics
 from pytest_dvp.metrics.base import REQUIRED
 from pytest_dvp.plain_json import finite
+from reports.whole_file import write_whole
 
 _NUMBERED = re.compile(r"\.?(\d{4,})[.-]")
 
@@ -112,7 +113,7 @@ def write_across(
     def fill(folder: Path) -> None:
         from reports.stages import write_stages_report
 
-        _write(folder / "result.json", _json(result))
+        write_whole(folder / "result.json", _json(result))
         courses = {labels[stage]: log.columns for stage, log in logs.items()}
         write_stages_report(folder / "report.html", result, courses)
 
@@ -138,17 +139,16 @@ def _numbered(root: Path, name: str, stage: str, fill: Callable[[Path], None]) -
 
 def write_result(path: Path, result: Mapping[str, Any]) -> None:
     """Write result.json, by rename. `result` as from `result_of`, with whatever else is known of the run."""
-    _write(path, _json(_without_series(result)))
+    write_whole(path, _json(_without_series(result)))
 
 
 def write_report(path: Path, log: Log, result: Mapping[str, Any]) -> None:
     """Write report.html, by rename. `result` as from `result_of`."""
     from reports.html import write_run_report
 
-    partial = path.with_name(f".{path.name}.part")
     table = log.detections
     write_run_report(
-        partial,
+        path,
         result,
         log.columns,
         [{"name": name, **_fields(track)} for name, track in log.objects.items()],
@@ -158,9 +158,6 @@ def write_report(path: Path, log: Log, result: Mapping[str, Any]) -> None:
         list(log.road),
         log.meta,
     )
-    with partial.open("rb+") as file:
-        os.fsync(file.fileno())
-    partial.replace(path)
 
 
 def _reserve(root: Path) -> tuple[Path, int]:
@@ -196,15 +193,6 @@ def _without_series(result: Mapping[str, Any]) -> dict[str, Any]:
 
 def _json(data: Mapping[str, Any]) -> bytes:
     return msgspec.json.format(msgspec.json.encode(finite(data)), indent=2) + b"\n"
-
-
-def _write(path: Path, data: bytes) -> None:
-    partial = path.with_name(f".{path.name}.part")
-    with partial.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    partial.replace(path)
 
 
 def _sync_folder(folder: Path) -> None:

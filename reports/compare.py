@@ -16,9 +16,10 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from reports.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Figure, numbers, plain, thin
-from reports.html import _digest, _write_whole, embed, plotly_js
+from reports.html import _digest, embed, plotly_js
 from reports.templating import asset, environment
 from reports.verdicts import pretty_unit
+from reports.whole_file import write_page
 
 BAND = 2.0  # sigma of the noise band around the model
 CURVE_POINTS = 2400
@@ -50,7 +51,7 @@ def write_compare_report(path: str | Path, pages: Sequence[Mapping[str, Any]]) -
 
     Raises OSError if the file cannot be written.
     """
-    _write_whole(Path(path), render_compare_report(pages))
+    write_page(path, render_compare_report(pages))
 
 
 def render_compare_report(pages: Sequence[Mapping[str, Any]]) -> str:

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from reports.compare import LABELS
 from reports.figures import BLUE, ORANGE, VERMILION, Figure, numbers, plain, thin
-from reports.html import _digest, _write_whole, embed, plotly_js
+from reports.html import _digest, embed, plotly_js
 from reports.templating import asset, environment
 from reports.verdicts import pretty_unit
+from reports.whole_file import write_page
 
 BAND = 2.0  # sigma of the noise band
 CURVE_POINTS = 2000
@@ -46,7 +47,7 @@ def write_diagnosis_report(path: str | Path, page: Mapping[str, Any]) -> None:
 
     Raises OSError if the file cannot be written.
     """
-    _write_whole(Path(path), render_diagnosis_report(page))
+    write_page(path, render_diagnosis_report(page))
 
 
 def render_diagnosis_report(page: Mapping[str, Any]) -> str:

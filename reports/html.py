@@ -10,8 +10,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
@@ -28,6 +26,7 @@ from reports.nets import drawings
 from reports.scene import scene
 from reports.templating import asset, environment
 from reports.verdicts import Row, headline, pretty_unit, rows
+from reports.whole_file import write_page
 
 MAX_SCENE_BYTES = 2_600_000  # leaves the whole page below 8 MB beside 4.8 MB of plotly.js
 
@@ -64,7 +63,7 @@ def write_run_report(
         OSError: the file cannot be written.
     """
     page = render_run_report(result, columns, objects, detections, paths, events, road, meta)
-    _write_whole(Path(path), page)
+    write_page(path, page)
 
 
 def render_run_report(
@@ -196,15 +195,3 @@ def _template() -> Any:
     made.filters["unit"] = pretty_unit
     made.filters["short"] = lambda value: "–" if value is None else f"{value:.4g}"
     return made.get_template("run.html")
-
-
-def _write_whole(path: Path, text: str) -> None:
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise

@@ -13,9 +13,10 @@ from typing import Any
 from markupsafe import Markup
 
 from reports.figures import BLUE, GREEN, ORANGE, PURPLE, VERMILION, Figure, numbers, plain
-from reports.html import _digest, _write_whole, embed, plotly_js
+from reports.html import _digest, embed, plotly_js
 from reports.templating import asset, environment
 from reports.verdicts import pretty_unit
+from reports.whole_file import write_page
 
 FONT = "system-ui, sans-serif"
 COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE)
@@ -33,7 +34,7 @@ def write_mcrpg_report(path: str | Path, page: Mapping[str, Any]) -> None:
 
     Raises OSError if the file cannot be written.
     """
-    _write_whole(Path(path), render_mcrpg_report(page))
+    write_page(path, render_mcrpg_report(page))
 
 
 def render_mcrpg_report(page: Mapping[str, Any]) -> str:

@@ -15,9 +15,10 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from reports.figures import BLUE, GREEN, ORANGE, Figure, numbers, thin
-from reports.html import STATUS_SIGNS, _digest, _write_whole, embed, plotly_js
+from reports.html import STATUS_SIGNS, _digest, embed, plotly_js
 from reports.templating import asset, environment
 from reports.verdicts import headline, pretty_unit, rows
+from reports.whole_file import write_page
 
 COLOURS = {"dt": ORANGE, "pe": GREEN, "rw": BLUE}
 DASHES = {"dt": "solid", "pe": "dash", "rw": "solid"}
@@ -42,7 +43,7 @@ def write_stages_report(path: str | Path, result: Mapping[str, Any], courses: Co
 
     Raises OSError if the file cannot be written.
     """
-    _write_whole(Path(path), render_stages_report(result, courses))
+    write_page(path, render_stages_report(result, courses))
 
 
 def render_stages_report(result: Mapping[str, Any], courses: Courses) -> str:

@@ -8,7 +8,10 @@ go to stdout (with --json one JSON document and nothing else), progress to stder
 from __future__ import annotations
 
 import argparse
+import contextlib
+import io
 import json
+import os
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
@@ -34,6 +37,7 @@ from pytest_dvp.cli import (
 )
 from pytest_dvp.cli.arguments import WrongArgument
 from pytest_dvp.settings import SettingError, is_users_mistake, nearest, unknown
+from reports.whole_file import WriteError
 
 COMMANDS = (
     check,
@@ -83,21 +87,46 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code. A user's mistake is one line on stderr, never a traceback."""
     words = list(sys.argv[1:] if argv is None else argv)
+    _spell_what_cannot_be_shown()
     try:
         arguments = _parse(words)
-        return int(arguments.function(arguments))
+        code = int(arguments.function(arguments))
+        sys.stdout.flush()  # here, where a full disk behind it can still be told
+        return code
     except SystemExit as done:  # --help
         return int(done.code or 0)
     except (WrongArgument, SettingError) as error:
         return _complain(words, str(error), 2)
     except KeyboardInterrupt:
         return _complain(words, "dvp: interrupted", 130)
-    except BrokenPipeError:
+    except BrokenPipeError:  # who read it has seen enough
+        _leave_stdout()
         return 1
+    except WriteError as error:
+        return _complain(words, str(error), 2)
+    except OSError as error:
+        if error.filename is None:
+            _leave_stdout()
+        return _complain(words, f"{error.filename or 'the output'}: {error.strerror or error}", 1)
     except Exception as error:
         if not is_users_mistake(error):
             raise
         return _complain(words, str(error), 1, [f.as_dict() for f in getattr(error, "findings", ())])
+
+
+def _spell_what_cannot_be_shown() -> None:
+    """A file name or a sign that the terminal's encoding does not have is shown by its number, in place of no text."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _leave_stdout() -> None:
+    """What is left for a stdout that takes no more is dropped: Python would try, and complain, once more at its end."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
 
 
 def _parse(words: list[str]) -> argparse.Namespace:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import configparser
+import os
 import shlex
 import tomllib
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 from pytest_dvp.settings import LISTS, SETTINGS, Setting, Settings, environment_lookup, from_sources
@@ -91,21 +92,43 @@ def _ini_folders(root: Path, key: str) -> list[str]:
     return shlex.split(told) if isinstance(told, str) else [str(folder) for folder in told]
 
 
-def new_file(option: str, text: str) -> Path:
-    """A file that an option names to be written. Raises WrongArgument if it is a folder or in none."""
+def new_file(option: str, text: str, read: Iterable[str | Path] = ()) -> Path:
+    """A file that an option names to be written, asked before any work is done for it.
+
+    read: files that the command reads, and does not write over.
+
+    Raises WrongArgument if it is a folder or in none, cannot be written, or is one of those that are read.
+    """
+    if not text.strip():
+        raise WrongArgument(f"{option}: no name, expected a file")
     path = Path(text)
-    if not path.absolute().parent.is_dir():
-        raise WrongArgument(f"{option} {text}: no folder {path.parent}")
-    if path.is_dir():
-        raise WrongArgument(f"{option} {text}: a folder, expected a file")
+    place = Path(os.path.realpath(path))  # of a link, what it points to
+    try:
+        if place.is_dir():
+            raise WrongArgument(f"{option} {text}: a folder, expected a file")
+        if not place.parent.is_dir():
+            folder = path.parent if place == path.absolute() else place.parent
+            raise WrongArgument(
+                f"{option} {text}: {f'{folder} is no folder' if place.parent.exists() else f'no folder {folder}'}"
+            )
+        if not os.access(place if place.exists() else place.parent, os.W_OK):
+            raise WrongArgument(f"{option} {text}: cannot be written: no permission")
+        for other in read:
+            if place.exists() and Path(other).exists() and place.samefile(other):
+                raise WrongArgument(f"{option} {text} is a file that is read: name another")
+    except OSError as error:
+        raise WrongArgument(f"{option} {text}: {error.strerror}") from None
     return path
 
 
 def existing(text: str, what: str) -> Path:
     """A file named as an argument. Raises WrongArgument if there is none."""
     path = Path(text)
-    if not path.exists():
-        raise WrongArgument(f"{text}: no such {what}")
-    if not path.is_file():
-        raise WrongArgument(f"{text}: not a file, expected a {what}")
+    try:
+        if not path.exists():
+            raise WrongArgument(f"{text}: no such {what}" if text.strip() else f"no name, expected a {what}")
+        if not path.is_file():
+            raise WrongArgument(f"{text}: not a file, expected a {what}")
+    except OSError as error:  # a name that is longer than names may be
+        raise WrongArgument(f"{text}: {error.strerror}") from None
     return path

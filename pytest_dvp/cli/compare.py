@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
-from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
+from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options, read_files
 from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.plain_json import finite
@@ -46,8 +46,8 @@ def execute(arguments: argparse.Namespace) -> int:
         existing(model, "model")
     else:
         existing_log(model)
-    if arguments.report:
-        new_file("--report", arguments.report)
+    if arguments.report is not None:
+        new_file("--report", arguments.report, [*read_files(arguments, arguments.logs), model])
     from pytest_dvp.reality_gap.black_box import ModelSubject
     from pytest_dvp.reality_gap.pooled import pooled
 
@@ -56,14 +56,14 @@ def execute(arguments: argparse.Namespace) -> int:
     if isinstance(subject, ModelSubject):
         driven_by("dvp compare", subject.model, arguments.model, {name: log for name, (log, _) in logs.items()})
     found = _compare_all(subject, {name: log for name, (log, _) in logs.items()}, channels)
-    if arguments.report:
+    if arguments.report is not None:
         _report(arguments.report, found, {name: findings for name, (_, findings) in logs.items()})
     if arguments.json:
         print(json.dumps(finite(pooled(found)), ensure_ascii=False, allow_nan=False))
         return 0
     for number, (name, comparison) in enumerate(found.items()):
         print(("\n" if number else "") + _page(name, comparison))
-    if arguments.report:
+    if arguments.report is not None:
         print(f"dvp compare: report in {arguments.report}", file=sys.stderr)
     return 0
 

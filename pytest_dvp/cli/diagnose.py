@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
 from pytest_dvp.cli.carried import carried
-from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options
+from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options, read_files
 from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.judges import refuse_same_drive, refuse_same_path
@@ -55,8 +55,9 @@ def execute(arguments: argparse.Namespace) -> int:
         existing_log(text)
     existing(arguments.model, "model")
     refuse_same_path(arguments.logs, arguments.held_out)
-    if arguments.report:
-        new_file("--report", arguments.report)
+    if arguments.report is not None:
+        texts = [*arguments.logs, *arguments.held_out, *arguments.twin]
+        new_file("--report", arguments.report, [*read_files(arguments, texts), arguments.model])
     if arguments.plan:
         check_folder("--plan", Path(arguments.plan))
     envelope = limits_from(arguments)
@@ -93,7 +94,7 @@ def execute(arguments: argparse.Namespace) -> int:
             )
         else:
             said.append("detections are as in the twin's run, as far as these data show")
-    if arguments.report:
+    if arguments.report is not None:
         _report(arguments, found, own, fitted, model, judged, tuple(extra.values()))
     if arguments.json:
         for text in said:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +40,16 @@ def log_options(arguments: argparse.Namespace) -> dict[str, Any]:
     if mapping is not None and not mapping.is_file():
         raise WrongArgument(f"--map {mapping}: no such file")
     return {"mapping": mapping, "msg_dirs": message_folders(arguments)}
+
+
+def read_files(arguments: argparse.Namespace, logs: Iterable[str]) -> list[Path]:
+    """Every file that a command reads logs with, and those of a folder: what its output must not write over."""
+    from pytest_dvp.logs.cut import parse_argument
+
+    paths = [parse_argument(text).path for text in logs]
+    within = [file for path in paths if path.is_dir() for file in path.iterdir()]
+    options = [*([arguments.map] if arguments.map else []), *arguments.effects]
+    return [*paths, *within, *map(Path, options)]
 
 
 def message_folders(arguments: argparse.Namespace) -> list[Path]:

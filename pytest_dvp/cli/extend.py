@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
 from pytest_dvp.cli.diagnose import read_all
-from pytest_dvp.cli.doctor import add_log_options, existing_log
+from pytest_dvp.cli.doctor import add_log_options, existing_log, read_files
 from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.extend_named import Named, named, of_the_run
@@ -61,8 +61,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     _check(arguments)
     from pytest_dvp.reality_gap.extend import extend
+    from reports.whole_file import write_whole
     from vehicle.model.model_edit import edited_text
-    from vehicle.model.model_file import read_model, write_model
+    from vehicle.model.model_file import model_text, read_model
 
     extra = effects_from(arguments)
     model = read_model(arguments.model, extra=extra)
@@ -107,18 +108,14 @@ def execute(arguments: argparse.Namespace) -> int:
         kept = edited_text(given, extension.model, extra=extra)
         if kept is None:
             print(f"dvp extend: comments of {arguments.model} are not in the new file", file=sys.stderr)
-        try:
-            write_model(extension.model, arguments.out, kept)
-        except OSError as error:
-            raise WrongArgument(f"--out {arguments.out}: cannot be written: {error.strerror}") from None
+        text = model_text(extension.model) if kept is None else kept
+        write_whole(Path(arguments.out), text.encode())
     _tell(arguments, extension, changes)
     return 1 if extension.refusal else 0
 
 
 def _check(arguments: argparse.Namespace) -> None:
     """What can be said before anything is read. Raises WrongArgument."""
-    from pytest_dvp.logs.cut import parse_argument
-
     model = existing(arguments.model, "model")
     if not arguments.model.endswith(".toml"):
         raise WrongArgument(f"--model {arguments.model}: effects are added to a vehicle model (.toml)")
@@ -133,13 +130,10 @@ def _check(arguments: argparse.Namespace) -> None:
     both = set(arguments.add) & set(arguments.remove)
     if both:
         raise WrongArgument(f"dvp extend: {min(both)} is both to be added and to be removed")
-    out = new_file("--out", arguments.out)
+    others = [*arguments.gates, *([arguments.diagnosis] if arguments.diagnosis else [])]
+    out = new_file("--out", arguments.out, [*read_files(arguments, [*arguments.fit, *arguments.held_out]), *others])
     if out.resolve() == model.resolve() and not arguments.force:
         raise WrongArgument(f"--out {out} is the model that is read: name another file, or add --force")
-    others = [parse_argument(text).path for text in [*arguments.fit, *arguments.held_out]]
-    others += [Path(text) for text in [*arguments.gates, *arguments.effects, arguments.diagnosis] if text]
-    if any(out.resolve() == other.resolve() for other in others):
-        raise WrongArgument(f"--out {out} is a file that is read: name another")
     refuse_same_path(arguments.fit, arguments.held_out)
 
 

@@ -9,9 +9,8 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from pathlib import Path
 
-from pytest_dvp.cli.arguments import add_json, existing
+from pytest_dvp.cli.arguments import add_json, existing, new_file
 from pytest_dvp.cli.progress import progress
 from pytest_dvp.cli.tune import add_workers, cache_of, folder_of, workers_of
 from pytest_dvp.plain_json import finite
@@ -34,12 +33,14 @@ def execute(arguments: argparse.Namespace) -> int:
     jobs = workers_of(arguments)
     if arguments.iterations is not None and arguments.iterations < 1:
         raise SettingError(f"--iterations is {arguments.iterations}, expected a whole number >= 1")
+    report = None if arguments.report is None else new_file("--report", arguments.report, [path])
     from pytest_dvp.stages import StageError, check_stage
-    from pytest_dvp.tuning.cache import Cache, write_whole
+    from pytest_dvp.tuning.cache import Cache
     from pytest_dvp.tuning.iterate import iterate
     from pytest_dvp.tuning.outcome import document, text
     from pytest_dvp.tuning.plan_file import read_plan
     from pytest_dvp.tuning.workers import Workers
+    from reports.whole_file import write_whole
 
     plan = read_plan(
         path,
@@ -56,7 +57,7 @@ def execute(arguments: argparse.Namespace) -> int:
         found = iterate(plan, workers, out, tick)
     told = finite(document(found))
     write_whole(out / "result.json", json.dumps(told, ensure_ascii=False, indent=1).encode() + b"\n")
-    report = Path(arguments.report) if arguments.report else out / "report.html"
+    report = out / "report.html" if report is None else report
     from pytest_dvp.tuning.page import iterate_page
     from reports.mcrpg import write_mcrpg_report
 

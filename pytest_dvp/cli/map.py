@@ -8,6 +8,7 @@ from pathlib import Path
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, new_file
 from pytest_dvp.cli.doctor import existing_log, message_folders
+from reports.whole_file import write_whole
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,8 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def execute(arguments: argparse.Namespace) -> int:
     path = Path(existing_log(arguments.log, parts=False))
     folders = message_folders(arguments)
-    if arguments.out:
-        new_file("--out", arguments.out)
+    out = None if arguments.out is None else new_file("--out", arguments.out, [path])
     from openscenario.findings import Findings
     from pytest_dvp.log import Log
     from pytest_dvp.logs.propose import mapping_text, propose
@@ -32,13 +32,13 @@ def execute(arguments: argparse.Namespace) -> int:
     if isinstance(streams, Log):
         raise WrongArgument(f"{path}: a log of dvp, it needs no mapping")
     text = mapping_text(streams)
-    if arguments.out:
-        Path(arguments.out).write_text(text, encoding="utf-8")
+    if out is not None:
+        write_whole(out, text.encode("utf-8", "backslashreplace"))
     if arguments.json:
         mapping, unsure = propose(streams)
         entries = [(signal, True) for signal in mapping.signals] + [(signal, False) for signal in unsure]
         told = [{"name": s.name, "topic": s.topic, "field": s.field, "unit": s.unit, "certain": c} for s, c in entries]
         print(json.dumps({"signals": told, "findings": [f.as_dict() for f in findings.in_order()]}, ensure_ascii=False))
-    elif not arguments.out:
+    elif out is None:
         print(text, end="")
     return 0

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import io
 import json
 import math
 import os
@@ -15,7 +16,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, existing, settings_from
+from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, existing, new_file, settings_from
+from reports.whole_file import write_whole
 
 if TYPE_CHECKING:
     from openscenario.model.scenario import Scenario
@@ -33,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     path = existing(arguments.scenario, "scenario")
+    _check_targets(arguments)
     settings = settings_from(arguments)
     dt = _step(arguments.dt)
     from openscenario.no_effect import without_effect
@@ -45,10 +48,10 @@ def execute(arguments: argparse.Namespace) -> int:
     scenario = read_scenario(path, library=settings.library, rootdir=settings.rootdir, parameters=settings.set.scenario)
     network = network_of(scenario) if scenario.road_network.logic_file is not None else None
     played = play(scenario, network, dt, settings.duration or 60.0)
-    if arguments.csv:
+    if arguments.csv is not None:
         rows = ((_six(r.time), r.entity, _six(r.x), _six(r.y), _six(_turn(r.h)), _six(r.speed)) for r in played.rows)
         _write(arguments.csv, ("time", "entity", "x", "y", "h", "speed"), rows)
-    if arguments.events:
+    if arguments.events is not None:
         steps = ((_six(e.time), e.element, e.from_state, e.transition, e.to_state) for e in played.transitions)
         _write(arguments.events, ("time", "element", "from", "transition", "to"), steps)
     if arguments.json:
@@ -92,6 +95,22 @@ def _text(path: Path, summary: Mapping[str, Any]) -> str:
     return "\n".join("".join(c if c.isprintable() else "?" for c in line) for line in lines)
 
 
+def _check_targets(arguments: argparse.Namespace) -> None:
+    """Raises WrongArgument for a file that cannot be written, and for two tables or documents in one place."""
+    named = {"--csv": arguments.csv, "--events": arguments.events}
+    to_stdout = [option for option, text in named.items() if text == "-"]
+    to_stdout += ["--json"] if arguments.json else []
+    if len(to_stdout) > 1:
+        raise WrongArgument(f"{' and '.join(to_stdout)} both go to stdout; name a FILE for one of them")
+    files = [
+        new_file(option, text, [arguments.scenario])
+        for option, text in named.items()
+        if text is not None and text != "-"
+    ]
+    if len(files) == 2 and os.path.realpath(files[0]) == os.path.realpath(files[1]):
+        raise WrongArgument(f"--csv and --events both name {files[1]}; name two files")
+
+
 def _step(text: str) -> float:
     try:
         dt = float(text)
@@ -117,12 +136,6 @@ def _write(target: str, header: Sequence[str], rows: Iterable[Sequence[str]]) ->
     if target == "-":
         csv.writer(sys.stdout, lineterminator="\n").writerows([header, *rows])
         return
-    path = Path(target)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with partial.open("w", encoding="utf-8", newline="") as stream:
-            csv.writer(stream, lineterminator="\n").writerows([header, *rows])
-        partial.replace(path)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise WrongArgument(f"{target}: cannot be written: {error.strerror}") from None
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([header, *rows])
+    write_whole(Path(target), text.getvalue().encode("utf-8", "backslashreplace"))

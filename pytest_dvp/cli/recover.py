@@ -7,7 +7,7 @@ import dataclasses
 import json
 from pathlib import Path
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json
+from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,16 +22,12 @@ def execute(arguments: argparse.Namespace) -> int:
     path, out = Path(arguments.log), Path(arguments.out)
     if path.is_dir() and (path / "log.mcap").is_file():
         path = path / "log.mcap"
-    if not path.is_file():
-        raise WrongArgument(f"{path}: no such log")
+    existing(str(path), "log")
     if path.suffix.lower() not in KINDS:
         raise WrongArgument(f"{path}: not a kind of log that can be recovered; allowed: {', '.join(KINDS)}")
+    new_file("--out", arguments.out, [path])
     if out.suffix.lower() != path.suffix.lower():
         raise WrongArgument(f"--out {out}: the new file is of the same kind, {path.suffix}")
-    if out.exists() and out.samefile(path):
-        raise WrongArgument(f"--out {out}: this is the damaged file; name another one")
-    if not out.absolute().parent.is_dir():
-        raise WrongArgument(f"--out {out}: no folder {out.parent}")
     found = recover(path, out)
     if arguments.json:
         print(json.dumps({"log": str(path), "out": str(out), **dataclasses.asdict(found)}, ensure_ascii=False))

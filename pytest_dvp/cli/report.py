@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, existing, settings_from
+from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, existing, new_file, settings_from
 from pytest_dvp.paths import shown
 
 if TYPE_CHECKING:
@@ -27,9 +27,11 @@ def execute(arguments: argparse.Namespace) -> int:
     settings = settings_from(arguments)
     named = Path(arguments.log)
     path = named / "log.mcap" if named.is_dir() else existing(str(named), "log")
-    out = Path(arguments.out) if arguments.out else path.with_name("report.html")
-    if not out.parent.is_dir():
-        raise WrongArgument(f"--out {out}: no folder {out.parent}")
+    stored = path.with_name("result.json")
+    out = path.with_name("report.html")
+    if arguments.out is not None:
+        read = [path, stored, *([] if settings.gates is None else [settings.gates])]
+        out = new_file("--out", arguments.out, read)
     from pytest_dvp.log import Log, LogError
     from pytest_dvp.results import write_report, write_result
 
@@ -39,7 +41,6 @@ def execute(arguments: argparse.Namespace) -> int:
         if path.is_file():
             raise
         raise WrongArgument(str(error)) from None
-    stored = path.with_name("result.json")
     result = _result(log, stored, settings.gates)
     beside = out.absolute().parent == path.absolute().parent
     if beside and (named.is_dir() or stored.is_file()):

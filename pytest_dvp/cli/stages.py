@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, settings_from
+from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, new_file, settings_from
 from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import STAGES
 
@@ -39,9 +39,9 @@ def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.log import Log
 
     settings = settings_from(arguments)
-    out = None if arguments.out is None else Path(arguments.out)
-    if out is not None and not out.absolute().parent.is_dir():
-        raise WrongArgument(f"--out {out}: no folder {out.parent}")
+    logs = [Path(text) for text in (*arguments.logs, *([] if arguments.before is None else [arguments.before]))]
+    read = [*logs, *(log / "log.mcap" for log in logs), *([] if settings.gates is None else [settings.gates])]
+    out = None if arguments.out is None else new_file("--out", arguments.out, read)
     gates = () if settings.gates is None else read_between(settings.gates)
     groups = _by_scenario(arguments.logs)
     if len(groups) > 1 and (out is not None or arguments.before is not None):

@@ -104,8 +104,8 @@ def folder_of(text: str | None, name: str) -> Path:
 def write(found: Tuning, rows: Sequence[Again], out: Path) -> None:
     """result.json, trials.csv and `rows`, the commands that repeat the best point; of an alignment its twin, too. Each
     whole or not at all."""
-    from pytest_dvp.tuning.cache import write_whole
     from pytest_dvp.tuning.command import best_model
+    from reports.whole_file import write_whole
 
     if found.study.objective.kind == "alignment":
         write_whole(out / BEST_MODEL, best_model(found.study, found.best.point).encode())

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-import os
 import struct
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from pytest_dvp.logs.mcap_scan import OPCODES, Scan, read_chunk, read_record, re
 from pytest_dvp.logs.names import canonical
 from pytest_dvp.logs.table import Table
 from pytest_dvp.logs.units import find_unit
+from reports.whole_file import write_whole
 
 KINDS = (".csv", ".tsv", ".txt", ".mcap")
 _COMPRESSED = (b"\x04\x00\x00\x00zstd", b"\x03\x00\x00\x00lz4")  # length and name in the head of a chunk
@@ -43,24 +43,13 @@ def recover(path: Path, out: Path) -> Recovered:
     passes its checksum, also behind a damaged place; of a log of dvp, the log of the rows that have a time.
     Limits: what a damaged row or chunk held is lost; a value that was changed into another number cannot be seen in a
     CSV; attachments and metadata of an MCAP file are not copied.
-    Raises LogError if nothing is left or `out` cannot be written.
+    Raises LogError if nothing is left, WriteError if `out` cannot be written.
     """
     try:
         data = path.read_bytes()
     except OSError as error:
         raise LogError(f"{path}: the log cannot be read: {error.strerror or error}", "log.unreadable") from error
     return _mcap(data, path, out) if path.suffix.lower() == ".mcap" else _csv(data, path, out)
-
-
-def _write(out: Path, data: bytes) -> None:
-    """By rename: a kill leaves the old file or the new one."""
-    partial = out.with_name(f".{out.name}.{os.getpid()}.part")
-    try:
-        partial.write_bytes(data)
-        partial.replace(out)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise LogError(f"{out}: cannot be written: {error.strerror or error}", "log.unwritable") from error
 
 
 def _csv(data: bytes, path: Path, out: Path) -> Recovered:
@@ -94,7 +83,7 @@ def _csv(data: bytes, path: Path, out: Path) -> Recovered:
         raise LogError(f"{path}: nothing can be recovered: {len(kept)} whole rows", "log.too_short")
     lost = [f"{len(lost_at)} row{'s' * (len(lost_at) > 1)} not whole, first in line {lost_at[0]}"] if lost_at else []
     lost += [f"{zeros} zero bytes"] if zeros else []
-    _write(out, text[: len(text) - len(head.body)] + ("\n".join(kept) + "\n").encode("latin-1"))
+    write_whole(out, text[: len(text) - len(head.body)] + ("\n".join(kept) + "\n").encode("latin-1"))
     return Recovered(len(kept), "rows", (times[-1] - times[0]) * (unit.scale if unit else 1.0), tuple(lost))
 
 
@@ -124,7 +113,7 @@ def _mcap(data: bytes, path: Path, out: Path) -> Recovered:
             lost.append(f"{rows - len(log.t)} of {rows} rows")
         log.save(out)
         return Recovered(len(log.t), "rows", log.duration, tuple(lost))
-    _write(out, _encoded(scan))
+    write_whole(out, _encoded(scan))
     times = [message.log_time for messages in scan.messages.values() for message in messages]
     return Recovered(len(times), "messages", (max(times) - min(times)) * 1e-9, tuple(lost))
 

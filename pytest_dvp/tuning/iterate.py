@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.plain_json import finite
-from pytest_dvp.tuning.cache import write_whole
 from pytest_dvp.tuning.gap import Figure, gap, mean_alike
 from pytest_dvp.tuning.guard import Suspicion, guard
 from pytest_dvp.tuning.judge import Judged, judge, log_chi2, rw_logs, stack_change, twin_change
@@ -26,6 +25,7 @@ from pytest_dvp.tuning.structure import Found, look_for_structure
 from pytest_dvp.tuning.study import Study
 from pytest_dvp.tuning.tune import Tuning, tune
 from pytest_dvp.tuning.workers import Workers
+from reports.whole_file import write_whole
 
 Tick = Callable[[str], None]
 MOUNTS = ("GNSS_x", "CAMERA_x")  # of S, but no part of the vehicle model

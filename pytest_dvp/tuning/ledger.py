@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.plain_json import finite
-from pytest_dvp.tuning.cache import write_whole
+from reports.whole_file import write_whole
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

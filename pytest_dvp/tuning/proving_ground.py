@@ -10,12 +10,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.tuning.cache import Cache, write_whole
+from pytest_dvp.tuning.cache import Cache
 from pytest_dvp.tuning.job import Job, code_digest, file_digest
 from pytest_dvp.tuning.plan import Plan
 from pytest_dvp.tuning.pruned import ALLOWED, pruned
 from pytest_dvp.tuning.structure import thinned
 from pytest_dvp.tuning.workers import Workers
+from reports.whole_file import write_whole
 
 if TYPE_CHECKING:
     from pytest_dvp.log import Log

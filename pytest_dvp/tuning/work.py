@@ -50,9 +50,7 @@ def _driven(job: Job) -> dict[str, Any]:
 
 def _save(log: Any, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.part")
-    log.save(partial)
-    partial.replace(path)
+    log.save(path)
 
 
 def _replayed(job: Job) -> dict[str, Any]:
