@@ -48,7 +48,8 @@ class Ground:
         if self.network is None:
             return False
         hint = RoadPosition(entity.road, entity.lane, entity.s, 0.0, entity.offset, 0.0, True) if entity.road else None
-        found = self.network.locate(entity.x, entity.y, entity.h, hint)
+        z = None if entity.external else entity.z  # heights that are measured may count from somewhere else
+        found = self.network.locate(entity.x, entity.y, entity.h, hint, z=z)
         entity.road, entity.lane, entity.s, entity.offset = found.road, found.lane, found.s, found.offset
         self._face(entity)
         return True

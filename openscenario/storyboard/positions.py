@@ -113,7 +113,7 @@ def on_ground(
     up = z is not None
     x, y, height, heading = network.moved(x, y, z or 0.0, h or 0.0)
     if not up or p is None or r is None:
-        found = network.locate(x, y, None if h is None else heading)
+        found = network.locate(x, y, None if h is None else heading, z=height if up else None)
         pose = network.lane_pose(found.road, found.lane, found.s, found.offset)
         sense = 1.0 if math.cos(heading - pose.h) >= 0.0 else -1.0
         height = height if up else pose.z
