@@ -12,7 +12,8 @@ import sys
 
 from pytest_dvp.cli.arguments import add_json, existing, new_file
 from pytest_dvp.cli.progress import progress
-from pytest_dvp.cli.tune import add_workers, cache_of, folder_of, workers_of
+from pytest_dvp.cli.tune import folder_of
+from pytest_dvp.cli.workers import add_workers, check_workers, workers
 from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import SettingError
 
@@ -30,16 +31,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     path = existing(arguments.plan, "plan")
-    jobs = workers_of(arguments)
+    check_workers(arguments)
     if arguments.iterations is not None and arguments.iterations < 1:
         raise SettingError(f"--iterations is {arguments.iterations}, expected a whole number >= 1")
     report = None if arguments.report is None else new_file("--report", arguments.report, [path])
     from pytest_dvp.stages import StageError, check_stage
-    from pytest_dvp.tuning.cache import Cache
     from pytest_dvp.tuning.iterate import iterate
     from pytest_dvp.tuning.outcome import document, text
     from pytest_dvp.tuning.plan_file import read_plan
-    from pytest_dvp.tuning.workers import Workers
     from reports.whole_file import write_whole
 
     plan = read_plan(
@@ -53,8 +52,8 @@ def execute(arguments: argparse.Namespace) -> int:
     except StageError as error:
         raise SettingError(f"--vehicle: {error}") from None
     out = folder_of(arguments.out, plan.name)
-    with progress("dvp iterate", "iterating") as tick, Workers(Cache(cache_of(arguments)), jobs, tick) as workers:
-        found = iterate(plan, workers, out, tick)
+    with progress("dvp iterate", "iterating") as tick, workers(arguments, tick) as worked:
+        found = iterate(plan, worked, out, tick)
     told = finite(document(found))
     write_whole(out / "result.json", json.dumps(told, ensure_ascii=False, indent=1).encode() + b"\n")
     report = out / "report.html" if report is None else report
@@ -62,7 +61,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from reports.mcrpg import write_mcrpg_report
 
     write_mcrpg_report(report, iterate_page(told))
-    print(f"dvp iterate: {workers.done} simulated, {workers.known} kept from before; {report}", file=sys.stderr)
+    print(f"dvp iterate: {worked.done} simulated, {worked.known} kept from before; {report}", file=sys.stderr)
     if arguments.json:
         print(json.dumps(told, ensure_ascii=False, allow_nan=False))
     else:

@@ -9,7 +9,6 @@ import argparse
 import csv
 import io
 import json
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, root_here
 from pytest_dvp.cli.progress import progress
+from pytest_dvp.cli.workers import add_workers, check_workers, workers
 from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import SettingError, unknown
 
@@ -38,57 +38,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
 
 
-def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Options of everything that simulates in parallel and keeps what it simulated."""
-    parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one a core. No result depends on it")
-    parser.add_argument("--cache", metavar="DIR", help="kept simulations; default: ROOTDIR/runs/tuning/cache")
-
-
 def execute(arguments: argparse.Namespace) -> int:
     path = existing(arguments.study, "study")
-    jobs = workers_of(arguments)
+    check_workers(arguments)
     for option in ("budget", "seed"):
         value = getattr(arguments, option)
         if value is not None and value < (1 if option == "budget" else 0):
             raise SettingError(f"--{option} is {value}, expected a whole number >= {1 if option == 'budget' else 0}")
-    from pytest_dvp.tuning.cache import Cache
     from pytest_dvp.tuning.command import again
     from pytest_dvp.tuning.study import SEARCHES
     from pytest_dvp.tuning.study_file import read_study
     from pytest_dvp.tuning.tune import tune
-    from pytest_dvp.tuning.workers import Workers
 
     if arguments.search is not None and arguments.search not in SEARCHES:
         raise SettingError(f"--search: {unknown('search', arguments.search, SEARCHES)}")
     study = read_study(path, search=arguments.search, budget=arguments.budget, seed=arguments.seed)
     out = folder_of(arguments.out, f"{study.name}-{study.search}")
     model = out / BEST_MODEL
-    with progress("dvp tune", "tuning") as tick, Workers(Cache(cache_of(arguments)), jobs, tick) as workers:
-        found = tune(study, workers, tick, lambda so_far: write(so_far, again(so_far, model), out))
+    with progress("dvp tune", "tuning") as tick, workers(arguments, tick) as worked:
+        found = tune(study, worked, tick, lambda so_far: write(so_far, again(so_far, model), out))
     rows = again(found, model)
     write(found, rows, out)
-    print(f"dvp tune: {workers.done} simulated, {workers.known} kept from before; {out}", file=sys.stderr)
+    print(f"dvp tune: {worked.done} simulated, {worked.known} kept from before; {out}", file=sys.stderr)
     _say_next(rows, out)
     if arguments.json:
         print(json.dumps(finite(_document(found, rows)), ensure_ascii=False, allow_nan=False))
     else:
         print(table(found))
     return 0 if found.best.score.allowed else 1
-
-
-def workers_of(arguments: argparse.Namespace) -> int:
-    """Processes to use. Raises SettingError."""
-    count: int | None = arguments.jobs
-    if count is None:
-        return os.cpu_count() or 1
-    if count < 1:
-        raise SettingError(f"--jobs is {count}, expected a whole number >= 1")
-    return count
-
-
-def cache_of(arguments: argparse.Namespace) -> Path:
-    """The folder of kept simulations."""
-    return Path(arguments.cache) if arguments.cache else root_here() / "runs" / "tuning" / "cache"
 
 
 def folder_of(text: str | None, name: str) -> Path:

@@ -1,4 +1,4 @@
-"""Jobs over several cores: results in the order asked for, whoever made them, each kept as soon as it is there."""
+"""Jobs over cores or machines: results in the order asked for, whoever made them, each kept as soon as it is there."""
 
 from __future__ import annotations
 
@@ -10,11 +10,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.tuning.cache import Cache
 from pytest_dvp.tuning.job import Job
 from pytest_dvp.tuning.work import work
+from reports.whole_file import write_whole
+
+if TYPE_CHECKING:
+    from pytest_dvp.tuning.cluster import Cluster
 
 Tick = Callable[[str], None]
 Work = Callable[[Job], dict[str, Any]]
@@ -22,12 +26,16 @@ Work = Callable[[Job], dict[str, Any]]
 
 class Workers:
     """Runs jobs that the cache does not know. `count` processes; 1 works in this one. `work`: what a job gives.
+    `cluster`: they run on the workers of its machines instead.
 
     `done`: how many jobs were worked on, `known`: how many the cache had.
     """
 
-    def __init__(self, cache: Cache, count: int = 1, tick: Tick = lambda text: None, *, work: Work = work) -> None:
-        self.cache, self.count, self.tick, self._work = cache, count, tick, work
+    def __init__(
+        self, cache: Cache, count: int = 1, tick: Tick = lambda text: None, *, work: Work = work,
+        cluster: Cluster | None = None,
+    ) -> None:  # fmt: skip
+        self.cache, self.count, self.tick, self._work, self._cluster = cache, count, tick, work, cluster
         self.done = 0
         self.known = 0
         self._pool: ProcessPoolExecutor | None = None
@@ -60,6 +68,14 @@ class Workers:
         return [found[key] for key in keys]
 
     def _worked(self, missing: Mapping[str, Job]) -> Iterable[tuple[str, dict[str, Any]]]:
+        if self._cluster is not None and missing:
+            for key, result, log in self._cluster.worked(self._work, missing):
+                save = missing[key].save
+                if log is not None and save is not None:
+                    Path(save).parent.mkdir(parents=True, exist_ok=True)
+                    write_whole(Path(save), log)
+                yield key, _put(self.cache, key, result)
+            return
         if self.count <= 1 or len(missing) < 2:
             for key, job in missing.items():
                 yield key, _kept(self._work, str(self.cache.folder), key, job)
@@ -75,11 +91,14 @@ class Workers:
 
 def _kept(what: Work, folder: str, key: str, job: Job) -> dict[str, Any]:
     """Work, and keep the result at once: what was killed after it goes on from here."""
-    cache = Cache(Path(folder))
-    cache.put(key, what(job))
-    result = cache.get(key)  # as it will be found the next time, to the order of its keys
-    assert result is not None
-    return result
+    return _put(Cache(Path(folder)), key, what(job))
+
+
+def _put(cache: Cache, key: str, result: dict[str, Any]) -> dict[str, Any]:
+    cache.put(key, result)
+    kept = cache.get(key)  # as it will be found the next time, to the order of its keys
+    assert kept is not None
+    return kept
 
 
 def _complete(job: Job) -> bool:

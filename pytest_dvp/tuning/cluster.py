@@ -1,0 +1,177 @@
+"""Jobs over several machines: the workers of a dask.distributed scheduler do them, and bring back result and log."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import logging
+import queue
+import time
+import uuid
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import CancelledError
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+from pytest_dvp.settings import SettingError
+from pytest_dvp.tuning.errors import TuneError
+from pytest_dvp.tuning.installed import installed
+from pytest_dvp.tuning.job import Job
+from pytest_dvp.tuning.parcel import Packing
+from pytest_dvp.tuning.remote import order, whole, worked
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+Work = Callable[[Job], dict[str, Any]]
+Got = TypeVar("Got")
+Answer: TypeAlias = "Future[dict[str, Any]]"
+
+CONNECT = 5.0  # s to wait for a scheduler, and then for a first worker
+PATIENCE = 60.0  # s to wait for workers when the last one has gone
+LOOK = 2.0  # s between looks at whether there are workers
+AGAIN = "what was simulated is kept, the same command goes on from there"
+ALIKE = "the same checkout must be installed where scheduler and workers run"
+
+
+class Cluster:
+    """The workers that a scheduler at `address` ("tcp://host:8786") has; it may gain and lose some meanwhile."""
+
+    def __init__(self, address: str, *, connect: float = CONNECT, patience: float = PATIENCE) -> None:
+        self.address, self.connect, self.patience = address, connect, patience
+        self._session = uuid.uuid4().hex  # tasks of two commands are never taken for each other
+        self._count = itertools.count()
+        self._parcels: dict[str, Answer] = {}
+
+    def __enter__(self) -> Cluster:
+        """Raises SettingError: no `distributed`, no such scheduler, no workers."""
+        try:
+            from distributed import Client
+        except ImportError as error:
+            text = f"--scheduler needs {error.name}: pip install -e '.[cluster]' from the checkout"
+            raise SettingError(text) from None
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters is said here, in one line
+        try:
+            self._client: Client = Client(self.address, timeout=self.connect, set_as_default=False)
+        except (OSError, ValueError, TypeError) as error:
+            raise SettingError(f"--scheduler {self.address}: {_unreachable(error, self.connect)}") from None
+        deadline = time.monotonic() + self.connect
+        while not self._has_workers():
+            if time.monotonic() > deadline:
+                self._close()
+                raise SettingError(
+                    f"--scheduler {self.address}: it has no workers; start some on each machine: dask worker "
+                    f"{self.address} --nworkers N --nthreads 1"
+                )
+            time.sleep(0.05)
+        self._home = self._task("home", whole, dict(installed()))
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._close()
+
+    def worked(self, what: Work, jobs: Mapping[str, Job]) -> Iterator[tuple[str, dict[str, Any], bytes | None]]:
+        """Key, result and log of each job, as they come; the log of those with `save`.
+
+        A run that broke, there or in the stack, is done once more by this process, and that decides. Raises what the
+        job raises here, and TuneError: a machine that is not alike, one that dies again and again, or none left.
+        """
+        ended: queue.SimpleQueue[Answer] = queue.SimpleQueue()
+        waiting = self._submitted(what, jobs)
+        for future, _ in waiting.values():
+            future.add_done_callback(ended.put)
+        while waiting:
+            future = self._patiently(lambda seconds: ended.get(timeout=seconds))
+            _, key = waiting.pop(str(future.key))
+            answer = self._answer(future, jobs[key])
+            if "refused" in answer:
+                raise TuneError(f"worker {answer['where']}: {answer['refused']}; {AGAIN}")
+            if "result" in answer and not answer["result"].get("error"):
+                yield key, answer["result"], answer["log"]
+                continue
+            here = what(jobs[key])
+            yield key, here, None
+            if here != answer.get("result"):
+                said = answer.get("failed") or answer["result"]["error"]
+                raise TuneError(f"worker {answer['where']}: {jobs[key].title} fails there, not here: {said}; {AGAIN}")
+
+    def _submitted(self, what: Work, jobs: Mapping[str, Job]) -> dict[str, tuple[Answer, str]]:
+        packing = Packing()
+        needed = {key: packing.parcels(job) for key, job in jobs.items()}
+        parcels = {parcel.name: parcel for each in needed.values() for parcel in each}
+        # those of before that nobody needs any more are let go
+        self._parcels = {
+            name: self._parcels.get(name) or self._task("files", whole, parcel.contents())
+            for name, parcel in parcels.items()
+        }
+        found = {}
+        for key, job in jobs.items():
+            files = [self._parcels[parcel.name] for parcel in needed[key]]
+            future = self._task(job.title, worked, what, order(job), key, job.save is not None, self._home, *files)
+            found[str(future.key)] = (future, key)
+        return found
+
+    def _task(self, title: str, function: Callable[..., Any], *given: Any) -> Answer:
+        key = f"dvp-{self._session}-{next(self._count)}-{title}"
+        return self._client.submit(function, *given, key=key)
+
+    def _patiently(self, get: Callable[[float], Got]) -> Got:
+        """What `get(seconds)` gives; TimeoutError and queue.Empty are waited out, as long as there are workers."""
+        since = time.monotonic()
+        while True:
+            try:
+                return get(LOOK)
+            except (TimeoutError, queue.Empty):
+                now = time.monotonic()
+                if self._client.status != "running":
+                    raise self._lost() from None
+                if self._has_workers():
+                    since = now
+                elif now - since > self.patience:
+                    text = f"scheduler {self.address}: no workers are left, waited {self.patience:g} s; {AGAIN}"
+                    raise TuneError(text) from None
+
+    def _answer(self, future: Answer, job: Job) -> dict[str, Any]:
+        from distributed import KilledWorker
+
+        if future.cancelled():
+            raise self._lost()
+        try:
+            return dict(self._patiently(lambda seconds: future.result(timeout=seconds)))
+        except TuneError:
+            raise
+        except KilledWorker as error:
+            times, last = error.allowed_failures + 1, error.last_worker.address
+            text = f"{times} workers died while they had {job.title}, the last one {last}; {AGAIN}"
+        except CancelledError:
+            raise self._lost() from None
+        except Exception as error:
+            # Not of the job, whose errors come as text: of a process in which it could not even begin.
+            text = f"{job.title} cannot begin: {type(error).__name__}: {_line(error)}; {ALIKE}"
+        raise TuneError(f"scheduler {self.address}: {text}")
+
+    def _has_workers(self) -> bool:
+        try:
+            return bool(self._client.scheduler_info()["workers"])
+        except (OSError, CancelledError, RuntimeError):  # the connection ends just now
+            return False
+
+    def _lost(self) -> TuneError:
+        return TuneError(f"scheduler {self.address}: the connection was lost; {AGAIN}")
+
+    def _close(self) -> None:
+        self._parcels.clear()
+        with contextlib.suppress(Exception):  # it may have gone before
+            self._client.close(timeout=self.connect)
+
+
+def _unreachable(error: Exception, seconds: float) -> str:
+    if isinstance(error, OSError):
+        return f"no scheduler answers within {seconds:g} s; start one: dask scheduler"
+    return f"{_line(error)}; expected an address as tcp://host:8786"
+
+
+def _line(error: Exception) -> str:
+    """What an error says, in one line, with what it comes from."""
+    cause = f" ({type(error.__cause__).__name__}: {error.__cause__})" if error.__cause__ else ""
+    return " ".join(f"{error}{cause}".split())
