@@ -18,7 +18,7 @@ from pytest_dvp.tuning.guard import Suspicion, guard
 from pytest_dvp.tuning.judge import Judged, judge, log_chi2, rw_logs, stack_change, twin_change
 from pytest_dvp.tuning.knob import Point, changed
 from pytest_dvp.tuning.ledger import Entry, write_ledger
-from pytest_dvp.tuning.plan import STAGES, Plan, State, drives
+from pytest_dvp.tuning.plan import MOUNTS, STAGES, Plan, State, drives
 from pytest_dvp.tuning.proving_ground import Grounded, on_proving_ground
 from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
 from pytest_dvp.tuning.structure import Found, look_for_structure
@@ -28,7 +28,6 @@ from pytest_dvp.tuning.workers import Workers
 from reports.whole_file import write_whole
 
 Tick = Callable[[str], None]
-MOUNTS = ("GNSS_x", "CAMERA_x")  # of S, but no part of the vehicle model
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -73,14 +72,27 @@ def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: N
 
 def beginning(plan: Plan, out: Path) -> State:
     """The twin of the data sheet with S of the preset set in it, and P of the preset, stage by stage."""
-    from ads.parameters import preset
     from vehicle.model.parameters import preset_s
 
-    S: dict[str, float] = preset_s(plan.preset)  # type: ignore[arg-type]
-    S.pop("PEDESTRIAN_speed")  # the scenario moves the pedestrian, on all stages alike
+    S: dict[str, float] = preset_s(plan.preset or 10)  # type: ignore[arg-type]
+    if plan.preset is None:
+        S = {name: S[name] for name in MOUNTS}
+    S.pop("PEDESTRIAN_speed", None)  # the scenario moves the pedestrian, on all stages alike
     model = baked(plan.model, S, out / "iteration-00" / "twin.toml")
-    P = {stage: preset(plan.preset, stage).as_dict() for stage in STAGES}
-    return State(model, P, {name: S[name] for name in MOUNTS if name in S})
+    return State(model, _first_P(plan), {name: S[name] for name in MOUNTS if name in S})
+
+
+def _first_P(plan: Plan) -> dict[str, dict[str, float]]:
+    """P of the preset, stage by stage; of a stack of one's own what it declares."""
+    from ads.parameters import preset
+
+    if plan.ads is None:
+        return {stage: preset(plan.preset or 10, stage).as_dict() for stage in STAGES}
+    from pytest_dvp.driving_stack import find_ads
+    from pytest_dvp.stack_parameters import as_plain, in_force
+
+    ads = find_ads(plan.ads)
+    return {stage: as_plain(in_force(ads, {}, stage)) for stage in STAGES}
 
 
 def baked(model: Path, S: Mapping[str, float], target: Path) -> Path:
@@ -122,17 +134,18 @@ def _improve(
     workers.run([drive.job for drive in asked])
     measured = rw_logs(asked)
     more: tuple[str, ...] = ()
+    presets = number == 1 and plan.preset is not None
     learnt = [*measured, *(log for ground in grounds for log in ground.logs)]
     if plan.structure:
         told("diagnosis")
         ground = on_proving_ground(
-            plan, learnt, state.model, folder / "proving_ground", out / "logs", workers, told, presets=number == 1,
+            plan, learnt, state.model, folder / "proving_ground", out / "logs", workers, told, presets=presets,
             known=[name for ground in grounds for name in ground.names],
         )  # fmt: skip
         more = ground.names
         learnt += ground.logs
         grounds.append(ground)
-    found, model = _structure(plan, learnt, state.model, folder, workers, told, first=number == 1)
+    found, model = _structure(plan, learnt, state.model, folder, workers, told, presets=presets)
     tuned_S, point_S, twin = _tuned_S(plan, measured, model, state.mounts, folder, workers, told)
     suspicions = guard(plan.S, tuned_S.start.point, point_S, measured, model, told) if tuned_S else []
     old, new = log_chi2(state.model, now.logs, workers), log_chi2(twin, now.logs, workers)
@@ -172,12 +185,12 @@ def _improve(
 
 
 def _structure(
-    plan: Plan, logs: list[Path], model: Path, folder: Path, workers: Workers, tick: Tick, *, first: bool
+    plan: Plan, logs: list[Path], model: Path, folder: Path, workers: Workers, tick: Tick, *, presets: bool
 ) -> tuple[Found | None, Path]:
     if not plan.structure:
         return None, model
     tick("diagnosis")
-    found = look_for_structure(logs, model, plan.model, workers.cache, tick, presets=first)
+    found = look_for_structure(logs, model, plan.model, workers.cache, tick, presets=presets)
     _write(folder / "diagnosis.json", found.diagnosis)
     if found.extension is not None:
         _write(folder / "extension.json", found.extension)
@@ -222,6 +235,7 @@ def _tuned_P(plan: Plan, state: State, workers: Workers, tick: Tick) -> Tuning:
     study = Study(
         "P", plan.performance, knobs, start, plan.search, plan.budget_P, plan.seed, variants=plan.variants,
         seeds=plan.seeds, model=state.model, fixed_P=now, fixed_S=state.mounts, library=plan.library, gated=True,
+        ads=plan.ads,
     )  # fmt: skip
     return tune(study, workers, tick)
 
@@ -300,7 +314,7 @@ def _entry(plan: Plan, number: int, state: State, judged: Judged, workers: Worke
     S = {p.name: s_value(twin, p.name) for p in S_PARAMETERS}
     values: dict[str, Any] = {
         "structure": {}, "tuned": {}, "suspicions": [], "training": {},
-        "changes": [f"presets of the paper's iteration {plan.preset}"],
+        "changes": ["the twin as it is" if plan.preset is None else f"presets of the paper's iteration {plan.preset}"],
         "accepted": "beginning", **more,
     }  # fmt: skip
     return Entry(

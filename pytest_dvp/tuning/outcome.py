@@ -15,6 +15,7 @@ def document(found: Iterated) -> dict[str, Any]:
         "plan": found.plan.name,
         "vehicle": _vehicle(found.plan.vehicle),
         "structure": found.plan.structure,
+        "ads": None if found.plan.ads is None else Path(found.plan.ads).name,
         "ended": found.ended,
         "model": found.state.model.name,
         "P": {stage: dict(values) for stage, values in found.state.P.items()},
@@ -41,11 +42,12 @@ def table(rows: list[Bound]) -> list[str]:
     head = f"{'':<4}{'':<34}{'stages':<8}{'first':>10}{'last':>10}{'+-':>10}{'worst':>10}  bound"
     lines = [head]
     for row in rows:
-        mark = "ok" if row.holds else "MISS"
+        mark = "ok" if row.holds else "none" if row.value is None else "MISS"
         numbers = "".join(f"{_number(v):>10}" for v in (row.first, row.value, row.half_width, row.worst))
         lines.append(f"{mark:<5}{row.what:<33}{row.where:<8}{numbers}  {row.bound}")
-    held = sum(row.holds for row in rows)
-    return [*lines, f"{held} of {len(rows)} rows hold"]
+    held, unknown = sum(row.holds for row in rows), sum(row.value is None for row in rows)
+    more = f"; none: {unknown} could not be measured" if unknown else ""
+    return [*lines, f"{held} of {len(rows)} rows hold{more}"]
 
 
 def _number(value: float | None) -> str:

@@ -32,7 +32,7 @@ def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
         "headline": f"{held} of {len(rows)} bounds hold on held-out drives; ended: {document['ended']}",
         "reached": held == len(rows),
         "structure": document["structure"],
-        "parameters": _parameters(entries),
+        "parameters": _parameters(entries, own=document.get("ads") is not None),
         "metrics": _metrics(entries),
         "numbers": [entry["number"] for entry in entries],
         "bounds": rows,
@@ -70,16 +70,22 @@ def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _parameters(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Rows: name, group, unit, a text an iteration (DT; PE; RW where they differ), the paper's 10th."""
+def _parameters(entries: list[dict[str, Any]], *, own: bool) -> list[dict[str, Any]]:
+    """Rows: name, group, unit, a text an iteration (DT; PE; RW where they differ), the paper's 10th.
+
+    own: P is that of a stack of the user's own, of which the paper says nothing.
+    """
     from ads.parameters import declaration, preset
     from vehicle.model.parameters import S_PARAMETERS, preset_s
 
     rows = []
     for name in entries[0]["P"]["dt"]:
         cells = [_cell([entry["P"][stage][name] for stage in STAGES]) for entry in entries]
-        paper = [_cell([preset(k, stage).as_dict()[name] for stage in STAGES]) for k in (1, 10)]
-        rows.append({"group": "P", "name": name, "unit": declaration(name).unit, "cells": cells, "paper": paper})
+        paper, unit = ["", ""], ""
+        if not own:
+            paper = [_cell([preset(k, stage).as_dict()[name] for stage in STAGES]) for k in (1, 10)]
+            unit = declaration(name).unit
+        rows.append({"group": "P", "name": name, "unit": unit, "cells": cells, "paper": paper})
     for p in S_PARAMETERS:
         cells = [_cell([entry["S"][p.name]]) if p.name in entry["S"] else "" for entry in entries]
         if any(cells):

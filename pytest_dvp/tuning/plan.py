@@ -12,6 +12,7 @@ from pytest_dvp.tuning.objective import Objective
 from pytest_dvp.tuning.study import Variant
 
 STAGES = ("dt", "pe", "rw")
+MOUNTS = ("GNSS_x", "CAMERA_x")  # of S, but no part of the vehicle model
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -19,7 +20,8 @@ class Plan:
     """One closing of the gaps.
 
     model       the twin as its data sheet has it; S of `preset` is set in it before anything runs
-    preset      the paper's iteration whose P and S are the beginning
+    preset      the paper's iteration whose P and S are the beginning; None: P of `dvp run`, and the twin as it is
+    ads         "FILE.py:Class", the driving stack, whose P begin at the defaults that it declares; None: the reference
     variants, seeds            drives that are learnt from
     held_out, held_out_seeds   drives that judge each iteration; last_seeds: those of the table at the end;
                 other_seeds: of the car's drives that are held against its own
@@ -37,7 +39,7 @@ class Plan:
     S: tuple[Knob, ...]
     performance: Objective
     alignment: Objective
-    preset: int = 1
+    preset: int | None = None
     vehicle: str = "surrogate"
     seeds: tuple[int, ...] = (7,)
     held_out_seeds: tuple[int, ...] = (101, 102)
@@ -51,6 +53,7 @@ class Plan:
     structure: bool = True
     library: tuple[Path, ...] = ()
     proving_ground: tuple[str, ...] = ()
+    ads: str | None = None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -94,7 +97,7 @@ def drives(
                     str(variant.scenario), stage, seed, pairs(variant.values), pairs(state.P[stage]),
                     pairs(state.mounts) if stage == "dt" else (), str(state.model),
                     vehicle="surrogate" if stage == "dt" else plan.vehicle, library=tuple(map(str, plan.library)),
-                    gated=stage == "dt",
+                    gated=stage == "dt", ads=plan.ads,
                 )  # fmt: skip
                 job = dataclasses.replace(job, save=str(logs / f"{job.key[:20]}.mcap"))
                 found.append(Drive(stage, variant, seed, job))

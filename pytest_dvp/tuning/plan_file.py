@@ -6,15 +6,15 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.tuning.objective import ALIGNMENT, PERFORMANCE
-from pytest_dvp.tuning.plan import Plan
+from pytest_dvp.tuning.objective import ALIGNMENT
+from pytest_dvp.tuning.plan import MOUNTS, Plan
 from pytest_dvp.tuning.reader import Reader
 from pytest_dvp.tuning.study import SEARCHES
 
-_TOP = ("iterate", "scenario", "held_out", "parameters")
+_TOP = ("iterate", "scenario", "held_out", "parameters", "term", "constraint")
 _ITERATE = (
     "model", "preset", "vehicle", "seeds", "held_out_seeds", "last_seeds", "other_seeds", "iterations", "search",
-    "seed", "budget_P", "budget_S", "structure", "library", "proving_ground",
+    "seed", "budget_P", "budget_S", "structure", "library", "proving_ground", "ads",
 )  # fmt: skip
 
 
@@ -31,17 +31,20 @@ class _PlanReader(Reader):
         self.known(head, _ITERATE, "key of [iterate]")
         if "model" not in head:
             self.fail("iterate", "no twin to begin with: model = ... in [iterate]")
-        preset = self.whole(head, "preset", 1, (1, 5, 10))
-        P, S = self.presets("performance", preset, "dt", True)
-        knobs, _ = self.knobs({"S.THROTTLE_delay": 0.0, **P, **S})  # the paper's 1st iteration had no such delay
+        model = self.file(str(head["model"]), "model")
+        preset = self.whole(head, "preset", 10, (1, 5, 10)) if "preset" in head else None
+        if "ads" in head:
+            self.ads = self.stack(str(head["ads"]))
+        P, S = self.presets("performance", preset or 10, "dt", stated=preset is not None)
+        knobs, _ = self.knobs({**P, **_of_the_twin(model), **S})
         plan = Plan(
             name=self.path.stem,
-            model=self.file(str(head["model"]), "model"),
+            model=model,
             variants=self.variants("scenario"),
             held_out=self.variants("held_out"),
             P=tuple(k for k in knobs if k.name.startswith("P.")),
             S=tuple(k for k in knobs if k.name.startswith("S.")),
-            performance=PERFORMANCE,
+            performance=self.objective("performance"),
             alignment=ALIGNMENT,
             preset=preset,
             vehicle=self.vehicle(str(head.get("vehicle", "surrogate"))),
@@ -57,6 +60,7 @@ class _PlanReader(Reader):
             structure=bool(self.word(head, "structure", (True, False), True)),
             library=tuple(self.file(name, "folder") for name in self.words(head, "library")),
             proving_ground=self.manoeuvres(head),
+            ads=None if self.ads is None else self.ads.word,
         )
         plan = dataclasses.replace(plan, **changes)
         self.whole_plan(plan)
@@ -86,3 +90,15 @@ class _PlanReader(Reader):
             self.fail("other_seeds", "the car would be held against the very same drive: a seed is in last_seeds, too")
         if len(plan.last_seeds) < 2:
             self.fail("last_seeds", "one repeat has no interval: two seeds at least")
+
+
+def _of_the_twin(model: Path) -> dict[str, float]:
+    """What the twin has of S, where a candidate begins that no preset covers."""
+    from vehicle.model.model_file import read_model
+    from vehicle.model.parameters import S_PARAMETERS, preset_s, s_value
+
+    twin = read_model(model)
+    values = {p.name: s_value(twin, p.name) for p in S_PARAMETERS}
+    usual = preset_s(10)
+    values |= {name: usual[name] for name in MOUNTS}
+    return {f"S.{name}": value for name, value in values.items() if value is not None}
