@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import inspect
-import json
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -21,6 +20,7 @@ from pytest_dvp.paths import shown
 from pytest_dvp.punctual import punctual
 from pytest_dvp.replay_log import ReplayLog
 from pytest_dvp.replay_log import said_of as said_of_replay
+from pytest_dvp.result_file import read_result
 from pytest_dvp.settings import REFERENCE, Assignments
 from pytest_dvp.stages import REAL, REPLAY, STEPPED, SURROGATE, StageError, check_stage, is_real, label
 
@@ -264,7 +264,7 @@ def _rehearse(request: Any, duration: float | None, after_collision: float, pass
 def _same_test(folder: Path, stage: str, request: Any, rehearsed: Log) -> bool:
     """Whether a run folder holds a PASS of this stage, of the same scenario, road and settings."""
     try:
-        kept = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        kept = read_result(folder / "result.json")
         meta = Log.load(folder).meta
     except (OSError, ValueError):
         return False

@@ -261,11 +261,17 @@ def from_sources(
     sources: Sequence[tuple[Callable[[Setting], object], Callable[[Setting], str], Path]],
     rootdir: Path,
 ) -> Settings:
-    """Settings of the first source that has a value; each source is (lookup, name for messages, base of paths)."""
+    """Settings of the first source that has a value; each source is (lookup, name for messages, base of paths).
+
+    Empty in an ini file or the environment is not set. An option that was written and is empty is a mistake: a variable
+    of a script that has no value must not be a run without its gates. Raises SettingError.
+    """
     values: dict[str, Any] = {}
     for setting in settings:
         for lookup, name, base in sources:
             raw = lookup(setting)
+            if name(setting).startswith("--") and (raw == "" or (isinstance(raw, list | tuple) and "" in raw)):
+                raise SettingError(f"{name(setting)} is empty, expected {setting.metavar or 'a value'}")
             if raw is not None and raw != "" and raw != []:
                 values[setting.key] = convert(setting, raw, name(setting), base)
                 break

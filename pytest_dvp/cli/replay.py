@@ -22,10 +22,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.run)
+    from pytest_dvp.log_read import load_log
+
     words = _command(folder)
     before = folder / "log.mcap"
     if not before.is_file():
         raise WrongArgument(f"{before}: no such log")
+    load_log(before)  # a damaged one is told before the drive
     print(f"dvp replay: {shlex.join(['dvp', *words])}", file=sys.stderr)
     with tempfile.TemporaryDirectory() as place:
         now = _drive(words, Path(place))
@@ -43,25 +46,31 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _command(folder: Path) -> list[str]:
     """The words after `dvp` that drive it again. Raises WrongArgument if there are none, or a real car would move."""
+    from pytest_dvp.result_file import ResultFileError, read_result
     from pytest_dvp.stages import StageError, refuse_repetition
 
     file = folder / "result.json"
     try:
-        kept = json.loads(file.read_text(encoding="utf-8"))
-        said = str(kept["replay"])
-        compared = list(kept.get("logs", {}).values())
+        kept = read_result(file)
     except OSError as error:
         raise WrongArgument(f"{file}: {error.strerror}; a run's folder is expected") from None
-    except (ValueError, KeyError, TypeError, AttributeError):
-        raise WrongArgument(f"{file}: not the result of a run") from None
-    if compared:
-        raise WrongArgument(f"{folder}: holds stages against each other; replay the runs: {', '.join(compared)}")
-    words = shlex.split(said)
-    if words[:2] != ["dvp", "run"]:
-        raise WrongArgument(f"{folder}: {said}")
+    except ResultFileError as error:
+        raise WrongArgument(str(error)) from None
+    if kept.get("logs"):
+        compared = ", ".join(kept["logs"].values())
+        raise WrongArgument(f"{folder}: holds stages against each other; replay the runs: {compared}")
+    said = kept.get("replay", "")
+    if not said.startswith("dvp run "):
+        raise WrongArgument(f"{folder}: {said or 'how it was driven is not said'}")
     from pytest_dvp.cli import build_parser
 
-    plain: Any = build_parser().parse_args(words[1:])
+    try:
+        words = shlex.split(said)
+        if {"-h", "--help"} & set(words):
+            raise WrongArgument("dvp run: --help")
+        plain: Any = build_parser().parse_args(words[1:])
+    except ValueError as error:
+        raise WrongArgument(f"{file}: replay is {said!r}, which is no command: {error}") from None
     try:
         for stage in str(plain.stage).split(","):
             refuse_repetition("dvp replay", stage, plain.vehicle or "surrogate")

@@ -77,15 +77,19 @@ def _result(log: Log, stored: Path, gates: Path | None) -> dict[str, Any]:
 
 
 def _kept(stored: Path) -> dict[str, Any]:
+    from pytest_dvp.result_file import ResultFileError, read_result
+
     try:
-        kept = json.loads(stored.read_text(encoding="utf-8"))
-        return {**kept, **{key: kept[key] for key in ("status", "verdicts", "scenario")}}
-    except (ValueError, KeyError, TypeError):
-        raise WrongArgument(f"{stored}: no result of a run; delete it to judge the log anew") from None
+        return read_result(stored)
+    except ResultFileError as error:
+        raise WrongArgument(f"{error}; delete it to judge the log anew") from None
 
 
 def _with_gates(replay: str, gates: str) -> str:
-    words = shlex.split(replay)
+    try:
+        words = shlex.split(replay)
+    except ValueError:  # edited by hand
+        return replay
     if "--gates" in words:
         at = words.index("--gates")
         del words[at : at + 2]

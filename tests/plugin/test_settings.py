@@ -56,6 +56,8 @@ def test_assignments_add_up(told: pytest.Pytester) -> None:
         (("--dvp-seed=x",), "*--dvp-seed is 'x', expected a whole number*"),
         (("--dvp-seed=-1",), "*--dvp-seed is -1, expected a whole number >= 0*"),
         (("--dvp-duration=nan",), "*--dvp-duration is nan, expected a number >= 0.05*"),
+        (("--dvp-gates=",), "*--dvp-gates is empty, expected FILE*"),  # of a variable without a value: no gates
+        (("--dvp-library=",), "*--dvp-library is empty, expected DIR*"),
         (("--dvp-set=nothing",), "*--dvp-set 'nothing': expected NAME=VALUE*"),
         (("--dvp-library=nowhere",), "*--dvp-library: no folder*nowhere*"),
         (("--dvp-effects=nowhere.py",), "*--dvp-effects: no file*nowhere.py*"),

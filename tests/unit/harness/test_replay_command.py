@@ -43,29 +43,48 @@ def test_another_seed_is_the_first_difference(folder: Path, capsys: pytest.Captu
     assert said["first_difference"] == {"t": None, "what": "meta.seed", "before": "7", "now": "8"}
 
 
+RUN = {"scenario": "x.xosc", "status": "PASS", "verdicts": []}
+
+
 @pytest.mark.parametrize(
     ("result", "says"),
     [
         (None, "No such file or directory; a run's folder is expected"),
-        ("{}", "not the result of a run"),
-        ('{"replay": "no command line can name the ADS OneTrick"}', "no command line can name the ADS OneTrick"),
+        ("{}", "not the result of a run: Object missing required field `scenario`"),
+        ("", "not the result of a run: Input data was truncated"),
+        (RUN | {"replay": 5}, "not the result of a run: Expected `str`, got `int` - at `$.replay`"),
+        (RUN, "how it was driven is not said"),
+        (RUN | {"replay": "dvp run 'x"}, 'replay is "dvp run \'x", which is no command: No closing quotation'),
+        (RUN | {"replay": "dvp run x.xosc --sead 3"}, "which is no command: dvp: unrecognized arguments: --sead 3"),
+        (RUN | {"replay": "dvp run --help"}, "which is no command: dvp run: --help"),
+        (RUN | {"replay": "no command line can name the ADS OneTrick"}, "no command line can name the ADS OneTrick"),
         (
-            '{"replay": "dvp run x.xosc --stage dt,rw", "logs": {"dt": "runs/0001-x-dt", "rw": "runs/0002-x-rw"}}',
+            RUN | {"replay": "dvp run x.xosc", "logs": {"dt": "runs/0001-x-dt", "rw": "runs/0002-x-rw"}},
             "holds stages against each other; replay the runs: runs/0001-x-dt, runs/0002-x-rw",
         ),
-        ('{"replay": "dvp run x.xosc --stage rw --vehicle tabby"}', "dvp replay is refused: vehicle 'tabby' is real"),
+        (
+            RUN | {"replay": "dvp run x.xosc --stage rw --vehicle tabby"},
+            "dvp replay is refused: vehicle 'tabby' is real",
+        ),
     ],
 )
 def test_what_cannot_be_driven_again_is_one_line(
-    tmp_path: Path, result: str | None, says: str, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, result: str | dict[str, object] | None, says: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "log.mcap").write_bytes(b"")
     if result is not None:
-        (tmp_path / "result.json").write_text(result)
+        (tmp_path / "result.json").write_text(result if isinstance(result, str) else json.dumps(result))
     assert main(["replay", str(tmp_path)]) == 2
     said = capsys.readouterr().err
     assert says in said
     assert said.count("\n") == 1
+
+
+def test_a_damaged_log_is_told_before_the_drive(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "log.mcap").write_bytes(b"")
+    (tmp_path / "result.json").write_text(json.dumps(RUN | {"replay": "dvp run x.xosc --seed 7"}))
+    assert main(["replay", str(tmp_path)]) == 1
+    assert capsys.readouterr().err == f"{tmp_path / 'log.mcap'}: not an MCAP file\n"
 
 
 def test_the_earliest_difference_is_the_one_that_is_named(scenario: Write) -> None:
