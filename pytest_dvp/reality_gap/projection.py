@@ -17,93 +17,135 @@ _CREEP = 0.5  # m/s, below which the curvature r/v is not taken from the model
 
 @njit(cache=True, error_model="numpy")
 def project(output: FloatArray, measured: FloatArray, t: FloatArray, weight: FloatArray, starts: IntArray,
-             ends: IntArray, counted: BoolArray, free_speed: bool, values: FloatArray, start: FloatArray,
-             chi2: FloatArray, count: IntArray) -> None:  # fmt: skip
+            ends: IntArray, counted: BoolArray, free_speed: bool, values: FloatArray, start: FloatArray,
+            chi2: FloatArray, count: IntArray) -> None:  # fmt: skip
     """Fill values (n, 8), start (m, 4), chi2 (8,) as sums and count (8,); see `segments.residuals`.
 
     Two sweeps a segment: the first gathers the normal equations of the start, the second takes its effect out.
     """
-    g = np.zeros(3)  # what 1 m/s more at the start has done to x, y, yaw so far
-    for i in range(values.shape[0]):
-        for k in range(8):
-            values[i, k] = np.nan
+    values[:] = np.nan
+    reach, left = np.empty((values.shape[0], 5)), np.empty(8)
     for j in range(len(starts)):
-        a = np.zeros((4, 4))
-        b = np.zeros(4)
-        x0, y0 = output[starts[j], 0], output[starts[j], 1]
-        p = np.zeros(4)
-        for sweep in range(2):
-            g[:] = 0.0
-            moving = free_speed
-            rate_before, gain_before, speed_before = 0.0, 0.0, 0.0
-            yaw_before = output[starts[j], 2]
-            for i in range(starts[j], ends[j]):
-                v, rate = output[i, 3], output[i, 4]
-                if abs(v) < _STOPPED and i > starts[j]:
-                    moving = False
-                gain = 1.0 if moving else 0.0
-                turn = rate / v if moving and abs(v) > _CREEP else 0.0
-                if i > starts[j]:
-                    dt = t[i] - t[i - 1]
-                    mid_yaw = 0.5 * (output[i, 2] + yaw_before)
-                    mid_gain = 0.5 * (gain + gain_before)
-                    c, s = np.cos(mid_yaw), np.sin(mid_yaw)
-                    half = 0.25 * dt * (turn + rate_before)
-                    g[2] += half
-                    mid_speed = 0.5 * (v + speed_before)
-                    g[0] += dt * (c * mid_gain - s * mid_speed * g[2])
-                    g[1] += dt * (s * mid_gain + c * mid_speed * g[2])
-                    g[2] += half
-                rate_before, gain_before, speed_before, yaw_before = turn, gain, v, output[i, 2]
-                if not counted[i]:
-                    continue
-                stops = _stops(output, i, starts[j], ends[j])
-                for k in range(8):
-                    e = measured[i, k] - output[i, k]
-                    if k == 2:
-                        e -= 2.0 * np.pi * np.rint(e / (2.0 * np.pi))
-                    if not np.isfinite(e) or (k == 5 and stops):
-                        continue
-                    q0 = q1 = q2 = q3 = 0.0
-                    if k == 0:
-                        q0, q2, q3 = 1.0, y0 - output[i, 1], g[0]
-                    elif k == 1:
-                        q1, q2, q3 = 1.0, output[i, 0] - x0, g[1]
-                    elif k == 2:
-                        q2, q3 = 1.0, g[2]
-                    elif k == 3:
-                        q3 = gain
-                    elif k == 4:
-                        q3 = turn
-                    elif k == 6:
-                        q3 = 2.0 * rate * gain
-                    if sweep == 0:
-                        w = weight[k]
-                        if w > 0.0 and k != 5 and k != 7:
-                            w = w * w
-                            a[0, 0] += w * q0 * q0
-                            a[0, 2] += w * q0 * q2
-                            a[0, 3] += w * q0 * q3
-                            a[1, 1] += w * q1 * q1
-                            a[1, 2] += w * q1 * q2
-                            a[1, 3] += w * q1 * q3
-                            a[2, 2] += w * q2 * q2
-                            a[2, 3] += w * q2 * q3
-                            a[3, 3] += w * q3 * q3
-                            b[0] += w * q0 * e
-                            b[1] += w * q1 * e
-                            b[2] += w * q2 * e
-                            b[3] += w * q3 * e
-                    else:
-                        e -= q0 * p[0] + q1 * p[1] + q2 * p[2] + q3 * p[3]
-                        values[i, k] = e
-                        if weight[k] > 0.0:
-                            chi2[k] += (e * weight[k]) ** 2
-                            count[k] += 1
-            if sweep == 0:
-                _solve(a, b, p)
+        first, end = starts[j], ends[j]
+        _reach(output, t, first, end, free_speed, reach)
+        p = _start(output, measured, weight, first, end, counted, reach)
+        x0, y0 = output[first, 0], output[first, 1]
+        for i in range(first, end):
+            if not counted[i]:
+                continue
+            a, b = measured[i], output[i]
+            turn = a[2] - b[2]
+            turn -= 2.0 * np.pi * np.rint(turn / (2.0 * np.pi))
+            left[0] = (a[0] - b[0]) - (p[0] + (y0 - b[1]) * p[2] + reach[i, 0] * p[3])
+            left[1] = (a[1] - b[1]) - (p[1] + (b[0] - x0) * p[2] + reach[i, 1] * p[3])
+            left[2] = turn - (p[2] + reach[i, 2] * p[3])
+            left[3] = (a[3] - b[3]) - reach[i, 3] * p[3]
+            left[4] = (a[4] - b[4]) - reach[i, 4] * p[3]
+            left[5] = np.nan if _stops(output, i, first, end) else a[5] - b[5]
+            left[6] = (a[6] - b[6]) - 2.0 * b[4] * reach[i, 3] * p[3]
+            left[7] = a[7] - b[7]
+            for k in range(8):
+                if np.isfinite(left[k]):
+                    values[i, k] = left[k]
+                    if weight[k] > 0.0:
+                        chi2[k] += (left[k] * weight[k]) ** 2
+                        count[k] += 1
         for k in range(4):
             start[j, k] = p[k]
+
+
+@njit(cache=True, error_model="numpy")
+def _reach(output: FloatArray, t: FloatArray, first: int, end: int, free_speed: bool, reach: FloatArray) -> None:
+    """Fill reach (n, 5), rows first..end: what 1 m/s more at the start has done to x, y, yaw, speed and yaw rate."""
+    gx, gy, gyaw = 0.0, 0.0, 0.0
+    moving = free_speed
+    rate_before, gain_before, speed_before = 0.0, 0.0, 0.0
+    yaw_before = output[first, 2]
+    for i in range(first, end):
+        v, rate = output[i, 3], output[i, 4]
+        if abs(v) < _STOPPED and i > first:
+            moving = False
+        gain = 1.0 if moving else 0.0
+        turn = rate / v if moving and abs(v) > _CREEP else 0.0
+        if i > first:
+            dt = t[i] - t[i - 1]
+            mid_yaw = 0.5 * (output[i, 2] + yaw_before)
+            mid_gain = 0.5 * (gain + gain_before)
+            c, s = np.cos(mid_yaw), np.sin(mid_yaw)
+            half = 0.25 * dt * (turn + rate_before)
+            gyaw += half
+            mid_speed = 0.5 * (v + speed_before)
+            gx += dt * (c * mid_gain - s * mid_speed * gyaw)
+            gy += dt * (s * mid_gain + c * mid_speed * gyaw)
+            gyaw += half
+        rate_before, gain_before, speed_before, yaw_before = turn, gain, v, output[i, 2]
+        reach[i, 0], reach[i, 1], reach[i, 2], reach[i, 3], reach[i, 4] = gx, gy, gyaw, gain, turn
+
+
+@njit(cache=True, error_model="numpy")
+def _start(output: FloatArray, measured: FloatArray, weight: FloatArray, first: int, end: int, counted: BoolArray,
+           reach: FloatArray) -> FloatArray:  # fmt: skip
+    """(4,) x, y, yaw and speed to add to a segment's start, by least squares over its rows."""
+    a00 = a02 = a03 = a11 = a12 = a13 = a22 = a23 = a33 = 0.0
+    b0 = b1 = b2 = b3 = 0.0
+    wx, wy, wyaw, wv, wrate, way = (
+        weight[0] ** 2,
+        weight[1] ** 2,
+        weight[2] ** 2,
+        weight[3] ** 2,
+        weight[4] ** 2,
+        weight[6] ** 2,
+    )
+    x0, y0 = output[first, 0], output[first, 1]
+    for i in range(first, end):
+        if not counted[i]:
+            continue
+        e, q2, q3 = measured[i, 0] - output[i, 0], y0 - output[i, 1], reach[i, 0]
+        if wx > 0.0 and np.isfinite(e):
+            a00 += wx
+            a02 += wx * q2
+            a03 += wx * q3
+            a22 += wx * q2 * q2
+            a23 += wx * q2 * q3
+            a33 += wx * q3 * q3
+            b0 += wx * e
+            b2 += wx * q2 * e
+            b3 += wx * q3 * e
+        e, q2, q3 = measured[i, 1] - output[i, 1], output[i, 0] - x0, reach[i, 1]
+        if wy > 0.0 and np.isfinite(e):
+            a11 += wy
+            a12 += wy * q2
+            a13 += wy * q3
+            a22 += wy * q2 * q2
+            a23 += wy * q2 * q3
+            a33 += wy * q3 * q3
+            b1 += wy * e
+            b2 += wy * q2 * e
+            b3 += wy * q3 * e
+        e, q3 = measured[i, 2] - output[i, 2], reach[i, 2]
+        if wyaw > 0.0 and np.isfinite(e):
+            e -= 2.0 * np.pi * np.rint(e / (2.0 * np.pi))
+            a22 += wyaw
+            a23 += wyaw * q3
+            a33 += wyaw * q3 * q3
+            b2 += wyaw * e
+            b3 += wyaw * q3 * e
+        e, q3 = measured[i, 3] - output[i, 3], reach[i, 3]
+        if wv > 0.0 and np.isfinite(e):
+            a33 += wv * q3 * q3
+            b3 += wv * q3 * e
+        e, q3 = measured[i, 4] - output[i, 4], reach[i, 4]
+        if wrate > 0.0 and np.isfinite(e):
+            a33 += wrate * q3 * q3
+            b3 += wrate * q3 * e
+        e, q3 = measured[i, 6] - output[i, 6], 2.0 * output[i, 4] * reach[i, 3]
+        if way > 0.0 and np.isfinite(e):
+            a33 += way * q3 * q3
+            b3 += way * q3 * e
+    a = np.array([[a00, 0.0, a02, a03], [0.0, a11, a12, a13], [0.0, 0.0, a22, a23], [0.0, 0.0, 0.0, a33]])
+    p = np.zeros(4)
+    _solve(a, np.array([b0, b1, b2, b3]), p)
+    return p
 
 
 @njit(cache=True, error_model="numpy")
