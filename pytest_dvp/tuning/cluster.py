@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
+import importlib.metadata
 import itertools
 import logging
 import queue
@@ -29,7 +31,7 @@ Answer: TypeAlias = "Future[dict[str, Any]]"
 
 CONNECT = 5.0  # s to wait for a scheduler, and then for a first worker
 PATIENCE = 60.0  # s to wait for workers when the last one has gone
-LOOK = 2.0  # s between looks at whether there are workers
+LOOK = 1.0  # s between looks at whether there are workers
 AGAIN = "what was simulated is kept, the same command goes on from there"
 ALIKE = "the same checkout must be installed where scheduler and workers run"
 
@@ -50,10 +52,12 @@ class Cluster:
         except ImportError as error:
             text = f"--scheduler needs {error.name}: pip install -e '.[cluster]' from the checkout"
             raise SettingError(text) from None
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what matters is said here, in one line
+        for name in ("distributed", "distributed.client"):  # what matters is said here, in one line
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
+            asyncio.run(_greeted(self.address, self.connect))
             self._client: Client = Client(self.address, timeout=self.connect, set_as_default=False)
-        except (OSError, ValueError, TypeError) as error:
+        except Exception as error:  # whatever it is that listens there may answer anything
             raise SettingError(f"--scheduler {self.address}: {_unreachable(error, self.connect)}") from None
         deadline = time.monotonic() + self.connect
         while not self._has_workers():
@@ -64,6 +68,9 @@ class Cluster:
                     f"{self.address} --nworkers N --nthreads 1"
                 )
             time.sleep(0.05)
+        if lacking := self._without():
+            self._close()
+            raise SettingError(f"--scheduler {self.address}: {lacking} has no pytest-dvp; {ALIKE}")
         self._home = self._task("home", whole, dict(installed()))
         return self
 
@@ -128,7 +135,9 @@ class Cluster:
                 if self._has_workers():
                     since = now
                 elif now - since > self.patience:
-                    text = f"scheduler {self.address}: no workers are left, waited {self.patience:g} s; {AGAIN}"
+                    text = (
+                        f"scheduler {self.address}: no workers are left, waited {self.patience:g} s; {ALIKE}; {AGAIN}"
+                    )
                     raise TuneError(text) from None
 
     def _answer(self, future: Answer, job: Job) -> dict[str, Any]:
@@ -147,8 +156,20 @@ class Cluster:
             raise self._lost() from None
         except Exception as error:
             # Not of the job, whose errors come as text: of a process in which it could not even begin.
-            text = f"{job.title} cannot begin: {type(error).__name__}: {_line(error)}; {ALIKE}"
+            cause = error.__cause__ or error
+            text = f"{job.title} cannot begin: {type(cause).__name__}: {_line(cause)}; {ALIKE}"
         raise TuneError(f"scheduler {self.address}: {text}")
+
+    def _without(self) -> str:
+        """Where this package is not installed: a worker that is sent what it cannot import ends without a word."""
+        asked = (importlib.metadata.version, "pytest-dvp")
+        told = self._client.run(*asked, on_error="return")
+        lacking = [f"worker {where}" for where, found in told.items() if isinstance(found, ImportError)]
+        try:
+            self._client.run_on_scheduler(*asked)
+        except ImportError:
+            lacking.append("the scheduler")
+        return ", ".join(lacking)
 
     def _has_workers(self) -> bool:
         try:
@@ -165,13 +186,22 @@ class Cluster:
             self._client.close(timeout=self.connect)
 
 
+async def _greeted(address: str, seconds: float) -> None:
+    """Raises if no scheduler answers: a Client that never got one would take its time to go, and say so."""
+    from distributed.core import rpc
+    from distributed.security import Security
+
+    async with rpc(address, connection_args=Security().get_connection_args("client")) as there:
+        kind = (await asyncio.wait_for(there.identity(), seconds))["type"]
+    if kind != "Scheduler":
+        raise ValueError(f"found the address of a {kind}")
+
+
 def _unreachable(error: Exception, seconds: float) -> str:
     if isinstance(error, OSError):
         return f"no scheduler answers within {seconds:g} s; start one: dask scheduler"
-    return f"{_line(error)}; expected an address as tcp://host:8786"
+    return f"{_line(error)}; expected the address of a dask scheduler, as tcp://host:8786"
 
 
-def _line(error: Exception) -> str:
-    """What an error says, in one line, with what it comes from."""
-    cause = f" ({type(error.__cause__).__name__}: {error.__cause__})" if error.__cause__ else ""
-    return " ".join(f"{error}{cause}".split())
+def _line(error: BaseException) -> str:
+    return " ".join(str(error).split())

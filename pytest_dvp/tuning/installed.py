@@ -52,6 +52,6 @@ def first_difference(here: Mapping[str, str], there: Mapping[str, str]) -> str:
         if "/" not in name:
             return f"{name} is {other or 'missing'} there, {one or 'missing'} here"
         if other is None:
-            return f"{name} is missing there"
-        return f"{name} differs" if one is not None else f"{name} is there, and not here"
+            return f"it has no {name}"
+        return f"its {name} differs" if one is not None else f"it has {name}, which is not here"
     return ""
