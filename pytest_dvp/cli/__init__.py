@@ -13,6 +13,7 @@ import io
 import json
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
@@ -87,6 +88,8 @@ def build_parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code. A user's mistake is one line on stderr, never a traceback."""
     words = list(sys.argv[1:] if argv is None else argv)
+    if argv is None and not sys.warnoptions:  # what numpy thinks of a NaN in a user's log is nothing to a user
+        warnings.simplefilter("ignore", RuntimeWarning)
     _spell_what_cannot_be_shown()
     try:
         arguments = _parse(words)

@@ -72,7 +72,8 @@ def _travel_ratio(log: Log, median: float) -> float:
     if not {"x", "y", "v"} <= log.columns.keys():
         return 0.0
     x, y, v = (log.columns[name] for name in "xyv")
-    if np.nanmax(v) == np.nanmin(v) and abs(v[0]) < 0.5:
+    told = v[np.isfinite(v)]
+    if not len(told) or (np.ptp(told) == 0.0 and abs(told[0]) < 0.5):
         return 0.0  # a dead sensor says nothing of the clock
     every = max(1, round(0.5 / median)) if median > 0 else 1
     moved = np.hypot(np.diff(x[::every]), np.diff(y[::every]))

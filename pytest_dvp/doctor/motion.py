@@ -176,6 +176,8 @@ def _correlations(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
     """Correlation coefficient of a[i + k] and b[i] for k = -reach .. reach, over the rows where both are known."""
     size = 1 << int(len(a) + reach).bit_length()
     here, there = np.isfinite(a), np.isfinite(b)
+    if not here.any() or not there.any():
+        return np.zeros(2 * reach + 1)
     u = np.where(here, a - np.mean(a[here]), 0.0)
     w = np.where(there, b - np.mean(b[there]), 0.0)
     fu, fuu, fh = (np.fft.rfft(part, size) for part in (u, u * u, here.astype(np.float64)))

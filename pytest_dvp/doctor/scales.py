@@ -43,6 +43,8 @@ def check_speed(motion: Motion, file: str, findings: Findings) -> Motion:
         allowed="0.8 to 1.25",
         hint=f"write `v [{unit}]`" if unit else "check the units of v, x, y and t",
     )
+    if ratio < 1e-9:  # no speed at all beside that of the path
+        return motion
     scaled: dict[str, FloatArray] = {name: motion.of[name] / ratio for name in ("v", "accel") if name in motion.of}
     return dataclasses.replace(motion, of={**motion.of, **scaled})
 

@@ -10,7 +10,7 @@ import io
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +24,13 @@ from pytest_dvp.signals import SIGNALS
 EMPTY = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "#n/a", "-nan", "nil"))
 LOGIC = {"true": 1.0, "false": 0.0}
 _DECIMAL_COMMA = re.compile(rb'"[-+]?\d+,(\d{1,2}|\d{4,})"')
+RECOVER = "`dvp recover` writes the whole rows to a new file"
 _HEAD = 1 << 16  # bytes, and
 _LINES = 60  # among which the header is
 _BLOCK = 1 << 22  # bytes looked at together: small beside the file, so that counting costs no memory
 _MOST = 4 << 30  # bytes; larger files need another format
 _MOST_COLUMNS = 10_000
+_LONGEST = 1000  # characters of a name
 
 
 def read_csv(path: Path) -> Table:
@@ -43,7 +45,13 @@ def read_csv(path: Path) -> Table:
     if separator != "," and b"," in body:
         body = body.replace(b",", b".")
     if b'"' in body:
-        body = _unquoted(body, separator)
+        try:
+            body = _unquoted(body, separator)
+        except csv.Error as error:
+            start = _open_quote(body)
+            _refuse(
+                table, "log.open_quote", head.line + start, "", f"a quote that is not closed: {error}", hint=RECOVER
+            )
     if not ended:
         body = _without_cut_row(table, body, head.line, width, separator)
     lines = _check_shape(table, body, head.line, width, separator)
@@ -74,7 +82,10 @@ def read_head(text: bytes, table: Table) -> Head:
         )
         raise LogError.of(table.findings.in_order())
     separator = _separator(head)
-    names = [name.strip() for name in next(csv.reader([_text(head)], delimiter=separator))]
+    try:
+        names = [name.strip() for name in next(csv.reader([_text(head)], delimiter=separator))]
+    except csv.Error as error:
+        _refuse(table, "log.header_missing", line, "", f"the header cannot be read: {error}", "`name [unit],...`")
     if len(names) > _MOST_COLUMNS:
         _refuse(table, "log.too_many_columns", line, "", f"{len(names)} columns", f"at most {_MOST_COLUMNS}")
     while names and not names[-1] and len(names) > 1:
@@ -101,7 +112,7 @@ def _without_cut_row(table: Table, body: bytes, line: int, width: int, separator
 
 def _refuse(
     table: Table, code: str, line: int | None, element: str, text: str, allowed: str = "", hint: str = ""
-) -> None:
+) -> NoReturn:
     table.findings.add(code, table.file, line, element, text, allowed=allowed, hint=hint)
     raise LogError.of(table.findings.in_order())
 
@@ -191,6 +202,13 @@ def _separator(head: bytes) -> str:
 
 
 def _refuse_headless(table: Table, names: list[str], line: int) -> None:
+    if len(names) == 1 and (names[0].count("[") > 1 or "|" in names[0]):
+        allowed = "fields separated by `,`, `;` or a tab"
+        _refuse(table, "log.one_field", line, "", "nothing in the header separates its fields", allowed)
+    for number, name in enumerate(names, 1):
+        if len(name) > _LONGEST:
+            text = f"column {number} has a name of {len(name)} characters"
+            _refuse(table, "log.header_missing", line, f"column {number}", text, "a header `t [s],v [m/s],...`")
     for number, name in enumerate(names, 1):
         if not name:
             _refuse(
@@ -232,6 +250,11 @@ def _unquoted(body: bytes, separator: str) -> bytes:
     for row in csv.reader(io.StringIO(_text(body)), delimiter=separator):
         writer.writerow([cell.replace("\n", " ").replace(separator, " ") for cell in row])
     return out.getvalue().encode()
+
+
+def _open_quote(body: bytes) -> int:
+    """Index of the first line with a quote too many."""
+    return next((k for k, row in enumerate(body.split(b"\n")) if row.count(b'"') % 2), 0)
 
 
 def _counts(body: bytes, mark: int) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
@@ -276,7 +299,7 @@ def _check_shape(table: Table, body: bytes, line: int, width: int, separator: st
         table.findings.add(
             "log.ragged_row", table.file, int(lines[at]), "", which, found=f"{counts[at] + 1} fields",
             allowed=f"{width} fields, as the header names",
-            hint="an empty field means: not measured; `dvp recover` writes the whole rows to a new file",
+            hint=f"an empty field means: not measured; {RECOVER}",
         )  # fmt: skip
         raise LogError.of(table.findings.in_order())
     return lines
@@ -317,16 +340,12 @@ def _slowly(
         cells = row.split(separator)
         for j in range(width):
             cell = cells[j].strip()
-            try:
-                values[j, i] = float(cell)
+            value = number(cell)
+            if value is not None:
+                values[j, i] = value
                 numbers[j] += 1
-            except ValueError:
-                word = cell.lower()
-                if word in LOGIC:
-                    values[j, i] = LOGIC[word]
-                    numbers[j] += 1
-                elif word not in EMPTY:
-                    bad.setdefault(j, (i, cell))
+            elif cell.lower() not in EMPTY:
+                bad.setdefault(j, (i, cell))
     result: list[RawColumn] = []
     for j, header in enumerate(headers):
         if j not in bad:
@@ -364,9 +383,16 @@ def _finite(table: Table, header: Header, values: FloatArray, lines: NDArray[np.
     return kept
 
 
-def _is_number(cell: str) -> bool:
+def number(cell: str) -> float | None:
+    """The number that a cell holds, true and false as 1 and 0; None for a word, and for what only Python takes for a
+    number: 1_000, digits of other scripts."""
+    text = cell.strip()
     try:
-        float(cell.replace(",", "."))
+        return float(text) if text.isascii() and "_" not in text else None
     except ValueError:
-        return False
-    return True
+        return LOGIC.get(text.lower())
+
+
+def _is_number(cell: str) -> bool:
+    value = number(cell.replace(",", "."))
+    return value is not None and cell.strip().lower() not in LOGIC

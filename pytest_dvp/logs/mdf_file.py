@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import gc
+import re
+import sys
+import traceback
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +13,17 @@ import numpy as np
 
 from pytest_dvp.log import FloatArray, LogError
 from pytest_dvp.logs.stream import Stream
+
+
+def _forget(error: BaseException) -> None:
+    """Lets go of the half-made file: its end fails in asammdf, and Python would print that below our line."""
+    before, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    try:
+        traceback.clear_frames(error.__traceback__)
+        error.__traceback__ = None
+        gc.collect()
+    finally:
+        sys.unraisablehook = before
 
 
 def read_mdf(path: Path) -> list[Stream]:
@@ -24,6 +39,7 @@ def read_mdf(path: Path) -> list[Stream]:
             "log.extra_missing",
         ) from None
     streams: list[Stream] = []
+    why = ""
     try:
         with MDF(str(path)) as file:
             groups: list[Any] = list(file.groups)
@@ -45,8 +61,11 @@ def read_mdf(path: Path) -> list[Stream]:
                 if len(time) > 2 and fields:
                     streams.append(Stream(name, "mdf", time, fields, units))
     except Exception as error:  # asammdf raises many kinds on a damaged file; all mean: not readable
-        text = f"{path}: not an MDF file: {error or type(error).__name__}".split("\n")[0]
-        raise LogError(text, "log.not_mdf") from None
+        told = re.sub(r"'?<mmap[^>]*>'?", "it", str(error)) or type(error).__name__
+        why = f"{path}: the MDF file cannot be read, cut or damaged: {told}".split("\n")[0]
+        _forget(error)
+    if why:
+        raise LogError(why, "log.not_mdf")
     if not streams:
         raise LogError(f"{path}: no channel group with numbers", "log.foreign")
     return streams

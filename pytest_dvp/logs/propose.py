@@ -68,7 +68,8 @@ def certain(streams: Sequence[Stream], file: str) -> MappingFile:
     """
     chosen, unsure = propose(streams)
     if not chosen.signals:
-        topics = listed([f"{s.topic} ({s.type or 'no type'})" for s in streams], 6)
+        named = [s.topic or listed(list(s.fields), 8) or "nothing but a time" for s in streams]
+        topics = listed([f"{name} ({s.type or 'no type'})" for name, s in zip(named, streams, strict=True)], 6)
         names = sorted({signal.name for signal in unsure})
         raise LogError(
             f"{file}: a mapping is needed: no field states which signal it is and in which unit; it has {topics}"

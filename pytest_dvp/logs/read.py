@@ -12,6 +12,7 @@ import numpy as np
 from openscenario.findings import Finding, Findings, listed
 from pytest_dvp.log import Log, LogError
 from pytest_dvp.logs.cut import cut_log, parse_argument
+from pytest_dvp.logs.magic import refuse_other_kind
 from pytest_dvp.logs.names import canonical
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import build_log
@@ -69,10 +70,14 @@ def kind_of(path: Path) -> str:
 def read_streams(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) -> list[Stream] | Log:
     """What a file holds before any mapping; a log of ours, or what is left of one, is a Log already."""
     kind = kind_of(path)
+    refuse_other_kind(path, kind)
     if kind == "csv":
         from pytest_dvp.logs.csv_file import read_csv
 
         table = read_csv(path)
+        if not table.columns:
+            findings.add("log.no_numbers", str(path), table.header_line, "", "no column of numbers in it")
+            raise LogError.of(findings.in_order())
         findings.found.extend(table.findings.found)
         fields = {column.header.name: column.values for column in table.columns}
         units = {column.header.name: column.header.unit for column in table.columns if column.header.unit}
@@ -104,6 +109,7 @@ def _whole(path: Path, mapping: Path | None, msg_dirs: Sequence[Path], strict: b
     kind = kind_of(path)
     if kind == "run":
         path, kind = path / "log.mcap", "mcap"
+    refuse_other_kind(path, kind)
     if kind == "mcap" and mapping is None:
         try:
             return Log.load(path)

@@ -13,10 +13,12 @@ from mcap.writer import CompressionType, Writer
 
 from pytest_dvp.log import LogError
 from pytest_dvp.log_read import MAGIC
-from pytest_dvp.logs.csv_file import EMPTY, LOGIC, normalised, read_head
+from pytest_dvp.logs.csv_file import EMPTY, normalised, number, read_head
+from pytest_dvp.logs.magic import refuse_other_kind
 from pytest_dvp.logs.mcap_file import our_log
 from pytest_dvp.logs.mcap_scan import OPCODES, Scan, read_chunk, read_record, records, unfitting
 from pytest_dvp.logs.names import canonical
+from pytest_dvp.logs.stamps import seconds_of
 from pytest_dvp.logs.table import Table
 from pytest_dvp.logs.units import find_unit
 from reports.whole_file import write_whole
@@ -45,6 +47,8 @@ def recover(path: Path, out: Path) -> Recovered:
     CSV; attachments and metadata of an MCAP file are not copied.
     Raises LogError if nothing is left, WriteError if `out` cannot be written.
     """
+    if path.suffix.lower() != ".mcap":  # of that the first bytes may be what is damaged
+        refuse_other_kind(path, "csv")
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -63,36 +67,50 @@ def _csv(data: bytes, path: Path, out: Path) -> Recovered:
     clock, width = names.index("t"), len(names)
     unit = find_unit(head.headers[clock].unit or "s")
     lines = text[len(text) - len(head.body) :].decode("latin-1").split("\n")
-    rows = [next(csv.reader([line], delimiter=separator), []) if line.strip() else [] for line in lines]
+    rows = [_fields(line, separator) for line in lines]
     rows = [row[:-1] if len(row) == width + 1 and not row[-1].strip() else row for row in rows]
     whole = [row for row in rows if len(row) == width]
     counted = [sum(_number(row[i], separator) is not None for row in whole) for i in range(width)]
-    words = {i for i in range(width) if counted[i] < 0.5 * len(whole) and i != clock}
+    words = {i for i in range(width) if counted[i] < 0.5 * len(whole)}
+    time_of = _stamp if clock in words else _number
+    words.add(clock)
     kept, lost_at, times = [], [], []
-    for number, (line, row) in enumerate(zip(lines, rows, strict=True)):
+    for offset, (line, row) in enumerate(zip(lines, rows, strict=True)):
         if not row:
             continue
-        time = _number(row[clock], separator) if len(row) == width else None
+        time = time_of(row[clock], separator) if len(row) == width else None
         good = time is not None and all(i in words or _cell(cell, separator) for i, cell in enumerate(row))
         if good and time is not None and np.isfinite(time):
             kept.append(line)
             times.append(time)
         else:
-            lost_at.append(head.line + number)
+            lost_at.append(head.line + offset)
     if len(kept) < 3:
         raise LogError(f"{path}: nothing can be recovered: {len(kept)} whole rows", "log.too_short")
     lost = [f"{len(lost_at)} row{'s' * (len(lost_at) > 1)} not whole, first in line {lost_at[0]}"] if lost_at else []
     lost += [f"{zeros} zero bytes"] if zeros else []
     write_whole(out, text[: len(text) - len(head.body)] + ("\n".join(kept) + "\n").encode("latin-1"))
-    return Recovered(len(kept), "rows", (times[-1] - times[0]) * (unit.scale if unit else 1.0), tuple(lost))
+    scale = unit.scale if unit is not None and time_of is _number else 1.0
+    return Recovered(len(kept), "rows", (times[-1] - times[0]) * scale, tuple(lost))
+
+
+def _fields(line: str, separator: str) -> list[str]:
+    if line.count('"') % 2:  # a quote that is not closed would take the lines below with it
+        return [line]
+    try:
+        return next(csv.reader([line], delimiter=separator), []) if line.strip() else []
+    except csv.Error:  # longer than a field may be
+        return [line]
 
 
 def _number(cell: str, separator: str) -> float | None:
-    text = cell.strip()
-    try:
-        return float(text.replace(",", ".") if separator != "," else text)
-    except ValueError:
-        return LOGIC.get(text.lower())
+    return number(cell.replace(",", ".") if separator != "," else cell)
+
+
+def _stamp(cell: str, separator: str) -> float | None:
+    """Seconds of a time that is written in words."""
+    found = seconds_of([cell])
+    return None if found is None else float(found[0])
 
 
 def _cell(cell: str, separator: str) -> bool:

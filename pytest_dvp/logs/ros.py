@@ -45,7 +45,7 @@ class Decoder:
             raise LogError(f"{folder}: no .msg file in it", "log.no_messages")
         for file in files:
             package = file.parent.parent.name if file.parent.name == "msg" else file.parent.name
-            self._register(file.read_text(encoding="utf-8"), f"{package}/msg/{file.stem}")
+            self._register(file.read_text(encoding="utf-8", errors="replace"), f"{package}/msg/{file.stem}")
 
     def _register(self, definition: str, name: str) -> None:
         try:
@@ -61,7 +61,7 @@ class Decoder:
         if _LARGE.search(kind):
             return None
         if kind not in self.store.types and channel.schema.encoding in ("ros2msg", "ros1msg"):
-            self._register(channel.schema.data.decode(), kind)
+            self._register(channel.schema.data.decode(errors="replace"), kind)
         if kind not in self.store.types:
             _unknown(findings, self._path, channel.topic, kind)
             return None
@@ -79,7 +79,10 @@ def read_bag(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) -> l
     """Streams of a ROS 1 bag, or of a ROS 2 bag given by its folder or its .db3 file. Raises LogError."""
     reader_of = _rosbags(path, "rosbags.highlevel").AnyReader
     decoder = Decoder(path, msg_dirs)
-    folder = path.parent if path.suffix == ".db3" else path
+    folder = path.parent if path.suffix.lower() == ".db3" else path
+    if folder != path and not (folder / "metadata.yaml").is_file():
+        text = f"{path}: no metadata.yaml beside it, and without it no bag: `ros2 bag reindex {folder}` writes it"
+        raise LogError(text, "log.corrupt")
     try:
         with reader_of([folder], default_typestore=decoder.store) as reader:
             rows: dict[tuple[str, str], list[tuple[int, bytes]]] = {}

@@ -197,8 +197,7 @@ def _time_base(table: Table, columns: dict[str, FloatArray]) -> dict[str, FloatA
         )  # fmt: skip
         columns = _keep(table, columns, np.isfinite(t))
         t = columns["t"]
-    if len(t) < 3:
-        add("log.too_short", file, None, "", f"{len(t)} rows are no log", found=f"{len(t)} rows", allowed="3 or more")
+    if _refuse_few(table, len(t)):
         return columns
     steps = np.diff(t)
     back = np.flatnonzero(steps < 0)
@@ -221,7 +220,16 @@ def _time_base(table: Table, columns: dict[str, FloatArray]) -> dict[str, FloatA
         )  # fmt: skip
         if not len(back):
             columns = _keep(table, columns, np.concatenate([[True], steps != 0]))
+            _refuse_few(table, len(columns["t"]))
     return columns
+
+
+def _refuse_few(table: Table, rows: int) -> bool:
+    if rows < 3:
+        found = "1 row" if rows == 1 else f"{rows} rows"
+        text = f"{found} {'is' if rows == 1 else 'are'} no log"
+        table.findings.add("log.too_short", table.file, None, "", text, found=found, allowed="3 or more")
+    return rows < 3
 
 
 def _advice_for_jumps(t: FloatArray, back: NDArray[np.intp]) -> str:
