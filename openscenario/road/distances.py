@@ -14,6 +14,7 @@ from openscenario.road.profile import Floats
 from openscenario.road.tables import Tables
 
 _JOINT = 1e-9  # m, length of a joint between roads: 0 would be no edge to scipy
+_SLIGHT = 1e-6  # m
 
 
 class RoadDistances:
@@ -41,15 +42,21 @@ class RoadDistances:
             self._rows[node] = dijkstra(matrix, indices=[node])[0]
         return self._rows[node]
 
-    def between(self, road: int, s: float, goal: int, goal_s: float) -> float:
-        """Way [m] from (road, s) to (goal, goal_s), > 0 if it sets out with increasing s; NaN if there is none."""
-        best = goal_s - s if road == goal else math.nan
+    def between(self, road: int, s: float, goal: int, goal_s: float) -> tuple[float, bool]:
+        """Way [m] from (road, s) to (goal, goal_s), > 0 if it sets out with increasing s; NaN if there is none.
+
+        And whether, come that way, the goal's road runs against this one.
+        """
+        best, against = goal_s - s if road == goal else math.nan, False
         for exit_end, way_out, sign in ((0, s, -1.0), (1, self._lengths[road] - s, 1.0)):
             row = self._from(2 * road + exit_end)
             for entry_end, way_in in ((0, goal_s), (1, self._lengths[goal] - goal_s)):
                 if road == goal and entry_end == exit_end:
                     continue
-                way = way_out + float(row[2 * goal + entry_end]) + way_in
+                reached = float(row[2 * goal + entry_end])
+                if reached > float(row[2 * goal + 1 - entry_end]) + self._lengths[goal] - _SLIGHT:
+                    continue  # through the goal's own road: it was passed on the way there
+                way = way_out + reached + way_in
                 if math.isfinite(way) and not way >= abs(best):
-                    best = sign * way
-        return best
+                    best, against = sign * way, exit_end == entry_end
+        return best, against

@@ -416,7 +416,15 @@ class RoadNetwork:
         """
         sign = self.driving_sign(start.road, start.lane, start.s)
         a, b = self._numbers[start.road], self._numbers[goal.road]
-        return sign * self._distances.between(a, start.s, b, goal.s)
+        return sign * self._distances.between(a, start.s, b, goal.s)[0]
+
+    def runs_against(self, start: RoadPosition, goal: RoadPosition) -> bool:
+        """Whether s runs the other way at the goal: come along the roads, by heading where no road leads there."""
+        if start.road == goal.road:
+            return False
+        a, b = self._numbers[start.road], self._numbers[goal.road]
+        way, against = self._distances.between(a, start.s, b, goal.s)
+        return against if math.isfinite(way) else math.cos(goal.h_road - start.h_road) < 0.0
 
     @cached_property
     def crosswalks(self) -> tuple[Crosswalk, ...]:

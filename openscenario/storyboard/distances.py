@@ -213,7 +213,7 @@ def _along_road(
         goal = ground.position(there) if isinstance(there, Entity) else ground.position_of(there)
         sign = entity.sense
         # the other road may run the other way: what counts is its direction as seen from here
-        same = here.road == goal.road or math.cos(goal.h_road - here.h_road) >= 0.0
+        same = ground.turned(here, goal) > 0.0
         if lateral:
             apart = (goal.t if same else -goal.t) - here.t
         else:

@@ -95,6 +95,11 @@ class Ground:
         assert network is not None
         return network.driving_sign(here.road, here.lane, here.s) * network.distance(here, goal)
 
+    def turned(self, here: RoadPosition, there: RoadPosition) -> float:
+        """-1 if the road over there runs against the one here, so that lanes and t count the other way, else 1."""
+        network = self.network
+        return -1.0 if network is not None and network.runs_against(here, there) else 1.0
+
     def on_road(self, entity: Entity) -> bool:
         """Whether a lane holds the reference point, of any type but "none"."""
         network = self.network

@@ -183,7 +183,7 @@ class LaneOffset(Shift):
         if other is None:
             return value
         ours, theirs = ground.position(entity), ground.position(other)
-        apart = theirs.t + value * other.sense - ours.t
+        apart = ground.turned(ours, theirs) * (theirs.t + value * other.sense) - ours.t
         return entity.offset + apart
 
     def start(self) -> bool:

@@ -54,8 +54,8 @@ class LateralDistance:
 
     def _turned(self) -> float:
         """-1 if the other is on a road that runs against the one of this entity, else 1."""
-        here, there = self._board.ground.position(self._entity), self._board.ground.position(self._other)
-        return 1.0 if here.road == there.road or math.cos(there.h_road - here.h_road) >= 0.0 else -1.0
+        ground = self._board.ground
+        return ground.turned(ground.position(self._entity), ground.position(self._other))
 
     def _left(self) -> float:
         """Which way is left of the other: 1 along t of this entity's road, -1 against it."""
@@ -102,7 +102,7 @@ class LateralDistance:
         if self._free() or limits is None:
             self._step_once()
             return False
-        to_go = self._to_go()
+        to_go = self._to_go() * entity.sense  # to its left: a road that runs the other way changes nothing
         top = limits.max_speed if limits.max_speed is not None else math.inf
         up, down = limits.max_acceleration, limits.max_deceleration
         if up is None and down is None:
@@ -116,8 +116,8 @@ class LateralDistance:
             limit = up if wanted * self._rate >= 0.0 else down
             self._acceleration = eased(self._acceleration, min(max(wanted, -limit), limit), limits, dt)
             self._rate = min(max(self._rate + self._acceleration * dt, -top), top)
-        entity.offset += rate * dt
-        lean(entity, rate * entity.sense, dt)
+        entity.offset += rate * entity.sense * dt
+        lean(entity, rate, dt)
         return False
 
     def stop(self) -> None:

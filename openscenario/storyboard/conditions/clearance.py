@@ -57,7 +57,7 @@ def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity
                 continue
             there = board.ground.position(other)
             # lanes of another road that runs the other way count the other way round
-            same = here.road == there.road or math.cos(there.h_road - here.h_road) >= 0.0
+            same = board.ground.turned(here, there) > 0.0
             lane = there.lane if same else -there.lane
             if not element.opposite_lanes:
                 along = network.driving_sign(there.road, there.lane, there.s)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from openscenario import model
 from openscenario.storyboard.distances import Measure, measure
@@ -14,7 +15,12 @@ from openscenario.storyboard.registry import Scope, Unsupported, condition, enti
 from openscenario.storyboard.triggers import Test
 from openscenario.storyboard.values import COMPARISONS
 
+if TYPE_CHECKING:
+    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.ground import Ground
+
 SLOW = 1e-6  # m/s: no time to anything at this speed
+NONE = 1e-6  # m: no distance
 
 
 def _dimension(kind: str | None, system: str | None, along_route: bool | None) -> tuple[str, str | None]:
@@ -69,12 +75,13 @@ def reach_position(element: model.ReachPositionCondition, entity: Entity, scope:
 
 @condition(model.TimeHeadwayCondition)
 def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Scope) -> Test:
-    """Distance to the other over the own speed; not defined if the other is behind, infinite while standing.
-    `alongRoute`: see below."""
+    """Distance to the other over the own speed; along the way not defined if the other is behind, infinite while
+    standing. `alongRoute`: see below."""
     kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
     other = entity_called(element.entity_ref, scope.board)
     distance = measure(scope.board, entity, other, kind=kind, system=system, free=element.freespace)
     holds, value = COMPARISONS[element.rule], element.value
+    ahead = kind != "lateral"
 
     def test() -> bool:
         if not other.active:
@@ -82,16 +89,17 @@ def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Sco
         apart = distance()
         if apart is None:
             apart = math.inf
-        if apart < 0.0:
+        if apart < 0.0 and ahead:
             return False
-        return holds(apart / entity.speed if entity.speed > SLOW else math.inf, value)
+        return holds(abs(apart) / entity.speed if entity.speed > SLOW else math.inf, value)
 
     return test
 
 
 @condition(model.TimeToCollisionCondition)
 def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, scope: Scope) -> Test:
-    """Distance over closing speed; not defined while the two do not close in. `alongRoute`: see below."""
+    """Distance over closing speed; not defined while the two do not close in, or at no distance. `alongRoute`: see
+    below."""
     target = element.time_to_collision_condition_target
     other: Entity | Callable[[], Place]
     if target.entity_ref is not None:
@@ -102,7 +110,7 @@ def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, s
         raise Unsupported("neither an entity nor a position to collide with")
     kind, system = _dimension(element.relative_distance_type, element.coordinate_system, element.along_route)
     distance = measure(scope.board, entity, other, kind=kind, system=system, free=element.freespace)
-    closing = _closing(entity, other, kind)
+    closing = _closing(scope.board, entity, other, kind, system)
     holds, value = COMPARISONS[element.rule], element.value
 
     def test() -> bool:
@@ -111,19 +119,27 @@ def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, s
         apart = distance()
         if apart is None:
             apart = math.inf
+        if abs(apart) < NONE:
+            return False
         speed = closing(apart)
         return speed > SLOW and holds(abs(apart) / speed, value)
 
     return test
 
 
-def _closing(entity: Entity, other: Entity | Callable[[], Place], kind: str) -> Callable[[float], float]:
-    """Rate [m/s] at which the distance shrinks; to something behind, that at which it catches up."""
+def _closing(
+    board: Storyboard, entity: Entity, other: Entity | Callable[[], Place], kind: str, system: str | None
+) -> Callable[[float], float]:
+    """Rate [m/s] at which the distance shrinks, in the coordinates that it is measured in (1.3, class
+    TimeToCollisionCondition: "the same coordinate system and relative distance type"); to something behind, that at
+    which it catches up."""
     if kind in ("longitudinal", "lateral", "alongRoute"):
         turn = 0.5 * math.pi if kind == "lateral" else 0.0
+        if board.network is not None and (system in ("road", "lane", "trajectory") or kind == "alongRoute"):
+            return _closing_on_road(board.ground, entity, other, turn)
 
         def along(apart: float) -> float:
-            axis = entity.h + turn
+            axis = (0.0 if system == "world" else entity.h) + turn
             c, s = math.cos(axis), math.sin(axis)
             vx, vy = (other.vx, other.vy) if isinstance(other, Entity) else (0.0, 0.0)
             rate = (entity.vx - vx) * c + (entity.vy - vy) * s
@@ -141,3 +157,22 @@ def _closing(entity: Entity, other: Entity | Callable[[], Place], kind: str) -> 
         return ((entity.vx - vx) * dx + (entity.vy - vy) * dy) / length
 
     return straight
+
+
+def _closing_on_road(
+    ground: Ground, entity: Entity, other: Entity | Callable[[], Place], turn: float
+) -> Callable[[float], float]:
+    """The same on a road that may bend between the two: each has its speed along (turn 0) or across the road there."""
+
+    def rate(apart: float) -> float:
+        here = ground.position(entity)
+        axis = here.h_road + turn
+        speed = entity.vx * math.cos(axis) + entity.vy * math.sin(axis)
+        if isinstance(other, Entity):
+            there = ground.position(other)
+            axis = there.h_road + turn
+            speed -= ground.turned(here, there) * (other.vx * math.cos(axis) + other.vy * math.sin(axis))
+        speed *= entity.sense
+        return speed if apart >= 0.0 else -speed
+
+    return rate
