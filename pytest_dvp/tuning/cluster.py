@@ -27,10 +27,11 @@ if TYPE_CHECKING:
 
 Work = Callable[[Job], dict[str, Any]]
 Got = TypeVar("Got")
-Answer: TypeAlias = "Future[dict[str, Any]]"
+Answer: TypeAlias = dict[str, Any]
 
 CONNECT = 5.0  # s to wait for a scheduler, and then for a first worker
 PATIENCE = 60.0  # s to wait for workers when the last one has gone
+TOGETHER = 4  # replays in a task, which take as long as a drive: a task costs 5 to 10 % of one
 LOOK = 1.0  # s between looks at whether there are workers
 AGAIN = "what was simulated is kept, the same command goes on from there"
 ALIKE = "the same checkout must be installed where scheduler and workers run"
@@ -43,7 +44,7 @@ class Cluster:
         self.address, self.connect, self.patience = address, connect, patience
         self._session = uuid.uuid4().hex  # tasks of two commands are never taken for each other
         self._count = itertools.count()
-        self._parcels: dict[str, Answer] = {}
+        self._parcels: dict[str, Future[Any]] = {}
 
     def __enter__(self) -> Cluster:
         """Raises SettingError: no `distributed`, no such scheduler, no workers."""
@@ -56,11 +57,11 @@ class Cluster:
             logging.getLogger(name).setLevel(logging.CRITICAL)
         try:
             asyncio.run(_greeted(self.address, self.connect))
-            self._client: Client = Client(self.address, timeout=self.connect, set_as_default=False)
+            self.client: Client = Client(self.address, timeout=self.connect, set_as_default=False)
         except Exception as error:  # whatever it is that listens there may answer anything
             raise SettingError(f"--scheduler {self.address}: {_unreachable(error, self.connect)}") from None
         deadline = time.monotonic() + self.connect
-        while not self._has_workers():
+        while not self._workers():
             if time.monotonic() > deadline:
                 self._close()
                 raise SettingError(
@@ -71,7 +72,7 @@ class Cluster:
         if lacking := self._without():
             self._close()
             raise SettingError(f"--scheduler {self.address}: {lacking} has no pytest-dvp; {ALIKE}")
-        self._home = self._task("home", whole, dict(installed()))
+        self._home = self._task("home", dict(installed()))
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
@@ -83,44 +84,61 @@ class Cluster:
         A run that broke, there or in the stack, is done once more by this process, and that decides. Raises what the
         job raises here, and TuneError: a machine that is not alike, one that dies again and again, or none left.
         """
-        ended: queue.SimpleQueue[Answer] = queue.SimpleQueue()
+        ended: queue.SimpleQueue[Future[Any]] = queue.SimpleQueue()
         waiting = self._submitted(what, jobs)
         for future, _ in waiting.values():
             future.add_done_callback(ended.put)
         while waiting:
             future = self._patiently(lambda seconds: ended.get(timeout=seconds))
-            _, key = waiting.pop(str(future.key))
-            answer = self._answer(future, jobs[key])
-            if "refused" in answer:
-                raise TuneError(f"worker {answer['where']}: {answer['refused']}; {AGAIN}")
-            if "result" in answer and not answer["result"].get("error"):
-                yield key, answer["result"], answer["log"]
-                continue
-            here = what(jobs[key])
-            yield key, here, None
-            if here != answer.get("result"):
-                said = answer.get("failed") or answer["result"]["error"]
-                raise TuneError(f"worker {answer['where']}: {jobs[key].title} fails there, not here: {said}; {AGAIN}")
+            _, keys = waiting.pop(str(future.key))
+            answers = self._answers(future, jobs[keys[0]])
+            for key, answer in zip(keys, answers, strict=True):
+                yield from self._judged(what, key, jobs[key], answer)
 
-    def _submitted(self, what: Work, jobs: Mapping[str, Job]) -> dict[str, tuple[Answer, str]]:
+    def _judged(
+        self, what: Work, key: str, job: Job, answer: Answer
+    ) -> Iterator[tuple[str, dict[str, Any], bytes | None]]:
+        if "refused" in answer:
+            raise TuneError(f"worker {answer['where']}: {answer['refused']}; {AGAIN}")
+        if "result" in answer and not answer["result"].get("error"):
+            yield key, answer["result"], answer["log"]
+            return
+        here = what(job)
+        yield key, here, None
+        if here != answer.get("result"):
+            said = answer.get("failed") or answer["result"]["error"]
+            raise TuneError(f"worker {answer['where']}: {job.title} fails there, not here: {said}; {AGAIN}")
+
+    def _submitted(self, what: Work, jobs: Mapping[str, Job]) -> dict[str, tuple[Future[Any], list[str]]]:
+        """Tasks by name, with the keys of their jobs."""
         packing = Packing()
         needed = {key: packing.parcels(job) for key, job in jobs.items()}
         parcels = {parcel.name: parcel for each in needed.values() for parcel in each}
         # those of before that nobody needs any more are let go
         self._parcels = {
-            name: self._parcels.get(name) or self._task("files", whole, parcel.contents())
-            for name, parcel in parcels.items()
+            name: self._parcels.get(name) or self._task("files", parcel.contents()) for name, parcel in parcels.items()
         }
-        found = {}
-        for key, job in jobs.items():
-            files = [self._parcels[parcel.name] for parcel in needed[key]]
-            future = self._task(job.title, worked, what, order(job), key, job.save is not None, self._home, *files)
-            found[str(future.key)] = (future, key)
+        alike: dict[tuple[str, ...], list[str]] = {}  # those with the same files go as one message
+        for key, each in needed.items():
+            alike.setdefault(tuple(parcel.name for parcel in each), []).append(key)
+        share = -(-len(jobs) // max(1, self._workers()))
+        found: dict[str, tuple[Future[Any], list[str]]] = {}
+        for names, keys in alike.items():
+            most = min(TOGETHER, share) if all(jobs[key].log for key in keys) else 1
+            tasks = [keys[k : k + most] for k in range(0, len(keys), most)]
+            futures = self.client.map(
+                worked, [[order(jobs[key], key) for key in each] for each in tasks],
+                key=[self._key(jobs[each[0]].title) for each in tasks], pure=False,
+                what=what, home=self._home, parcels=[self._parcels[name] for name in names],
+            )  # fmt: skip
+            found.update({str(future.key): (future, each) for future, each in zip(futures, tasks, strict=True)})
         return found
 
-    def _task(self, title: str, function: Callable[..., Any], *given: Any) -> Answer:
-        key = f"dvp-{self._session}-{next(self._count)}-{title}"
-        return self._client.submit(function, *given, key=key)
+    def _task(self, title: str, given: dict[str, Any]) -> Future[Any]:
+        return self.client.submit(whole, given, key=self._key(title))
+
+    def _key(self, title: str) -> str:
+        return f"dvp-{self._session}-{next(self._count)}-{title}"
 
     def _patiently(self, get: Callable[[float], Got]) -> Got:
         """What `get(seconds)` gives; TimeoutError and queue.Empty are waited out, as long as there are workers."""
@@ -130,9 +148,9 @@ class Cluster:
                 return get(LOOK)
             except (TimeoutError, queue.Empty):
                 now = time.monotonic()
-                if self._client.status != "running":
+                if self.client.status != "running":
                     raise self._lost() from None
-                if self._has_workers():
+                if self._workers():
                     since = now
                 elif now - since > self.patience:
                     text = (
@@ -140,42 +158,42 @@ class Cluster:
                     )
                     raise TuneError(text) from None
 
-    def _answer(self, future: Answer, job: Job) -> dict[str, Any]:
+    def _answers(self, future: Future[Any], first: Job) -> list[Answer]:
         from distributed import KilledWorker
 
         if future.cancelled():
             raise self._lost()
         try:
-            return dict(self._patiently(lambda seconds: future.result(timeout=seconds)))
+            return list(self._patiently(lambda seconds: future.result(timeout=seconds)))
         except TuneError:
             raise
         except KilledWorker as error:
             times, last = error.allowed_failures + 1, error.last_worker.address
-            text = f"{times} workers died while they had {job.title}, the last one {last}; {AGAIN}"
+            text = f"{times} workers died while they had {first.title}, the last one {last}; {AGAIN}"
         except CancelledError:
             raise self._lost() from None
         except Exception as error:
             # Not of the job, whose errors come as text: of a process in which it could not even begin.
             cause = error.__cause__ or error
-            text = f"{job.title} cannot begin: {type(cause).__name__}: {_line(cause)}; {ALIKE}"
+            text = f"{first.title} cannot begin: {type(cause).__name__}: {_line(cause)}; {ALIKE}"
         raise TuneError(f"scheduler {self.address}: {text}")
 
     def _without(self) -> str:
         """Where this package is not installed: a worker that is sent what it cannot import ends without a word."""
         asked = (importlib.metadata.version, "pytest-dvp")
-        told = self._client.run(*asked, on_error="return")
+        told = self.client.run(*asked, on_error="return")
         lacking = [f"worker {where}" for where, found in told.items() if isinstance(found, ImportError)]
         try:
-            self._client.run_on_scheduler(*asked)
+            self.client.run_on_scheduler(*asked)
         except ImportError:
             lacking.append("the scheduler")
         return ", ".join(lacking)
 
-    def _has_workers(self) -> bool:
+    def _workers(self) -> int:
         try:
-            return bool(self._client.scheduler_info()["workers"])
+            return len(self.client.scheduler_info()["workers"])
         except (OSError, CancelledError, RuntimeError):  # the connection ends just now
-            return False
+            return 0
 
     def _lost(self) -> TuneError:
         return TuneError(f"scheduler {self.address}: the connection was lost; {AGAIN}")
@@ -183,7 +201,7 @@ class Cluster:
     def _close(self) -> None:
         self._parcels.clear()
         with contextlib.suppress(Exception):  # it may have gone before
-            self._client.close(timeout=self.connect)
+            self.client.close(timeout=self.connect)
 
 
 async def _greeted(address: str, seconds: float) -> None:

@@ -20,7 +20,7 @@ MOST = 64 * 2**20  # bytes of one folder
 MOST_FILES = 2000
 
 Contents = Mapping[str, Any]
-"""What travels, plain data: {"root": folder, "files": {name below it: bytes}}."""
+"""What travels, plain data: {"name": of the parcel, "root": folder, "files": {name below it: bytes}}."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -36,7 +36,12 @@ class Parcel:
         return hashlib.sha256(repr((self.root, self.files)).encode()).hexdigest()
 
     def contents(self) -> dict[str, Any]:
-        return {"root": self.root, "files": {name: (Path(self.root) / name).read_bytes() for name, _ in self.files}}
+        """What travels. Raises TuneError for a file that changes just now."""
+        files = {name: (Path(self.root) / name).read_bytes() for name, _ in self.files}
+        for name, digest in self.files:
+            if hashlib.sha256(files[name]).hexdigest() != digest:
+                raise TuneError(f"{self.root}/{name}: it changes while it is read")
+        return {"name": self.name, "root": self.root, "files": files}
 
 
 class Packing:
@@ -56,21 +61,17 @@ class Packing:
 def put_down(contents: Sequence[Contents], below: Path) -> Path:
     """The folder, below one of this machine, that is to the files what the root of the file system is where they come
     from: relative paths between them lead as they do there. What lies there already is left."""
-    parcels = [
-        Parcel(each["root"], tuple((name, hashlib.sha256(data).hexdigest()) for name, data in each["files"].items()))
-        for each in contents
-    ]
-    name = hashlib.sha256("".join(sorted(parcel.name for parcel in parcels)).encode()).hexdigest()[:20]
+    name = hashlib.sha256("".join(sorted(each["name"] for each in contents)).encode()).hexdigest()[:20]
     target = below / name
     if target.is_dir():
         return target
     partial = below / f".{name}.part"
+    partial.mkdir(parents=True, exist_ok=True)
     for each in contents:
         for file, data in each["files"].items():
             path = Path(placed(each["root"], partial), file)
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
-    partial.mkdir(parents=True, exist_ok=True)
     return partial.replace(target)
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 import platform
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,61 +20,64 @@ from pytest_dvp.tuning.parcel import Contents, moved, placed, put_down
 ONE_THREAD = "--nthreads 1 (and --nworkers N for N at once): a process does one simulation at a time"
 
 
-def order(job: Job) -> str:
-    """A job as plain text, its files by absolute paths: what comes over the wire is read, not executed."""
-    absolute = moved(job, os.path.abspath)
-    return msgspec.json.encode(dataclasses.replace(absolute, save=None)).decode()
+def order(job: Job, key: str) -> dict[str, str | bool]:
+    """A job as plain text, its files by absolute paths: what comes over the wire is read, not executed. key: the job's
+    where it comes from, so that nothing runs elsewhere on other files or sources."""
+    absolute = dataclasses.replace(moved(job, os.path.abspath), save=None)
+    return {"job": msgspec.json.encode(absolute).decode(), "key": key, "log": job.save is not None}
 
 
-def whole(contents: Contents) -> Contents:
+def whole(contents: dict[str, Any]) -> dict[str, Any]:
     """Contents of a parcel as a task of their own: they wander between workers, and come back if one dies."""
     return contents
 
 
 def worked(
-    what: Callable[[Job], dict[str, Any]],
-    text: str,
-    key: str,
-    keep_log: bool,
-    home: Mapping[str, str],
-    *parcels: Contents,
-) -> dict[str, Any]:
-    """`{"result", "log"}` of a job, its log as bytes; or `{"refused"}`, or `{"failed"}`; each with `where`.
+    orders: Sequence[Mapping[str, Any]], *, what: Callable[[Job], dict[str, Any]], home: Mapping[str, str],
+    parcels: Sequence[Contents],
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Of each job `{"result", "log"}`, its log as bytes; or `{"refused"}`, or `{"failed"}`; each with `where`.
 
-    text: an `order`; key: the job's where it comes from, so that nothing runs here on other files or sources; home:
-    what is `installed` there.
+    what: a job gives; home: what is `installed` where the orders come from; parcels: the files that they need.
     """
     from distributed import get_worker
 
     worker = get_worker()
-    where = {"where": f"{worker.address} on {platform.node()}"}
-    if differs := first_difference(home, installed()):
-        return {**where, "refused": differs}
-    if worker.state.nthreads > 1:
-        return {**where, "refused": f"it has {worker.state.nthreads} threads, start it with {ONE_THREAD}"}
+    where = f"{worker.address} on {platform.node()}"
+    refused = first_difference(home, installed())
+    if not refused and worker.state.nthreads > 1:
+        refused = f"it has {worker.state.nthreads} threads, start it with {ONE_THREAD}"
+    if refused:
+        return [{"where": where, "refused": refused} for _ in orders]
     below = Path(worker.local_directory)
     root = put_down(parcels, below / "dvp-files")
-    asked = msgspec.json.decode(text, type=Job)
+    return [{"where": where, **_done(each, what, root, below)} for each in orders]
 
+
+def _done(order: Mapping[str, Any], what: Callable[[Job], dict[str, Any]], root: Path, below: Path) -> dict[str, Any]:
     def here(path: str) -> str:
         there = placed(path, root)
         return there if Path(there).exists() else path  # what is not carried must lie at the same place
 
-    job = moved(asked, here)
+    job = moved(msgspec.json.decode(order["job"], type=Job), here)
     try:
-        same = job.key == key
+        if job.key != order["key"]:
+            return {"refused": _differing(job)}
     except OSError as error:
-        return {**where, "refused": f"{error.filename} is not there"}
-    if not same:
-        return {**where, "refused": _differing(job)}
-    with tempfile.TemporaryDirectory(prefix="dvp-", dir=below) as folder:
-        log = Path(folder) / "log.mcap"
+        return {"refused": f"{error.filename} is not there"}
+    with _log_file(below) if order["log"] else contextlib.nullcontext() as log:
         try:
-            result = what(dataclasses.replace(job, save=str(log)) if keep_log else job)
+            result = what(dataclasses.replace(job, save=log))
         except Exception as error:  # whatever it is, it is plain text that goes back
             words = " ".join(str(error).split())
-            return {**where, "failed": f"{type(error).__name__}: {words}".replace(str(root), "")}
-        return {**where, "result": result, "log": log.read_bytes() if keep_log and log.is_file() else None}
+            return {"failed": f"{type(error).__name__}: {words}".replace(str(root), "")}
+        return {"result": result, "log": Path(log).read_bytes() if log and Path(log).is_file() else None}
+
+
+@contextlib.contextmanager
+def _log_file(below: Path) -> Iterator[str]:
+    with tempfile.TemporaryDirectory(prefix="dvp-", dir=below) as folder:
+        yield str(Path(folder) / "log.mcap")
 
 
 def _differing(job: Job) -> str:
