@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +15,12 @@ from pytest_dvp.gate_signal import wrong_signal
 from pytest_dvp.metrics import Metric, MetricError, find_metric, known_metrics
 from pytest_dvp.metrics.registry import check_options
 from vehicle.messages import RoadPoint
+from vehicle.toml_file import TomlError, read_toml
 
 GATE_KEYS = ("metric", "max", "min", "stages", "between", "max_difference")
 TABLES = ("task", "traffic", "gate")
 TASK_KEYS = ("start", "goal", "lane")
 TRAFFIC_KEYS = ("net", "routes")
-_MAX_BYTES = 1_000_000
 
 
 def read_gates(path: Path | str) -> GateFile:
@@ -77,28 +76,11 @@ class _Reader:
 
     def _toml(self, path: Path) -> dict[str, Any]:
         try:
-            with path.open("rb") as file:
-                raw = file.read(_MAX_BYTES + 1)
-        except OSError as error:
-            self.find("unreadable", None, "", f"cannot be read: {error.strerror or error}")
-            return {"gate": []}
-        if len(raw) > _MAX_BYTES:
-            self.find("too_large", None, "", f"larger than {_MAX_BYTES} bytes")
-            return {}
-        try:
-            text = raw.decode("utf-8")
-            data = tomllib.loads(text)
-        except UnicodeDecodeError as error:
-            self.find("not_utf8", raw.count(b"\n", 0, error.start) + 1, "", "not UTF-8")
-            return {}
-        except tomllib.TOMLDecodeError as error:
-            place = re.search(r"\(at line (\d+), column \d+\)", str(error))
-            line = int(place[1]) if place else raw.count(b"\n") + 1
-            self.find("not_toml", line, "", f"not TOML: {re.sub(r' [(]at .*[)]$', '', str(error))}")
-            return {}
-        except RecursionError:
-            self.find("too_deep", None, "", "nested too deeply")
-            return {}
+            data, text = read_toml(path)
+        except TomlError as error:
+            unreadable = error.kind == "unreadable"
+            self.find(error.kind, error.line, "", f"cannot be read: {error}" if unreadable else str(error))
+            return {"gate": []} if unreadable else {}
         self.lines = locate_lines(text)
         return data
 

@@ -23,7 +23,7 @@ class Wrong(NamedTuple):
     hint: str
 
 
-def wrong_signal(metric: str, name: str) -> Wrong | None:
+def wrong_signal(metric: str, name: object) -> Wrong | None:
     """Why `name` is no signal for one of our metrics; None if it may be one, or the metric is another package's.
 
     What a driving stack logs of itself (`ads.`) only the log knows.
@@ -34,6 +34,8 @@ def wrong_signal(metric: str, name: str) -> Wrong | None:
         known = (*SIGNALS, *(SEEN if metric in _TWO_LOGS else ()))
     else:
         return None
+    if not isinstance(name, str):
+        return Wrong(f"the signal is {str(name)[:40]!r}", "a name in quotes", "")
     if name in known or (metric not in OF_MODEL and name.startswith("ads.")):
         return None
     if metric in _TWO_LOGS and name.startswith("object."):

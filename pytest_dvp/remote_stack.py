@@ -15,7 +15,6 @@ for each run. A command without pedals gets those of the reference stack.
 from __future__ import annotations
 
 import sys
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -27,11 +26,13 @@ import numpy as np
 from pytest_dvp.driving_stack import AdsError, AdsFault
 from pytest_dvp.settings import unknown
 from pytest_dvp.stack_parameters import as_plain
+from vehicle.toml_file import TomlError, read_toml
 
 if TYPE_CHECKING:
     from vehicle.messages import Command, Detection, FloatArray, Observation
 
 KEYS = ("command", "answer", "start", "environment", "parameters")
+DAY = 86400.0  # s
 CALL = 0.2  # s between two calls to a stack that does not answer yet
 TICK = 0.05  # s
 STANDING = 0.05  # m/s
@@ -211,9 +212,9 @@ class _Wire:
 
 def _read(file: Path) -> tuple[list[str], dict[str, str], float, float, dict[str, float]]:
     try:
-        given = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise AdsError(f"{file}: no stack: {getattr(error, 'strerror', None) or error}") from None
+        given, _ = read_toml(file)
+    except TomlError as error:
+        raise AdsError(f"{error.at(file)}: no stack: {error}") from None
     for key in given:
         if key not in KEYS:
             raise AdsError(f"{file}: {unknown('key', key, KEYS)}")
@@ -225,8 +226,8 @@ def _read(file: Path) -> tuple[list[str], dict[str, str], float, float, dict[str
     times = []
     for key, default in (("answer", 20.0), ("start", 60.0)):
         value = given.get(key, default)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not value > 0.0:
-            raise AdsError(f"{file}: {key}: found {value!r}, allowed: seconds > 0")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= DAY:
+            raise AdsError(f"{file}: {key}: found {value!r}, allowed: seconds > 0, a day at most")
         times.append(float(value))
     parameters = given.get("parameters", {})
     if not isinstance(parameters, dict):

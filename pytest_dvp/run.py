@@ -190,6 +190,10 @@ def run(
         if request.envelope is None:
             raise ArmingRefused(f"{request.arming}: a real car needs a declared area: --envelope FILE")
         read(request.arming, vehicle.partition(":")[0], request.path.name)  # told before anything runs or waits
+    if keys and request.envelope is not None:
+        from vehicle.envelope import read_envelope
+
+        read_envelope(request.envelope)
     live = stage != "dt" and (clock == REAL or keys)
     if live:
         _rehearse(request, duration, after_collision, passed)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 
 from vehicle.command_gate import ArmingRefused
 from vehicle.gate_messages import Arming
+from vehicle.toml_file import TomlError, read_toml
 
 
 def read(path: Path, vehicle: str, scenario: str) -> Arming:
@@ -40,13 +40,18 @@ def take(path: Path) -> Arming:
 def _read(path: Path) -> Arming:
     try:
         written = path.stat().st_mtime_ns
-        keys = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        used = " (there is one that was used up: write a new one)" if _used(path).exists() else ""
-        raise ArmingRefused(f"{path}: no arming file: {error}{used}") from None
+        keys, _ = read_toml(path)
+    except OSError as error:
+        raise ArmingRefused(f"{path}: no arming file: {error}{_said_if_used(path)}") from None
+    except TomlError as error:
+        raise ArmingRefused(f"{error.at(path)}: no arming file: {error}{_said_if_used(path)}") from None
     if set(keys) != {"vehicle", "scenario"} or not all(isinstance(value, str) for value in keys.values()):
         raise ArmingRefused(f"{path}: found {sorted(keys)}, allowed: vehicle and scenario, both strings")
     return Arming(keys["vehicle"], keys["scenario"], written)
+
+
+def _said_if_used(path: Path) -> str:
+    return " (there is one that was used up: write a new one)" if _used(path).exists() else ""
 
 
 def _used(path: Path) -> Path:

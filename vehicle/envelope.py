@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from vehicle.gate_messages import Area
+from vehicle.toml_file import TomlError, read_toml
 
 CORNERS = 3  # of an area, at least
 
@@ -34,9 +34,9 @@ def read_envelope(path: Path) -> Envelope:
     Raises EnvelopeError.
     """
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise EnvelopeError(f"{path}: no envelope file: {error}") from None
+        table, _ = read_toml(path)
+    except TomlError as error:
+        raise EnvelopeError(f"{error.at(path)}: no envelope file: {error}") from None
     if not {"area"} <= set(table) <= {"area", "max_speed"}:
         raise EnvelopeError(f"{path}: found {sorted(table)}, allowed: area, and max_speed if you like")
     corners = table["area"]

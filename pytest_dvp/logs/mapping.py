@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.time_column import clock_of
 from pytest_dvp.logs.units import find_unit, units_of
 from pytest_dvp.signals import SIGNALS, describe
+from vehicle.toml_file import TomlError, read_toml
 
 EARTH = 6378137.0  # WGS 84 semi-major axis [m]
 FLATTENING = 1 / 298.257223563  # WGS 84
@@ -74,11 +74,10 @@ class MappingFile:
 def read_mapping(path: Path) -> MappingFile:
     """Raises LogError naming file and key, with the nearest valid name."""
     try:
-        raw = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise LogError(f"{path}: the mapping cannot be read: {error.strerror or error}", "log.unreadable") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise LogError(f"{path}: not TOML: {error}", "log.bad_mapping") from error
+        raw, _ = read_toml(path)
+    except TomlError as error:
+        text = f"the mapping cannot be read: {error}" if error.kind == "unreadable" else str(error)
+        raise LogError(f"{error.at(path)}: {text}", "log.bad_mapping") from None
     head = _table(path, raw, {"log": dict, "signal": list}, "")
     log = _table(
         path,

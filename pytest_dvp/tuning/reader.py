@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -14,6 +13,7 @@ from pytest_dvp.tuning.knob import Knob, rounded, typed
 from pytest_dvp.tuning.objective import ALIGNMENT, PERFORMANCE, Constraint, Kind, Objective, Term
 from pytest_dvp.tuning.plausible import of_s, unit_of
 from pytest_dvp.tuning.study import Variant
+from vehicle.toml_file import TomlError, read_toml
 
 if TYPE_CHECKING:
     from pytest_dvp.driving_stack import Ads
@@ -29,13 +29,10 @@ class Reader:
 
     def __init__(self, path: Path) -> None:
         try:
-            self.text = path.read_text(encoding="utf-8")
-            self.data: dict[str, Any] = tomllib.loads(self.text)
-        except (OSError, UnicodeDecodeError) as error:
-            text = f"cannot be read: {getattr(error, 'strerror', None) or error}"
-            raise TuneError(text, file=str(path)) from None
-        except tomllib.TOMLDecodeError as error:
-            raise TuneError(f"not TOML: {error}", file=str(path)) from None
+            self.data, self.text = read_toml(path)
+        except TomlError as error:
+            text = f"cannot be read: {error}" if error.kind == "unreadable" else str(error)
+            raise TuneError(text, file=str(path), line=error.line) from None
         self.path = path
         self.ads: Ads | None = None  # None: the reference stack
 
@@ -85,13 +82,13 @@ class Reader:
             entry = {"values": raw} if isinstance(raw, list) else self.table(raw, name)
             self.known(entry, _KNOB, f"key of {name}")
             unit = self.unit(name)
-            values = [self.number(value, name) for value in entry.get("values", ())]
+            values = self.numbers(entry, "values", name)
             first = self.number(entry["start"], name) if "start" in entry else presets.get(name)
             if first is None:
                 self.fail(name, f"{name}: states no start, and no preset has it")
             if len({*values, first}) < 2:
                 self.fail(name, f"{name}: values = {values}: fewer than two candidates, nothing to choose from")
-            stated = [self.number(value, name) for value in entry.get("plausible", ())]
+            stated = self.numbers(entry, "plausible", name)
             if stated and (len(stated) != 2 or stated[0] >= stated[1]):
                 self.fail(name, f"{name}: plausible = {stated}, expected [low, high]")
             plausible = (stated[0], stated[1]) if stated else of_s(name)
@@ -135,10 +132,10 @@ class Reader:
     def objective(self, kind: Kind) -> Objective:
         default = PERFORMANCE if kind == "performance" else ALIGNMENT
         terms = [self.term(entry, kind) for entry in self.tables("term")]
-        constraints = [
-            Constraint(self.metric(entry, kind), self.number(entry.get("max", 0.0), "max"))
-            for entry in self.tables("constraint")
-        ]
+        constraints = []
+        for entry in self.tables("constraint"):
+            self.known(entry, ("metric", "max"), "key of [[constraint]]")
+            constraints.append(Constraint(self.metric(entry, kind), self.number(entry.get("max", 0.0), "max")))
         try:
             return Objective(kind, tuple(terms) or default.terms, tuple(constraints) or default.constraints)
         except TuneError as error:
@@ -179,17 +176,23 @@ class Reader:
             found.append(Variant(file, values))
         return tuple(found)
 
-    def file(self, name: str, what: str) -> Path:
+    def file(self, name: Any, what: str) -> Path:
         from scenarios import path as shipped
 
+        if not isinstance(name, str) or "\0" in name:
+            self.fail(what, f"{what} is {name!r}, expected the name of a {what} in quotes")
         beside = self.path.parent / name
-        if name and beside.exists():
-            return beside
-        if name and Path(name).exists():
-            return Path(name)
         try:
+            if name and beside.exists():
+                return beside
+            if name and Path(name).exists():
+                return Path(name)
             return shipped(name)
-        except (FileNotFoundError, ValueError):
+        except OSError as error:
+            if not isinstance(error, FileNotFoundError):
+                self.fail(name[:40], f"{what} {name!r}: {error.strerror}")
+            self.fail(name or what, f"no {what} {name!r}: neither beside the study nor here nor among what ships")
+        except ValueError:
             self.fail(name or what, f"no {what} {name!r}: neither beside the study nor here nor among what ships")
 
     def vehicle(self, text: str) -> str:
@@ -226,6 +229,12 @@ class Reader:
         if isinstance(raw, bool) or not isinstance(raw, int | float) or raw != raw or abs(raw) == float("inf"):
             self.fail(name, f"{name}: {raw!r}, expected a number")
         return float(raw)
+
+    def numbers(self, entry: Mapping[str, Any], key: str, name: str) -> list[float]:
+        raw = entry.get(key, [])
+        if not isinstance(raw, list):
+            self.fail(name, f"{name}: {key} is {raw!r}, expected a list of numbers")
+        return [self.number(value, name) for value in raw]
 
     def whole(self, table: Mapping[str, Any], key: str, default: int, allowed: Sequence[int] = ()) -> int:
         raw = table.get(key, default)

@@ -275,6 +275,7 @@ def test_a_command_line_writes_the_log(tmp_path: Path) -> None:
         ("[hidden]\nsteer_delay = 0.2", "steer_delay needs a table of keys"),
         ("[car]\ncg_hight = 0.5", "hidden.toml:2: the car has no 'cg_hight'; did you mean cg_height?"),
         ("[car]\nmass = -1.0", "car.mass is -1; it must be > 0"),
+        ("[car]\nmass = inf", "hidden.toml:2: car.mass is inf; a finite number is needed"),
         ("[sensors]\nnoise = 'loud'", "noise is 'loud'; known: none, low, mid, high"),
         ("[sensor]\nnoise = 'low'", "no section 'sensor'; did you mean sensors?"),
         ("hidden = 3", "hidden must be a table"),
@@ -300,13 +301,14 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
 
 
 def test_it_shares_nothing_with_the_kernel() -> None:
-    """Of ours it imports its own modules, the messages and the wire, which knows no car either, nor does the bridge.
+    """Of ours it imports its own modules, the messages and the wire, which knows no car either, nor does the bridge
+    or what reads the TOML of a user.
 
     So it is of all that it reaches through these.
     """
     folder = Path(DoubleTrack.__module__.replace(".", "/")).parent
     root = Path(__file__).resolve().parents[2]
-    shared = ("vehicle.messages", "vehicle.bridge", "vehicle.child")
+    shared = ("vehicle.messages", "vehicle.bridge", "vehicle.child", "vehicle.toml_file")
     ours = [*(root / folder).glob("*.py"), *(root / "vehicle" / "wire").glob("*.py")]
     ours += [root / f"{module.replace('.', '/')}.py" for module in shared]
     for path in sorted(ours) + sorted((root / "tests" / "truth").glob("[!t]*.py")):

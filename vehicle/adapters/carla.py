@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import contextlib
 import sys
-import tomllib
 from collections.abc import Callable, Mapping
 from math import radians
 from pathlib import Path
@@ -40,6 +39,7 @@ from vehicle.messages import (
     VehicleDescription,
     VehicleState,
 )
+from vehicle.toml_file import TomlError, read_toml
 from vehicle.wire import carla_frame as frame
 
 TICK = 0.01  # s, of the server in synchronous mode
@@ -244,9 +244,9 @@ def _read(file: Path) -> dict[str, Any]:
     if not file.is_file():
         raise VehicleLost(f"vehicle carla:{file}: no file {file}; expected carla:FILE.toml, which may be empty")
     try:
-        given = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise VehicleLost(f"vehicle carla:{file}: {getattr(error, 'strerror', None) or error}") from None
+        given, _ = read_toml(file)
+    except TomlError as error:
+        raise VehicleLost(f"vehicle carla:{error.at(file)}: {error}") from None
     for key, value in given.items():
         if key not in KEYS or not isinstance(value, type(KEYS[key])):
             raise VehicleLost(f"{file}: {key} = {value!r}: allowed: {', '.join(KEYS)}, as in {KEYS.get(key, KEYS)!r}")

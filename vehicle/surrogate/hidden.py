@@ -15,13 +15,13 @@ from __future__ import annotations
 import difflib
 import math
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from vehicle.surrogate.car import Car
+from vehicle.toml_file import TomlError, read_toml
 
 
 @dataclass(frozen=True)
@@ -152,13 +152,10 @@ def check_effects(given: Mapping[str, Any], file: str = "hidden", text: str = ""
 def read_hidden(path: Path) -> Hidden:
     """Read a file of hidden effects. Raises HiddenError with file and line."""
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise HiddenError(f"{path}: cannot be read: {error}") from error
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise HiddenError(f"{path}: not TOML: {error}") from error
+        data, text = read_toml(path)
+    except TomlError as error:
+        text = f"cannot be read: {error}" if error.kind == "unreadable" else str(error)
+        raise HiddenError(f"{error.at(path)}: {text}") from None
     for section, content in data.items():
         if section not in ("hidden", "car", "sensors"):
             raise HiddenError(
@@ -173,6 +170,8 @@ def read_hidden(path: Path) -> Hidden:
         if name not in known:
             raise HiddenError(f"{where}: the car has no {name!r}{_near(name, known)}")
         numbers[name] = _number(raw, f"car.{name}", where)
+        if math.isinf(numbers[name]):
+            raise HiddenError(f"{where}: car.{name} is {raw!r}; a finite number is needed")
     sensors = data.get("sensors", {})
     for name in sensors:
         if name != "noise":

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import difflib
 import math
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from vehicle.toml_file import TomlError, read_toml
 from vehicle.wire.checksum import CHECKSUMS
 
 OURS = Path(__file__).with_name("drive_by_wire.dbc")
@@ -78,11 +78,9 @@ def find_map(path: Path | None = None) -> SignalMap:
     path = OURS if path is None else path
     file = path if path.suffix == ".toml" else path.with_suffix(".toml")
     try:
-        text = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise CanMapError(f"{file}: no signal map for {path.name}: {getattr(error, 'strerror', error)}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise CanMapError(f"{file}: {error}") from None
+        text, _ = read_toml(file)
+    except TomlError as error:
+        raise CanMapError(f"{error.at(file)}: no signal map for {path.name}: {error}") from None
     named = text.pop("dbc", None)
     if named is not None and not isinstance(named, str):
         raise CanMapError(f"{file}: dbc: found {named!r}, allowed: the name of a .dbc file")
@@ -94,6 +92,8 @@ def read_map(dbc: Path, file: Path, text: Mapping[str, Any]) -> SignalMap:
     """The map that `text`, the content of `file`, makes of a DBC."""
     database = _database(dbc)
     _known(file, "", text, ("command", "report", "always", "automatic", "mode", "protection", "unit", "ratio"))
+    for part in ("unit", "ratio"):  # of the quantities that are mapped
+        _known(file, part, _table(file, text, part), {**_table(file, text, "command"), **_table(file, text, "report")})
     command = _places(file, database, text, "command", COMMANDS)
     report = _places(file, database, text, "report", REPORTS)
     for table, needed in ((command, ("steer",)), (report, ("steer", "speed"))):
@@ -111,10 +111,11 @@ def read_map(dbc: Path, file: Path, text: Mapping[str, Any]) -> SignalMap:
             raise CanMapError(f"{file}: [mode] {name}: found {modes.get(name)!r}, allowed: an integer")
     counter, checksum, kind = _protection(file, database, text)
     constants = [
-        {_place(file, database, f"[{part}]", name): _number(file, part, name, value) for name, value in given.items()}
+        {_place(file, database, f"[{part}]", name): _constant(file, database, part, name, value)
+         for name, value in given.items()}
         for part in ("always", "automatic")
         for given in [_table(file, text, part)]
-    ]
+    ]  # fmt: skip
     return SignalMap(
         file, dbc, database, command, report, constants[0], constants[1], dict(modes), counter, checksum, kind
     )  # fmt: skip
@@ -179,6 +180,9 @@ def _protection(file: Path, database: Any, text: Mapping[str, Any]) -> tuple[str
     given = _table(file, text, "protection")
     _known(file, "protection", given, ("counter", "checksum", "kind"))
     names = {signal.name for message in database.messages for signal in message.signals}
+    for key, value in given.items():
+        if not isinstance(value, str):
+            raise CanMapError(f"{file}: [protection] {key}: found {value!r}, allowed: a name in quotes")
     for key in ("counter", "checksum"):
         if key in given and given[key] not in names:
             raise CanMapError(f"{file}: [protection] {key}: no signal {given[key]!r}{near(str(given[key]), names)}")
@@ -209,6 +213,19 @@ def _number(file: Path, part: str, name: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise CanMapError(f"{file}: [{part}] {name}: found {value!r}, allowed: a number")
     return float(value)
+
+
+def _constant(file: Path, database: Any, part: str, name: str, value: Any) -> float:
+    """A value that the bits of its signal can hold."""
+    number = _number(file, part, name, value)
+    message, _, signal = name.partition(".")
+    bits = database.get_message_by_name(message).get_signal_by_name(signal)
+    least = -(1 << bits.length - 1) if bits.is_signed else 0
+    most = least + (1 << bits.length) - 1
+    low, high = sorted((least * bits.scale + bits.offset, most * bits.scale + bits.offset))
+    if not bits.is_float and not low <= number <= high:
+        raise CanMapError(f"{file}: [{part}] {name}: found {value!r}, allowed: {low:g} to {high:g}, as its bits hold")
+    return number
 
 
 def _known(file: Path, part: str, given: Iterable[str], allowed: Iterable[str]) -> None:

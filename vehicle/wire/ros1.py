@@ -15,7 +15,6 @@ from __future__ import annotations
 import os
 import re
 import sys
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -23,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from vehicle.bridge import Bridge
+from vehicle.toml_file import TomlError, read_toml
 from vehicle.wire import topics
 from vehicle.wire.can_map import near
 from vehicle.wire.end import Opener
@@ -65,9 +65,9 @@ def read_settings(file: Path | None, others: Mapping[str, type] | None = None) -
         **(others or {}),
     }
     try:
-        given = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise Ros1Error(f"{file}: {getattr(error, 'strerror', None) or error}") from None
+        given, _ = read_toml(file)
+    except TomlError as error:
+        raise Ros1Error(f"{error.at(file)}: {error}") from None
     for key, value in given.items():
         if key not in allowed:
             raise Ros1Error(f"{file}: {key} is unknown{near(key, allowed)}")

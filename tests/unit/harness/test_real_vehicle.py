@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from pytest_dvp.cli import main
 from pytest_dvp.run import run
 from pytest_dvp.stages import StageError, is_real, label, may_repeat, refuse_repetition
 from vehicle.command_gate import ArmingRefused
+from vehicle.envelope import EnvelopeError
 from vehicle.messages import Command, Observation
 
 Write = Callable[..., Path]
@@ -315,4 +317,16 @@ def test_tuning_is_refused(told: list[Command], keys: dict[str, Path], capsys: p
     )
     assert main(["tune", os.fspath(study)]) != 0
     assert "tuning is refused: vehicle 'tabby' is real" in capsys.readouterr().err
+    assert told == []
+
+
+def test_a_wrong_envelope_is_told_before_anything_drives(
+    told: list[Command], keys: dict[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys.modules["pytest_dvp.run"], "_rehearse", lambda *_: pytest.fail("it drove"))
+    keys["envelope"].write_text("area = 1\n")
+    for with_keys in (True, False):  # armed, and dry
+        more = {} if with_keys else {"envelope": keys["envelope"]}
+        with pytest.raises(EnvelopeError, match="area must be a list of at least 3 corners"):
+            drive(keys, with_keys=with_keys, **more)
     assert told == []

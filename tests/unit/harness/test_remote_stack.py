@@ -107,7 +107,8 @@ def test_a_stack_that_cannot_start_says_why(scenario: Write, tmp_path: Path) -> 
         ("comand = []", r"stack\.toml: unknown key 'comand', did you mean 'command'\?"),
         ("", r"command: found None, allowed: a list of words"),
         ("command = ['x']\nanswer = 0", r"answer: found 0, allowed: seconds > 0"),
-        ("command = ['x'\n", r"stack\.toml: no stack: "),
+        ("command = ['x']\nstart = inf", r"start: found inf, allowed: seconds > 0, a day at most"),
+        ("command = ['x'\n", r"stack\.toml:2: no stack: not TOML: Unclosed array"),
     ],
 )
 def test_a_wrong_file_is_one_line(tmp_path: Path, text: str, says: str) -> None:

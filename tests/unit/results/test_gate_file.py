@@ -123,6 +123,12 @@ def gate(body: str) -> str:
         ),
         (gate('metric = "mncc"\nmin = 0\nsignal = "v"\nbetween = ["dt", "dt"]'), 5, "between", "two different stages"),
         (
+            gate(f'metric = "mncc"\nmin = 0\nsignal = 5\n{PAIR}'),
+            4,
+            "unknown_signal",
+            "the signal is '5'; allowed: a name",
+        ),
+        (
             gate(f'metric = "mncc"\nmin = 0\nsignal = "yaw_rat"\n{PAIR}'),
             4,
             "unknown_signal",

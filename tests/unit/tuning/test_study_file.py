@@ -56,6 +56,15 @@ def test_the_pedestrian_is_the_scenarios(tmp_path: Path) -> None:
     ("old", "new", "line", "words"),
     [
         ('"P.LQR_q11"', '"P.LQR_q12"', 12, "unknown ADS parameter 'LQR_q12'; did you mean"),
+        ('"models/surrogate.toml"', "5", 4, "model is 5, expected the name of a model in quotes"),
+        (
+            "[parameters]",
+            '[[constraint]]\nmetric = "tet"\nmx = 0\n[parameters]',
+            13,
+            "unknown key of [[constraint]] 'mx'",
+        ),
+        ("values = [730, 1000]", "values = 730", 13, "S.EGO_mass: values is 730, expected a list of numbers"),
+        ("plausible = [650, 900]", "plausible = 650", 13, "plausible is 650, expected a list of numbers"),
         ('"P.LQR_q11"', '"Q.LQR_q11"', 12, "expected P.NAME or S.NAME"),
         ("[20, 30]", "[20, 30e9]", 12, "outside its range [0, 10000]"),
         ("[20, 30]", "[]", 12, "fewer than two candidates"),

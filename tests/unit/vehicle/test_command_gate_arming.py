@@ -36,7 +36,7 @@ def test_it_is_used_up_by_reading(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("vehicle = ", "no arming file"),
+        ("vehicle = ", r"arming\.toml:1: no arming file: not TOML: Invalid value$"),
         ("\xff", "no arming file"),
         ('vehicle = "tabby"\n', r"found \['vehicle'\], allowed: vehicle and scenario"),
         (GOOD + "more = 1\n", "allowed: vehicle and scenario"),
@@ -86,3 +86,6 @@ def test_one_that_was_used_up_is_called_so_and_one_that_never_was_there_is_not(t
         read(path, "tabby", "overtaking.xosc")
     with pytest.raises(ArmingRefused, match=r"No such file or directory: '[^']*other\.toml'$"):
         read(tmp_path / "other.toml", "tabby", "overtaking.xosc")
+    written(tmp_path, "vehicle = ")
+    with pytest.raises(ArmingRefused, match=r"Invalid value \(there is one that was used up: write a new one\)$"):
+        read(path, "tabby", "overtaking.xosc")

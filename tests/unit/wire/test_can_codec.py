@@ -120,7 +120,15 @@ def test_a_short_frame_and_one_of_somebody_else_are_not_read() -> None:
         ('kind = "sum"', 'kind = "crc16"', r"kind: found 'crc16', allowed: crc8_j1850, xor, sum$"),
         ('counter = "COUNTER"', 'counter = "COUNT"', r"counter: no signal 'COUNT'; did you mean COUNTER\?$"),
         ("[report]", "[reports]", r"reports is unknown; did you mean report\?$"),
-        ("[ratio]", "[ratio", r"Expected"),
+        ("[ratio]", "[ratio", r"car\.toml:10: no signal map for car\.dbc: not TOML: Expected"),
+        ("steer = 15.0", "ster = 15.0", r"\[ratio\] ster is unknown; did you mean steer\?$"),  # not a ratio of 1
+        ("[ratio]", '[unit]\nsped = "m/s"\n[ratio]', r"\[unit\] sped is unknown; did you mean speed\?$"),
+        (
+            '"STEERING_LKA.STEER_REQUEST" = 1',
+            '"STEERING_LKA.STEER_REQUEST" = 2',
+            r"found 2, allowed: 0 to 1, as its bits",
+        ),
+        ('counter = "COUNTER"', 'counter = ["COUNTER"]', r"counter: found \['COUNTER'\], allowed: a name in quotes$"),
     ],
 )
 def test_a_wrong_map_is_one_line(tmp_path: Path, before: str, after: str, says: str) -> None:

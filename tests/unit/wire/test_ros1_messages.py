@@ -90,7 +90,7 @@ def test_a_file_says_how_ros_1_is_reached(tmp_path: Path, monkeypatch: pytest.Mo
         ("namespace = 'tabby'", r"ros1\.toml: namespace: found 'tabby', allowed: as /tabby$"),
         ("[topics]\n'/vehicle/odo' = '/odom'", r"\[topics\]: no topic /vehicle/odo; did you mean /vehicle/odom"),
         ("[topics]\n'/vehicle/odom' = 'odom'", r"ros1\.toml: \[topics\] /vehicle/odom: found 'odom', allowed: a name"),
-        ("python = ", r"ros1\.toml: Invalid value"),
+        ("python = ", r"ros1\.toml:1: not TOML: Invalid value"),
     ],
 )  # fmt: skip
 def test_a_wrong_file_is_one_line(tmp_path: Path, text: str, says: str) -> None:
