@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from openscenario.road.positions import RoadPosition
+from openscenario.storyboard.actions.trajectory import FollowTrajectory
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.road_extents import road_extent
@@ -86,8 +87,8 @@ def measure(
 
     kind: longitudinal, lateral, euclidianDistance (cartesianDistance), None (euclidian) or alongRoute (euclidian in
     road coordinates: turns of the road lengthen it); system: entity, lane, road, trajectory, world or None (entity).
-    Trajectory coordinates count as road coordinates; lane ones too along the road. Trailers belong to who draws them:
-    `free` distances are the smallest of those between the parts.
+    Lane coordinates count as road coordinates; those of a trajectory are there while `entity` follows one, and only
+    then. Trailers belong to who draws them: `free` distances are the smallest of those between the parts.
     """
     if free:
         return _of_parts(entity, target, lambda part, goal: _measure(board, part, goal, kind, system, free))
@@ -107,7 +108,9 @@ def _measure(
     if kind == "alongRoute":
         return _along_route(board, entity, target, free)
     lateral = kind == "lateral"
-    if system in ("road", "lane", "trajectory") and board.network is not None:
+    if system == "trajectory":
+        return _along_trajectory(entity, target, lateral, free)
+    if system in ("road", "lane") and board.network is not None:
         return _along_road(board.ground, entity, target, lateral, free)
     if system == "world":
         return _along_axis(entity, target, free, lambda: 0.5 * math.pi if lateral else 0.0)
@@ -198,6 +201,27 @@ def _along_axis(entity: Entity, target: Entity | Callable[[], Place], free: bool
         apart = (there.x - entity.x) * math.cos(direction) + (there.y - entity.y) * math.sin(direction)
         low, high = _extent(there, direction)
         return gap(Span(*entity.extent(direction)), Span(apart + low, apart + high))
+
+    return run
+
+
+def _along_trajectory(entity: Entity, target: Entity | Callable[[], Place], lateral: bool, free: bool) -> Measure:
+    """In s and t of the trajectory that the entity follows; extents are those along its direction at either place."""
+    now = _now(target)
+
+    def run() -> float | None:
+        follower = entity.lateral
+        if not isinstance(follower, FollowTrajectory):
+            return None
+        there = now()
+        here, (s, t, h) = follower.axis()[0], follower.beside(there.x, there.y)
+        sense = 1.0 if math.cos(entity.h - here) >= 0.0 else -1.0  # rear first: ahead is where it faces
+        apart = (t if lateral else s) * sense
+        if not free:
+            return apart
+        turn = (0.5 * math.pi if lateral else 0.0) + (0.0 if sense > 0.0 else math.pi)
+        low, high = _extent(there, h + turn)
+        return gap(Span(*entity.extent(here + turn)), Span(apart + low, apart + high))
 
     return run
 

@@ -178,6 +178,18 @@ class FollowTrajectory:
             self._aim = target.x, target.y, self._course.nearest(target.x, target.y)
         return abs(self._aim[2] - self._s)
 
+    def beside(self, x: float, y: float) -> tuple[float, float, float]:
+        """s and t [m] of a place in the trajectory's coordinates, s from here, and the trajectory's direction there
+        [rad]; beyond its ends it goes straight on."""
+        along = self._course
+        assert along is not None
+        s = along.nearest(x, y)
+        h = along.tangent(s)
+        at_x, at_y, _, _ = along.at(s)
+        dx, dy = x - at_x, y - at_y
+        ahead = dx * math.cos(h) + dy * math.sin(h) if s <= 0.0 or s >= along.length else 0.0
+        return s + ahead - self._s, dy * math.cos(h) - dx * math.sin(h), h
+
     def stop(self) -> None:
         return None
 

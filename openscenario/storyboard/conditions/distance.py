@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from openscenario import model
+from openscenario.storyboard.actions.trajectory import FollowTrajectory
 from openscenario.storyboard.distances import Measure, measure
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
@@ -135,7 +136,9 @@ def _closing(
     which it catches up."""
     if kind in ("longitudinal", "lateral", "alongRoute"):
         turn = 0.5 * math.pi if kind == "lateral" else 0.0
-        if board.network is not None and (system in ("road", "lane", "trajectory") or kind == "alongRoute"):
+        if system == "trajectory":
+            return _closing_on_trajectory(entity, other, turn)
+        if board.network is not None and (system in ("road", "lane") or kind == "alongRoute"):
             return _closing_on_road(board.ground, entity, other, turn)
 
         def along(apart: float) -> float:
@@ -173,6 +176,27 @@ def _closing_on_road(
             axis = there.h_road + turn
             speed -= ground.turned(here, there) * (other.vx * math.cos(axis) + other.vy * math.sin(axis))
         speed *= entity.sense
+        return speed if apart >= 0.0 else -speed
+
+    return rate
+
+
+def _closing_on_trajectory(
+    entity: Entity, other: Entity | Callable[[], Place], turn: float
+) -> Callable[[float], float]:
+    """The same along (turn 0) or across the trajectory that the entity follows, by its direction at either place."""
+
+    def rate(apart: float) -> float:
+        follower = entity.lateral
+        if not isinstance(follower, FollowTrajectory):
+            return 0.0
+        here = follower.axis()[0]
+        speed = entity.vx * math.cos(here + turn) + entity.vy * math.sin(here + turn)
+        if isinstance(other, Entity):
+            axis = follower.beside(other.x, other.y)[2] + turn
+            speed -= other.vx * math.cos(axis) + other.vy * math.sin(axis)
+        if math.cos(entity.h - here) < 0.0:
+            speed = -speed
         return speed if apart >= 0.0 else -speed
 
     return rate
