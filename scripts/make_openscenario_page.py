@@ -108,7 +108,7 @@ What the widely used tools do, where they agree with each other or nothing speak
   metre of the control polygon before it; between, time runs evenly in the curve's parameter.
 - `LateralDistanceAction` names no law. Across a road: a critically damped spring; in entity coordinates: steering for
   the line beside the other entity, with a turning radius of 1.5 v²/a, and into that entity's direction.
-- Distances in the coordinates of a trajectory are there while who measures them follows one; else all is infinitely far.
+- Distances in the coordinates of a trajectory are there while who measures them follows one; else infinite.
 - Following mode `follow`: constant acceleration between the time stamps of a polyline, and even turning; `position`:
   constant speed between them, turning at the vertices.
 
