@@ -23,7 +23,7 @@ LENGTH, ARC, BEND, CUT = 200.0, 150.0, 1.0 / 120.0, 90.0  # m, m, 1/m, m
 NAMES = ("A", "B", "C")
 SECONDS = 6.0
 SAME, OTHER = 1, -1
-SEEDS = (9, 12, 14, 20, 22, 30, 31, 34)  # stories that once differed; any others will do as well
+SEEDS = (9, 12, 20, 30, 34)  # stories that once differed; any others will do as well
 
 
 def road(number: int, pose: tuple[float, float, float], shape: str, length: float, **ends: tuple[int, str, int]) -> str:
