@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from openscenario import model
 from openscenario.findings import Finding, ScenarioError
-from openscenario.road.positions import RoadPosition
+from openscenario.road.positions import Pose, RoadPosition
 from openscenario.storyboard.geo import projection
 from openscenario.storyboard.places import Place, RoadPoint, turned_in_plane, yaw_in_plane
 from openscenario.storyboard.registry import Unsupported, entity_called
@@ -99,8 +99,8 @@ def _geo(position: model.GeoPosition, board: Storyboard) -> Where:
         return _constant(on_ground(board, x, y, z, None, None, None))
     if given.type == "absolute":
         return _constant(on_ground(board, x, y, z, given.h, given.p, given.r))
-    ground = on_ground(board, x, y, z, None, None, None)
-    return _constant(ground._replace(h=ground.h + given.h, has_heading=True))
+    ground = on_ground(board, x, y, z, given.h, None, None)
+    return _constant(ground._replace(pitch=ground.pitch + given.p, roll=ground.roll + given.r))
 
 
 def on_ground(
@@ -115,10 +115,11 @@ def on_ground(
     if not up or p is None or r is None:
         found = network.locate(x, y, None if h is None else heading, z=height if up else None)
         pose = network.lane_pose(found.road, found.lane, found.s, found.offset)
-        sense = 1.0 if math.cos(heading - pose.h) >= 0.0 else -1.0
+        yaw = yaw_in_plane(pose.pitch, pose.roll, heading - pose.h)
+        _, pitch, roll = turned_in_plane(pose.h, pose.pitch, pose.roll, yaw)
         height = height if up else pose.z
-        p = sense * pose.pitch if p is None else p
-        r = sense * pose.roll if r is None else r
+        p = pitch if p is None else p
+        r = roll if r is None else r
     return Place(x, y, height, heading, p, r, None, h is not None)
 
 
@@ -183,6 +184,12 @@ def _on_lane(
     along = network.driving_sign(point.road, point.lane, point.s) > 0
     if base is None:
         base = pose.h if along else pose.h + math.pi
+    return _on_surface(pose, base, orientation, point)
+
+
+def _on_surface(pose: Pose, base: float, orientation: model.Orientation | None, point: RoadPoint | None) -> Place:
+    """What stands on a road's surface, heading `base` [rad] or as an orientation says, with the pitch and roll that
+    the surface gives it that way round."""
     heading = _orientation(orientation, base)
     if orientation is not None and orientation.type == "absolute":
         yaw = yaw_in_plane(pose.pitch, pose.roll, heading - pose.h)  # an angle in the world's plane
@@ -228,9 +235,7 @@ def _road(position: model.RoadPosition, board: Storyboard) -> Where:
     network = board.network
     assert network is not None
     pose = network.road_pose(position.road_id, _on_road(board, position.road_id, position.s), position.t)
-    heading = _orientation(position.orientation, pose.h)
-    value = Place(pose.x, pose.y, pose.z, heading, pose.pitch, pose.roll, None, position.orientation is not None)
-    return _constant(value)
+    return _constant(_on_surface(pose, pose.h, position.orientation, None))
 
 
 def shifted_lane(lane: int, by: int) -> int:
@@ -301,8 +306,7 @@ def _relative_road(position: model.RelativeRoadPosition, board: Storyboard, move
         pose = network.road_pose(point.road, point.s, t + position.dt)
         turned_round = position.orientation is None and ground.sense_at(other, point) < 0.0
         base = pose.h + math.pi if turned_round else pose.h
-        heading = _orientation(position.orientation, base)
-        return Place(pose.x, pose.y, pose.z, heading, pose.pitch, pose.roll, None, position.orientation is not None)
+        return _on_surface(pose, base, position.orientation, None)
 
     return where
 

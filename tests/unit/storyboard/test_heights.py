@@ -1,8 +1,9 @@
-"""Roads one above the other: a world position with a height is on the one at that height (ASAM OpenSCENARIO XML 1.3,
-class WorldPosition: z is a coordinate of the place)."""
+"""Heights: of roads one above the other a world position is on the one at its own (ASAM OpenSCENARIO XML 1.3, class
+WorldPosition: z is a coordinate of the place); on a slope one leans as the slope does, by where one faces."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -11,19 +12,21 @@ from openscenario.road.network import RoadNetwork, load_network
 
 from .conftest import XODR, Make, run, speed, teleport
 
+SLOPE = math.atan(0.02)
+
 
 @pytest.fixture(scope="module")
 def decks(tmp_path_factory: pytest.TempPathFactory) -> RoadNetwork:
-    """Road 1 along x at height 0, road 2 above it: 6 m high at x = 0, climbing by 1 in 50."""
+    """Road 2 along x at height 0, road 1 above it: 6 m high at x = 0, climbing by 1 in 50."""
     one = XODR[XODR.index("  <road") : XODR.index("</OpenDRIVE>")]
     climbs = '<elevationProfile><elevation s="0" a="6" b="0.02" c="0" d="0"/></elevationProfile><lanes>'
-    two = one.replace('id="1" junction', 'id="2" junction').replace("<lanes>", climbs, 1)
+    low, high = one.replace('id="1" junction', 'id="2" junction'), one.replace("<lanes>", climbs, 1)
     path: Path = tmp_path_factory.mktemp("decks") / "decks.xodr"
-    path.write_text(XODR.replace("</OpenDRIVE>", two + "</OpenDRIVE>"))
+    path.write_text(XODR.replace(one, low + high))
     return load_network(path)
 
 
-@pytest.mark.parametrize(("z", "wanted", "after"), [(0.0, "1", 0.0), (8.0, "2", 8.0 + 50.0 * 0.02)])
+@pytest.mark.parametrize(("z", "wanted", "after"), [(0.0, "2", 0.0), (8.0, "1", 8.0 + 50.0 * 0.02)])
 def test_the_deck_at_that_height_is_driven_on(
     make: Make, decks: RoadNetwork, z: float, wanted: str, after: float
 ) -> None:
@@ -37,4 +40,30 @@ def test_the_deck_at_that_height_is_driven_on(
 def test_a_height_that_no_road_has_leaves_the_nearest_road(make: Make, decks: RoadNetwork) -> None:
     board = make(A=[teleport('<WorldPosition x="100" y="-1.75" z="-40" h="0"/>'), speed(10.0)], on=decks)
     run(board, 1.0)
-    assert (board.entities["A"].road, board.entities["A"].z) == ("1", 0.0)
+    assert (board.entities["A"].road, board.entities["A"].z) == ("2", 0.0)
+
+
+def climbing(z: float) -> str:
+    return f'<WorldPosition x="100" y="-1.75" z="{z}" h="{{h}}"/>'
+
+
+@pytest.mark.parametrize(
+    ("where", "h", "pitch", "roll"),
+    [
+        ('<RoadPosition roadId="1" s="100" t="-1.75">{o}</RoadPosition>', 0.0, -SLOPE, 0.0),
+        ('<RoadPosition roadId="1" s="100" t="-1.75">{o}</RoadPosition>', math.pi, SLOPE, 0.0),
+        ('<RoadPosition roadId="1" s="100" t="-1.75">{o}</RoadPosition>', 0.5 * math.pi, 0.0, -SLOPE),
+        (climbing(8.0), 0.0, -SLOPE, 0.0),
+        (climbing(8.0), math.pi, SLOPE, 0.0),
+        (climbing(8.0), -0.5 * math.pi, 0.0, SLOPE),
+    ],
+)
+def test_who_stands_on_a_slope_leans_as_it_faces(
+    make: Make, decks: RoadNetwork, where: str, h: float, pitch: float, roll: float
+) -> None:
+    """Uphill: nose up (negative pitch, ISO 8855); downhill: nose down; across: the uphill side is up."""
+    place = where.format(o=f'<Orientation type="relative" h="{h}"/>', h=h)
+    board = make(A=[teleport(place)], on=decks)
+    run(board, 0.0)
+    a = board.entities["A"]
+    assert (a.pitch, a.roll) == (pytest.approx(pitch, abs=1e-9), pytest.approx(roll, abs=1e-9))
