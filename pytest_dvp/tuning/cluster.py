@@ -19,7 +19,7 @@ from pytest_dvp.settings import SettingError
 from pytest_dvp.tuning.errors import TuneError
 from pytest_dvp.tuning.installed import installed
 from pytest_dvp.tuning.job import Job
-from pytest_dvp.tuning.parcel import Packing
+from pytest_dvp.tuning.parcel import MOST, Packing
 from pytest_dvp.tuning.remote import order, whole, worked
 
 if TYPE_CHECKING:
@@ -135,7 +135,11 @@ class Cluster:
         return found
 
     def _task(self, title: str, given: dict[str, Any]) -> Future[Any]:
-        return self.client.submit(whole, given, key=self._key(title))
+        """Data as a task: unlike data that is scattered, they can be made anew when the worker that has them dies."""
+        import dask
+
+        with dask.config.set({"distributed.admin.large-graph-warning-threshold": 2 * MOST}):
+            return self.client.submit(whole, given, key=self._key(title))
 
     def _key(self, title: str) -> str:
         return f"dvp-{self._session}-{next(self._count)}-{title}"
