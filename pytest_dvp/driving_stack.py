@@ -108,12 +108,12 @@ def make_driver(ads: Ads, parameters: object, network: object, description: obje
             raise AdsError(f"ADS {ads.name}: declares parameters, and takes no (parameters, network, description)")
         try:
             made = factory(*given) if takes else factory()
-        except Exception as error:  # a stack of somebody else may raise anything
+        except (Exception, SystemExit) as error:  # a stack of somebody else may raise anything
             raise AdsError(f"ADS {ads.name}: cannot be made: {one_line(error)}") from error
     else:
         made = factory
     if not callable(getattr(made, "tick", None)):
-        raise AdsError(f"ADS {ads.name}: {_what(made)} has no method tick(observation)")
+        raise AdsError(f"ADS {ads.name}: {_made(made)} has no method tick(observation)")
     return OnlyTick(made, ads.name)
 
 
@@ -121,29 +121,50 @@ class OnlyTick:
     """A driver of which only `tick` is required; what it returns is checked."""
 
     def __init__(self, driver: Any, name: str) -> None:
-        from vehicle.messages import Command
+        from vehicle.messages import Command, Detection
 
-        self._driver, self._name, self._command = driver, name, Command
+        self._driver, self._name, self._command, self._detection = driver, name, Command, Detection
         self._tick: Callable[[Observation], Command] = driver.tick
         self._given: object = None
         self._path: FloatArray | None = None
 
     def tick(self, observation: Observation) -> Command:
         """Raises AdsFault if the stack returns anything but a Command of finite numbers."""
-        command = self._tick(observation)
+        try:
+            command = self._tick(observation)
+        except SystemExit as error:  # it would end the harness, with an exit code that looks like a verdict
+            raise AdsFault(f"ADS {self._name}: tick ended the program: {one_line(error)}") from None
         if not isinstance(command, self._command):
             raise AdsFault(f"ADS {self._name}: tick returned {_what(command)}, expected a vehicle.messages.Command")
-        if not math.isfinite(command.steer + command.accel + command.throttle + command.brake):
+        try:
+            finite = math.isfinite(command.steer + command.accel + command.throttle + command.brake)
+        except TypeError:
+            raise AdsFault(
+                f"ADS {self._name}: tick returned a Command of other things than numbers: {command}"
+            ) from None
+        if not finite:
             raise AdsFault(f"ADS {self._name}: tick returned a Command that is not finite: {command}")
         return command
 
     @property
     def trace(self) -> Mapping[str, float]:
-        return getattr(self._driver, "trace", None) or {}
+        trace = getattr(self._driver, "trace", None) or {}
+        if not isinstance(trace, Mapping):
+            raise AdsFault(f"ADS {self._name}: trace is {_what(trace)}, expected names with numbers")
+        for name, value in trace.items():
+            if type(name) is not str or (type(value) is not float and not _is_number(value)):
+                raise AdsFault(f"ADS {self._name}: trace has {name!r}: {_what(value)}, expected names with numbers")
+        return trace
 
     @property
     def detections(self) -> Sequence[Detection]:
-        return getattr(self._driver, "detections", None) or ()
+        found = getattr(self._driver, "detections", None)
+        if found is None:
+            return ()
+        if not isinstance(found, Sequence) or not all(isinstance(each, self._detection) for each in found):
+            what = "vehicle.messages.Detection in a list"
+            raise AdsFault(f"ADS {self._name}: detections is {_what(found)}, expected {what}")
+        return found
 
     @property
     def nets(self) -> list[Any]:
@@ -155,7 +176,10 @@ class OnlyTick:
         """Free what the stack holds, if it has something to free: its method close()."""
         close = getattr(self._driver, "close", None)
         if callable(close):
-            close()
+            try:
+                close()
+            except (Exception, SystemExit) as error:  # what it drove is driven, and is kept
+                print(f"ADS {self._name}: close: {one_line(error)}", file=sys.stderr)
 
     @property
     def path(self) -> FloatArray | None:
@@ -165,7 +189,10 @@ class OnlyTick:
             import numpy as np
 
             self._given = path
-            self._path = None if path is None else np.asarray(path, dtype=np.float64)
+            try:
+                self._path = None if path is None else np.asarray(path, dtype=np.float64)
+            except (TypeError, ValueError):
+                raise AdsFault(f"ADS {self._name}: path is {_what(path)}, expected an array (n, 2): x, y [m]") from None
             if self._path is not None and (self._path.ndim != 2 or self._path.shape[1] != 2):
                 shape = self._path.shape
                 raise AdsFault(f"ADS {self._name}: path has the shape {shape}, expected (n, 2): x, y [m]")
@@ -198,7 +225,7 @@ def _named(text: str, folders: Sequence[Path]) -> Ads:
         with _importable(folders):
             try:
                 return Ads(text, text, point.load())
-            except Exception as error:  # a foreign package may raise anything while it loads
+            except (Exception, SystemExit) as error:  # a foreign package may raise anything while it loads
                 where = f"entry point {text!r} ({point.value})"
                 raise AdsError(f"ads: {where} cannot be loaded: {one_line(error)}") from error
     with _importable(folders):
@@ -209,7 +236,7 @@ def _named(text: str, folders: Sequence[Path]) -> Ads:
                 label, word = f"{path.name}:{name}", f"{shown(path)}:{name}"
             else:
                 module, label, word = importlib.import_module(file), text, text
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise AdsError(f"ads: {text} cannot be loaded: {one_line(error)}") from error
     found: Any = module
     for part in name.split("."):
@@ -288,6 +315,18 @@ def _word(asked: Any) -> str | None:
     if getattr(home, "__package__", ""):
         return f"{home.__name__}:{name}"
     return f"{shown(Path(file))}:{name}" if file else None
+
+
+def _made(thing: object) -> str:
+    return f"a {type(thing).__name__}" if " at 0x" in repr(thing) else _what(thing)
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return not isinstance(value, str | bytes)
 
 
 def _what(thing: object) -> str:

@@ -246,7 +246,7 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
     if setting.kind in ("int", "float"):
         return _number(setting, text, origin)
     if setting.kind == "path":
-        return (base / text).absolute()
+        return _place(base / text, origin)
     if setting.kind == "file":
         return _file(base / text, origin)
     if setting.kind == "ads" and text != REFERENCE:
@@ -341,12 +341,26 @@ def _flag(text: str, origin: str) -> bool:
 def _number(setting: Setting, text: str, origin: str) -> int | float:
     what = "a whole number" if setting.kind == "int" else "a number"
     try:
+        if not text.isascii() or "_" in text:  # which only Python takes for one
+            raise ValueError
         value: int | float = int(text) if setting.kind == "int" else float(text)
     except ValueError:
         raise SettingError(f"{origin} is {text!r}, expected {what}") from None
     if not math.isfinite(value) or (setting.least is not None and value < setting.least):
         raise SettingError(f"{origin} is {text}, expected {what} >= {setting.least:g}")
     return value
+
+
+def _place(path: Path, origin: str) -> Path:
+    """A folder that is there or can be made."""
+    there = path.absolute()
+    while not there.exists() and there != there.parent:
+        there = there.parent
+    if not there.is_dir():
+        raise SettingError(f"{origin} {path}: {there} is no folder")
+    if not os.access(there, os.W_OK):
+        raise SettingError(f"{origin} {path}: cannot be written: no permission")
+    return path.absolute()
 
 
 def _file(path: Path, origin: str) -> Path:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import errno
 import io
 import json
 import os
@@ -93,11 +94,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     _spell_what_cannot_be_shown()
     try:
         arguments = _parse(words)
+    except SystemExit as done:  # --help
+        return int(done.code or 0)
+    except WrongArgument as error:
+        return _complain(words, str(error), 2)
+    try:
         code = int(arguments.function(arguments))
         sys.stdout.flush()  # here, where a full disk behind it can still be told
         return code
-    except SystemExit as done:  # --help
-        return int(done.code or 0)
+    except SystemExit as done:  # of a file of effects, a model, a package: its code would look like a verdict
+        return _complain(words, f"dvp: a file that was loaded ended the program: sys.exit({done.code!r})", 1)
     except (WrongArgument, SettingError) as error:
         return _complain(words, str(error), 2)
     except KeyboardInterrupt:
@@ -110,7 +116,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OSError as error:
         if error.filename is None:
             _leave_stdout()
-        return _complain(words, f"{error.filename or 'the output'}: {error.strerror or error}", 1)
+        code = 2 if error.errno in (errno.ENAMETOOLONG, errno.ELOOP) else 1  # an argument that can name nothing
+        return _complain(words, f"{error.filename or 'the output'}: {error.strerror or error}", code)
     except Exception as error:
         if not is_users_mistake(error):
             raise

@@ -125,8 +125,10 @@ def existing(text: str, what: str) -> Path:
     """A file named as an argument. Raises WrongArgument if there is none."""
     path = Path(text)
     try:
+        if not text.strip():
+            raise WrongArgument(f"no name, expected a {what}")
         if not path.exists():
-            raise WrongArgument(f"{text}: no such {what}" if text.strip() else f"no name, expected a {what}")
+            raise WrongArgument(f"{text}: no such {what}")
         if not path.is_file():
             raise WrongArgument(f"{text}: not a file, expected a {what}")
     except OSError as error:  # a name that is longer than names may be

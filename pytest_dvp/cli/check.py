@@ -112,6 +112,8 @@ def _without_effect(path: Path, settings: Settings) -> Findings:
 
 def _files(text: str) -> list[Path]:
     path = Path(text)
+    if not text.strip():
+        raise WrongArgument("no name, expected a file or a folder")
     if path.is_dir():
         found = files_of(path)
         if not found:  # a wrong path must not look like a checked one

@@ -70,6 +70,8 @@ def existing_log(text: str, *, parts: bool = True) -> str:
     from pytest_dvp.logs.cut import parse_argument
     from pytest_dvp.logs.read import kind_of
 
+    if not text.strip():
+        raise WrongArgument("no name, expected a log")
     try:
         kind_of(parse_argument(text).path if parts else Path(text))
     except LogError as error:

@@ -78,9 +78,13 @@ def execute(arguments: argparse.Namespace) -> int:
             check_asked(stage, settings)
         except StageError as error:
             raise SettingError(f"--stage {stage}: {error}") from None
-    if stages == ["dt"] and arguments.vehicle is not None:
-        text = f"--vehicle {arguments.vehicle} is not used: stage dt drives the twin; --stage pe or rw drives a car"
+    for text in _not_used(arguments, stages):
         print(f"dvp run: {text}", file=sys.stderr)
+    if settings.stage_logs:
+        from pytest_dvp.log import Log
+
+        for path in settings.stage_logs:  # a damaged one is told before the first drive
+            Log.load(path)
     _check_gates(arguments.gate or ())
     if len(stages) > 1 or settings.stage_logs:
         from pytest_dvp.across import gates_between
@@ -143,12 +147,24 @@ class Job:
 def _stages(text: str) -> list[str]:
     """The stages of `--stage`, in their order. Raises SettingError."""
     words = [word.strip() for word in text.split(",") if word.strip()]
-    if words == ["all"]:
-        return list(STAGES)
     for word in words or [text]:
-        if word not in STAGES:
+        if word not in (*STAGES, "all"):
             raise SettingError(f"--stage: {unknown('stage', word, (*STAGES, 'all'))}")
-    return [stage for stage in STAGES if stage in words]
+    return [stage for stage in STAGES if stage in words or "all" in words]
+
+
+def _not_used(arguments: argparse.Namespace, stages: Sequence[str]) -> list[str]:
+    """Options that were written and change nothing on these stages."""
+    found = []
+    if list(stages) == ["dt"]:
+        for option in ("vehicle", "dbc", "fault", "clock", "arming", "envelope"):
+            value = getattr(arguments, option)
+            if value is not None and (option, value) != ("clock", "stepped"):
+                why = "stage dt drives the twin; --stage pe or rw drives a car"
+                found.append(f"--{option} {value} is not used: {why}")
+    if len(stages) == 1 and arguments.stage_gates is not None and not arguments.stage_logs:
+        found.append(f"--stage-gates {arguments.stage_gates} is not used: one stage, and no --stage-logs of another")
+    return found
 
 
 def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str], ads: Ads) -> list[Job]:

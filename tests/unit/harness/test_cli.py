@@ -150,6 +150,14 @@ def test_report_of_a_damaged_log_is_one_line(capsys: pytest.CaptureFixture[str])
         (["run", "x.xosc", "--ego", "Hero"], "--ego Hero: unknown entity 'Hero'"),
         (["run", "x.xosc", "--gate", "max_jrk"], "--gate: unknown metric 'max_jrk'; nearest is 'max_jerk'"),
         (["run", "x.xosc", "--seed", "1.5"], "--seed is '1.5', expected a whole number"),
+        (["run", "x.xosc", "--duration", "1_0"], "--duration is '1_0', expected a number"),
+        (["run", "x.xosc", "--seed", "\u0663"], "--seed is '\u0663', expected a whole number"),
+        (["run", "x.xosc", "--runs", "x.xosc/runs"], "x.xosc is no folder"),
+        (["run", "x.xosc", "--gates", ""], "--gates is empty, expected FILE"),
+        (["run", ""], "no name, expected a scenario"),
+        (["check", ""], "no name, expected a file or a folder"),
+        (["doctor", ""], "no name, expected a log"),
+        (["check", "x" * 300], "File name too long"),
         (["run", "x.xosc", "--model", "m.toml"], "m.toml"),
         (["run", "x.xosc", "--set", "ego_sped=3"], "did you mean 'ego_speed'?"),
         (["run", "x.xosc", "--set", "ego_speed=7"], "found 7; allowed: >= 2.0 and <= 6.0"),
@@ -239,3 +247,22 @@ def test_metrics_are_listed_with_unit_direction_and_definition(capsys: pytest.Ca
     assert "goal_reached [-], smaller is worse; a miss is INCONCLUSIVE" in text
     assert main(["metrics", "max_jrk"]) == 2
     assert "nearest is 'max_jerk'" in capsys.readouterr().err
+
+
+def test_run_says_which_options_it_does_not_use(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    path = scenario()
+    Path("gates.toml").write_text('[[gate]]\nmetric = "collision"\nmax = 0\n')
+    main(["run", str(path), "--no-report", "--duration", "0.1", "--fault", "drop@1+1", "--stage-gates", "gates.toml"])
+    told = capsys.readouterr().err
+    assert "dvp run: --fault drop@1+1 is not used: stage dt drives the twin; --stage pe or rw drives a car" in told
+    assert "dvp run: --stage-gates gates.toml is not used: one stage, and no --stage-logs of another" in told
+
+
+def test_a_damaged_log_of_another_stage_is_told_before_the_drive(
+    scenario: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = scenario()
+    Path("log.mcap").write_bytes(b"")
+    assert main(["run", str(path), "--stage-logs", "log.mcap"]) == 1
+    out, err = capsys.readouterr()
+    assert (out, err) == ("", f"{Path('log.mcap').absolute()}: not an MCAP file\n")

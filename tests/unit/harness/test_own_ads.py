@@ -134,6 +134,7 @@ def test_something_without_tick_is_one_line() -> None:
         (None, "tick returned None, expected a vehicle.messages.Command"),
         ((0.0, 1.0), "tick returned (0.0, 1.0) (tuple), expected"),
         (Command(0.0, float("nan"), 0.0, 0.0, 0.0), "tick returned a Command that is not finite"),
+        (Command(0.0, "0", 0.0, 0.0, 0.0), "tick returned a Command of other things than numbers"),  # type: ignore[arg-type]
     ],
 )
 def test_a_tick_without_a_command_is_one_line(scenario: Write, returned: object, says: str) -> None:
@@ -159,3 +160,57 @@ def test_a_class_given_as_an_object_is_named_where_it_stands(scenario: Write) ->
     result = run(scenario(), ads=Straight)
     home = f"{module.__name__}" if module.__package__ else str(module.__file__)
     assert result.replay.endswith(f"--ads {home}:Straight")
+
+
+@pytest.mark.parametrize(
+    ("offered", "says"),
+    [
+        ({"trace": {"a": "x"}}, "trace has 'a': 'x' (str), expected names with numbers"),
+        ({"trace": {5: 1.0}}, "trace has 5: 1.0 (float), expected names with numbers"),
+        ({"trace": 3}, "trace is 3 (int), expected names with numbers"),
+        ({"path": "no"}, "path is 'no' (str), expected an array (n, 2): x, y [m]"),
+        ({"detections": 5}, "detections is 5 (int), expected vehicle.messages.Detection in a list"),
+        ({"detections": ["car"]}, "detections is ['car'] (list), expected vehicle.messages.Detection in a list"),
+    ],
+)
+def test_what_a_stack_offers_in_another_form_is_one_line(
+    scenario: Write, offered: dict[str, object], says: str
+) -> None:
+    class Offers:
+        def __init__(self) -> None:
+            self.__dict__.update(offered)
+
+        def tick(self, observation: Observation) -> Command:
+            return Command(observation.t, 0.0, 0.0, 0.0, 0.0)
+
+    result = run(scenario(), ads=Offers)
+    assert result.status == "ERROR"
+    assert result.error is not None
+    assert result.error.endswith(says)
+    assert "\n" not in result.error
+
+
+def test_a_stack_that_ends_the_program_is_no_pass(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    path = scenario()
+    stack = "import sys\n\nclass Stack:\n    def tick(self, observation):\n        sys.exit(0)\n"
+    Path("ends.py").write_text(stack)
+    Path("loads.py").write_text("import sys\nsys.exit(0)\n")
+    assert main(["run", str(path), "--no-report", "--ads", "ends.py:Stack"]) == 1
+    assert "ADS ends.py:Stack: tick ended the program: SystemExit: 0 (ends.py:5)" in capsys.readouterr().out
+    assert main(["run", str(path), "--no-report", "--ads", "loads.py:Stack"]) == 2
+    assert "loads.py:Stack cannot be loaded: SystemExit: 0 (loads.py:2)" in capsys.readouterr().err
+    assert main(["effects", "--effects", "loads.py"]) == 1
+    assert capsys.readouterr().err == "dvp: a file that was loaded ended the program: sys.exit(0)\n"
+
+
+def test_a_stack_that_fails_at_its_end_keeps_what_it_drove(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
+    class Fails:
+        def tick(self, observation: Observation) -> Command:
+            return Command(observation.t, 0.0, 0.0, 0.0, 0.0)
+
+        def close(self) -> None:
+            raise RuntimeError("boom")
+
+    result = run(scenario(), ads=Fails, duration=0.5)
+    assert result.log.duration == pytest.approx(0.5)
+    assert "Fails: close: RuntimeError: boom" in capsys.readouterr().err
