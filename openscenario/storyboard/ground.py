@@ -14,6 +14,8 @@ from openscenario.storyboard.stride import stride
 if TYPE_CHECKING:
     from openscenario.storyboard.entity import Entity
 
+BESIDE = 0.05  # m: farther from every road there is open ground
+
 
 class Ground:
     """A road network as the storyboard uses it; without one (`network` None) entities move over open ground."""
@@ -53,6 +55,17 @@ class Ground:
         entity.road, entity.lane, entity.s, entity.offset = found.road, found.lane, found.s, found.offset
         self._face(entity)
         return True
+
+    def stand(self, entity: Entity) -> None:
+        """Give an entity that was put somewhere the height, pitch and roll of the road there, if there is one."""
+        if not self.track(entity):
+            return
+        assert self.network is not None
+        x, y, z, h, pitch, roll = self.network.lane_pose(entity.road, entity.lane, entity.s, entity.offset)
+        if abs(x - entity.x) < BESIDE and abs(y - entity.y) < BESIDE:
+            yaw = yaw_in_plane(pitch, roll, entity.h - h)
+            entity.z = z
+            _, entity.pitch, entity.roll = turned_in_plane(h, pitch, roll, yaw)
 
     def _face(self, entity: Entity) -> None:
         assert self.network is not None

@@ -144,8 +144,7 @@ class Beside:
             entity.z,
             h,
         )
-        if ground.track(entity):
-            ground.drive(entity, 0.0)
+        ground.stand(entity)
         entity.moved = dt > 0.0
         entity.travelled += abs(ahead)
         if dt > 0.0:

@@ -124,3 +124,19 @@ def test_a_limit_of_jerk_is_said_to_be_left_out(make: Make, road: Path) -> None:
     board = story_of(make, action(limits), -20.0, 4.0, 0.0)
     run(board, 0.1)
     assert any("jerk" in str(each) for each in board.report())
+
+
+def test_it_may_leave_the_road(make: Make) -> None:
+    """Beyond the road's end (x = 1000 m) there is open ground: it goes on as evenly as before."""
+    board = make(
+        A=[teleport('<WorldPosition x="985" y="-1.75" h="0"/>'), speed(V)],
+        B=[teleport('<WorldPosition x="990" y="-1.75" h="0"/>')],
+        stories=story(event("e", action(accelerating(5.0), "rightToReferencedEntity"))),
+    )
+    run(board, 0.0)
+    a = board.entities["A"]
+    for _ in range(600):
+        x, y = a.x, a.y
+        run(board, 0.01)
+        assert math.hypot(a.x - x, a.y - y) == pytest.approx(V * 0.01, abs=1e-6)
+    assert (a.x > 1025.0, a.y) == (True, pytest.approx(-4.75, abs=0.01))
