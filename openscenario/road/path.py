@@ -21,7 +21,7 @@ from openscenario.road.tables import (
 
 STEP = 2.0  # m, longest step of the integration along a lane
 ROUNDING = 1e-12  # m, a way shorter than that is done
-NO_WIDTH = 1e-3  # m
+NO_WIDTH = 1e-6  # m
 
 
 @njit(cache=True, error_model="numpy")
