@@ -246,7 +246,7 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
     if setting.kind in ("int", "float"):
         return _number(setting, text, origin)
     if setting.kind == "path":
-        return _place(base / text, origin)
+        return possible_folder(base / text, origin)
     if setting.kind == "file":
         return _file(base / text, origin)
     if setting.kind == "ads" and text != REFERENCE:
@@ -351,8 +351,8 @@ def _number(setting: Setting, text: str, origin: str) -> int | float:
     return value
 
 
-def _place(path: Path, origin: str) -> Path:
-    """A folder that is there or can be made."""
+def possible_folder(path: Path, origin: str) -> Path:
+    """A folder that is there or can be made. Raises SettingError naming `origin`, the option."""
     there = path.absolute()
     while not there.exists() and there != there.parent:
         there = there.parent

@@ -110,7 +110,7 @@ def _channels(arguments: argparse.Namespace) -> list[str] | None:
     """Those that are asked for. Raises WrongArgument for one that there is not."""
     from pytest_dvp.reality_gap.segments import CHANNELS
 
-    if not arguments.channels:
+    if arguments.channels is None:
         return None
     names = [name.strip() for name in arguments.channels.split(",")]
     for name in names:

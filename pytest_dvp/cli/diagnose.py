@@ -58,7 +58,9 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.report is not None:
         texts = [*arguments.logs, *arguments.held_out, *arguments.twin]
         new_file("--report", arguments.report, [*read_files(arguments, texts), arguments.model])
-    if arguments.plan:
+    if arguments.plan is not None:
+        if not arguments.plan.strip():
+            raise WrongArgument("--plan: no name, expected a folder")
         check_folder("--plan", Path(arguments.plan))
     envelope = limits_from(arguments)
     from pytest_dvp.reality_gap.diagnose import diagnose

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from vehicle.model.model import VehicleModel
 
 
+ACTIONS = ("add", "change", "remove")  # of an effect in the document of a diagnosis
+
+
 class DiagnosisFileError(ValueError):
     """A file of --from is no diagnosis, or names what cannot be added: one line."""
 
@@ -102,11 +105,16 @@ def _kept(names: Sequence[str], sensed: Collection[str], shown: Collection[str])
 def _of_file(name: str) -> Named:
     """Names in the document of `dvp diagnose --json`, but those of the run. Raises DiagnosisFileError."""
     try:
-        document = json.loads(Path(name).read_text(encoding="utf-8"))
+        data = Path(name).read_bytes()  # a shell of Windows writes UTF-16
+        document = json.loads(data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"))
         entries = [(str(entry["name"]), entry.get("action", "add")) for entry in document["effects"]]
         of_run = _of_run(document)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise DiagnosisFileError(f"{name}: not a document of `dvp diagnose --json`") from None
+    for effect, action in entries:
+        if action not in ACTIONS:
+            allowed = ", ".join(ACTIONS)
+            raise DiagnosisFileError(f"{name}: {effect}: action is {action!r}, allowed: {allowed}")
     if not entries:
         raise DiagnosisFileError(f"{name}: this diagnosis names no effect ({document.get('verdict', 'no verdict')})")
     own = [n for n, _ in entries if n in of_run]

@@ -16,6 +16,10 @@ def refuse_same_path(fitted: Sequence[str], judging: Sequence[str]) -> None:
     """Raises WrongArgument if a log of --held-out is, or overlaps, one that is fitted on. Reads nothing."""
     from pytest_dvp.logs.cut import parse_argument
 
+    for group in (fitted, judging):
+        for text in group:
+            if list(group).count(text) > 1:
+                raise WrongArgument(f"{text}: named {list(group).count(text)} times: name it once")
     for text in judging:
         judge = parse_argument(text)
         for one in map(parse_argument, fitted):

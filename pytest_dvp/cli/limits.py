@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import math
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.arguments import WrongArgument
+from pytest_dvp.settings import SettingError, possible_folder
 
 if TYPE_CHECKING:
     from pytest_dvp.log import Log
@@ -50,12 +52,16 @@ def limits_from(arguments: argparse.Namespace) -> Envelope:
         text = getattr(arguments, name)
         if text is None:
             continue
+        option = f"--{name.replace('_', '-')}"
         try:
+            if not text.isascii() or "_" in text:  # which only Python takes for a number
+                raise ValueError
             given[name] = float(text)
             Envelope(**{name: given[name]})
         except ValueError:
-            option = f"--{name.replace('_', '-')}"
             raise WrongArgument(f"{option} is {text}, expected more than 0 [{unit}]") from None
+        if name == "max_steer" and given[name] >= math.pi / 2:
+            raise WrongArgument(f"{option} is {text}, expected less than 1.57 [{unit}]; in degrees?")
     return Envelope(**given)
 
 
@@ -66,9 +72,11 @@ def limit_words(arguments: argparse.Namespace) -> list[str]:
 
 
 def check_folder(option: str, folder: Path) -> None:
-    """Raises WrongArgument if the folder is a file."""
-    if folder.exists() and not folder.is_dir():
-        raise WrongArgument(f"{option} {folder}: not a folder")
+    """Raises WrongArgument if the folder is none, and cannot be made."""
+    try:
+        possible_folder(folder, option)
+    except SettingError as error:
+        raise WrongArgument(str(error)) from None
 
 
 def write_all(choices: Sequence[Choice], model: VehicleModel, envelope: Envelope, noise: Mapping[str, float] | None,

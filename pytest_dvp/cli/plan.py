@@ -58,6 +58,11 @@ def execute(arguments: argparse.Namespace) -> int:
     refuse_same_path(arguments.logs, arguments.held_out)
     if not arguments.logs and not arguments.between and not arguments.excite:
         raise WrongArgument("dvp plan: nothing to plan for: name logs, --between A,B or --excite A (dvp plan --help)")
+    for option in ("between", "excite", "only"):
+        if getattr(arguments, option) is not None and not _names(getattr(arguments, option)):
+            raise WrongArgument(f"--{option}: no name in it")
+    if not arguments.out.strip():
+        raise WrongArgument("--out: no name, expected a folder")
     envelope, out = limits_from(arguments), Path(arguments.out)
     check_folder("--out", out)
     manoeuvres = _only(arguments.only)
