@@ -34,6 +34,7 @@ from scenarios import path as shipped  # noqa: E402
 needs_distributed = pytest.mark.skipif(
     importlib.util.find_spec("distributed") is None, reason="needs the extra cluster"
 )
+needs_ros2 = pytest.mark.skipif(importlib.util.find_spec("cyclonedds") is None, reason="needs the extra ros2")
 
 
 @pytest.fixture(scope="module")
@@ -207,7 +208,7 @@ file = "follow.xosc"
         (["--scheduler", "tcp://a:1", "--jobs", "2"], "--jobs 2 and --scheduler tcp://a:1, expected one of them"),
     ],
 )
-@pytest.mark.parametrize("command", ["tune", "iterate"])
+@pytest.mark.parametrize("command", ["tune", pytest.param("iterate", marks=needs_ros2)])
 def test_a_slip_is_one_line_of_usage(
     command: str, options: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
