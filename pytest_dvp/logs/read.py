@@ -70,6 +70,8 @@ def kind_of(path: Path) -> str:
 def read_streams(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) -> list[Stream] | Log:
     """What a file holds before any mapping; a log of ours, or what is left of one, is a Log already."""
     kind = kind_of(path)
+    if kind == "run":
+        path, kind = path / "log.mcap", "mcap"
     refuse_other_kind(path, kind)
     if kind == "csv":
         from pytest_dvp.logs.csv_file import read_csv

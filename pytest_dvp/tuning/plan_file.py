@@ -26,7 +26,7 @@ def read_plan(path: Path, **changes: Any) -> Plan:
 
 class _PlanReader(Reader):
     def plan(self, changes: dict[str, Any]) -> Plan:
-        self.known(self.data, _TOP, "table")
+        self.tables_of(_TOP, "a plan")
         head = self.table(self.data.get("iterate", {}), "iterate")
         self.known(head, _ITERATE, "key of [iterate]")
         if "model" not in head:

@@ -19,6 +19,13 @@ if TYPE_CHECKING:
     from pytest_dvp.driving_stack import Ads
     from pytest_dvp.stack_parameters import Own
 
+_OTHERS = {
+    "iterate": "a plan (dvp iterate)",
+    "study": "a study (dvp tune)",
+    "model": "a vehicle model",
+    "gate": "a gate file",
+    "signal": "a mapping file",
+}
 _KNOB = ("values", "start", "plausible")
 OF_A_DRIVE = ("missed_events",)
 _SIGNALS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
@@ -213,6 +220,13 @@ class Reader:
         for name in given:
             if name not in names:
                 self.fail(name, unknown(what, name, names))
+
+    def tables_of(self, names: Sequence[str], what: str) -> None:
+        """Refuses a file of another kind, and a table that this kind does not have."""
+        for name, kind in _OTHERS.items():
+            if name in self.data and name not in names:
+                self.fail(f"[{name}", f"this is {kind}, not {what}")
+        self.known(self.data, names, "table")
 
     def table(self, raw: Any, name: str) -> dict[str, Any]:
         if not isinstance(raw, dict):

@@ -24,7 +24,7 @@ def read_study(path: Path, **changes: Any) -> Study:
 
 class _StudyReader(Reader):
     def study(self, changes: Mapping[str, Any]) -> Study:
-        self.known(self.data, _TOP, "table")
+        self.tables_of(_TOP, "a study")
         head = self.table(self.data.get("study", {}), "study")
         self.known(head, _STUDY, "key of [study]")
         kind = self.word(head, "objective", _KINDS, "performance")

@@ -129,3 +129,12 @@ def test_a_column_without_a_value_is_told_without_a_word_of_numpy(tmp_path: Path
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
     assert f"log.empty_column column {column}: the column holds no value" in done.stdout
     assert done.stderr == "a.csv: 0 errors, 1 warnings\n"
+
+
+def test_the_folder_of_a_run_needs_no_mapping(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from pytest_dvp.log import Log
+
+    (tmp_path / "run").mkdir()
+    Log(columns=dict(drive(2.0))).save(tmp_path / "run" / "log.mcap")
+    assert main(["map", str(tmp_path / "run")]) == 2
+    assert capsys.readouterr().err == f"{tmp_path / 'run'}: a log of dvp, it needs no mapping\n"

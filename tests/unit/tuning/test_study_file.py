@@ -56,6 +56,8 @@ def test_the_pedestrian_is_the_scenarios(tmp_path: Path) -> None:
     ("old", "new", "line", "words"),
     [
         ('"P.LQR_q11"', '"P.LQR_q12"', 12, "unknown ADS parameter 'LQR_q12'; did you mean"),
+        ("[study]", "[iterate]", 1, "this is a plan (dvp iterate), not a study"),
+        ("[study]", "[model]", 1, "this is a vehicle model, not a study"),
         ('"models/surrogate.toml"', "5", 4, "model is 5, expected the name of a model in quotes"),
         (
             "[parameters]",
