@@ -190,7 +190,10 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
             terminalreporter.write_line(line)
         step_summary = os.environ.get("GITHUB_STEP_SUMMARY")
         if step_summary:
-            summary.append_table(Path(step_summary), cases)
+            try:
+                summary.append_table(Path(step_summary), cases)
+            except OSError as error:  # the verdicts stand, whatever becomes of their table
+                terminalreporter.write_line(f"GITHUB_STEP_SUMMARY {step_summary}: cannot be written: {error.strerror}")
 
 
 def _suit_hypothesis(items: list[pytest.Item]) -> None:

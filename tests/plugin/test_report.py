@@ -104,6 +104,16 @@ def test_github_gets_an_annotation_at_the_line_and_a_table(
     assert "| bad.xosc | dt | max_ttc_inverse &lt;= 1.00 1/s | FAIL | 1.31 1/s | 1 1/s | -0.31 |" in table.read_text()
 
 
+def test_a_step_summary_that_cannot_be_written_changes_no_verdict(
+    project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(project.path))
+    result = project.runpytest_inprocess("-m", "dt", "good.xosc")
+    assert result.ret == pytest.ExitCode.OK
+    assert f"GITHUB_STEP_SUMMARY {project.path}: cannot be written: Is a directory" in result.outlines
+
+
 def test_at_most_twenty_lines(project: pytest.Pytester) -> None:
     for k in range(30):
         write_scenario(project.path, f"good{k:02}.xosc")
