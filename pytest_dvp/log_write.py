@@ -19,6 +19,7 @@ from mcap.writer import CompressionType, Writer
 from pytest_dvp.log import DETECTION_COLUMNS, TRACK_COLUMNS, FloatArray, Log, LogError
 from pytest_dvp.log_schemas import FORMAT, schemas
 from pytest_dvp.log_viewer import viewer_messages
+from pytest_dvp.plain_json import finite
 from pytest_dvp.signals import describe
 from reports.whole_file import WriteError, write_whole
 
@@ -27,7 +28,7 @@ TRACK_BLOCK = 20  # rows: 1 s at the 20 Hz of the world
 DETECTION_BLOCK = 200  # boxes
 CHUNK_SIZE = 512 * 1024  # bytes before compression: some ten seconds of a run
 
-_encode = msgspec.json.Encoder().encode
+_plain = msgspec.json.Encoder().encode
 
 
 class Message(NamedTuple):
@@ -65,6 +66,13 @@ def encode_log(log: Log) -> bytes:
         writer.add_message(channels[message.topic], message.time, message.data, message.time, sequence)
     writer.finish()  # type: ignore[no-untyped-call]
     return stream.getvalue()
+
+
+def _encode(data: object) -> bytes:
+    try:
+        return _plain(data)
+    except UnicodeEncodeError:  # a file name that is no UTF-8
+        return _plain(finite(data))
 
 
 def _nanoseconds(t: float) -> int:

@@ -127,3 +127,17 @@ def test_a_name_that_the_terminal_cannot_show_is_spelled_out(tmp_path: Path) -> 
     done = subprocess.run(command, cwd=tmp_path, env=ascii_only, capture_output=True, timeout=120, check=False)
     assert b"Traceback" not in done.stderr
     assert b"fr\\xfch.csv" in done.stdout
+
+
+def test_a_scenario_whose_name_is_no_utf8_leaves_a_run(tmp_path: Path, scenario: Callable[..., Path]) -> None:
+    path = scenario()
+    other = os.fsencode(path.parent) + b"/f\xfcr.xosc"
+    try:
+        os.rename(path, other)
+    except OSError:
+        pytest.skip("this file system takes UTF-8 names only")
+    runs = tmp_path / "runs"
+    assert main(["run", os.fsdecode(other), "--duration", "0.5", "--runs", str(runs)]) in (0, 1)
+    (folder,) = runs.iterdir()
+    assert sorted(file.name for file in folder.iterdir()) == ["log.mcap", "report.html", "result.json"]
+    assert b"f\\\\udcfcr.xosc" in (folder / "result.json").read_bytes()
