@@ -16,6 +16,7 @@ from pytest_dvp.tuning.work import work
 from scenarios import path as shipped
 
 JOBS = 200
+WAITED = 20.0  # s
 TWIN = str(shipped("models/surrogate.toml"))
 
 
@@ -34,7 +35,7 @@ def run() -> list[Row]:
         work(Job(scenario, model=TWIN, save=str(log)))
         drive = _row(cluster, "a drive", lambda k: Job(scenario, model=TWIN, seed=k))
         replay = _row(cluster, "a replay", lambda k: Job("", model=TWIN, log=str(log), S=(("EGO_mass", 700.0 + k),)))
-        return [drive, replay]
+        return [drive, replay, _waiting(cluster)]
 
 
 def nothing(job: Job) -> dict[str, Any]:
@@ -53,6 +54,15 @@ def _row(cluster: Cluster, what: str, made: Callable[[int], Job]) -> Row:
     cost = min(rounds[1:])
     note = f"{cost * 1e3:.1f} ms; {what} takes {one * 1e3:.0f} ms"
     return Row(f"dask.distributed around {what}", cost / one * 100.0, "%", "<= 5", note=note)
+
+
+def _waiting(cluster: Cluster) -> Row:
+    """What a worker process takes for itself, whether it simulates or not: dask's monitors, many times a second."""
+    begun, start = cluster.client.run(_cpu), time.perf_counter()
+    time.sleep(WAITED)
+    ended, lasted = cluster.client.run(_cpu), time.perf_counter() - start
+    share = max(ended[where] - begun[where] for where in begun) / lasted
+    return Row("dask.distributed, a worker that waits", share * 100.0, "% of a core")
 
 
 def _spent(cluster: Cluster) -> float:
