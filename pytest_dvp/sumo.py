@@ -17,6 +17,9 @@ import libsumo
 STEP = 0.1  # s
 _PREFIX = "dvp."  # of mirrored objects, so that they cannot meet a name of the route file
 _OFFSET = re.compile(r'netOffset="([-+.\deE]+),([-+.\deE]+)"')
+_PLACE = re.compile(r" In file '([^']+)' At line/column (\d+)/\d+\.?")
+_ROUTES = re.compile(rb"<(routes|additional)[\s>/]")
+_CODED = (b"\xff\xfe", b"\xfe\xff", b"\x1f\x8b")  # UTF-16, gzip: for SUMO to read
 _REACH = 10.0  # m around a box in which SUMO looks for a lane; its default of 100 m costs five times as much
 _ANYWHERE = 2  # keepRoute of moveToXY: put it there, on its route or not
 
@@ -68,6 +71,9 @@ class SumoTraffic:
         match = _OFFSET.search(net.read_text(encoding="utf-8", errors="replace")[:100_000])
         if match is None:
             raise TrafficError(f"{net}: no SUMO net, it has no location with netOffset")
+        begin = b"" if routes is None else routes.read_bytes()[:100_000]
+        if routes is not None and begin[:2] not in _CODED and not _ROUTES.search(begin):
+            raise TrafficError(f"{routes}: no SUMO routes, it has no element <routes>")
         self._offset = (float(match[1]), float(match[2]))
         options = ["sumo", "--net-file", str(net), "--step-length", str(STEP), "--seed", str(seed)]
         options += ["--route-files", str(routes)] if routes is not None else []
@@ -81,7 +87,10 @@ class SumoTraffic:
             libsumo.start(options)
         except (libsumo.TraCIException, libsumo.FatalTraCIError) as error:
             self.close()
-            raise TrafficError(f"{net}: SUMO refuses it: {' '.join(str(error).split())}") from None
+            text = " ".join(str(error).split())
+            place = _PLACE.search(text)
+            where = f"{place[1]}:{place[2]}" if place else str(net)
+            raise TrafficError(f"{where}: SUMO refuses it: {_PLACE.sub('', text)}") from None
 
     def step(self, t: float, mirrored: Callable[[], Iterable[Mirrored]]) -> list[Car]:
         """Cars at time `t` [s]; call it with t = 0, 0.05, 0.1, ... `mirrored` is only asked when SUMO steps."""

@@ -77,6 +77,17 @@ def test_a_file_that_is_no_net_is_named(scenarios_dir: Path) -> None:
         SumoTraffic(scenarios_dir / "urban.rou.xml", None, 7)
 
 
+def test_routes_that_are_none_are_named_and_a_mistake_in_them_with_its_line(
+    tmp_path: Path, scenarios_dir: Path
+) -> None:
+    net, routes = scenarios_dir / "urban.net.xml", tmp_path / "a.rou.xml"
+    with pytest.raises(TrafficError, match=r"urban\.net\.xml: no SUMO routes, it has no element <routes>"):
+        SumoTraffic(net, net, 7)
+    routes.write_text('<?xml version="1.0"?>\n<routes>\n<vType id="car"\n')
+    with pytest.raises(TrafficError, match=r"a\.rou\.xml:\d: SUMO refuses it: unexpected end of input$"):
+        SumoTraffic(net, routes, 7)
+
+
 def test_a_second_simulation_in_one_process_is_refused(traffic: Traffic, scenarios_dir: Path) -> None:
     with pytest.raises(TrafficError, match="another SUMO simulation"):
         SumoTraffic(scenarios_dir / "urban.net.xml", None, 7)
