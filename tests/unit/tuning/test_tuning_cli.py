@@ -144,7 +144,7 @@ def test_the_printed_command_of_an_alignment_compares_exactly_the_tuned_twin(
         (["tune", "{study}", "--search", "gradient"], 2, "unknown search 'gradient'"),
         (["tune", "{study}", "--budget", "0"], 2, "--budget is 0"),
         (["tune", "{study}", "--jobs", "0"], 2, "--jobs is 0"),
-        (["iterate", "{study}"], 1, "unknown table 'study'"),
+        (["iterate", "{study}"], 1, "study.toml:1: this is a study (dvp tune), not a plan"),
     ],
 )
 def test_a_slip_is_one_line(
