@@ -10,6 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from pytest_dvp.tuning.reachable import reachable
+
 PACKAGES = ("openscenario", "vehicle", "ads", "pytest_dvp")
 """What a result depends on besides the files: the code."""
 NOT_PHYSICS = ("cli", "tuning")  # folders of pytest_dvp in which no metric is made
@@ -54,7 +56,7 @@ class Job:
             plain["ads"] = _stack(plain["ads"])
         hidden = self.vehicle.partition(":")[2]
         plain["vehicle"] = [self.vehicle.partition(":")[0], file_digest(hidden) if hidden else ""]
-        plain["library"] = len(self.library)
+        plain["library"] = [_library(folder) for folder in self.library]
         plain["beside"] = "" if self.log else _beside(self.scenario)
         plain["code"] = code_digest()
         return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
@@ -106,12 +108,20 @@ def _sources(folder: Path) -> str:
 
 
 def _beside(scenario: str) -> str:
-    """Digest of the small files in the scenario's folder: its road, its net, its gates."""
-    folder = Path(scenario).absolute().parent
+    """Digest of what lies in the scenario's folder, its road, its net, its gates, and of the catalogues below."""
     digest = hashlib.sha256()
-    for file in sorted(folder.glob("*")):
-        if file.suffix in (".xodr", ".xml", ".toml") and file.is_file():
-            digest.update(f"{file.name} {file_digest(str(file))}\n".encode())
+    for name, file in reachable(Path(scenario).absolute().parent, (".xosc", ".xodr", ".xml", ".toml")):
+        if ("/" in name) == (file.suffix == ".xosc"):
+            digest.update(f"{name} {file_digest(str(file))}\n".encode())
+    return digest.hexdigest()
+
+
+@functools.cache
+def _library(folder: str) -> str:
+    """Digest of what scenarios can open of a folder of --library."""
+    digest = hashlib.sha256()
+    for name, file in reachable(Path(folder).absolute()):
+        digest.update(f"{name} {file_digest(str(file))}\n".encode())
     return digest.hexdigest()
 
 

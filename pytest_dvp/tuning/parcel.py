@@ -12,10 +12,8 @@ from typing import Any
 
 from pytest_dvp.tuning.errors import TuneError
 from pytest_dvp.tuning.job import Job, file_digest
+from pytest_dvp.tuning.reachable import reachable
 
-KINDS = (".xosc", ".xodr", ".xml", ".toml", ".csv")
-"""Of the files below a scenario's folder and its libraries, which a run can open: a scenario reaches nothing else."""
-LEFT = ("__pycache__", "site-packages", "node_modules", "runs")
 MOST = 64 * 2**20  # bytes of one folder
 MOST_FILES = 2000
 
@@ -116,18 +114,12 @@ def _files(job: Job) -> list[str]:
 def _below(folder: str) -> Parcel:
     files: list[tuple[str, str]] = []
     size = 0
-    inside = os.path.join(os.path.realpath(folder), "")
-    for place, folders, names in os.walk(folder):
-        folders[:] = sorted(name for name in folders if name not in LEFT and not name.startswith("."))
-        for name in sorted(names):
-            file = Path(place, name)
-            if file.suffix not in KINDS or not file.is_file() or not os.path.realpath(file).startswith(inside):
-                continue
-            size += file.stat().st_size
-            files.append((file.relative_to(folder).as_posix(), file_digest(str(file))))
-            if size > MOST or len(files) > MOST_FILES:
-                raise TuneError(
-                    f"{folder}: scenarios, roads and tables below it are carried to the other machines, found more "
-                    f"than {MOST // 2**20} MB or {MOST_FILES} files; put the scenario into a folder of its own"
-                )
+    for name, file in reachable(folder):
+        size += file.stat().st_size
+        files.append((name, file_digest(str(file))))
+        if size > MOST or len(files) > MOST_FILES:
+            raise TuneError(
+                f"{folder}: scenarios, roads and tables below it are carried to the other machines, found more "
+                f"than {MOST // 2**20} MB or {MOST_FILES} files; put the scenario into a folder of its own"
+            )
     return Parcel(folder, tuple(sorted(files)))
