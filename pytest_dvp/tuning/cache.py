@@ -24,9 +24,9 @@ class Cache:
         """What was put under a key; None if nothing was, or if the file is spoilt."""
         try:
             found = json.loads(self._path(key).read_bytes())
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             return None
-        return found if isinstance(found, dict) and "metrics" in found else None
+        return found if isinstance(found, dict) and isinstance(found.get("metrics"), dict) else None
 
     def put(self, key: str, result: dict[str, Any]) -> None:
         """Keep a result; two processes that put the same key put the same bytes."""
