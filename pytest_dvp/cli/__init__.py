@@ -73,9 +73,23 @@ class Parser(argparse.ArgumentParser):
         raise WrongArgument(f"{self.prog}: {message} ({self.prog} --help)")
 
 
+class Version(argparse.Action):
+    """--version: that of the installed package, looked up when it is asked for."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
+        super().__init__(option_strings, argparse.SUPPRESS, nargs=0, help="print the version and end")
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
+        from importlib.metadata import version
+
+        print(f"dvp {version('pytest-dvp')}")
+        parser.exit()
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The parser of all commands; each command's module sets `function` to what runs it."""
     parser = Parser(prog="dvp", description="Tests driving stacks by OpenSCENARIO files.", allow_abbrev=False)
+    parser.add_argument("--version", action=Version)
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=Parser)
     for module in COMMANDS:
         name = module.__name__.rpartition(".")[2]

@@ -59,7 +59,7 @@ class Key:
 
     def check(self, value: float) -> float:
         """`value` if it may stand in a model. Raises ModelError."""
-        if isnan(value) or not (self.minimum <= value <= self.maximum or value == self.neutral):
+        if value != self.neutral and not (isfinite(value) and self.minimum <= value <= self.maximum):
             allowed = f"{self.minimum:g} to {self.maximum:g} {self.unit}, {self.neutral:g} = off"
             raise ModelError("value not allowed", key=self.name, found=f"{value:g}", allowed=allowed)
         return value

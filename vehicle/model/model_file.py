@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from math import isinf
 from pathlib import Path
@@ -23,10 +22,10 @@ from vehicle.model.inputs import (
     default_steer_scale,
 )
 from vehicle.model.model import BASES, AppliedEffect, Interval, VehicleModel, check_base
+from vehicle.toml_file import TomlError, parse_toml, read_toml
 
 __all__ = ["ModelError", "effect_text", "model_text", "parse_model", "read_model", "write_model"]
 
-MAX_BYTES = 1_000_000
 _INPUT_NUMBERS = (  # key, default, low, high, unit
     ("full_throttle", PEDAL_ACCELERATION, 0.0, 50.0, "m/s^2"),
     ("full_brake", PEDAL_DECELERATION, 0.0, 50.0, "m/s^2"),
@@ -63,6 +62,10 @@ class _Lines:
                 return number
             elif any_head.match(line) and not re.match(rf"\s*\[{re.escape(table)}\.", line):
                 break
+        if start is None and not key:  # no table, though it should be one
+            start = next(
+                (n for n, line in enumerate(self.lines, 1) if re.match(rf"\s*{re.escape(table)}\s*=", line)), None
+            )
         return start
 
 
@@ -72,30 +75,26 @@ def read_model(path: Path | str, *, extra: Mapping[str, Effect] | None = None) -
     Raises ModelError (one line: file, line, key, found, allowed, nearest name), also for a missing file.
     """
     path = Path(path)
+    if not path.exists():
+        raise ModelError("no such file", file=str(path))
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise ModelError("file too large for a vehicle model", file=str(path), allowed=f"{MAX_BYTES} bytes")
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError as error:
-        raise ModelError("no such file", file=str(path)) from error
-    except UnicodeDecodeError as error:
-        raise ModelError("not a UTF-8 text file", file=str(path)) from error
-    except OSError as error:
-        raise ModelError(f"cannot be read: {error.strerror}", file=str(path)) from error
-    return parse_model(text, str(path), extra=extra)
+        data, text = read_toml(path)
+    except TomlError as error:
+        raise ModelError(str(error), file=str(path), line=error.line) from error
+    return _model(data, text, str(path), extra)
 
 
 def parse_model(text: str, file: str = "", *, extra: Mapping[str, Effect] | None = None) -> VehicleModel:
     """The model that the text of a model file describes. Raises ModelError."""
-    lines = _Lines(text)
     try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        found = re.search(r"\(at line (\d+), column \d+\)", str(error))
-        line = int(found.group(1)) if found else None
-        raise ModelError(f"not valid TOML: {error}", file=file, line=line) from error
-    except RecursionError as error:
-        raise ModelError("not valid TOML: nested too deeply", file=file) from error
+        data = parse_toml(text)
+    except TomlError as error:
+        raise ModelError(str(error), file=file, line=error.line) from error
+    return _model(data, text, file, extra)
+
+
+def _model(data: Mapping[str, Any], text: str, file: str, extra: Mapping[str, Effect] | None) -> VehicleModel:
+    lines = _Lines(text)
     _known(data, _TABLES, file, "", lines)
     model = _table(data, "model", file, lines)
     _known(model, ("base", "name"), file, "model", lines)
@@ -111,6 +110,9 @@ def parse_model(text: str, file: str = "", *, extra: Mapping[str, Effect] | None
             nearest=nearest_name(str(base), BASES),
         )
     name = model.get("name", "")
+    if not isinstance(name, str):
+        line = lines.find("model", "name")
+        raise ModelError("must be a text", file=file, line=line, key="model.name", found=repr(name))
     stated = _table(data, "inputs", file, lines)
     inputs = _inputs(stated, file, lines)
     parameters = _table(data, "parameters", file, lines)
@@ -121,7 +123,7 @@ def parse_model(text: str, file: str = "", *, extra: Mapping[str, Effect] | None
         raise error.at(file, lines.find("parameters", error.key), f"parameters.{error.key}") from error
     effects: list[AppliedEffect] = []
     entries = data.get("effect", [])
-    if not isinstance(entries, list):
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
         raise ModelError("write [[effect]], one for each effect", file=file, line=lines.find("effect"), key="effect")
     for nth, entry in enumerate(entries):
         applied = _effect(entry, nth, base, file, lines, extra)
@@ -130,7 +132,7 @@ def parse_model(text: str, file: str = "", *, extra: Mapping[str, Effect] | None
             raise ModelError("effect stands twice", file=file, line=line, key="effect.name", found=applied.name)
         effects.append(applied)
     given = frozenset((*stated, *parameters))
-    return VehicleModel(base=base, inputs=inputs, car=car, effects=tuple(effects), name=str(name), given=given)
+    return VehicleModel(base=base, inputs=inputs, car=car, effects=tuple(effects), name=name, given=given)
 
 
 def _known(

@@ -266,3 +266,10 @@ def test_a_damaged_log_of_another_stage_is_told_before_the_drive(
     assert main(["run", str(path), "--stage-logs", "log.mcap"]) == 1
     out, err = capsys.readouterr()
     assert (out, err) == ("", f"{Path('log.mcap').absolute()}: not an MCAP file\n")
+
+
+def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+    from importlib.metadata import version
+
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"dvp {version('pytest-dvp')}\n"

@@ -126,7 +126,9 @@ MISTAKES = [
     ("kinematic_bicycle", "kinematic_bike", 2, "model.base", "did you mean 'kinematic_bicycle'?"),
     ('"accel_cmd"', '"acell_cmd"', 6, "inputs.longitudinal", "did you mean 'accel_cmd'?"),
     ("[inputs]", "[inputz]", 4, "inputz", "did you mean 'inputs'?"),
-    ("wheelbase = 2.45", "wheelbase = ", 9, "", "not valid TOML"),
+    ("wheelbase = 2.45", "wheelbase = ", 9, "", "not TOML"),
+    ("value = 0.21", "value = inf", 17, "steer_delay.T", "found inf"),
+    ('base = "kinematic_bicycle"', "name = 3", 2, "model.name", "must be a text (found 3)"),
 ]
 
 
@@ -144,6 +146,21 @@ def test_a_mistake_is_answered_by_one_line_naming_its_place(
     assert key in message
     assert says in message
     assert "\n" not in message
+
+
+def test_effects_that_are_no_tables_are_one_line() -> None:
+    with pytest.raises(ModelError, match=r"m\.toml:1: effect: write \[\[effect\]\], one for each effect"):
+        parse_model("effect = [1, 2]\n[parameters]\nwheelbase = 2.5\n", "m.toml")
+
+
+def test_a_byte_order_mark_is_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(GOOD, encoding="utf-8-sig")
+    assert read_model(tmp_path / "m.toml") == parse_model(GOOD)
+
+
+def test_a_limit_that_is_off_is_infinite(tmp_path: Path) -> None:
+    text = '[parameters]\nwheelbase = 2.5\n[[effect]]\nname = "brake_limit"\n[effect.parameters]\nlimit = inf\n'
+    assert parse_model(text).value("brake_limit", "limit") == float("inf")
 
 
 def test_a_missing_wheelbase_is_named() -> None:
