@@ -21,6 +21,7 @@ from openscenario.read import read_scenario
 from openscenario.road.network import RoadNetwork, load_network
 from openscenario.road.route import RouteError
 from openscenario.storyboard.engine import Storyboard
+from openscenario.storyboard.reading import USUAL, Reading
 from pytest_dvp.behind_gate import behind_gate
 from pytest_dvp.body import fitted_model, told
 from pytest_dvp.driving_stack import find_ads, make_driver
@@ -82,6 +83,7 @@ class Request:
     dbc: Path | None = None  # of a vehicle on CAN
     fault: str | None = None  # put on the wire
     gated: bool = False  # the twin behind the command gate, too
+    reading: Reading = USUAL  # of the scenario
 
 
 @dataclasses.dataclass(frozen=True)
@@ -137,7 +139,7 @@ def _ready(
     about: Mapping[str, Any],
 ) -> Ready:
     """The run, its vehicle at its start."""
-    storyboard = Storyboard(scenario, network, external=[ego.name], seed=request.seed)
+    storyboard = Storyboard(scenario, network, external=[ego.name], seed=request.seed, reading=request.reading)
     storyboard.start()
     entity = storyboard.entities[ego.name]
     asked = gates.task
@@ -165,6 +167,8 @@ def _ready(
         "task": _task_meta(task),
         **about,
     }
+    if request.reading != USUAL:
+        meta["reading"] = request.reading
     if armed is not None:
         meta["vehicle"] = {**meta["vehicle"], "armed": armed}
     if driver.nets:

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ads.parameters import Parameters
     from openscenario.findings import Finding
     from openscenario.road.network import RoadNetwork
+    from openscenario.storyboard.reading import Reading
     from pytest_dvp.gates import Verdict
     from vehicle.messages import VehicleDescription
 
@@ -123,6 +124,7 @@ def run(
     log_dir: Path | None = None,
     folder_name: str | None = None,
     gated: bool = False,
+    reading: Reading = "esmini",
 ) -> RunResult:
     """Drive one scenario with the ADS in the loop and judge it.
 
@@ -152,6 +154,7 @@ def run(
     passed           run folders of earlier drives: on stage "rw" a real car drives only what passed on "pe" with it
     folder_name      what is between number and stage in its name; default the scenario's
     gated            of stage "dt": the twin behind the command gate, as the car of the other stages is
+    reading          "esmini" or "standard", where the two differ in what a scenario means
 
     Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost: one
     line each about a user's file or value, before anything runs or is written. A stack or a car that breaks while it
@@ -181,6 +184,7 @@ def run(
         arming=None if arming is None else Path(arming),
         envelope=None if envelope is None else Path(envelope),
         gated=gated,
+        reading=reading,
     )
     keys = _needs_keys(request)
     if keys and request.arming is not None:
@@ -240,6 +244,7 @@ def _rehearse(request: Any, duration: float | None, after_collision: float, pass
         gates=request.gates,
         library=request.library,
         rootdir=request.rootdir,
+        reading=request.reading,
         ego=request.ego,
         duration=duration,
         after_collision=after_collision,
@@ -419,6 +424,7 @@ def replay_command(request: Any, duration: float | None) -> str:
         words += [option, shown(path)] if path is not None else []
     words += [word for file in request.effects for word in ("--effects", shown(file))]
     words += [word for folder in request.library for word in ("--library", shown(folder))]
+    words += ["--reading", request.reading] if request.reading != "esmini" else []
     words += ["--ego", request.ego] if request.ego is not None else []
     words += ["--duration", f"{duration:g}"] if duration is not None else []
     return shlex.join(words)

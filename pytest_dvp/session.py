@@ -159,6 +159,7 @@ class Session:
             "gates": settings.gates,
             "library": settings.library,
             "rootdir": settings.rootdir,
+            "reading": settings.reading,
             "ego": settings.ego,
             "ads": settings.ads,
             "vehicle": settings.vehicle,

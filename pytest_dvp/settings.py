@@ -48,6 +48,7 @@ class Setting:
     help: str
     metavar: str | None = None
     least: float | None = None
+    choices: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -77,6 +78,14 @@ SETTINGS: tuple[Setting, ...] = (
     Setting("stage-gates", "file", None, "further gates between stages, for every scenario", "FILE"),
     Setting("stage-logs", "logs", (), "log or run folder of a stage driven earlier, to compare with", "LOG"),
     Setting("library", "paths", (), "folder that scenarios may refer to, besides their own and the rootdir", "DIR"),
+    Setting(
+        "reading",
+        "str",
+        "esmini",
+        "of two rules where that player and the standard differ: esmini or standard (docs/conformance.md)",
+        "NAME",
+        choices=("esmini", "standard"),
+    ),
     Setting("ego", "str", None, "entity that the ADS drives; default: Ego", "NAME"),
     Setting("set", "assignments", (), "NAME=VALUE of a declared parameter, P.NAME=VALUE (ADS), S.NAME=VALUE", "A"),
     Setting(
@@ -140,6 +149,7 @@ class Settings:
     stage_gates: Path | None = None
     stage_logs: tuple[Path, ...] = ()
     library: tuple[Path, ...] = ()
+    reading: Literal["esmini", "standard"] = "esmini"
     ego: str | None = None
     set: Assignments = dataclasses.field(default_factory=Assignments)
     cases: int | None = None
@@ -253,6 +263,8 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
         from pytest_dvp.driving_stack import check_name
 
         return check_name(text, origin, base)
+    if setting.choices and text not in setting.choices:
+        raise SettingError(f"{origin}: {unknown(setting.name, text, setting.choices)}")
     return text
 
 

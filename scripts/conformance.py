@@ -29,6 +29,7 @@ from openscenario.read import read_scenario
 from openscenario.road.network import load_network
 from openscenario.storyboard.nodes import Transition
 from openscenario.storyboard.play import Played, Row, play
+from openscenario.storyboard.reading import READINGS, USUAL, Reading
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "conformance.md"
@@ -87,17 +88,18 @@ def cases(reference: Path, tier: str | None = "A") -> list[Case]:
     return found
 
 
-def played(case: Case) -> tuple[Scenario, Played]:
-    """The scenario as `dvp play --dt 0.01 --library CORPUS` plays it."""
+def played(case: Case, reading: Reading = USUAL) -> tuple[Scenario, Played]:
+    """The scenario as `dvp play --dt 0.01 --library CORPUS --reading READING` plays it."""
     scenario = read_scenario(case.scenario, library=[case.library])
     road = scenario.road_network.logic_file
-    return scenario, play(scenario, load_network(road) if road is not None else None, dt=DT, duration=DURATION)
+    network = load_network(road) if road is not None else None
+    return scenario, play(scenario, network, dt=DT, duration=DURATION, reading=reading)
 
 
-def judge(case: Case) -> Outcome:
+def judge(case: Case, reading: Reading = USUAL) -> Outcome:
     """Play one case and compare it. Raises nothing: what cannot be read or run is an outcome too."""
     try:
-        scenario, ours = played(case)
+        scenario, ours = played(case, reading)
     except ScenarioError as error:
         text = "; ".join(dict.fromkeys(finding.text for finding in error.findings if finding.severity == "error"))
         return Outcome(case.name, 0, False, "refused", text)
@@ -179,9 +181,8 @@ def reasons() -> dict[str, str]:
         return dict(tomllib.load(file)["followed"])
 
 
-def page(outcomes: Sequence[Outcome], why: dict[str, str]) -> str:
-    """docs/conformance.md."""
-    passed = sum(each.passed for each in outcomes)
+def page(outcomes: Sequence[Outcome], strict: Sequence[Outcome], why: dict[str, str]) -> str:
+    """docs/conformance.md: the outcomes of the usual reading, then those of the standard's, of the same cases."""
     lines = [
         "# Conformance\n",
         "Trajectories and storyboard events of an independent implementation (esmini 3.6.0, step 10 ms, default",
@@ -189,18 +190,29 @@ def page(outcomes: Sequence[Outcome], why: dict[str, str]) -> str:
         "(0.05 m, or twice what its own step size changes) + 0.05 m, headings 0.05 rad, speeds 0.2 m/s, states 30 ms.",
         "The last column names the clause of the standard that we follow where the two differ, or says that the",
         "standard does not decide it, and what we do. Made by `make conformance`.\n",
-        f"**{passed} of {len(outcomes)} agree** ({100.0 * passed / max(len(outcomes), 1):.1f} %).\n",
-        "The goal is 95 %. Every line that differs was looked up again (2026-11): in each a clause of the standard",
-        "decides, so those missing could only be had against its text; they stay as they are.\n",
-        "| scenario | entities | verdict | worst deviation | reason |",
-        "|---|---|---|---|---|",
+        f"**{_agreeing(outcomes)}**; with `--reading standard` {_agreeing(strict)}. The goal is 95 %.\n",
+        "In two rules scenarios of the field are written for what esmini does, and the standard (1.3) says otherwise:",
+        "an event that is *overridden* with executions left runs again when its trigger comes (8.4.2.2: it is",
+        "complete), and a *continuous LaneOffsetAction to an absolute offset* ends there (class LaneOffsetAction: it",
+        "has to be stopped; the motion is the same). `dvp play`, `dvp run` and pytest do as esmini does, and say so in",
+        "a warning where it mattered; `--reading standard` (pytest: `--dvp-reading`, `dvp_reading` in an ini file; in",
+        "a test: `run(..., reading=...)`) follows the text. Everywhere else the standard decides.\n",
+        "| scenario | entities | verdict | as the standard | worst deviation | reason |",
+        "|---|---|---|---|---|---|",
     ]
-    for each in outcomes:
+    for each, other in zip(outcomes, strict, strict=True):
         verdict = "agrees" if each.passed else ("differs" if each.worst not in ("refused", "broken") else each.worst)
-        reason = "" if each.passed else "; ".join(filter(None, (each.first, why.get(each.name, ""))))
-        cells = (each.name, str(each.entities), verdict, each.worst, reason)
+        differing = other if each.passed else each
+        reason = "" if differing.passed else "; ".join(filter(None, (differing.first, why.get(each.name, ""))))
+        theirs = "agrees" if other.passed else "differs"
+        cells = (each.name, str(each.entities), verdict, theirs, each.worst, reason)
         lines.append("| " + " | ".join(cell.replace("|", "/").replace("\n", " ") for cell in cells) + " |")
     return "\n".join(lines) + "\n"
+
+
+def _agreeing(outcomes: Sequence[Outcome]) -> str:
+    passed = sum(each.passed for each in outcomes)
+    return f"{passed} of {len(outcomes)} agree ({100.0 * passed / max(len(outcomes), 1):.1f} %)"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -216,19 +228,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"no reference trajectories at {options.reference} (set DVP_SHARED)", file=sys.stderr)
         return 2
     wanted = [case for case in cases(options.reference, options.tier) if fnmatch.fnmatch(case.name, options.only)]
-    if options.processes > 1:
-        with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
-            outcomes = list(pool.map(judge, wanted))
-    else:
-        outcomes = [judge(case) for case in wanted]
-    for each in outcomes:
-        if not each.passed:
-            print(f"{each.name}: {each.worst}: {each.first}")
-    passed = sum(each.passed for each in outcomes)
-    print(f"{passed} of {len(outcomes)} agree")
+    both: dict[Reading, list[Outcome]] = {}
+    with ProcessPoolExecutor(options.processes, mp_context=get_context("spawn")) as pool:
+        for reading in READINGS:
+            both[reading] = list(pool.map(judge, wanted, [reading] * len(wanted)))
+            for each in both[reading]:
+                if not each.passed:
+                    print(f"{reading}: {each.name}: {each.worst}: {each.first}")
+    for reading, outcomes in both.items():
+        print(f"{reading}: {_agreeing(outcomes)}")
     if options.only == "*" and options.tier == "A":
-        PAGE.write_text(page(outcomes, reasons()), encoding="utf-8")
-    return 0 if outcomes and passed >= options.least * len(outcomes) else 1
+        PAGE.write_text(page(both[USUAL], both["standard"], reasons()), encoding="utf-8")
+    passed = sum(each.passed for each in both[USUAL])
+    return 0 if wanted and passed >= options.least * len(wanted) else 1
 
 
 if __name__ == "__main__":

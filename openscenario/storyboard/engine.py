@@ -35,6 +35,7 @@ from openscenario.storyboard.nodes import (
     Node,
     Transition,
 )
+from openscenario.storyboard.reading import EVENT_AGAIN, USUAL, Reading
 from openscenario.storyboard.registry import Instant, Runner, action_factories
 from openscenario.storyboard.report import report
 from openscenario.storyboard.requests import Asked, Request
@@ -61,9 +62,16 @@ class Storyboard:
     """
 
     def __init__(
-        self, scenario: model.Scenario, network: RoadNetwork | None, *, external: Collection[str] = (), seed: int = 0
+        self,
+        scenario: model.Scenario,
+        network: RoadNetwork | None,
+        *,
+        external: Collection[str] = (),
+        seed: int = 0,
+        reading: Reading = USUAL,
     ) -> None:
         self.scenario = scenario
+        self.reading = reading
         self.network = network
         self.ground = Ground(network)
         self.random = random.Random(seed)
@@ -228,10 +236,15 @@ class Storyboard:
 
     def warn(self, element: model.Element, code: str, text: str) -> None:
         """Something that went otherwise than the scenario wants; part of `report()`."""
-        at = element.at
-        self.warnings.append(
-            Finding(code=code, severity="warning", file=at.file, line=at.line or None, element=at.element, text=text)
+        self._doubt(element.at, code, text)
+
+    def _doubt(self, at: model.At, code: str, text: str) -> None:
+        """A warning, once for a place."""
+        found = Finding(
+            code=code, severity="warning", file=at.file, line=at.line or None, element=at.element, text=text
         )
+        if found not in self.warnings:
+            self.warnings.append(found)
 
     def request(self, entity: Entity, kind: str, values: dict[str, Any]) -> None:
         """Ask whoever moves an external entity for something."""
@@ -291,13 +304,23 @@ class Storyboard:
         if node.priority == "override":
             for sibling in maneuver.children:
                 if sibling is not node and sibling.state == RUNNING:
-                    self._stop(sibling)
+                    self._override(sibling)
         actors = self._actors(node)
         node.executions += 1
         self._change(node, START, RUNNING)
         for child in node.children:
             self._begin(child, actors)
         self._completed(node)
+
+    def _override(self, event: Node) -> None:
+        if self.reading == "standard" or event.executions >= event.maximum:
+            self._stop(event)
+            return
+        for child in event.children:
+            if child.state != COMPLETE:
+                self._stop(child)
+        self._again(event)
+        self._doubt(event.at, "reading-event-again", f"event {event.name!r} {EVENT_AGAIN}")
 
     def _actors(self, event: Node) -> list[Entity | None]:
         """Who carries out an event: the group's actors and, if it says so, the entities that triggered its act (7.3.1).
@@ -409,15 +432,19 @@ class Storyboard:
         if node.kind == "storyboard" or node.state != RUNNING or not node.finished():
             return
         if node.kind in ("event", "maneuverGroup") and node.executions < node.maximum:
-            self._change(node, END, STANDBY)
-            for child in node.children:
-                child.reset()
-            if node.start is not None:
-                node.start.reset()
+            self._again(node)
             return
         self._change(node, END, COMPLETE)
         if node.parent is not None:
             self._completed(node.parent)
+
+    def _again(self, node: Node) -> None:
+        """An execution has ended, and more are allowed."""
+        self._change(node, END, STANDBY)
+        for child in node.children:
+            child.reset()
+        if node.start is not None:
+            node.start.reset()
 
     def _stop(self, node: Node) -> None:
         """Stop a node and everything below it."""

@@ -10,6 +10,7 @@ from openscenario.findings import Finding
 from openscenario.road.network import RoadNetwork
 from openscenario.storyboard.engine import Storyboard
 from openscenario.storyboard.nodes import Transition
+from openscenario.storyboard.reading import USUAL, Reading
 
 ROW_STEP = 0.05  # s
 
@@ -37,13 +38,19 @@ class Played(NamedTuple):
 
 
 def play(
-    scenario: model.Scenario, network: RoadNetwork | None, dt: float = 0.01, duration: float = 60.0, *, seed: int = 0
+    scenario: model.Scenario,
+    network: RoadNetwork | None,
+    dt: float = 0.01,
+    duration: float = 60.0,
+    *,
+    seed: int = 0,
+    reading: Reading = USUAL,
 ) -> Played:
     """Run a scenario until its stop trigger or for `duration` [s], in steps of `dt` [s].
 
     Raises ScenarioError if the scenario holds an element that cannot run.
     """
-    board = Storyboard(scenario, network, seed=seed)
+    board = Storyboard(scenario, network, seed=seed, reading=reading)
     board.start()
     board.settle()
     rows: list[Row] = []

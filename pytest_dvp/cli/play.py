@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--dt", default="0.01", metavar="SECONDS", help="step of the storyboard [s], default 0.01")
     parser.add_argument("--csv", metavar="FILE", help="rows time,entity,x,y,h,speed every 0.05 s; - for stdout")
     parser.add_argument("--events", metavar="FILE", help="rows time,element,from,transition,to")
-    add_settings(parser, ("duration", "library", "set"))
+    add_settings(parser, ("duration", "library", "reading", "set"))
     add_json(parser)
 
 
@@ -47,7 +47,7 @@ def execute(arguments: argparse.Namespace) -> int:
     check_overrides(path, settings.set)
     scenario = read_scenario(path, library=settings.library, rootdir=settings.rootdir, parameters=settings.set.scenario)
     network = network_of(scenario) if scenario.road_network.logic_file is not None else None
-    played = play(scenario, network, dt, settings.duration or 60.0)
+    played = play(scenario, network, dt, settings.duration or 60.0, reading=settings.reading)
     if arguments.csv is not None:
         rows = ((_six(r.time), r.entity, _six(r.x), _six(r.y), _six(_turn(r.h)), _six(r.speed)) for r in played.rows)
         _write(arguments.csv, ("time", "entity", "x", "y", "h", "speed"), rows)

@@ -51,6 +51,10 @@ MORE = (
 )
 
 
+# where a clause of the standard decides against the reference, which `--reading standard` follows
+AS_ESMINI = ("cut-in_cr", "highway_merge_advanced")
+
+
 @pytest.fixture(scope="module")
 def references(shared_dir: Path) -> dict[str, Case]:
     folder = shared_dir / "openscenario" / "reference"
@@ -63,3 +67,10 @@ def references(shared_dir: Path) -> dict[str, Case]:
 def test_play_agrees_with_the_reference(name: str, references: dict[str, Case]) -> None:
     outcome = judge(references[name])
     assert outcome.passed, outcome.first
+
+
+@pytest.mark.parametrize("name", AS_ESMINI)
+def test_in_its_own_reading_alone_it_agrees(name: str, references: dict[str, Case]) -> None:
+    outcome = judge(references[name], "esmini")
+    assert outcome.passed, outcome.first
+    assert not judge(references[name], "standard").passed

@@ -10,6 +10,7 @@ from openscenario.storyboard.dynamics import Transition, lateral_span, span
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.motion import lean, way
 from openscenario.storyboard.positions import shifted_lane
+from openscenario.storyboard.reading import OFFSET_ENDED
 from openscenario.storyboard.registry import Runner, Unsupported, action, entity_called
 
 if TYPE_CHECKING:
@@ -157,13 +158,14 @@ class LaneChange(Shift):
 
 
 class LaneOffset(Shift):
-    """The entity goes to an offset from its lane's middle or from another entity; `continuous` keeps it there.
+    """The entity goes to an offset from its lane's middle or from another entity; `continuous` keeps it there, and the
+    action goes on (in esmini's reading only if the offset is from an entity).
 
     Its speed is that along the lane. A step takes it to where the shape was at its beginning, so the action is over
     with the step that begins at the target (the standard does not count steps; this is how the field's tools do).
     """
 
-    __slots__ = ("_element", "_other", "_target")
+    __slots__ = ("_element", "_goes_on", "_other", "_target")
 
     def __init__(self, element: model.LaneOffsetAction, entity: Entity, board: Storyboard) -> None:
         super().__init__(entity, board)
@@ -171,6 +173,8 @@ class LaneOffset(Shift):
         self._target = 0.0
         self._other: Entity | None = None
         target = element.lane_offset_target
+        ends = board.reading == "esmini" and not isinstance(target, model.RelativeTargetLaneOffset)
+        self._goes_on = element.continuous and not ends
         if isinstance(target, model.RelativeTargetLaneOffset):
             self._other = entity_called(target.entity_ref, board, target)
         if board.network is None:
@@ -196,7 +200,7 @@ class LaneOffset(Shift):
             over = 0.0
         else:
             over = lateral_span(dynamics.dynamics_shape, dynamics.max_lateral_acc, change)
-        return self._begin(dynamics.dynamics_shape, over, self._target) and not self._element.continuous
+        return self._begin(dynamics.dynamics_shape, over, self._target) and not self._goes_on
 
     def step(self, dt: float) -> bool:
         entity, change = self._entity, self._change
@@ -206,7 +210,9 @@ class LaneOffset(Shift):
         if self._close():
             change.value = change.target  # which may have moved since
             self._settle()
-            return not self._element.continuous
+            if self._element.continuous and not self._goes_on:
+                self._board.warn(self._element, "reading-offset-ended", OFFSET_ENDED)
+            return not self._goes_on
         entity.twist = 0.0
         entity.drift = math.atan(change.rate() / entity.speed) if abs(entity.speed) > STILL else 0.0
         entity.shifted = True

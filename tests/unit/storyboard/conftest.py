@@ -10,6 +10,7 @@ import pytest
 from openscenario.read import read_scenario
 from openscenario.road.network import RoadNetwork, load_network
 from openscenario.storyboard.engine import Storyboard
+from openscenario.storyboard.reading import Reading
 
 LANE = '<lane id="{id}" type="driving" level="false"><link/><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>'
 
@@ -159,6 +160,7 @@ def make(road: Path, network: RoadNetwork) -> Make:
         on: RoadNetwork | None = None,
         without_road: bool = False,
         selections: str = "",
+        reading: Reading = "esmini",
         **actions: list[str],
     ) -> Storyboard:
         entities = "".join(
@@ -172,7 +174,8 @@ def make(road: Path, network: RoadNetwork) -> Make:
         path = road.parent / "scenario.xosc"
         text = XOSC.format(entities=entities, init=init, stories=stories, stop=stop)
         path.write_text(text.replace('<LogicFile filepath="straight.xodr"/>', "") if without_road else text)
-        return Storyboard(read_scenario(path), None if without_road else on or network, external=external)
+        where = None if without_road else on or network
+        return Storyboard(read_scenario(path), where, external=external, reading=reading)
 
     return run
 
