@@ -112,8 +112,8 @@ What the widely used tools do, where they agree with each other or nothing speak
 - Following mode `follow`: constant acceleration between the time stamps of a polyline, and even turning; `position`:
   constant speed between them, turning at the vertices.
 
-Where the standard is explicit it is followed, whatever other tools do, but for two rules that scenarios of the field are
-written for: those go by esmini unless `--reading standard` is given, with a warning where it mattered.
+Where the standard is explicit it is followed, whatever other tools do, but for two rules that scenarios of the field
+are written for: those go by esmini unless `--reading standard` is given, with a warning where it mattered.
 `docs/conformance.md` quotes the clauses.
 """
 
