@@ -86,65 +86,38 @@ def _reach(output: FloatArray, t: FloatArray, first: int, end: int, free_speed: 
 def _start(output: FloatArray, measured: FloatArray, weight: FloatArray, first: int, end: int, counted: BoolArray,
            reach: FloatArray) -> FloatArray:  # fmt: skip
     """(4,) x, y, yaw and speed to add to a segment's start, by least squares over its rows."""
-    a00 = a02 = a03 = a11 = a12 = a13 = a22 = a23 = a33 = 0.0
-    b0 = b1 = b2 = b3 = 0.0
-    wx, wy, wyaw, wv, wrate, way = (
-        weight[0] ** 2,
-        weight[1] ** 2,
-        weight[2] ** 2,
-        weight[3] ** 2,
-        weight[4] ** 2,
-        weight[6] ** 2,
-    )
+    a, b, p = np.zeros((4, 4)), np.zeros(4), np.zeros(4)
     x0, y0 = output[first, 0], output[first, 1]
     for i in range(first, end):
         if not counted[i]:
             continue
-        e, q2, q3 = measured[i, 0] - output[i, 0], y0 - output[i, 1], reach[i, 0]
-        if wx > 0.0 and np.isfinite(e):
-            a00 += wx
-            a02 += wx * q2
-            a03 += wx * q3
-            a22 += wx * q2 * q2
-            a23 += wx * q2 * q3
-            a33 += wx * q3 * q3
-            b0 += wx * e
-            b2 += wx * q2 * e
-            b3 += wx * q3 * e
-        e, q2, q3 = measured[i, 1] - output[i, 1], output[i, 0] - x0, reach[i, 1]
-        if wy > 0.0 and np.isfinite(e):
-            a11 += wy
-            a12 += wy * q2
-            a13 += wy * q3
-            a22 += wy * q2 * q2
-            a23 += wy * q2 * q3
-            a33 += wy * q3 * q3
-            b1 += wy * e
-            b2 += wy * q2 * e
-            b3 += wy * q3 * e
-        e, q3 = measured[i, 2] - output[i, 2], reach[i, 2]
-        if wyaw > 0.0 and np.isfinite(e):
-            e -= 2.0 * np.pi * np.rint(e / (2.0 * np.pi))
-            a22 += wyaw
-            a23 += wyaw * q3
-            a33 += wyaw * q3 * q3
-            b2 += wyaw * e
-            b3 += wyaw * q3 * e
-        e, q3 = measured[i, 3] - output[i, 3], reach[i, 3]
-        if wv > 0.0 and np.isfinite(e):
-            a33 += wv * q3 * q3
-            b3 += wv * q3 * e
-        e, q3 = measured[i, 4] - output[i, 4], reach[i, 4]
-        if wrate > 0.0 and np.isfinite(e):
-            a33 += wrate * q3 * q3
-            b3 += wrate * q3 * e
-        e, q3 = measured[i, 6] - output[i, 6], 2.0 * output[i, 4] * reach[i, 3]
-        if way > 0.0 and np.isfinite(e):
-            a33 += way * q3 * q3
-            b3 += way * q3 * e
-    a = np.array([[a00, 0.0, a02, a03], [0.0, a11, a12, a13], [0.0, 0.0, a22, a23], [0.0, 0.0, 0.0, a33]])
-    p = np.zeros(4)
-    _solve(a, np.array([b0, b1, b2, b3]), p)
+        o = output[i]
+        for k in range(7):
+            e = measured[i, k] - o[k]
+            w = weight[k] * weight[k]
+            if k == 5 or not w > 0.0 or not np.isfinite(e):
+                continue
+            turned = 0.0  # what 1 rad more at the start has done
+            if k == 0:
+                turned = y0 - o[1]
+            elif k == 1:
+                turned = o[0] - x0
+            elif k == 2:
+                e -= 2.0 * np.pi * np.rint(e / (2.0 * np.pi))
+                turned = 1.0
+            faster = reach[i, k] if k < 5 else 2.0 * o[4] * reach[i, 3]
+            if k < 2:
+                a[k, k] += w
+                a[k, 2] += w * turned
+                a[k, 3] += w * faster
+                b[k] += w * e
+            if k < 3:
+                a[2, 2] += w * turned * turned
+                a[2, 3] += w * turned * faster
+                b[2] += w * turned * e
+            a[3, 3] += w * faster * faster
+            b[3] += w * faster * e
+    _solve(a, b, p)
     return p
 
 
