@@ -50,6 +50,13 @@ def steer(h: float, to_line: float, aside: float, along: float, radius: float, s
     return wrap(h + min(max(turn, -hardest), hardest))
 
 
+def side_of(element: model.LateralDistanceAction, left: float) -> float:
+    """1 to the left of the other, -1 to its right; where any will do, the side on which one is: `left` of it [m]."""
+    if element.displacement == "any":
+        return 1.0 if left >= 0.0 else -1.0
+    return 1.0 if element.displacement == "leftToReferencedEntity" else -1.0
+
+
 class Beside:
     """Moves the entity to the line beside the other one and along it, over whatever ground.
 
@@ -68,12 +75,8 @@ class Beside:
         self._there = False
 
     def start(self) -> bool:
-        element = self._element
-        if element.displacement == "any":
-            self._side = 1.0 if self._apart() >= 0.0 else -1.0
-        else:
-            self._side = 1.0 if element.displacement == "leftToReferencedEntity" else -1.0
-        limits = element.dynamic_constraints
+        self._side = side_of(self._element, self._apart())
+        limits = self._element.dynamic_constraints
         if limits is not None and (limits.max_acceleration_rate, limits.max_deceleration_rate) != (None, None):
             text = "limits of jerk do not count for a lateral distance in the coordinates of an entity"
             self._board.warn(limits, "no-limit-of-jerk", text)

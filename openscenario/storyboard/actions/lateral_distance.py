@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from openscenario import model
-from openscenario.storyboard.actions.beside import Beside
+from openscenario.storyboard.actions.beside import Beside, side_of
 from openscenario.storyboard.actions.keep_distance import eased
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.motion import lean
@@ -43,11 +43,7 @@ class LateralDistance:
         self._rate = self._acceleration = 0.0
 
     def start(self) -> bool:
-        element = self._element
-        if element.displacement == "any":
-            self._side = 1.0 if self._apart() * self._left() >= 0.0 else -1.0
-        else:
-            self._side = 1.0 if element.displacement == "leftToReferencedEntity" else -1.0
+        self._side = side_of(self._element, self._apart() * self._left())
         if self._free() and not self._board.running:  # stands there from the start
             self._step_once()
         return False
