@@ -5,12 +5,10 @@ from __future__ import annotations
 import functools
 import hashlib
 import importlib.metadata
-import importlib.util
 import platform
 from collections.abc import Mapping
-from pathlib import Path
 
-from pytest_dvp.tuning.job import PACKAGES
+from pytest_dvp.tuning.job import package_folders
 
 COMPUTE = ("numpy", "scipy", "numba", "llvmlite", "pymunk", "libsumo", "daqp")
 """Packages that compute: another version may round elsewhere."""
@@ -32,11 +30,7 @@ def installed() -> Mapping[str, str]:
             found[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             continue
-    for package in PACKAGES:
-        spec = importlib.util.find_spec(package)
-        if spec is None or spec.origin is None:
-            continue
-        root = Path(spec.origin).parent
+    for package, root in package_folders():
         for file in sorted(root.rglob("*")):
             if file.is_file() and "__pycache__" not in file.parts:
                 found[f"{package}/{file.relative_to(root).as_posix()}"] = hashlib.sha256(file.read_bytes()).hexdigest()

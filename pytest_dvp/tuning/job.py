@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -125,17 +125,21 @@ def _library(folder: str) -> str:
     return digest.hexdigest()
 
 
+def package_folders() -> Iterator[tuple[str, Path]]:
+    """Name and folder of each of PACKAGES that is installed."""
+    import importlib.util
+
+    for package in PACKAGES:
+        spec = importlib.util.find_spec(package)
+        if spec is not None and spec.origin is not None:
+            yield package, Path(spec.origin).parent
+
+
 @functools.cache
 def code_digest() -> str:
     """Digest of the sources that make a result."""
-    import importlib.util
-
     digest = hashlib.sha256()
-    for package in PACKAGES:
-        spec = importlib.util.find_spec(package)
-        if spec is None or spec.origin is None:
-            continue
-        root = Path(spec.origin).parent
+    for package, root in package_folders():
         for file in sorted(root.rglob("*.py")):
             inside = file.relative_to(root)
             if package == "pytest_dvp" and inside.parts[0] in NOT_PHYSICS:
