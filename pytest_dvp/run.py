@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from openscenario.storyboard.reading import USUAL
 from pytest_dvp.driving_stack import find_ads
 from pytest_dvp.gate_log import said_of as said_of_gate
 from pytest_dvp.log import Log
@@ -124,7 +125,7 @@ def run(
     log_dir: Path | None = None,
     folder_name: str | None = None,
     gated: bool = False,
-    reading: Reading = "esmini",
+    reading: Reading = USUAL,
 ) -> RunResult:
     """Drive one scenario with the ADS in the loop and judge it.
 
@@ -424,7 +425,7 @@ def replay_command(request: Any, duration: float | None) -> str:
         words += [option, shown(path)] if path is not None else []
     words += [word for file in request.effects for word in ("--effects", shown(file))]
     words += [word for folder in request.library for word in ("--library", shown(folder))]
-    words += ["--reading", request.reading] if request.reading != "esmini" else []
+    words += ["--reading", request.reading] if request.reading != USUAL else []
     words += ["--ego", request.ego] if request.ego is not None else []
     words += ["--duration", f"{duration:g}"] if duration is not None else []
     return shlex.join(words)

@@ -200,7 +200,7 @@ class LaneOffset(Shift):
             over = 0.0
         else:
             over = lateral_span(dynamics.dynamics_shape, dynamics.max_lateral_acc, change)
-        return self._begin(dynamics.dynamics_shape, over, self._target) and not self._goes_on
+        return self._begin(dynamics.dynamics_shape, over, self._target) and self._ends()
 
     def step(self, dt: float) -> bool:
         entity, change = self._entity, self._change
@@ -210,15 +210,19 @@ class LaneOffset(Shift):
         if self._close():
             change.value = change.target  # which may have moved since
             self._settle()
-            if self._element.continuous and not self._goes_on:
-                self._board.warn(self._element, "reading-offset-ended", OFFSET_ENDED)
-            return not self._goes_on
+            return self._ends()
         entity.twist = 0.0
         entity.drift = math.atan(change.rate() / entity.speed) if abs(entity.speed) > STILL else 0.0
         entity.shifted = True
         entity.offset = change.value * entity.sense
         change.advance(dt)
         return False
+
+    def _ends(self) -> bool:
+        """Whether the action is over at its target."""
+        if self._element.continuous and not self._goes_on:
+            self._board.warn(self._element, "reading-offset-ended", OFFSET_ENDED)
+        return not self._goes_on
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
         return "lane_offset", {"offset": self._element.lane_offset_target.value}, 0.0

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from openscenario.storyboard.reading import READINGS, USUAL
+from pytest_dvp.settings import SETTINGS, Settings
+
 from .conftest import Make, at_time, condition, event, group, lane_position, log, run, speed, story, teleport
 from .test_actions import lane_offset
 
@@ -84,3 +87,19 @@ def test_an_action_with_nothing_in_it_is_over_at_once_in_both(make: Make) -> Non
         board = make(A=HERE, stories=story(event("nothing", "")), reading=reading)
         run(board, 1.0)
         assert (0.0, "nothing", "endTransition") in log(board, "event")
+
+
+def test_the_setting_offers_just_these_readings() -> None:
+    """Written twice: the plugin reads its settings before it may load this package."""
+    (setting,) = (each for each in SETTINGS if each.name == "reading")
+    assert setting.choices == READINGS
+    assert setting.default == Settings().reading == USUAL
+
+
+def test_an_offset_that_is_there_from_the_start_ends_likewise(make: Make) -> None:
+    target = '<AbsoluteTargetLaneOffset value="0"/>'
+    for reading, ends in (("standard", False), ("esmini", True)):
+        board = make(A=HERE, stories=story(event("e", lane_offset(target, continuous=True))), reading=reading)
+        run(board, 1.0)
+        assert ("endTransition" in {each[2] for each in log(board, "event")}) is ends
+        assert any(finding.code == "reading-offset-ended" for finding in board.report()) is ends
