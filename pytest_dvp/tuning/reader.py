@@ -86,6 +86,8 @@ class Reader:
     def knobs(self, presets: Mapping[str, float]) -> tuple[tuple[Knob, ...], dict[str, float]]:
         knobs, start = [], {}
         for name, raw in self.table(self.data.get("parameters", {}), "parameters").items():
+            if not isinstance(raw, list | dict):
+                self.fail(name, f"{name} is {raw!r}, expected [values] or {{ values = [...], start = ... }}")
             entry = {"values": raw} if isinstance(raw, list) else self.table(raw, name)
             self.known(entry, _KNOB, f"key of {name}")
             unit = self.unit(name)

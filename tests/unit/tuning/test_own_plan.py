@@ -110,6 +110,7 @@ def test_performance_is_what_the_plan_says(folder: Path) -> None:
     [
         ('"P.LK_throttle"', '"P.LK_throtle"', r"plan.toml:13: .*'LK_throtle', did you mean 'LK_throttle'\?"),
         ("mine.py:Keeper", "mine.py:Keper", r"plan.toml:3: .*unknown class 'Keper', did you mean 'Keeper'\?"),
+        ("[0, 0.5]", '"much"', r"plan.toml:13: P.LK_throttle is 'much', expected \[values\] or \{ values = "),
         ('"completion_time"', '"completion_tim"', r"plan.toml:18: .*did you mean 'completion_time'\?"),
     ],
 )
