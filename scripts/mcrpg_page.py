@@ -17,6 +17,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pytest_dvp.tuning.bounds import EQUIVALENT, GAIN
 from scripts.mcrpg_kills import kills
 from scripts.mcrpg_searches import searches
 from scripts.real_cars import placed
@@ -98,9 +99,14 @@ def paper(runs: Path) -> str:
     key = ("open-loop position after 2 s", "twin")
     cells = [f"{_value(table[key])} (<= {_limit(table[key])})" for table in tables.values()]
     lines.append(f"| open-loop position after 2 s [m] | ≤ 2 × noise | | {' | '.join(cells)} |")
+    for name in EQUIVALENT:
+        rows = [[table[f"{name}, between stages", pair] for pair in ("dt-rw", "pe-rw")] for table in tables.values()]
+        share = _margin(rows[0][0]["bound"])[1]
+        cells = [" / ".join(map(_apart, both)) for both in rows]
+        lines.append(f"| {name} between stages, DT to RW / PE to RW | ± {share} | | {' | '.join(cells)} |")
     for pair in ("dt-rw", "pe-rw"):
-        cells = [_equivalent(result["bounds"], pair) for result in found.values()]
-        lines.append(f"| metrics equivalent within intervals, {_pair(pair)} | all 6 | | {' | '.join(cells)} |")
+        cells = [_meeting(result["held_out"]["last"]["metrics"], pair) for result in found.values()]
+        lines.append(f"| … 95 % intervals of both stages meet, {_pair(pair)} | shown | | {' | '.join(cells)} |")
     lines += ["", *(line for car, result in found.items() for line in _story(car, result))]
     return "\n".join(lines)
 
@@ -160,10 +166,33 @@ def _stages(result: Mapping[str, Any], name: str) -> str:
     return " / ".join("–" if v is None else f"{v:.3g}" for v in values)
 
 
-def _equivalent(rows: Sequence[Mapping[str, Any]], pair: str) -> str:
-    mine = [row for row in rows if row["where"] == pair and row["what"].endswith("between stages")]
-    missed = [row["what"].removesuffix(", between stages") for row in mine if not row["holds"]]
-    return f"{len(mine) - len(missed)} of {len(mine)}" + (f", ✗ {', '.join(missed)}" if missed else "")
+def _margin(bound: str) -> tuple[float, str]:
+    """Of "its interval within 0.036, 2% of the bound": 0.036, and the rest."""
+    size, _, share = bound.rpartition("within ")[2].partition(", ")
+    return float(size), share.replace("%", " %")
+
+
+def _apart(row: Mapping[str, Any]) -> str:
+    """Difference of a metric between two stages with its interval, in % of what its margin is 2 % of."""
+    if row["value"] is None:
+        return "✗ undefined"
+    size, _ = _margin(row["bound"])
+    scale = 100.0 * GAIN / size if size > 0.0 else 0.0
+    text = f"{scale * row['value']:+.1f}"
+    if row["half_width"] is not None:
+        text += f" ± {scale * row['half_width']:.1f}"
+    return f"{'' if row['holds'] else '✗ '}{text} %"
+
+
+def _meeting(metrics: Mapping[str, Mapping[str, Any]], pair: str) -> str:
+    """Of how many metrics the 95 % intervals of both stages meet, and of which not."""
+    one, other = (metrics[stage] for stage in pair.split("-"))
+    apart = [
+        name
+        for name in EQUIVALENT
+        if abs(one[name]["mean"] - other[name]["mean"]) > one[name]["half_width"] + other[name]["half_width"] + 1e-12
+    ]
+    return f"{len(EQUIVALENT) - len(apart)} of {len(EQUIVALENT)}" + (f", not {', '.join(apart)}" if apart else "")
 
 
 def _pair(pair: str) -> str:

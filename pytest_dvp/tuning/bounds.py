@@ -29,7 +29,7 @@ DRIVE = (
     ("lateral RMSE, path", 0.30, "m", None),
 )
 EQUIVALENT = ("max TTC^-1", "TET", "max jerk", "completion time", "lateral RMSE, lane", "lateral RMSE, path")
-"""Metrics that must not tell the stages apart."""
+"""Metrics in which the stages must be alike."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -97,15 +97,22 @@ def _position(first: Judged, last: Judged) -> Bound:
 
 
 def _equivalent(name: str, pair: str, first: Judged, last: Judged) -> Bound:
-    """Alike: the 95 % intervals of the two stages, from the repeats, meet."""
-    one, other = pair.split("-")
-    a, b = last.gap.metrics[one].get(name), last.gap.metrics[other].get(name)
-    then = first.gap.difference[pair].get(name)
-    apart = last.gap.difference[pair].get(name)
-    if a is None or b is None or apart is None or a.mean is None or b.mean is None:
-        return Bound(f"{name}, between stages", pair, None, None, None, "intervals meet", False, "", None)
-    reach = (a.half_width or 0.0) + (b.half_width or 0.0)
-    holds = abs(a.mean - b.mean) <= reach + 1e-12
-    text = f"intervals meet: within {reach:.3g}"
+    """Alike: the 95 % interval of the difference, from the repeats, lies within GAIN of the metric's bound, of a metric
+    without one within GAIN of its value in the second stage (two one-sided tests).
+
+    Not whether the intervals of both stages meet: the fewer the repeats, the sooner they do.
+    Source: Schuirmann, J. Pharmacokin. Biopharm. 15 (1987) 657.
+    """
+    what = f"{name}, between stages"
+    apart, then = last.gap.difference[pair].get(name), first.gap.difference[pair].get(name)
     before = then.mean if then else None
-    return Bound(f"{name}, between stages", pair, apart.mean, apart.half_width, apart.worst, text, holds, "", before)
+    stages = [last.gap.metrics[stage].get(name) for stage in pair.split("-")]
+    value = stages[-1]
+    complete = all(each is not None and each.known == each.count for each in stages)
+    if not complete or apart is None or apart.mean is None or value is None or value.mean is None:
+        return Bound(what, pair, None, None, None, "defined in every drive", False, "", before)
+    bound = next((most for row, most, _, _ in DRIVE if row == name), None)
+    margin = GAIN * (abs(value.mean) if bound is None else bound)
+    holds = apart.half_width is not None and abs(apart.mean) + apart.half_width <= margin + 1e-12
+    text = f"its interval within {margin:.3g}, {GAIN:.0%} of the {'value' if bound is None else 'bound'}"
+    return Bound(what, pair, apart.mean, apart.half_width, apart.worst, text, holds, "", before)
