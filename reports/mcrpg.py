@@ -5,6 +5,7 @@ Safe in the same way as the run report: data reaches the page through Jinja's es
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -26,11 +27,12 @@ FORBIDDEN = 1e6  # scores from here on break what must hold: no place on an axis
 def write_mcrpg_report(path: str | Path, page: Mapping[str, Any]) -> None:
     """Write the page; same input, same bytes.
 
-    `page` holds title, headline, reached, structure, numbers (of the iterations), parameters [{group, name, unit,
-    cells, paper}], metrics [{name, unit, cells (iterations x 3), paper}], bounds [{what, where, first, value,
-    half_width, worst, bound, holds, paper}], course [{number, chi2, position [m], performance, likeness}], tuned
-    [{number, what, course [[simulations, score]]}], sensitivity {knobs, metrics, values, number} or None, ledger
-    [{number, accepted, changes, suspicions, effects}].
+    `page` holds title, headline, reached, structure, lacked [{number, verdict, effects, refusal, taken, before,
+    after}], numbers (of the iterations), parameters [{group, name, unit, cells, paper}], metrics [{name, unit, cells
+    (iterations x 3), paper}], bounds [{what, where, first, value, half_width, worst, bound, holds, paper}], course
+    [{number, chi2, position [m], position_bound [m], performance, likeness}], tuned [{number, what, course
+    [[simulations, score]]}], sensitivity {knobs, metrics, values, number} or None, ledger [{number, accepted, changes,
+    suspicions, effects}].
 
     Raises OSError if the file cannot be written.
     """
@@ -59,18 +61,34 @@ def render_mcrpg_report(page: Mapping[str, Any]) -> str:
 
 
 def twin_figure(course: Sequence[Mapping[str, Any]]) -> Figure:
-    """How far the twin is from the car on held-out drives, iteration by iteration: chi^2/N, and position after 2 s."""
+    """How far the twin is from the car on held-out drives, iteration by iteration: chi^2/N above, position after 2 s
+    below, each with what is to be reached as a dotted line."""
     at = [entry["number"] for entry in course]
+    wanted = (("y", 1.0, "sensor noise"), ("y2", course[-1]["position_bound"], "bound"))
+    goals = [(axis, value, text) for axis, value, text in wanted if value]
+    layout = _layout("iteration")
     return {
         "data": [
-            _line(at, [e["chi2"] for e in course], "chi²/N (1 = sensor noise)", BLUE, "y"),
-            _line(at, [e["position"] for e in course], "position after 2 s [m]", ORANGE, "y2", dash="dot"),
+            _line(at, [e["chi2"] for e in course], "chi²/N", BLUE, "y"),
+            _line(at, [e["position"] for e in course], "position after 2 s", ORANGE, "y2"),
         ],
         "layout": {
-            **_layout("iteration"),
-            "yaxis": {"type": "log", "title": {"text": "chi²/N"}, "zeroline": False},
-            "yaxis2": {"type": "log", "title": {"text": "position error [m]"}, "overlaying": "y", "side": "right",
-                       "showgrid": False, "zeroline": False},
+            **layout,
+            "showlegend": False,
+            "margin": {**layout["margin"], "b": 50},
+            "xaxis": {**layout["xaxis"], "anchor": "y2"},
+            "yaxis": {**_log("chi²/N"), "domain": [0.56, 1.0]},
+            "yaxis2": {**_log("position after 2 s [m]"), "domain": [0.0, 0.44]},
+            "shapes": [
+                {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "yref": axis, "y0": value, "y1": value,
+                 "line": {"color": GREEN, "width": 1.6, "dash": "dot"}}
+                for axis, value, _ in goals
+            ],
+            "annotations": [
+                {"xref": "paper", "x": 1, "xanchor": "right", "yref": axis, "y": math.log10(value), "yanchor": "bottom",
+                 "text": text, "showarrow": False, "font": {"color": GREEN}}
+                for axis, value, text in goals
+            ],
         },
     }  # fmt: skip
 
@@ -84,7 +102,7 @@ def likeness_figure(course: Sequence[Mapping[str, Any]]) -> Figure:
     ]
     return {
         "data": data,
-        "layout": {**_layout("iteration"), "yaxis": {"type": "log", "title": {"text": "1 - MNCC, DT to RW"}}},
+        "layout": {**_layout("iteration"), "yaxis": _log("1 - MNCC, DT to RW")},
     }
 
 
@@ -137,6 +155,11 @@ def _line(
     }  # fmt: skip
 
 
+def _log(title: str) -> Figure:
+    """A logarithmic axis that names the powers of ten alone."""
+    return {"type": "log", "title": {"text": title}, "zeroline": False, "dtick": 1, "exponentformat": "power"}
+
+
 def _layout(x: str) -> Figure:
     axis: Figure = {"title": {"text": x}, "zeroline": False}
     if x == "iteration":
@@ -159,4 +182,6 @@ def _template() -> Any:
 def _number(value: float | None) -> str:
     if value is None:
         return "–"
+    if abs(value) < 1e-12:
+        return "0"  # what rounding left of a difference
     return f"{value:.5f}" if 0.9 < abs(value) < 1.0 else f"{value:.3g}"

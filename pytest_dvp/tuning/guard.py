@@ -80,7 +80,7 @@ def guard(
 def _suspected(knob: Knob, before: Point, after: Point, logs: Sequence[Path], model: Path) -> Suspicion | None:
     from pytest_dvp.reality_gap.black_box import CompareError
     from pytest_dvp.reality_gap.extend import extend
-    from pytest_dvp.tuning.structure import thinned
+    from pytest_dvp.tuning.structure import in_words, thinned
     from vehicle.model.catalogue import find_effect
     from vehicle.model.errors import ModelError
     from vehicle.model.model_file import read_model
@@ -105,8 +105,7 @@ def _suspected(knob: Knob, before: Point, after: Point, logs: Sequence[Path], mo
         left = _chi2(extension.model, loaded, channels)
         if not extension.refusal and (best is None or left < best[0]):
             values = next(e.parameters for e in extension.effects if e.name == name)
-            words = ", ".join(f"{key} = {p.value:.3g} {p.unit}".rstrip() for key, p in values.items())
-            best = (left, f"{find_effect(name).name} {words}")
+            best = (left, f"{find_effect(name).name} {in_words(values, 3)}")
     better = best is not None and best[0] < tuned * (1.0 - EXPLAINS_BETTER)
     if inside and not better:
         return None

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from typing import Any
 
+from pytest_dvp.tuning.bounds import NOISES
 from pytest_dvp.tuning.plan import STAGES
 
 LIKENESS = ("ego x", "ego y", "steer", "velocity", "object x", "object y")
@@ -32,6 +34,7 @@ def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
         "headline": f"{held} of {len(rows)} bounds hold on held-out drives; ended: {document['ended']}",
         "reached": held == len(rows),
         "structure": document["structure"],
+        "lacked": _lacked(entries) if document["structure"] else [],
         "parameters": _parameters(entries, own=document.get("ads") is not None),
         "metrics": _metrics(entries),
         "numbers": [entry["number"] for entry in entries],
@@ -41,6 +44,7 @@ def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
                 "number": entry["number"],
                 "chi2": entry["held_out"]["chi2_per_n"],
                 "position": entry["held_out"]["position_at_2s"],
+                "position_bound": _bound(entry["held_out"]["position_noise"]),
                 "performance": entry["held_out"]["performance"],
                 "likeness": {
                     name: entry["held_out"]["likeness"]["dt-rw"].get(name, {}).get("mean") for name in LIKENESS[:4]
@@ -68,6 +72,28 @@ def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
             for e in entries
         ],
     }
+
+
+def _bound(noise: float | None) -> float | None:
+    """Of the position error [m], by the noise of the measured position [m]; None where that is not known."""
+    return None if noise is None else NOISES * noise
+
+
+def _lacked(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Of each iteration: what the diagnosis said of the twin, whether it was taken, and chi^2/N on held-out drives."""
+    return [
+        {
+            "number": now["number"],
+            "verdict": now["structure"]["verdict"],
+            "effects": now["structure"]["taken"],
+            "refusal": now["structure"]["refusal"],
+            "taken": "twin" in now["accepted"],
+            "before": before["held_out"]["chi2_per_n"],
+            "after": now["held_out"]["chi2_per_n"],
+        }
+        for before, now in itertools.pairwise(entries)
+        if now["structure"]
+    ]
 
 
 def _parameters(entries: list[dict[str, Any]], *, own: bool) -> list[dict[str, Any]]:

@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -91,12 +91,13 @@ def _looked_for(paths: Sequence[Path], file: Path, sheet: Path, tick: Callable[[
     if extension.refusal:
         return Found(document, told, model_text(model) if back else None, (), back)
     signs = {"add": "+", "change": "~", "remove": "-"}
-    taken = tuple(
-        f"{signs[e.action]} {e.name} "
-        + ", ".join(f"{k} = {p.value:.4g} {p.unit}".strip() for k, p in e.parameters.items())
-        for e in extension.effects
-    )
+    taken = tuple(f"{signs[e.action]} {e.name} {in_words(e.parameters, 4)}" for e in extension.effects)
     return Found(document, told, model_text(extension.model), taken, back)
+
+
+def in_words(parameters: Mapping[str, Any], digits: int) -> str:
+    """`T = 0.1803 s, g = 0.92` of estimates by name, each with its value and unit."""
+    return ", ".join(f"{k} = {p.value:.{digits}g} {p.unit}".removesuffix(" -").rstrip() for k, p in parameters.items())
 
 
 def thinned(path: Path) -> Log:

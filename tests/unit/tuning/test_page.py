@@ -7,7 +7,7 @@ from typing import Any
 
 from pytest_dvp.tuning.page import iterate_page
 from pytest_dvp.tuning.plan import STAGES
-from reports.mcrpg import render_mcrpg_report, write_mcrpg_report
+from reports.mcrpg import render_mcrpg_report, twin_figure, write_mcrpg_report
 
 SCRIPT = "</script><img src=x onerror=document.title='owned'>"
 
@@ -32,8 +32,9 @@ def entry(number: int, q11: float) -> dict[str, Any]:
         "held_out": {
             "likeness": {"dt-rw": alike, "pe-rw": alike},
             "metrics": {stage: {"max jerk": figure(1.5)} for stage in STAGES},
-            "chi2_per_n": 10.0, "position_at_2s": 0.01, "performance": 1.6,
+            "chi2_per_n": 100.0 / 10.0**number, "position_at_2s": 0.01, "position_noise": 0.02, "performance": 1.6,
         },
+        "structure": {"verdict": "NAMED", "taken": ["+ steer_delay T = 0.18 s"], "refusal": ""} if number else {},
         "changes": [f"P {SCRIPT}", "guard: S.EGO_mass = 8500 kg is outside 650 to 1100 kg"],
         "accepted": "twin and stack",
     }  # fmt: skip
@@ -57,6 +58,19 @@ def test_stages_that_differ_stand_side_by_side() -> None:
 def test_an_mncc_never_stands_without_lag_and_gain() -> None:
     row = next(r for r in iterate_page(document())["metrics"] if r["name"] == "MNCC steer to RW")
     assert row["cells"][1] == ["0.99987 (0.02 s, 0.4 %)", "0.99987 (0.02 s, 0.4 %)", ""]
+
+
+def test_what_the_twin_lacked_stands_with_the_error_before_and_after() -> None:
+    (row,) = iterate_page(document())["lacked"]
+    assert (row["number"], row["verdict"], row["effects"]) == (1, "NAMED", ["+ steer_delay T = 0.18 s"])
+    assert (row["before"], row["after"], row["taken"]) == (100.0, 10.0, True)
+
+
+def test_a_log_without_measured_positions_has_no_bound_on_them() -> None:
+    unknown = document()
+    unknown["ledger"][-1]["held_out"]["position_noise"] = None
+    figure = twin_figure(iterate_page(unknown)["course"])
+    assert [shape["yref"] for shape in figure["layout"]["shapes"]] == ["y"]
 
 
 def test_a_forbidden_score_has_no_place_on_the_axis() -> None:
