@@ -27,12 +27,12 @@ FORBIDDEN = 1e6  # scores from here on break what must hold: no place on an axis
 def write_mcrpg_report(path: str | Path, page: Mapping[str, Any]) -> None:
     """Write the page; same input, same bytes.
 
-    `page` holds title, headline, reached, structure, lacked [{number, verdict, effects, refusal, taken, before,
-    after}], numbers (of the iterations), parameters [{group, name, unit, cells, paper}], metrics [{name, unit, cells
-    (iterations x 3), paper}], bounds [{what, where, first, value, half_width, worst, bound, holds, paper}], course
-    [{number, chi2, position [m], position_bound [m], performance, likeness}], tuned [{number, what, course
-    [[simulations, score]]}], sensitivity {knobs, metrics, values, number} or None, ledger [{number, accepted, changes,
-    suspicions, effects}].
+    `page` holds title, headline, count, reached, paper (whether its columns are shown), structure, lacked [{number,
+    verdict, effects, refusal, taken, before, after}], numbers (of the iterations), parameters [{group, name, unit,
+    cells, paper}], metrics [{name, unit, cells (iterations x 3), paper}], bounds [{what, where, first, value,
+    half_width, worst, bound, holds, paper, undecided}], course [{number, chi2, position [m], position_bound [m],
+    performance, likeness}], tuned [{number, what, course [[simulations, score]]}], sensitivity {knobs, metrics, values,
+    number} or None, ledger [{number, accepted, changes, suspicions, effects}].
 
     Raises OSError if the file cannot be written.
     """

@@ -116,7 +116,11 @@ def _glance(found: Mapping[str, Mapping[str, Any]]) -> list[str]:
     lines = ["| car | bounds that hold | what misses |", "|---|---|---|"]
     for car, result in found.items():
         rows = result["bounds"]
-        missed = [f"{row['what']} ({_pair(row['where'])})" for row in rows if not row["holds"]]
+        missed = [
+            f"{row['what']} ({_pair(row['where'])}{', too few repeats to tell' if row['undecided'] else ''})"
+            for row in rows
+            if not row["holds"]
+        ]
         held = f"**{len(rows) - len(missed)} of {len(rows)}**"
         lines.append(f"| {_called(car)} | {held} | {'; '.join(missed) or 'nothing'} |")
     return lines
@@ -181,7 +185,7 @@ def _apart(row: Mapping[str, Any]) -> str:
     text = f"{scale * row['value']:+.1f}"
     if row["half_width"] is not None:
         text += f" ± {scale * row['half_width']:.1f}"
-    return f"{'' if row['holds'] else '✗ '}{text} %"
+    return f"{'' if row['holds'] else '? ' if row['undecided'] else '✗ '}{text} %"
 
 
 def _meeting(metrics: Mapping[str, Mapping[str, Any]], pair: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -19,6 +20,8 @@ from pytest_dvp.paths import shown
 from pytest_dvp.settings import Settings
 
 if TYPE_CHECKING:
+    from pytest_dvp.tuning.plan import Plan
+    from pytest_dvp.tuning.study import Study
     from vehicle.model.effect import Effect
 
 Findings = Iterable[dict[str, Any]]
@@ -213,14 +216,35 @@ def _study(path: Path, settings: Settings, plan: bool = False) -> Findings:
     from pytest_dvp.tuning.study_file import read_study
 
     try:
-        read_plan(path) if plan else read_study(path)
+        found = read_plan(path) if plan else read_study(path)
     except TuneError as error:
-        code = "plan.invalid" if plan else "study.invalid"
-        told = {"code": code, "severity": "error", "file": str(path), "line": error.line, "element": ""}
-        return [told | {"message": error.text}]
+        return [_error("plan.invalid" if plan else "study.invalid", str(path), error.line, error.text)]
     except ScenarioError as error:  # of a scenario that it names
         return [finding.as_dict() for finding in error.findings]
-    return []
+    return _of_what_it_names(found, settings)
+
+
+def _of_what_it_names(found: Study | Plan, settings: Settings) -> Findings:
+    """What its run would refuse of the scenarios, logs and hidden effects that a study or plan names."""
+    from pytest_dvp.stages import StageError, check_hidden
+    from pytest_dvp.tuning.plan import Plan
+
+    variants = (*found.variants, *found.held_out) if isinstance(found, Plan) else found.variants
+    asked = dataclasses.replace(settings, library=(*settings.library, *found.library))
+    for row in runnable(dict.fromkeys(variant.scenario for variant in variants), (), asked):
+        if not row["runs"]:
+            yield _error("scenario.refused", row["file"], row["line"], row["why"])
+    for log in () if isinstance(found, Plan) else found.logs:
+        yield from (finding for finding in _log(log, settings) if finding["severity"] == "error")
+    if isinstance(found, Plan) or found.stage != "dt":
+        try:
+            check_hidden(found.vehicle)
+        except StageError as error:
+            yield _error("vehicle.invalid", found.vehicle.partition(":")[2], None, str(error))
+
+
+def _error(code: str, file: str, line: int | None, message: str) -> dict[str, Any]:
+    return {"code": code, "severity": "error", "file": file, "line": line, "element": "", "message": message}
 
 
 def _log(path: Path, settings: Settings, options: Mapping[str, Any] | None = None) -> Findings:

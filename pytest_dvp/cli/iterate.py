@@ -14,6 +14,7 @@ from pytest_dvp.cli.arguments import add_json, existing, new_file
 from pytest_dvp.cli.progress import progress
 from pytest_dvp.cli.tune import folder_of
 from pytest_dvp.cli.workers import add_workers, check_workers, workers
+from pytest_dvp.paths import shown
 from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import SettingError
 
@@ -35,9 +36,9 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.iterations is not None and arguments.iterations < 1:
         raise SettingError(f"--iterations is {arguments.iterations}, expected a whole number >= 1")
     report = None if arguments.report is None else new_file("--report", arguments.report, [path])
-    from pytest_dvp.stages import StageError, check_stage
+    from pytest_dvp.stages import StageError, check_stage, refuse_repetition
     from pytest_dvp.tuning.iterate import iterate
-    from pytest_dvp.tuning.outcome import document, text
+    from pytest_dvp.tuning.outcome import command_of, document, text
     from pytest_dvp.tuning.plan_file import read_plan
     from reports.whole_file import write_whole
 
@@ -48,6 +49,7 @@ def execute(arguments: argparse.Namespace) -> int:
         structure=False if arguments.tune_only else None,
     )
     try:
+        refuse_repetition("tuning", "rw", plan.vehicle)
         check_stage("rw", plan.vehicle)
     except StageError as error:
         raise SettingError(f"--vehicle: {error}") from None
@@ -62,6 +64,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
     write_mcrpg_report(report, iterate_page(told))
     print(f"dvp iterate: {worked.done} simulated, {worked.known} kept from before; {report}", file=sys.stderr)
+    print(f"dvp iterate: the twin is {shown(found.state.model)}", file=sys.stderr)
+    print(f"dvp iterate: next: {command_of(found)}", file=sys.stderr)
     if arguments.json:
         print(json.dumps(told, ensure_ascii=False, allow_nan=False))
     else:

@@ -19,7 +19,8 @@ def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings
     that is in another file, which `why` then names). No catalogues.
 
     Other than the findings this asks the storyboard itself, so an element that only it refuses shows. That loads what
-    drives on the road, which takes longer than a check should: for folders alone, in a process of its own.
+    drives on the road, which takes longer than a check should: for folders, and for what a study or plan drives, in a
+    process of its own.
     """
     from pytest_dvp.gate_beside import gates_of
 

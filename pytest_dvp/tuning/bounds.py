@@ -35,7 +35,8 @@ EQUIVALENT = ("max TTC^-1", "TET", "max jerk", "completion time", "lateral RMSE,
 @dataclasses.dataclass(frozen=True, slots=True)
 class Bound:
     """One row: what, between or on which stages, the value with its interval, the worst drive, the bound in words,
-    whether it holds, the paper's value, and the value of the beginning."""
+    whether it holds, the paper's value, and the value of the beginning; undecided: it does not hold, but only because
+    the repeats are too few to tell."""
 
     what: str
     where: str
@@ -46,6 +47,7 @@ class Bound:
     holds: bool
     paper: str
     first: float | None
+    undecided: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         return dataclasses.asdict(self)
@@ -115,4 +117,5 @@ def _equivalent(name: str, pair: str, first: Judged, last: Judged) -> Bound:
     margin = GAIN * (abs(value.mean) if bound is None else bound)
     holds = apart.half_width is not None and abs(apart.mean) + apart.half_width <= margin + 1e-12
     text = f"its interval within {margin:.3g}, {GAIN:.0%} of the {'value' if bound is None else 'bound'}"
-    return Bound(what, pair, apart.mean, apart.half_width, apart.worst, text, holds, "", before)
+    undecided = not holds and abs(apart.mean) - (apart.half_width or 0.0) <= margin
+    return Bound(what, pair, apart.mean, apart.half_width, apart.worst, text, holds, "", before, undecided)

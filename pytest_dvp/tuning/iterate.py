@@ -283,6 +283,8 @@ def _words(
         told = ", ".join(f"{name} {a:g} -> {b:g}" for name, (a, b) in moved.items()) or "nothing moved"
         if label == "S" and moved and twin_change(tuning.start.score.value, tuning.best.score.value) != "better":
             told += ", which gains too little to be taken"
+        if label == "P" and moved and "stack" not in accepted:
+            told += ", which held-out drives did not bear out"
         words.append(
             f"{label} tuned, {tuning.simulations} {'replays' if label == 'S' else 'simulations'}, score "
             f"{_number(tuning.start.score.value)} -> {_number(tuning.best.score.value)}: {told}"

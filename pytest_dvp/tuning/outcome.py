@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.tuning.bounds import Bound, bounds
-from pytest_dvp.tuning.iterate import Iterated
+
+if TYPE_CHECKING:
+    from pytest_dvp.tuning.iterate import Iterated
 
 
 def document(found: Iterated) -> dict[str, Any]:
@@ -16,8 +19,9 @@ def document(found: Iterated) -> dict[str, Any]:
         "vehicle": _vehicle(found.plan.vehicle),
         "structure": found.plan.structure,
         "ads": None if found.plan.ads is None else Path(found.plan.ads).name,
+        "preset": found.plan.preset,
         "ended": found.ended,
-        "model": found.state.model.name,
+        "model": f"{found.state.model.parent.name}/{found.state.model.name}",
         "P": {stage: dict(values) for stage, values in found.state.P.items()},
         "ledger": [entry.as_dict() for entry in found.entries],
         "held_out": {"first": found.first.as_dict(), "last": found.last.as_dict()},
@@ -33,8 +37,30 @@ def text(found: Iterated) -> str:
         accepted = entry.accepted or "nothing"
         lines.append(f"iteration {entry.number}: {accepted}")
         lines += [f"  {change}" for change in entry.changes]
-    lines += [f"ended: {found.ended}", "", *table(bounds(found.first, found.last))]
-    return "\n".join(lines)
+    entries = [entry.as_dict() for entry in found.entries]
+    lines += [f"ended: {found.ended}", "", *table(bounds(found.first, found.last)), ""]
+    return "\n".join([*lines, headline(entries, structure=found.plan.structure)])
+
+
+def headline(ledger: Sequence[Mapping[str, Any]], *, structure: bool) -> str:
+    """What the twin lacked, and how far it is from the car now; `ledger`: entries as in the document."""
+    taken = [word for e in ledger if "twin" in e["accepted"] for word in e["structure"].get("taken", ())]
+    before, after = (entry["held_out"]["chi2_per_n"] for entry in (ledger[0], ledger[-1]))
+    what = f"Twin extended: {'; '.join(taken)}." if taken else "No effect was added to the twin."
+    error = f"chi^2/N of held-out drives {_number(before)} -> {_number(after)}"
+    if after is not None and after <= 1.0:
+        return f"{what} It is the car to within the noise of its sensors ({error})."
+    more = "" if structure else "; nothing was looked for that it lacks (--tune-only)"
+    return f"{what} {error}, where 1 would be the noise of the sensors{more}."
+
+
+def command_of(found: Iterated) -> str:
+    """The command that drives the first held-out variant on the twin with the stack, as both are at the end."""
+    from pytest_dvp.tuning.command import command
+    from pytest_dvp.tuning.plan import drives
+
+    (drive, *_) = drives(found.plan, found.state, found.plan.held_out[:1], found.plan.last_seeds[:1], Path(), ("dt",))
+    return command(drive.job)
 
 
 def table(rows: list[Bound]) -> list[str]:
@@ -42,12 +68,19 @@ def table(rows: list[Bound]) -> list[str]:
     head = f"{'':<4}{'':<34}{'stages':<8}{'first':>10}{'last':>10}{'+-':>10}{'worst':>10}  bound"
     lines = [head]
     for row in rows:
-        mark = "ok" if row.holds else "none" if row.value is None else "MISS"
+        mark = "ok" if row.holds else "none" if row.value is None else "open" if row.undecided else "MISS"
         numbers = "".join(f"{_number(v):>10}" for v in (row.first, row.value, row.half_width, row.worst))
         lines.append(f"{mark:<5}{row.what:<33}{row.where:<8}{numbers}  {row.bound}")
+    return [*lines, count(rows)]
+
+
+def count(rows: Sequence[Bound]) -> str:
+    """`53 of 61 bounds hold; open: 6 need more repeats (last_seeds); none: 1 could not be measured`."""
     held, unknown = sum(row.holds for row in rows), sum(row.value is None for row in rows)
-    more = f"; none: {unknown} could not be measured" if unknown else ""
-    return [*lines, f"{held} of {len(rows)} rows hold{more}"]
+    text = f"{held} of {len(rows)} bounds hold"
+    if undecided := sum(row.undecided for row in rows):
+        text += f"; open: {undecided} need more repeats (last_seeds)"
+    return text + (f"; none: {unknown} could not be measured" if unknown else "")
 
 
 def _number(value: float | None) -> str:

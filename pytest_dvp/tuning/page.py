@@ -6,7 +6,8 @@ import itertools
 from collections.abc import Mapping
 from typing import Any
 
-from pytest_dvp.tuning.bounds import NOISES
+from pytest_dvp.tuning.bounds import NOISES, Bound
+from pytest_dvp.tuning.outcome import count, headline
 from pytest_dvp.tuning.plan import STAGES
 
 LIKENESS = ("ego x", "ego y", "steer", "velocity", "object x", "object y")
@@ -16,8 +17,8 @@ UNITS = {
     "lateral RMSE, lane": "m", "lateral RMSE, path": "m",
 }  # fmt: skip
 PAPER = {
-    "ego x": (None, 0.9972, 0.9998), "ego y": (None, 0.9994, 0.9998), "steer": (None, 0.8915, 0.9604),
-    "velocity": (None, 0.9655, 0.9893), "object x": (None, 0.9962, 0.9940), "object y": (None, 0.9591, 0.9808),
+    "ego x": (0.9970, 0.9972, 0.9998), "ego y": (0.9991, 0.9994, 0.9998), "steer": (0.9834, 0.8915, 0.9604),
+    "velocity": (0.9568, 0.9655, 0.9893), "object x": (0.9847, 0.9962, 0.9940), "object y": (0.9671, 0.9591, 0.9808),
     "max TTC^-1": (0.378, 0.385, 0.415), "TET": (0.0, 0.0, 0.0), "max jerk": (2.74, 2.46, 1.87),
     "max yaw rate": (1.60, 1.61, 1.56), "completion time": (107.0, 108.0, 108.9),
     "lateral RMSE, lane": (0.579, 0.679, 0.708),
@@ -28,11 +29,12 @@ PAPER = {
 def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
     """What `reports.mcrpg.write_mcrpg_report` takes, of the document of `dvp iterate --json`."""
     rows, entries = document["bounds"], document["ledger"]
-    held = sum(row["holds"] for row in rows)
     return {
         "title": f"{document['plan']}: {document['vehicle']}",
-        "headline": f"{held} of {len(rows)} bounds hold on held-out drives; ended: {document['ended']}",
-        "reached": held == len(rows),
+        "headline": headline(entries, structure=document["structure"]),
+        "count": f"{count([Bound(**row) for row in rows])}; ended: {document['ended']}",
+        "reached": all(row["holds"] for row in rows),
+        "paper": document["preset"] is not None,
         "structure": document["structure"],
         "lacked": _lacked(entries) if document["structure"] else [],
         "parameters": _parameters(entries, own=document.get("ads") is not None),

@@ -52,11 +52,11 @@ class _PlanReader(Reader):
             held_out_seeds=tuple(self.wholes(head, "held_out_seeds", (101, 102))),
             last_seeds=tuple(self.wholes(head, "last_seeds", (101, 102, 103, 104, 105))),
             other_seeds=tuple(self.wholes(head, "other_seeds", (201, 202, 203, 204, 205))),
-            iterations=self.whole(head, "iterations", 6),
+            iterations=self.whole(head, "iterations", 6, least=1),
             search=str(self.word(head, "search", SEARCHES, "coordinate")),
             seed=self.whole(head, "seed", 1),
-            budget_P=self.whole(head, "budget_P", 100),
-            budget_S=self.whole(head, "budget_S", 400),
+            budget_P=self.whole(head, "budget_P", 100, least=1),
+            budget_S=self.whole(head, "budget_S", 400, least=1),
             structure=bool(self.word(head, "structure", (True, False), True)),
             library=tuple(self.file(name, "folder") for name in self.words(head, "library")),
             proving_ground=self.manoeuvres(head),
@@ -89,7 +89,10 @@ class _PlanReader(Reader):
         if set(plan.last_seeds) & set(plan.other_seeds):
             self.fail("other_seeds", "the car would be held against the very same drive: a seed is in last_seeds, too")
         if len(plan.last_seeds) < 2:
-            self.fail("last_seeds", "one repeat has no interval: two seeds at least")
+            self.fail(
+                "last_seeds",
+                f"last_seeds is {list(plan.last_seeds)}, expected two at least: one repeat has no interval",
+            )
 
 
 def _of_the_twin(model: Path) -> dict[str, float]:

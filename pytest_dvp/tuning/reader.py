@@ -86,6 +86,9 @@ class Reader:
     def knobs(self, presets: Mapping[str, float]) -> tuple[tuple[Knob, ...], dict[str, float]]:
         knobs, start = [], {}
         for name, raw in self.table(self.data.get("parameters", {}), "parameters").items():
+            if name in ("P", "S") and isinstance(raw, dict) and not set(raw) & set(_KNOB):
+                inside = next(iter(raw), "NAME")
+                self.fail(f"{name}.{inside}", f'{name}.{inside} needs quotes: "{name}.{inside}" = [...]')
             if not isinstance(raw, list | dict):
                 self.fail(name, f"{name} is {raw!r}, expected [values] or {{ values = [...], start = ... }}")
             entry = {"values": raw} if isinstance(raw, list) else self.table(raw, name)
@@ -176,6 +179,8 @@ class Reader:
         for entry in self.tables(table):
             self.known(entry, ("file", "set"), f"key of [[{table}]]")
             file = self.file(str(entry.get("file", "")), "scenario")
+            if file.suffix.lower() != ".xosc":
+                self.fail(file.name, f"scenario {file.name!r}, expected an .xosc file")
             values = {name: self.number(value, name) for name, value in self.table(entry.get("set", {}), "set").items()}
             for name, value in values.items():
                 try:
@@ -252,17 +257,19 @@ class Reader:
             self.fail(name, f"{name}: {key} is {raw!r}, expected a list of numbers")
         return [self.number(value, name) for value in raw]
 
-    def whole(self, table: Mapping[str, Any], key: str, default: int, allowed: Sequence[int] = ()) -> int:
+    def whole(
+        self, table: Mapping[str, Any], key: str, default: int, allowed: Sequence[int] = (), *, least: int = 0
+    ) -> int:
         raw = table.get(key, default)
-        if isinstance(raw, bool) or not isinstance(raw, int) or raw < 0 or (allowed and raw not in allowed):
-            wanted = ", ".join(map(str, allowed)) or "a whole number >= 0"
+        if isinstance(raw, bool) or not isinstance(raw, int) or raw < least or (allowed and raw not in allowed):
+            wanted = ", ".join(map(str, allowed)) or f"a whole number >= {least}"
             self.fail(key, f"{key} is {raw!r}, expected {wanted}")
         return raw
 
     def wholes(self, table: Mapping[str, Any], key: str, default: Sequence[int]) -> list[int]:
         raw = table.get(key, list(default))
         if not isinstance(raw, list) or not raw:
-            self.fail(key, f"{key} is {raw!r}, expected a list of whole numbers")
+            self.fail(key, f"{key} is {raw!r}, expected a list of whole numbers, one at least")
         return [self.whole({key: value}, key, 0) for value in raw]
 
     def words(self, table: Mapping[str, Any], key: str) -> list[str]:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.tuning.errors import TuneError
 from pytest_dvp.tuning.objective import Kind
 from pytest_dvp.tuning.reader import Reader
 from pytest_dvp.tuning.study import SEARCHES, Study
@@ -46,6 +45,9 @@ class _StudyReader(Reader):
         fixed = {
             name: self.number(value, name) for name, value in self.table(self.data.get("fixed", {}), "fixed").items()
         }
+        for name in fixed:
+            if name in start:
+                self.fail(name, f"{name} stands in [parameters] and in [fixed], expected in one of them")
         held = {name: value for name, value in {**P, **S, **fixed}.items() if name not in start}
         self.allowed({**held, **start})
         search = str(changes.get("search", self.word(head, "search", SEARCHES, "coordinate")))
@@ -55,7 +57,7 @@ class _StudyReader(Reader):
             knobs=knobs,
             start=start,
             search=search,
-            budget=int(changes.get("budget", self.whole(head, "budget", 200))),
+            budget=int(changes.get("budget", self.whole(head, "budget", 200, least=1))),
             seed=int(changes.get("seed", self.whole(head, "seed", 1))),
             stage=stage,
             variants=self.variants(),
@@ -78,8 +80,8 @@ class _StudyReader(Reader):
         if study.stage != "dt" and any(name.startswith("S.") for name in (*study.start, *study.fixed_S)):
             self.fail("stage", f"S changes the twin; the car of stage {study.stage} is what it is")
         if study.jobs_a_point > study.budget:
-            raise TuneError(
+            self.fail(
+                "budget",
                 f"budget is {study.budget}, and one point takes {study.jobs_a_point} simulations "
                 "(scenarios times seeds, or logs)",
-                file=str(self.path),
             )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
 from pytest_dvp.tuning.knob import Point, described
@@ -55,7 +55,7 @@ class Tuning:
 
     @property
     def best(self) -> Trial:
-        return min(self.trials, key=lambda trial: (trial.score.value, trial.number))
+        return _best(self.trials)
 
     @property
     def simulations(self) -> int:
@@ -107,7 +107,7 @@ def tune(
             ended = "budget"
             fresh = fresh[: max(left, 0 if known else 1)]
         jobs = [job for frozen in fresh for job in study.jobs(dict(frozen))]
-        results = workers.run(jobs)
+        results = workers.run(jobs, _so_far(study, trials))
         for k, frozen in enumerate(fresh):
             metrics = [result["metrics"] for result in results[k * each : (k + 1) * each]]
             score = study.objective.score(metrics)
@@ -115,13 +115,23 @@ def tune(
             known[frozen] = trial = Trial(len(trials), dict(frozen), score, spent, _mean(metrics), tuple(metrics))
             trials.append(trial)
         if trials:
-            best = min(trials, key=lambda trial: (trial.score.value, trial.number))
-            tick(f"{trials[-1].simulations} of {study.budget}: score {best.score.value:.4g}, {described(best.point)}")
+            tick(f"{_so_far(study, trials)}{described(_best(trials).point)}")
             done(Tuning(study, tuple(trials), ended))
         if ended == "budget":
             break
         searcher.tell(points, [known[_frozen(p)].score.value for p in points])
     return Tuning(study, tuple(trials), ended)
+
+
+def _best(trials: Sequence[Trial]) -> Trial:
+    return min(trials, key=lambda trial: (trial.score.value, trial.number))
+
+
+def _so_far(study: Study, trials: Sequence[Trial]) -> str:
+    """`8 of 20 simulations, least score 2.394: `."""
+    if not trials:
+        return f"0 of {study.budget} simulations: "
+    return f"{trials[-1].simulations} of {study.budget} simulations, least score {_best(trials).score.value:.4g}: "
 
 
 def _frozen(point: Point) -> tuple[tuple[str, float], ...]:

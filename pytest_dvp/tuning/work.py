@@ -54,7 +54,7 @@ def _save(log: Any, path: Path) -> None:
 
 
 def _replayed(job: Job) -> dict[str, Any]:
-    from pytest_dvp.log import Log
+    from pytest_dvp.logs.read import read_log
     from pytest_dvp.reality_gap.compare import compare
     from vehicle.model.model_file import read_model
     from vehicle.model.parameters import apply_s
@@ -64,7 +64,7 @@ def _replayed(job: Job) -> dict[str, Any]:
     assert job.model is not None
     model = read_model(job.model)
     model, _ = apply_s(model, default_sensors(car=model.car), dict(job.S))
-    found = compare(Log.load(job.log), model)
+    found = compare(read_log(job.log), model)
     chi2 = _finite(found.chi2_per_n)
     metrics: dict[str, float | None] = {
         "chi2_per_n": chi2,

@@ -47,8 +47,8 @@ class Workers:
         if self._pool is not None:
             self._pool.shutdown(wait=kind is None, cancel_futures=True)
 
-    def run(self, jobs: Sequence[Job]) -> list[dict[str, Any]]:
-        """A result for each job, in their order; jobs with one key are done once."""
+    def run(self, jobs: Sequence[Job], about: str = "") -> list[dict[str, Any]]:
+        """A result for each job, in their order; jobs with one key are done once. about: begins the progress."""
         keys = [job.key for job in jobs]
         found: dict[str, dict[str, Any]] = {}
         missing: dict[str, Job] = {}
@@ -64,7 +64,7 @@ class Workers:
         for key, result in self._worked(missing):
             self.done += 1
             found[key] = result
-            self.tick(f"{missing[key].title}: {len(found)} of {len(set(keys))}")
+            self.tick(f"{about}{missing[key].title}: {len(found)} of {len(set(keys))}")
         return [found[key] for key in keys]
 
     def _worked(self, missing: Mapping[str, Job]) -> Iterable[tuple[str, dict[str, Any]]]:

@@ -195,6 +195,14 @@ file = "x.xosc"
 [parameters]
 "P.LQR_q11" = [20, 30]
 """
+ALIGNMENT = """[study]
+objective = "alignment"
+model = "models/surrogate.toml"
+logs = ["drive.mcap"]
+
+[parameters]
+"S.EGO_mass" = { values = [600, 730], start = 600 }
+"""
 
 
 @pytest.mark.parametrize("word", ["study.toml", "."])
@@ -217,6 +225,28 @@ def test_a_plan_is_read_as_one(tmp_path: Path, check: Callable[..., Any]) -> Non
     code, (found,) = check("plan.toml")
     assert (code, found["code"]) == (1, "plan.invalid")
     assert "did you mean 'budget_P'" in found["message"]
+
+
+def test_what_a_study_names_is_looked_at_too(scenario: Write, check: Callable[..., Any]) -> None:
+    """What its run would refuse: a scenario without a road, and a log that is none."""
+    file = scenario(('<LogicFile filepath="straight.xodr"/>', "")).with_name("study.toml")
+    file.write_text(STUDY)
+    code, (found,) = check("study.toml")
+    assert (code, found["code"], found["file"]) == (1, "scenario.refused", "x.xosc")
+    assert "names no road network" in found["message"]
+    file.with_name("drive.mcap").write_bytes(b"none")
+    file.write_text(ALIGNMENT)
+    code, (found,) = check("study.toml")
+    assert (code, found["code"], found["file"]) == (1, "log.not_mcap", "drive.mcap")
+
+
+def test_what_a_plan_hides_is_looked_at_too(tmp_path: Path, check: Callable[..., Any]) -> None:
+    plan = shipped("mcrpg/paper.toml").read_text(encoding="utf-8")
+    (tmp_path / "plan.toml").write_text(plan.replace("[iterate]\n", '[iterate]\nvehicle = "surrogate:car.toml"\n', 1))
+    (tmp_path / "car.toml").write_text("[hidden.drive_gan]\ng = 0.8\n")
+    code, (found,) = check("plan.toml")
+    assert (code, found["code"]) == (1, "vehicle.invalid")
+    assert "did you mean drive_gain?" in found["message"]
 
 
 def test_a_parameter_that_the_scenario_of_a_study_lacks_has_its_line(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from pytest_dvp.tuning.bounds import Bound
 from pytest_dvp.tuning.errors import TuneError
 from pytest_dvp.tuning.iterate import beginning
-from pytest_dvp.tuning.outcome import table
+from pytest_dvp.tuning.outcome import headline, table
 from pytest_dvp.tuning.plan import STAGES, Plan, drives
 from pytest_dvp.tuning.plan_file import read_plan
 from vehicle.model.model_file import read_model
@@ -112,6 +113,8 @@ def test_performance_is_what_the_plan_says(folder: Path) -> None:
         ("mine.py:Keeper", "mine.py:Keper", r"plan.toml:3: .*unknown class 'Keper', did you mean 'Keeper'\?"),
         ("[0, 0.5]", '"much"', r"plan.toml:13: P.LK_throttle is 'much', expected \[values\] or \{ values = "),
         ('"completion_time"', '"completion_tim"', r"plan.toml:18: .*did you mean 'completion_time'\?"),
+        ("[iterate]", "[iterate]\niterations = 0", r"plan.toml:2: iterations is 0, expected a whole number >= 1"),
+        ("[iterate]", "[iterate]\nlast_seeds = [5]", r"plan.toml:2: last_seeds is \[5\], expected two at least"),
     ],
 )
 def test_a_slip_is_one_line_with_its_place(folder: Path, old: str, new: str, says: str) -> None:
@@ -124,4 +127,46 @@ def test_what_could_not_be_measured_is_no_miss() -> None:
     rows = [Bound("MNCC object x", "dt-rw", None, None, None, ">= 0.995", False, "", None)]
     told = table(rows)
     assert told[1].startswith("none MNCC object x")
-    assert told[-1] == "0 of 1 rows hold; none: 1 could not be measured"
+    assert told[-1] == "0 of 1 bounds hold; none: 1 could not be measured"
+
+
+def test_too_few_repeats_are_no_miss() -> None:
+    rows = [Bound("max jerk, between stages", "dt-rw", 0.0, 0.1, 0.1, "within 0.036", False, "", None, undecided=True)]
+    told = table(rows)
+    assert told[1].startswith("open max jerk")
+    assert told[-1] == "0 of 1 bounds hold; open: 1 need more repeats (last_seeds)"
+
+
+def _entry(chi2: float | None, *words: str, accepted: str = "twin and stack") -> dict[str, Any]:
+    return {"accepted": accepted, "structure": {"taken": list(words)}, "held_out": {"chi2_per_n": chi2}}
+
+
+@pytest.mark.parametrize(
+    ("entries", "structure", "says"),
+    [
+        (
+            [_entry(35.0, accepted="beginning"), _entry(0.2, "+ drive_gain g = 0.8")],
+            True,
+            "Twin extended: + drive_gain g = 0.8. It is the car to within the noise of its sensors (chi^2/N of "
+            "held-out drives 35 -> 0.2).",
+        ),
+        (
+            [_entry(35.0, accepted="beginning"), _entry(35.0, "+ drive_gain g = 0.8", accepted="")],
+            True,
+            "No effect was added to the twin. chi^2/N of held-out drives 35 -> 35, where 1 would be the noise of the "
+            "sensors.",
+        ),
+        (
+            [_entry(35.0, accepted="beginning"), _entry(10.0)],
+            False,
+            "No effect was added to the twin. chi^2/N of held-out drives 35 -> 10, where 1 would be the noise of the "
+            "sensors; nothing was looked for that it lacks (--tune-only).",
+        ),
+        ([_entry(None, accepted="beginning")], True, "No effect was added to the twin. chi^2/N of held-out drives -"),
+    ],
+    ids=["named", "refused", "tuned alone", "not measured"],
+)  # fmt: skip
+def test_the_headline_tells_a_twin_that_is_right_from_one_that_is_not(
+    entries: list[dict[str, Any]], structure: bool, says: str
+) -> None:
+    assert headline(entries, structure=structure).startswith(says)

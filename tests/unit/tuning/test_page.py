@@ -42,9 +42,10 @@ def entry(number: int, q11: float) -> dict[str, Any]:
 
 def document() -> dict[str, Any]:
     bound = {"what": "MNCC ego x", "where": "dt-rw", "value": 0.99987, "half_width": None, "worst": 0.99987,
-             "bound": ">= 0.9999", "holds": False, "paper": "0.9970", "first": None}  # fmt: skip
+             "bound": ">= 0.9999", "holds": False, "paper": "0.9970", "first": None, "undecided": False}  # fmt: skip
     return {
-        "plan": SCRIPT, "vehicle": "surrogate heavy", "ended": "3 iterations", "structure": True, "bounds": [bound],
+        "plan": SCRIPT, "vehicle": "surrogate heavy", "ended": "3 iterations", "structure": True, "preset": 1,
+        "bounds": [bound],
         "ledger": [entry(0, 20.0), entry(1, 30.0)],
     }  # fmt: skip
 

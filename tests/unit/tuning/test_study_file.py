@@ -78,6 +78,12 @@ def test_the_pedestrian_is_the_scenarios(tmp_path: Path) -> None:
         ("preset = 1", "preset = 2", 3, "expected 1, 5, 10"),
         ("seeds = [7, 8]", "seed_s = [7, 8]", 5, "did you mean"),
         ("preset = 1", 'stage = "rw"', 13, "states no start"),
+        ("[parameters]", '[fixed]\n"P.LQR_q11" = 25\n[parameters]', 12, "stands in [parameters] and in [fixed]"),
+        ('"P.LQR_q11" =', "P.LQR_q11 =", 12, 'P.LQR_q11 needs quotes: "P.LQR_q11" = [...]'),
+        ("preset = 1", "preset = 1\nbudget = 0", 4, "budget is 0, expected a whole number >= 1"),
+        ("preset = 1", "preset = 1\nbudget = 1", 4, "budget is 1, and one point takes 2 simulations"),
+        ("[7, 8]", "[]", 5, "seeds is [], expected a list of whole numbers, one at least"),
+        ("overtaking.xosc", "overtaking.gates.toml", 8, "'overtaking.gates.toml', expected an .xosc file"),
     ],
 )
 def test_a_slip_is_one_line(tmp_path: Path, old: str, new: str, line: int, words: str) -> None:
