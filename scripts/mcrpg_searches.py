@@ -56,7 +56,7 @@ def searches(runs: Path, jobs: int, docs: Path) -> str:
                 rows.append(_row(what, title, tuning, twin, held_out, workers))
             courses = [Curve(title, _chi2(tunings[name])) for name, title in SEARCHES]
             text = f"S on alignment, {what}"
-            panels.append(Panel(text, "replays of logs", "chi²/N, best so far", True, courses, (1.0, 3000.0)))
+            panels.append(Panel(text, "replays of logs", "chi²/N, best so far", True, courses, (0.1, 1000.0)))
         study = alone["coordinate"].study
         suspects = guard(study.knobs, study.start, alone["coordinate"].best.point, logs, state.model, print)
         better = dataclasses.replace(state, model=extended)
@@ -69,7 +69,7 @@ def searches(runs: Path, jobs: int, docs: Path) -> str:
             "|---|---|---|---|---|---|"]  # fmt: skip
     told = "; ".join(found.taken) or "nothing"
     back = "; ".join(found.pruned) or "nothing"
-    doubts = [f"- {suspicion.sentence}" for suspicion in suspects] or ["- nothing"]
+    doubts = [f"- {suspicion.sentence}" for suspicion in suspects] or ["- nothing: each value is plausible by itself"]
     lines = [*head, *rows, "", "What the guard says of the coordinate search alone:", "", *doubts, ""]
     lines += [f"The diagnosis took no simulation: set back to the data sheet: {back}; taken: {told}.", ""]
     lines += [
@@ -128,8 +128,10 @@ def _performance_row(plan: Plan, state: State, title: str, tuning: Tuning, worke
     judge = dataclasses.replace(tuning.study, variants=plan.held_out, seeds=plan.held_out_seeds)
     results = workers.run(judge.jobs(tuning.best.point))
     score = plan.performance.score([result["metrics"] for result in results])
-    cells = [title, str(tuning.simulations), f"{tuning.start.score.value:.4f}", f"{tuning.best.score.value:.4f}"]
-    return f"| {' | '.join([*cells, f'{score.value:.4f}' if score.allowed else 'forbidden'])} |"
+    scores = [
+        f"{each.value:.4f}" if each.allowed else "forbidden" for each in (tuning.start.score, tuning.best.score, score)
+    ]
+    return f"| {' | '.join([title, str(tuning.simulations), *scores])} |"
 
 
 def _chi2(tuning: Tuning) -> list[tuple[float, float]]:
