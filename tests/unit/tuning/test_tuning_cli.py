@@ -6,9 +6,12 @@ import json
 import shlex
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from pytest_dvp.cli import main
+from pytest_dvp.log import Log
+from pytest_dvp.signals import describe
 from pytest_dvp.tuning.job import Job
 from pytest_dvp.tuning.work import work
 from scenarios import path as shipped
@@ -110,13 +113,15 @@ def test_of_many_drives_the_worst_are_printed_and_all_are_kept(
     assert len(commands((tmp_path / "best.txt").read_text(encoding="utf-8"))) == 4
 
 
+@pytest.mark.parametrize("log", ["drive.mcap", "drive.csv"])
 def test_the_printed_command_of_an_alignment_compares_exactly_the_tuned_twin(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], log: str
 ) -> None:
     twin = str(shipped("models/surrogate.toml"))
     work(Job(str(shipped("follow.xosc")), model=twin, save=str(tmp_path / "drive.mcap"), duration=10.0))
+    _as_csv(tmp_path / "drive.mcap")
     (tmp_path / "study.toml").write_text(
-        '[study]\nobjective = "alignment"\nmodel = "models/surrogate.toml"\nlogs = ["drive.mcap"]\n'
+        f'[study]\nobjective = "alignment"\nmodel = "models/surrogate.toml"\nlogs = ["{log}"]\n'
         '[parameters]\n"S.EGO_mass" = { values = [730, 900.5], start = 1000 }\n',
         encoding="utf-8",
     )
@@ -134,6 +139,14 @@ def test_the_printed_command_of_an_alignment_compares_exactly_the_tuned_twin(
     for name in ("x", "v", "steer", "yaw_rate"):
         assert signals[name]["nrmse"] == tuned[f"nrmse.{name}"]
         assert signals[name]["chi2_per_n"] == tuned[f"chi2_per_n.{name}"]
+
+
+def _as_csv(path: Path) -> None:
+    """The log beside itself as a table of what a car logs, each column with its unit."""
+    log = Log.load(path)
+    names = ("t", "x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer", "steer_cmd", "accel_cmd")
+    units = {f"{name} [{describe(name).unit}]": log[name] for name in names}
+    pd.DataFrame(units).to_csv(path.with_suffix(".csv"), index=False)
 
 
 @pytest.mark.parametrize(
