@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -55,22 +56,23 @@ def headline(ledger: Sequence[Mapping[str, Any]], *, structure: bool) -> str:
 
 
 def command_of(found: Iterated) -> str:
-    """The command that drives the first held-out variant on the twin with the stack, as both are at the end."""
+    """The command that drives the first held-out variant on the twin with the stack, as both are at the end; not behind
+    the command gate, which no command line puts before a twin."""
     from pytest_dvp.tuning.command import command
     from pytest_dvp.tuning.plan import drives
 
     (drive, *_) = drives(found.plan, found.state, found.plan.held_out[:1], found.plan.last_seeds[:1], Path(), ("dt",))
-    return command(drive.job)
+    return command(dataclasses.replace(drive.job, gated=False))
 
 
 def table(rows: list[Bound]) -> list[str]:
     """The bounds for a terminal."""
-    head = f"{'':<4}{'':<34}{'stages':<8}{'first':>10}{'last':>10}{'+-':>10}{'worst':>10}  bound"
+    head = f"{'':<41}{'stages':<8}{'first':>10} {'last':>10} {'+-':>10} {'worst':>10}  bound"
     lines = [head]
     for row in rows:
         mark = "ok" if row.holds else "none" if row.value is None else "open" if row.undecided else "MISS"
-        numbers = "".join(f"{_number(v):>10}" for v in (row.first, row.value, row.half_width, row.worst))
-        lines.append(f"{mark:<5}{row.what:<33}{row.where:<8}{numbers}  {row.bound}")
+        numbers = " ".join(f"{_number(v):>10}" for v in (row.first, row.value, row.half_width, row.worst))
+        lines.append(f"{mark:<5}{row.what:<36}{row.where:<8}{numbers}  {row.bound}")
     return [*lines, count(rows)]
 
 
