@@ -102,7 +102,7 @@ reliability: $(STAMP)
 blind: $(STAMP)
 	$(BIN)/python -m scripts.blind_answers $${DVP_SHARED:-../shared}/blind
 
-# The paper's method on three surrogate cars, its result table beside ours: writes docs/mcrpg.md; about 20 minutes a car.
+# The paper's method on three surrogate cars, its result table beside ours: writes docs/mcrpg.md; about 20 minutes of CPU a car.
 paper: $(STAMP)
 	$(BIN)/python -m scripts.mcrpg_page paper $(CARS)
 
