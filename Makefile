@@ -4,6 +4,9 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
+# Hundreds of short processes: each would compile the sources anew where this is set.
+unexport PYTHONDONTWRITEBYTECODE
+
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
@@ -11,7 +14,7 @@ TWIN   := scenarios/models/surrogate.toml
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install -q --no-compile -c constraints.txt -e '.[dev]'
+	$(BIN)/python -m pip install -q -c constraints.txt -e '.[dev]'
 	touch $@
 
 demo: $(STAMP)
