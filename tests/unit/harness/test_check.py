@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pytest_dvp.cli import main, runnable
+from pytest_dvp.cli import main
 from scenarios import path as shipped
 
 Write = Callable[..., Path]
@@ -22,14 +22,6 @@ NEEDS_GOAL = '[[gate]]\nmetric = "goal_reached"\nmin = 1\n'
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     monkeypatch.chdir(tmp_path)
-
-
-@pytest.fixture(autouse=True)
-def asked_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The answer of the child that knows what runs, without the 1.5 s of its start; test_check_runnable.py has both."""
-    monkeypatch.setattr(
-        runnable, "_ask", lambda files, settings: {file: runnable._refusal(Path(file), settings) for file in files}
-    )
 
 
 @pytest.fixture
