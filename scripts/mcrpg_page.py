@@ -17,7 +17,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.tuning.bounds import EQUIVALENT, GAIN
+from pytest_dvp.tuning.bounds import DRIVE, EQUIVALENT, GAIN, LIKENESS
+from pytest_dvp.tuning.paper_result import TENTH
 from scripts.mcrpg_kills import kills
 from scripts.mcrpg_searches import searches
 from scripts.real_cars import placed
@@ -26,8 +27,6 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "mcrpg.md"
 RUNS = ROOT / "runs" / "mcrpg"
 CARS = ("nominal", "heavy_slow", "sharp_slippery")
-LIKENESS = ("ego x", "ego y", "steer", "velocity", "object x", "object y")
-DRIVE = ("max TTC^-1", "TET", "max jerk", "lateral RMSE, path")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -90,18 +89,16 @@ def paper(runs: Path) -> str:
         theirs = " / ".join(next(iter(tables.values()))[name, stage]["paper"] for stage in ("dt", "pe", "rw"))
         cells = [" / ".join(_value(table[name, stage]) for stage in ("dt", "pe", "rw")) for table in tables.values()]
         lines.append(f"| {name}, DT / PE / RW | {_sign(first['bound'])} | {theirs.strip(' /')} | {' | '.join(cells)} |")
-    lane = [_stages(result, "lateral RMSE, lane") for result in found.values()]
-    lines.append(f"| lateral RMSE, fixed lane [m] | shown | 0.579 / 0.679 / 0.708 | {' | '.join(lane)} |")
-    yaw = [_stages(result, "max yaw rate") for result in found.values()]
-    lines.append(f"| max yaw rate [rad/s] | shown | 1.60 / 1.61 / 1.56 | {' | '.join(yaw)} |")
-    done = [_stages(result, "completion time") for result in found.values()]
-    lines.append(f"| completion time [s] | shown | 107.0 / 108.0 / 108.9 | {' | '.join(done)} |")
+    for name, unit in (("lateral RMSE, lane", "m"), ("max yaw rate", "rad/s"), ("completion time", "s")):
+        theirs = " / ".join(f"{value:g}" for value in TENTH[name])
+        cells = [_stages(result, name) for result in found.values()]
+        lines.append(f"| {name} [{unit}] | shown | {theirs} | {' | '.join(cells)} |")
     key = ("open-loop position after 2 s", "twin")
     cells = [f"{_value(table[key])} (<= {_limit(table[key])})" for table in tables.values()]
     lines.append(f"| open-loop position after 2 s [m] | ≤ 2 × noise | | {' | '.join(cells)} |")
     for name in EQUIVALENT:
         rows = [[table[f"{name}, between stages", pair] for pair in ("dt-rw", "pe-rw")] for table in tables.values()]
-        share = _margin(rows[0][0]["bound"])[1]
+        share = f"{GAIN:.0%} of the {'bound' if name in DRIVE else 'value'}".replace("%", " %")
         cells = [" / ".join(map(_apart, both)) for both in rows]
         lines.append(f"| {name} between stages, DT to RW / PE to RW | ± {share} | | {' | '.join(cells)} |")
     for pair in ("dt-rw", "pe-rw"):
@@ -170,18 +167,11 @@ def _stages(result: Mapping[str, Any], name: str) -> str:
     return " / ".join("–" if v is None else f"{v:.3g}" for v in values)
 
 
-def _margin(bound: str) -> tuple[float, str]:
-    """Of "its interval within 0.036, 2% of the bound": 0.036, and the rest."""
-    size, _, share = bound.rpartition("within ")[2].partition(", ")
-    return float(size), share.replace("%", " %")
-
-
 def _apart(row: Mapping[str, Any]) -> str:
     """Difference of a metric between two stages with its interval, in % of what its margin is 2 % of."""
     if row["value"] is None:
         return "✗ undefined"
-    size, _ = _margin(row["bound"])
-    scale = 100.0 * GAIN / size if size > 0.0 else 0.0
+    scale = 100.0 * GAIN / row["margin"] if row["margin"] else 0.0  # TET has a margin of 0
     text = f"{scale * row['value']:+.1f}"
     if row["half_width"] is not None:
         text += f" ± {scale * row['half_width']:.1f}"

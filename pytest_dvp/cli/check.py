@@ -229,14 +229,18 @@ def _of_what_it_names(found: Study | Plan, settings: Settings) -> Findings:
     from pytest_dvp.stages import StageError, check_hidden
     from pytest_dvp.tuning.plan import Plan
 
-    variants = (*found.variants, *found.held_out) if isinstance(found, Plan) else found.variants
+    logs: tuple[Path, ...] = ()
+    if isinstance(found, Plan):
+        variants, on_car = (*found.variants, *found.held_out), True
+    else:
+        variants, logs, on_car = found.variants, found.logs, found.stage != "dt"
     asked = dataclasses.replace(settings, library=(*settings.library, *found.library))
     for row in runnable(dict.fromkeys(variant.scenario for variant in variants), (), asked):
         if not row["runs"]:
             yield _error("scenario.refused", row["file"], row["line"], row["why"])
-    for log in () if isinstance(found, Plan) else found.logs:
+    for log in logs:
         yield from (finding for finding in _log(log, settings) if finding["severity"] == "error")
-    if isinstance(found, Plan) or found.stage != "dt":
+    if on_car:
         try:
             check_hidden(found.vehicle)
         except StageError as error:

@@ -8,26 +8,21 @@ from typing import Any
 
 from pytest_dvp.tuning.gap import Figure
 from pytest_dvp.tuning.judge import Judged
+from pytest_dvp.tuning.paper_result import TENTH
+from pytest_dvp.tuning.plan import STAGES
 
 SAMPLE, SEEN = 0.01, 0.05  # s, one sample of a log, and of what the stack saw
 GAIN = 0.02  # greatest distance of the gain from 1 beside an MNCC
 NOISES = 2.0  # times the noise of the measured position that the twin may be off after 2 s
-STAGES = ("dt", "pe", "rw")
-LIKENESS = (
-    ("ego x", 0.9999, (0.9970, 0.9998)),
-    ("ego y", 0.9999, (0.9991, 0.9998)),
-    ("steer", 0.99, (0.9834, 0.9604)),
-    ("velocity", 0.995, (0.9568, 0.9893)),
-    ("object x", 0.995, (0.9847, 0.9940)),
-    ("object y", 0.995, (0.9671, 0.9808)),
-)
-"""Row, bound, the paper's 10th iteration (its DT and RW column). Source: Arango et al., Sensors 2026, 26, 1338."""
-DRIVE = (
-    ("max TTC^-1", 0.37, "1/s", (0.378, 0.385, 0.415)),
-    ("TET", 0.0, "s", (0.0, 0.0, 0.0)),
-    ("max jerk", 1.8, "m/s^3", (2.74, 2.46, 1.87)),
-    ("lateral RMSE, path", 0.30, "m", None),
-)
+LIKENESS = {"ego x": 0.9999, "ego y": 0.9999, "steer": 0.99, "velocity": 0.995, "object x": 0.995, "object y": 0.995}
+"""Least MNCC between two stages."""
+DRIVE = {
+    "max TTC^-1": (0.37, "1/s"),
+    "TET": (0.0, "s"),
+    "max jerk": (1.8, "m/s^3"),
+    "lateral RMSE, path": (0.30, "m"),
+}
+"""Greatest value on each stage, and its unit."""
 EQUIVALENT = ("max TTC^-1", "TET", "max jerk", "completion time", "lateral RMSE, lane", "lateral RMSE, path")
 """Metrics in which the stages must be alike."""
 
@@ -35,8 +30,8 @@ EQUIVALENT = ("max TTC^-1", "TET", "max jerk", "completion time", "lateral RMSE,
 @dataclasses.dataclass(frozen=True, slots=True)
 class Bound:
     """One row: what, between or on which stages, the value with its interval, the worst drive, the bound in words,
-    whether it holds, the paper's value, and the value of the beginning; undecided: it does not hold, but only because
-    the repeats are too few to tell."""
+    whether it holds, the paper's value, and the value of the beginning; margin: within which a difference and its
+    interval must lie, None of a row that is no difference."""
 
     what: str
     where: str
@@ -47,10 +42,17 @@ class Bound:
     holds: bool
     paper: str
     first: float | None
-    undecided: bool = False
+    margin: float | None = None
+
+    @property
+    def undecided(self) -> bool:
+        """It does not hold, but only because the repeats are too few to tell."""
+        if self.holds or self.margin is None or self.value is None:
+            return False
+        return abs(self.value) - (self.half_width or 0.0) <= self.margin
 
     def as_dict(self) -> dict[str, Any]:
-        return dataclasses.asdict(self)
+        return {**dataclasses.asdict(self), "undecided": self.undecided}
 
 
 def bounds(first: Judged, last: Judged) -> list[Bound]:
@@ -58,9 +60,9 @@ def bounds(first: Judged, last: Judged) -> list[Bound]:
     drives; the worst variant, or drive, stands beside it."""
     rows = []
     for pair in ("dt-rw", "pe-rw"):
-        for name, least, paper in LIKENESS:
+        for name, least in LIKENESS.items():
             now, then = last.gap.ensemble.get(pair, {}), first.gap.ensemble.get(pair, {})
-            shown = f"{paper[0] if pair == 'dt-rw' else paper[1]:.4f}"
+            shown = f"{TENTH[name][0 if pair == 'dt-rw' else 2]:.4f}"  # its DT and its RW column
             rows.append(
                 _row(f"MNCC {name}", pair, now.get(name), then.get(name), f">= {least:g}", least, shown, up=True)
             )
@@ -70,9 +72,9 @@ def bounds(first: Judged, last: Judged) -> list[Bound]:
                 key = f"{name}.{part}"
                 title = f"lag of {name}" if part == "lag" else f"gain of {name}, from 1"
                 rows.append(_row(title, pair, now.get(key), then.get(key), text, most + 1e-9, ""))
-    for name, most, unit, values in DRIVE:
+    for name, (most, unit) in DRIVE.items():
         for k, stage in enumerate(STAGES):
-            shown = f"{values[k]:g}" if values else ""
+            shown = f"{TENTH[name][k]:g}" if name in TENTH else ""
             now_row, then_row = last.gap.metrics[stage][name], first.gap.metrics[stage].get(name)
             rows.append(_row(name, stage, now_row, then_row, f"<= {most:g} {unit}", most, shown))
     rows.append(_position(first, last))
@@ -113,9 +115,7 @@ def _equivalent(name: str, pair: str, first: Judged, last: Judged) -> Bound:
     complete = all(each is not None and each.known == each.count for each in stages)
     if not complete or apart is None or apart.mean is None or value is None or value.mean is None:
         return Bound(what, pair, None, None, None, "defined in every drive", False, "", before)
-    bound = next((most for row, most, _, _ in DRIVE if row == name), None)
-    margin = GAIN * (abs(value.mean) if bound is None else bound)
+    margin = GAIN * (DRIVE[name][0] if name in DRIVE else abs(value.mean))
     holds = apart.half_width is not None and abs(apart.mean) + apart.half_width <= margin + 1e-12
-    text = f"its interval within {margin:.3g}, {GAIN:.0%} of the {'value' if bound is None else 'bound'}"
-    undecided = not holds and abs(apart.mean) - (apart.half_width or 0.0) <= margin
-    return Bound(what, pair, apart.mean, apart.half_width, apart.worst, text, holds, "", before, undecided)
+    text = f"its interval within {margin:.3g}, {GAIN:.0%} of the {'bound' if name in DRIVE else 'value'}"
+    return Bound(what, pair, apart.mean, apart.half_width, apart.worst, text, holds, "", before, margin)

@@ -73,14 +73,14 @@ def table(rows: list[Bound]) -> list[str]:
         mark = "ok" if row.holds else "none" if row.value is None else "open" if row.undecided else "MISS"
         numbers = " ".join(f"{_number(v):>10}" for v in (row.first, row.value, row.half_width, row.worst))
         lines.append(f"{mark:<5}{row.what:<36}{row.where:<8}{numbers}  {row.bound}")
-    return [*lines, count(rows)]
+    return [*lines, count([row.as_dict() for row in rows])]
 
 
-def count(rows: Sequence[Bound]) -> str:
+def count(rows: Sequence[Mapping[str, Any]]) -> str:
     """`53 of 61 bounds hold; open: 6 need more repeats (last_seeds); none: 1 could not be measured`."""
-    held, unknown = sum(row.holds for row in rows), sum(row.value is None for row in rows)
+    held, unknown = sum(row["holds"] for row in rows), sum(row["value"] is None for row in rows)
     text = f"{held} of {len(rows)} bounds hold"
-    if undecided := sum(row.undecided for row in rows):
+    if undecided := sum(row["undecided"] for row in rows):
         text += f"; open: {undecided} need more repeats (last_seeds)"
     return text + (f"; none: {unknown} could not be measured" if unknown else "")
 

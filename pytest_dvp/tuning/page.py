@@ -6,24 +6,17 @@ import itertools
 from collections.abc import Mapping
 from typing import Any
 
-from pytest_dvp.tuning.bounds import NOISES, Bound
+from pytest_dvp.tuning.bounds import LIKENESS, NOISES
 from pytest_dvp.tuning.outcome import count, headline
+from pytest_dvp.tuning.paper_result import TENTH
 from pytest_dvp.tuning.plan import STAGES
 
-LIKENESS = ("ego x", "ego y", "steer", "velocity", "object x", "object y")
+CLOSE = ("ego x", "ego y", "steer", "velocity")  # likeness that the figure draws
 DRIVE = ("max TTC^-1", "TET", "max jerk", "max yaw rate", "completion time", "lateral RMSE, lane", "lateral RMSE, path")
 UNITS = {
     "max TTC^-1": "1/s", "TET": "s", "max jerk": "m/s^3", "max yaw rate": "rad/s", "completion time": "s",
     "lateral RMSE, lane": "m", "lateral RMSE, path": "m",
 }  # fmt: skip
-PAPER = {
-    "ego x": (0.9970, 0.9972, 0.9998), "ego y": (0.9991, 0.9994, 0.9998), "steer": (0.9834, 0.8915, 0.9604),
-    "velocity": (0.9568, 0.9655, 0.9893), "object x": (0.9847, 0.9962, 0.9940), "object y": (0.9671, 0.9591, 0.9808),
-    "max TTC^-1": (0.378, 0.385, 0.415), "TET": (0.0, 0.0, 0.0), "max jerk": (2.74, 2.46, 1.87),
-    "max yaw rate": (1.60, 1.61, 1.56), "completion time": (107.0, 108.0, 108.9),
-    "lateral RMSE, lane": (0.579, 0.679, 0.708),
-}  # fmt: skip
-"""The paper's 10th iteration, DT, PE, RW. Source: Arango et al., Sensors 2026, 26, 1338."""
 
 
 def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
@@ -32,7 +25,7 @@ def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "title": f"{document['plan']}: {document['vehicle']}",
         "headline": headline(entries, structure=document["structure"]),
-        "count": f"{count([Bound(**row) for row in rows])}; ended: {document['ended']}",
+        "count": f"{count(rows)}; ended: {document['ended']}",
         "reached": all(row["holds"] for row in rows),
         "paper": document["preset"] is not None,
         "structure": document["structure"],
@@ -48,9 +41,7 @@ def iterate_page(document: Mapping[str, Any]) -> dict[str, Any]:
                 "position": entry["held_out"]["position_at_2s"],
                 "position_bound": _bound(entry["held_out"]["position_noise"]),
                 "performance": entry["held_out"]["performance"],
-                "likeness": {
-                    name: entry["held_out"]["likeness"]["dt-rw"].get(name, {}).get("mean") for name in LIKENESS[:4]
-                },
+                "likeness": {name: entry["held_out"]["likeness"]["dt-rw"].get(name, {}).get("mean") for name in CLOSE},
             }
             for entry in entries
         ],
@@ -139,10 +130,10 @@ def _metrics(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
         for entry in entries:
             pairs = entry["held_out"]["likeness"]
             cells.append([_alike(pairs["dt-rw"], name), _alike(pairs["pe-rw"], name), ""])
-        rows.append({"name": f"MNCC {name} to RW", "unit": "", "cells": cells, "paper": _three(PAPER[name], 4)})
+        rows.append({"name": f"MNCC {name} to RW", "unit": "", "cells": cells, "paper": _three(TENTH[name], 4)})
     for name in DRIVE:
         cells = [[_mean(entry["held_out"]["metrics"][s].get(name)) for s in STAGES] for entry in entries]
-        paper = _three(PAPER[name], 3) if name in PAPER else ["", "", ""]
+        paper = _three(TENTH[name], 3) if name in TENTH else ["", "", ""]
         rows.append({"name": name, "unit": UNITS[name], "cells": cells, "paper": paper})
     return rows
 
@@ -162,8 +153,8 @@ def _mean(figure: Mapping[str, Any] | None) -> str:
     return f"{figure['mean']:.3g}"
 
 
-def _three(values: tuple[float | None, ...], digits: int) -> list[str]:
-    return ["" if v is None else f"{v:.{digits}g}" for v in values]
+def _three(values: tuple[float, float, float], digits: int) -> list[str]:
+    return [f"{v:.{digits}g}" for v in values]
 
 
 def _sensitivity(entries: list[dict[str, Any]]) -> dict[str, Any] | None:

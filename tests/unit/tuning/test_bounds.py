@@ -22,7 +22,7 @@ def judged(name: str, twin: Sequence[float | None], car: Sequence[float | None])
     """What the judge says after repeats that gave these values of one metric; every other one is 0 on all stages."""
     nought = [0.0] * len(twin)
     metrics = {
-        stage: {row: _figure(row, values if row == name else nought) for row in (*(d[0] for d in DRIVE), *EQUIVALENT)}
+        stage: {row: _figure(row, values if row == name else nought) for row in (*DRIVE, *EQUIVALENT)}
         for stage, values in (("dt", twin), ("pe", car), ("rw", car))
     }
     difference = {
@@ -35,7 +35,7 @@ def judged(name: str, twin: Sequence[float | None], car: Sequence[float | None])
         for pair, one in (("dt-rw", twin), ("pe-rw", car))
     }
     alike = {f"{row}{part}": Figure(1.0 if not part else 0.0, 0.0, 1.0, 1, 1)
-             for row, _, _ in LIKENESS for part in ("", ".lag", ".gain")}  # fmt: skip
+             for row in LIKENESS for part in ("", ".lag", ".gain")}  # fmt: skip
     gap = Gap({}, metrics, difference, {"dt-rw": alike, "pe-rw": alike})
     return Judged(State(Path("twin.toml"), {}, {}), Score(0.0, {}), 0.0, 0.01, 0.01, gap, ())
 
@@ -71,6 +71,15 @@ def test_few_repeats_that_scatter_are_no_evidence_of_likeness() -> None:
     found = row(judged(JERK, [1.1, 1.3], [1.15, 1.35]), JERK)
     assert found.value == pytest.approx(0.05)
     assert not found.holds
+
+
+def test_too_few_repeats_are_undecided_and_a_difference_beyond_the_margin_is_not() -> None:
+    scattered = row(judged(JERK, [1.1, 1.3], [1.3, 1.1]), JERK)  # difference 0, half width 12.7 * 0.2
+    assert (scattered.holds, scattered.undecided) == (False, True)
+    apart = row(judged(JERK, [1.2, 1.2, 1.2], [1.3, 1.3, 1.301]), JERK)
+    assert (apart.holds, apart.undecided) == (False, False)
+    alike = row(judged(JERK, [1.2, 1.2], [1.2, 1.2]), JERK)
+    assert (alike.holds, alike.undecided) == (True, False)
 
 
 def test_a_difference_that_can_be_told_but_does_not_matter_is_alike() -> None:

@@ -131,7 +131,7 @@ def test_what_could_not_be_measured_is_no_miss() -> None:
 
 
 def test_too_few_repeats_are_no_miss() -> None:
-    rows = [Bound("max jerk, between stages", "dt-rw", 0.0, 0.1, 0.1, "within 0.036", False, "", None, undecided=True)]
+    rows = [Bound("max jerk, between stages", "dt-rw", 0.0, 0.1, 0.1, "within 0.036", False, "", None, 0.036)]
     told = table(rows)
     assert told[1].startswith("open max jerk")
     assert told[-1] == "0 of 1 bounds hold; open: 1 need more repeats (last_seeds)"
