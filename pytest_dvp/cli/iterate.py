@@ -36,10 +36,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.iterations is not None and arguments.iterations < 1:
         raise SettingError(f"--iterations is {arguments.iterations}, expected a whole number >= 1")
     report = None if arguments.report is None else new_file("--report", arguments.report, [path])
-    from pytest_dvp.stages import StageError, check_stage, refuse_repetition
+    from pytest_dvp.stages import StageError, check_stage
     from pytest_dvp.tuning.iterate import iterate
     from pytest_dvp.tuning.outcome import command_of, document, text
     from pytest_dvp.tuning.plan_file import read_plan
+    from pytest_dvp.tuning.reader import refuse_real_car
     from reports.whole_file import write_whole
 
     plan = read_plan(
@@ -49,7 +50,7 @@ def execute(arguments: argparse.Namespace) -> int:
         structure=False if arguments.tune_only else None,
     )
     try:
-        refuse_repetition("tuning", "rw", plan.vehicle)
+        refuse_real_car(plan.vehicle)
         check_stage("rw", plan.vehicle)
     except StageError as error:
         raise SettingError(f"--vehicle: {error}") from None

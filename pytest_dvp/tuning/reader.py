@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from pytest_dvp.settings import SettingError, unknown
+from pytest_dvp.settings import SettingError, nearest, unknown
 from pytest_dvp.tuning.errors import TuneError
 from pytest_dvp.tuning.knob import Knob, rounded, typed
 from pytest_dvp.tuning.objective import ALIGNMENT, PERFORMANCE, Constraint, Kind, Objective, Term
@@ -205,21 +206,26 @@ class Reader:
         except OSError as error:
             if not isinstance(error, FileNotFoundError):
                 self.fail(name[:40], f"{what} {name!r}: {error.strerror}")
-            self.fail(name or what, f"no {what} {name!r}: neither beside the study nor here nor among what ships")
+            self.absent(name, what)
         except ValueError:
-            self.fail(name or what, f"no {what} {name!r}: neither beside the study nor here nor among what ships")
+            self.absent(name, what)
+
+    def absent(self, name: str, what: str) -> NoReturn:
+        from scenarios import path as shipped
+
+        meant = _meant(name, (self.path.parent, shipped("overtaking.xosc").parent))
+        self.fail(name or what, f"no {what} {name!r}: neither beside the study nor here nor among what ships{meant}")
 
     def vehicle(self, text: str) -> str:
         from pytest_dvp.settings import SIMULATED
-        from pytest_dvp.stages import StageError, find_adapter, refuse_repetition
+        from pytest_dvp.stages import StageError
 
+        try:
+            refuse_real_car(text)
+        except StageError as error:
+            self.fail("vehicle", str(error))
         name, colon, hidden = text.partition(":")
         if name not in SIMULATED:
-            try:
-                find_adapter(name)
-                refuse_repetition("tuning", "rw", text)
-            except StageError as error:
-                self.fail("vehicle", str(error))
             return text
         return f"{name}:{self.file(hidden, 'file of hidden effects')}" if colon else text
 
@@ -283,6 +289,27 @@ class Reader:
         if raw not in allowed:
             self.fail(key, unknown(key, str(raw), allowed))
         return raw
+
+
+def refuse_real_car(vehicle: str) -> None:
+    """Raises StageError for a vehicle that nothing automatic may drive, and for one that nobody knows."""
+    from pytest_dvp.stages import REPLAY, VEHICLES, find_adapter, refuse_repetition
+
+    name = vehicle.partition(":")[0]
+    if name not in (*VEHICLES, REPLAY):
+        find_adapter(name)
+        refuse_repetition("tuning", "rw", vehicle)
+
+
+def _meant(name: str, folders: Iterable[Path]) -> str:
+    """`; did you mean 'overtaking.xosc'?`: the nearest name of that kind in these folders, empty if none is near."""
+    wanted = Path(name)
+    there: list[str] = []
+    for folder in (folder / wanted.parent for folder in folders if wanted.name):
+        with contextlib.suppress(OSError):  # no such folder, or one that may not be read
+            there += [str(wanted.with_name(file.name)) for file in folder.iterdir() if file.suffix == wanted.suffix]
+    near = nearest(name, there)
+    return "" if near is None else f"; did you mean {near!r}?"
 
 
 def metric_names(kind: Kind) -> list[str]:

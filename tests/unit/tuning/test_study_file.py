@@ -73,6 +73,8 @@ def test_the_pedestrian_is_the_scenarios(tmp_path: Path) -> None:
         ("[20, 30]", '["a", 30]', 12, "expected a number"),
         ("[650, 900]", "[900, 650]", 13, "expected [low, high]"),
         ("overtaking.xosc", "overtake.xosc", 8, "no scenario 'overtake.xosc'"),
+        ("overtaking.xosc", "overtakin.xosc", 8, "did you mean 'overtaking.xosc'?"),
+        ("models/surrogate.toml", "models/surogate.toml", 4, "did you mean 'models/surrogate.toml'?"),
         ('"performance"', '"performing"', 2, "did you mean 'performance'"),
         ('"performance"', '"alignment"', 2, "needs recorded logs"),
         ("preset = 1", "preset = 2", 3, "expected 1, 5, 10"),

@@ -157,13 +157,15 @@ def _as_csv(path: Path) -> None:
         (["tune", "{study}", "--search", "gradient"], 2, "unknown search 'gradient'"),
         (["tune", "{study}", "--budget", "0"], 2, "--budget is 0"),
         (["tune", "{study}", "--jobs", "0"], 2, "--jobs is 0"),
+        (["iterate", "{plan}", "--vehicle", "surogate"], 2, "--vehicle: unknown vehicle 'surogate', did you mean"),
         (["iterate", "{study}"], 1, "study.toml:1: this is a study (dvp tune), not a plan"),
     ],
 )
 def test_a_slip_is_one_line(
     study: str, words: list[str], code: int, told: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([word.format(study=study) for word in words]) == code
+    plan = shipped("mcrpg/paper.toml")
+    assert main([word.format(study=study, plan=plan) for word in words]) == code
     shown = capsys.readouterr()
     assert told in shown.err
     assert len(shown.err.strip().splitlines()) == 1
