@@ -20,8 +20,8 @@ import math
 
 import numpy as np
 
-from ads.compiled import compiled
 from ads.transforms import wrap_angle
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 GNSS, ODO, IMU = 0.0, 1.0, 2.0

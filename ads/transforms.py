@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ads.compiled import compiled
+from machine_code import compiled
 from vehicle.messages import FloatArray, VehicleDescription
 
 

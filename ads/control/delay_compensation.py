@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ads.compiled import compiled
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 HISTORY = 64  # commands

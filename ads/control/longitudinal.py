@@ -7,10 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
-from ads.compiled import compiled
 from ads.control.speed_profile import approach_acceleration
 from ads.control.spline import sample
 from ads.localization import Estimate
+from machine_code import compiled
 from vehicle.messages import FloatArray, VehicleDescription
 
 GAIN = 0.9  # 1/s

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from ads.compiled import compiled
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 DT = 0.05  # s

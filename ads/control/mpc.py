@@ -12,8 +12,8 @@ from __future__ import annotations
 import daqp
 import numpy as np
 
-from ads.compiled import compiled
 from ads.control.spline import S
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 N = 20

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from ads.compiled import compiled
 from ads.control.spline import KAPPA, SPEED, S
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 LATERAL_ACCELERATION = 2.5  # m/s^2, ISO 15622 leaves 2.3 to 3; at high set speeds it takes over from LQR_rc_max

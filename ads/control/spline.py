@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from ads.compiled import compiled
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 COLUMNS = 6

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ads.compiled import compiled
 from ads.perception.fusion import CAMERA, VEHICLE
 from ads.perception.track import AP, CP, SIDE, TL, TW, TX, TY, TYAW, track_kind
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 AROUND = 0.4  # m around a track's box in which a piece may lie

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ads.compiled import compiled
 from ads.perception.assignment import FORBIDDEN, assign
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 MEASURE = 10

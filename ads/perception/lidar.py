@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ads.compiled import compiled
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 CELL = 0.4  # m; returns in neighbouring cells belong together

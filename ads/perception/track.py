@@ -10,9 +10,9 @@ import math
 
 import numpy as np
 
-from ads.compiled import compiled
 from ads.perception.fusion import CAMERA, PEDESTRIAN, TYPICAL, kind_by_size
 from ads.transforms import wrap_angle
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 TRACK = 23

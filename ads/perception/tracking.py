@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ads.compiled import compiled
 from ads.ekf import copy_row
 from ads.perception.assignment import FORBIDDEN, assign
 from ads.perception.fragments import gather_fragments, outside
@@ -36,6 +35,7 @@ from ads.perception.track import (
     track_kind,
     whole_box,
 )  # fmt: skip
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 MOST_TRACKS = 48

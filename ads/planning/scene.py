@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from ads.compiled import compiled
 from ads.control.spline import project, sample
+from machine_code import compiled
 from vehicle.messages import Detection, FloatArray
 
 PLACED = 6

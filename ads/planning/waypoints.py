@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from ads.compiled import compiled
 from ads.control.spline import spline_path
 from ads.planning.route import Leg, Map
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 SPACING = 2.0  # m between waypoints

@@ -6,8 +6,8 @@ import math
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from openscenario.road.lanes import centre_offset, outer_border
 from openscenario.road.pose import reference, slopes
 from openscenario.road.profile import Floats
@@ -74,7 +74,7 @@ def _kind(tables: Tables, section: int, border: int) -> Kind | None:
     return "lane" if lanes[drivable[0], LANE_DIRECTION] == lanes[drivable[1], LANE_DIRECTION] else "centre"
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def border_points(tables: Tables, road: int, section: int, start: float, end: float, count: int) -> Floats:
     """x, y [m] of `count` points between two s [m] on all borders of a section, leftmost first, (borders, count, 2)."""
     sections = tables[5]

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from machine_code import compiled
 from openscenario.road import shapes
 from openscenario.road.profile import Floats
 from openscenario.road.shapes import COS, DATA, HEADING, KIND, LENGTH, LINE, P0, P1, RATE0, RATE1, SIN, SPIRAL, S, X, Y
 
-clothoid = njit(cache=True, error_model="numpy")(shapes.clothoid)
+clothoid = compiled(shapes.clothoid)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def parameter_at(row: Floats, ds: float) -> float:
     """Polynomial parameter p after the arc length ds [m] of a PARAM row (cubic Hermite between the panel's ends)."""
     length = row[LENGTH]
@@ -28,7 +27,7 @@ def parameter_at(row: Floats, ds: float) -> float:
     return float(p0 + u * (m0 + u * (3.0 * rise - 2.0 * m0 - m1 + u * (m0 + m1 - 2.0 * rise))))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def geometry_at(geometry: Floats, first: int, last: int, s: float) -> int:
     """Row of [first, last) on which s lies."""
     low = first
@@ -42,7 +41,7 @@ def geometry_at(geometry: Floats, first: int, last: int, s: float) -> int:
     return low
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def evaluate(geometry: Floats, first: int, last: int, s: float) -> tuple[float, float, float, float, float]:
     """x, y [m], heading [rad], curvature [1/m] and its rate [1/m^2] of a reference line at s [m].
 

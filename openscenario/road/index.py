@@ -10,8 +10,8 @@ import math
 from typing import TypeAlias
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from openscenario.road.lanes import nearest_lane, outer_border, section_at
 from openscenario.road.pose import reference, slopes
 from openscenario.road.profile import Floats, Ints
@@ -45,7 +45,7 @@ ALIGNED = 0.98  # cos of the largest heading difference at which the hint's road
 _X0, _Y0, _X1, _Y1, _S0, _S1, _REACH = range(7)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def reach(tables: Tables, road: int, s: float) -> float:
     """Largest |t| [m] of any lane border at s [m]."""
     sections = tables[5]
@@ -60,7 +60,7 @@ def reach(tables: Tables, road: int, s: float) -> float:
     return min(most, MOST_REACH)  # a slip in a width must not spread every chord over every cell
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def chord_count(tables: Tables, road: int, row: int) -> int:
     """Number of chords for a geometry row."""
     geometry = tables[0]
@@ -75,7 +75,7 @@ def chord_count(tables: Tables, road: int, row: int) -> int:
     return max(1, math.ceil(min(length / step, MOST_CHORDS)))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def make_chords(tables: Tables) -> tuple[Floats, Ints]:
     """Chords of all roads, in order of road and s."""
     geometry, roads = tables[0], tables[3]
@@ -103,7 +103,7 @@ def make_chords(tables: Tables) -> tuple[Floats, Ints]:
     return chords, owners
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def cell_range(chords: Floats, chord: int, grid: Floats, shape: Ints) -> tuple[int, int, int, int]:
     """Columns and rows (first, last + 1) of the cells that a chord may matter to."""
     far = chords[chord, 6] + MARGIN
@@ -119,7 +119,7 @@ def cell_range(chords: Floats, chord: int, grid: Floats, shape: Ints) -> tuple[i
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def fill_cells(chords: Floats, grid: Floats, shape: Ints) -> tuple[Ints, Ints]:
     """For each cell the range of its items, and the items: chords in ascending order."""
     starts = np.zeros(shape[0] * shape[1] + 1, dtype=np.int64)
@@ -156,7 +156,7 @@ def make_index(tables: Tables) -> Index:
     return chords, owners, starts, items, grid, shape
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def project(tables: Tables, road: int, x: float, y: float, s: float) -> tuple[float, float, float, float]:
     """s, t [m] of a point (x, y) near s on a road, how far [m] it lies beyond the road's ends, road heading [rad]."""
     length = tables[2][road]
@@ -182,7 +182,7 @@ def project(tables: Tables, road: int, x: float, y: float, s: float) -> tuple[fl
     return s, t, beyond, heading
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def match(
     tables: Tables, road: int, x: float, y: float, z: float, h: float, s: float, drivable: bool
 ) -> tuple[float, int, float, float, float, float, float]:
@@ -201,7 +201,7 @@ def match(
     return cost, lane, s, t, middle, heading, outside
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def locate(
     tables: Tables,
     index: Index,

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from machine_code import compiled
 from openscenario.road.profile import profile
 from openscenario.road.tables import (
     LANE_BORDER,
@@ -21,7 +20,7 @@ from openscenario.road.tables import (
 )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def section_at(tables: Tables, road: int, s: float) -> int:
     """Row of the lane section that holds at s [m]; the first or last one outside the road."""
     roads, spans = tables[3], tables[4]
@@ -36,7 +35,7 @@ def section_at(tables: Tables, road: int, s: float) -> int:
     return int(low)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def lane_row(tables: Tables, section: int, lane: int) -> int:
     """Row of a lane in a section, -1 if the section has no such lane."""
     sections = tables[5]
@@ -45,7 +44,7 @@ def lane_row(tables: Tables, section: int, lane: int) -> int:
     return int(sections[section, SECTION_CENTRE] - lane)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def outer_border(
     tables: Tables, row: int, side: int, s: float, inner: tuple[float, float, float]
 ) -> tuple[float, float, float]:
@@ -60,14 +59,14 @@ def outer_border(
     return inner[0] + side * value[0], inner[1] + side * value[1], inner[2] + side * value[2]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def centre_offset(tables: Tables, road: int, s: float) -> tuple[float, float, float]:
     """t [m] of the centre lane (lane offset) with two derivatives."""
     cubics, roads = tables[1], tables[3]
     return profile(cubics, roads[road, ROAD_OFFSET], roads[road, ROAD_OFFSET_END], s)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def lane_centre(tables: Tables, road: int, section: int, lane: int, s: float) -> tuple[float, float, float, float]:
     """t [m] of a lane's middle at s with two derivatives, and the lane's width [m]; NaN where there is no such lane."""
     if lane_row(tables, section, lane) < 0:
@@ -85,7 +84,7 @@ def lane_centre(tables: Tables, road: int, section: int, lane: int, s: float) ->
     return 0.5 * (inner[0] + outer[0]), 0.5 * (inner[1] + outer[1]), 0.5 * (inner[2] + outer[2]), width
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def nearest_lane(
     tables: Tables, road: int, s: float, t: float, drivable: bool, only: int
 ) -> tuple[int, float, float, float]:

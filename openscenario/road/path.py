@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from machine_code import compiled
 from openscenario.road.lanes import lane_centre, lane_row, nearest_lane, section_at
 from openscenario.road.pose import reference
 from openscenario.road.profile import Floats
@@ -24,13 +23,13 @@ ROUNDING = 1e-12  # m, a way shorter than that is done
 NO_WIDTH = 1e-6  # m
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def stretch(kappa: float, t: float) -> float:
     """Metres travelled at t [m] for each metre of the reference line; where a lane shifts sideways that is no way."""
     return max(1.0 - kappa * t, 0.05)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def crossed(tables: Tables, section: int, lane: int, forward: bool, road: int, s: float, offset: float) -> int:
     """Lane id in the neighbouring section that a lane continues as; where it ends, the nearest of its side.
 
@@ -51,7 +50,7 @@ def crossed(tables: Tables, section: int, lane: int, forward: bool, road: int, s
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def beside(tables: Tables, road: int, s: float, t: float, drivable: bool, lane: int) -> tuple[int, float]:
     """Lane nearest to (s, t), if it can be of the side of `lane`, which goes its way; and t [m] of its middle."""
     same, middle, width, _ = nearest_lane(tables, road, s, t, drivable, 1 if lane > 0 else -1)
@@ -60,7 +59,7 @@ def beside(tables: Tables, road: int, s: float, t: float, drivable: bool, lane: 
     return nearest_lane(tables, road, s, t, drivable, 0)[:2]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def advance(
     tables: Tables, road: int, lane: int, s: float, offset: float, distance: float
 ) -> tuple[int, float, float, float, float]:
@@ -107,7 +106,7 @@ def advance(
     return lane, s, t + offset, reference(tables, road, s)[2], sign * left if left > ROUNDING else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def lateral(
     tables: Tables, road: int, from_lane: int, to_lane: int, s: float, first: float, last: float
 ) -> tuple[float, float, float]:
@@ -127,7 +126,7 @@ def lateral(
     return t + w * d, t1 + w * d1 + w1 * d, t2 + w * d2 + 2.0 * w1 * d1 + w2 * d
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def line_point(
     tables: Tables, road: int, from_lane: int, to_lane: int, s: float, first: float, last: float, sign: float
 ) -> tuple[float, float, float, float, float]:
@@ -144,7 +143,7 @@ def line_point(
     return x, y, angle, sign * bend / (speed2 * math.sqrt(speed2)), math.sqrt(speed2)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def trace(
     tables: Tables,
     road: int,

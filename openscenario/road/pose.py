@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from machine_code import compiled
 from openscenario.road.geometry import evaluate
 from openscenario.road.lanes import lane_centre, section_at
 from openscenario.road.profile import profile, record_at
@@ -34,14 +33,14 @@ from openscenario.road.tables import (
 )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def reference(tables: Tables, road: int, s: float) -> tuple[float, float, float, float, float]:
     """x, y [m], heading [rad], curvature [1/m], its rate [1/m^2] of a road's reference line at s [m]."""
     roads = tables[3]
     return evaluate(tables[0], roads[road, ROAD_GEOMETRY], roads[road, ROAD_GEOMETRY_END], s)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def slopes(tables: Tables, road: int, s: float) -> tuple[float, float, float, float, float]:
     """Elevation [m], its first and second derivative, superelevation [rad] and its derivative at s [m]."""
     cubics, roads = tables[1], tables[3]
@@ -50,7 +49,7 @@ def slopes(tables: Tables, road: int, s: float) -> tuple[float, float, float, fl
     return z, z1, z2, roll, roll1
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _cross_section(tables: Tables, section: int, t: float) -> tuple[float, float]:
     """Height [m] of a cross-section at t [m] and its slope; right of its first record it goes on level."""
     cubics = tables[1]
@@ -61,7 +60,7 @@ def _cross_section(tables: Tables, section: int, t: float) -> tuple[float, float
     return height, slope
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def shape_height(tables: Tables, road: int, s: float, t: float) -> tuple[float, float, float]:
     """Height [m] of a road's shape above its cross-section at (s, t), its slopes along s and along t.
 
@@ -81,7 +80,7 @@ def shape_height(tables: Tables, road: int, s: float, t: float) -> tuple[float, 
     return height + share * (height2 - height), (height2 - height) / apart, slope + share * (slope2 - slope)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def surface_pose(
     tables: Tables, road: int, s: float, t: float, t1: float, height: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -116,7 +115,7 @@ def surface_pose(
     )
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def lane_height(tables: Tables, row: int, s: float, share: float) -> float:
     """Height [m] of a lane (a kerb, say) above the road; share 0 at its inner, 1 at its outer edge."""
     cubics, lanes = tables[1], tables[6]
@@ -127,7 +126,7 @@ def lane_height(tables: Tables, row: int, s: float, share: float) -> float:
     return float((1.0 - share) * cubics[record, 1] + share * cubics[record, 2])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def lane_pose(
     tables: Tables, road: int, lane: int, s: float, offset: float
 ) -> tuple[float, float, float, float, float, float]:

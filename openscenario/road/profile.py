@@ -7,14 +7,15 @@ lie in one array, rows `(s, a, b, c, d)`; a profile is a half-open range of rows
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from machine_code import compiled
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def record_at(cubics: Floats, first: int, last: int, s: float) -> int:
     """Row that holds at s: the last one of [first, last) that begins at or before s, else the first."""
     low = first
@@ -28,7 +29,7 @@ def record_at(cubics: Floats, first: int, last: int, s: float) -> int:
     return low
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def profile(cubics: Floats, first: int, last: int, s: float) -> tuple[float, float, float]:
     """Value, first and second derivative by s of a profile; zeros for an empty range or before its first record."""
     if last <= first or s < cubics[first, 0] - 1e-9:

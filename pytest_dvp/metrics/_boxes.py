@@ -8,15 +8,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from pytest_dvp.log import FloatArray
 
 EDGE_TOLERANCE = 1e-9
 """m; a corner this far beyond the end of an edge still touches it, or rounding lets two flush boxes miss each other."""
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(inline="always")
 def _first_hit(x: float, y: float, wx: float, wy: float, a: float, b: float, best: float) -> float:
     """Least time >= 0 at which a corner at x, y with velocity wx, wy meets an edge of the box |x| <= a, |y| <= b.
 
@@ -33,7 +33,7 @@ def _first_hit(x: float, y: float, wx: float, wy: float, a: float, b: float, bes
     return best
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def pair_ttc(
     dx: float,
     dy: float,
@@ -94,7 +94,7 @@ def pair_ttc(
     return _first_hit(qx - e0 - f0, qy - e1 - f1, ux, uy, c, d, best)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def time_to_collision(boxes_i: FloatArray, boxes_j: FloatArray) -> FloatArray:
     """Time to collision [s] of n pairs: arrays (n, 7) of boxes -> (n,); inf if they never meet, 0 if they overlap.
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from pytest_dvp.log import FloatArray
 
 PAD = 6.0
@@ -37,7 +37,7 @@ def low_pass(values: FloatArray, step: float, cutoff: float) -> FloatArray:
     return np.ascontiguousarray(again[pad : pad + len(values)])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _biquad(x: FloatArray, b0: float, a1: float, a2: float) -> FloatArray:
     """b = b0 * (1, 2, 1), transposed direct form II, started as if x[0] had lasted for ever."""
     y = np.empty_like(x)

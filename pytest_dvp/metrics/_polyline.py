@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from pytest_dvp.log import FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def lateral_offsets(x: FloatArray, y: FloatArray, line: FloatArray) -> FloatArray:
     """Signed offset [m] of n points to the nearest point of a polyline (m, 2); positive to its left.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from pytest_dvp.log import FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def square(r: FloatArray) -> float:
     """Sum of squares of r (N,)."""
     total = 0.0
@@ -17,7 +17,7 @@ def square(r: FloatArray) -> float:
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def along(rows: FloatArray, r: FloatArray) -> FloatArray:
     """Scalar products (p,) of r (N,) with each row of rows (p, N)."""
     found = np.zeros(len(rows))
@@ -29,7 +29,7 @@ def along(rows: FloatArray, r: FloatArray) -> FloatArray:
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def gram(rows: FloatArray) -> FloatArray:
     """Scalar products (p, p) of the rows of rows (p, N) with one another."""
     p = len(rows)
@@ -43,7 +43,7 @@ def gram(rows: FloatArray) -> FloatArray:
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def secant(rows: FloatArray, step: FloatArray, change: FloatArray) -> None:
     """Turn derivatives rows (p, N) into ones that say of `step` (p,) that it makes `change` (N,), and of steps at right
     angles to it what they said before.

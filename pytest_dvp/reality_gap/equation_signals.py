@@ -10,8 +10,8 @@ import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.motion import bridged, mean_around, motion
 from pytest_dvp.reality_gap.noise import sigma
@@ -120,7 +120,7 @@ def _judged(s: Signals, of: dict[str, FloatArray], noise: dict[str, float]) -> N
         put("sideways", c * y - d * x, float(np.hypot(level, noise["yaw"] * average * float(np.mean(np.abs(s.v))))))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def lagged(u: FloatArray, share: FloatArray) -> FloatArray:
     """First-order lag of held u (n,), mean over each step; share (n,): step over time constant."""
     y = np.empty_like(u)
@@ -133,7 +133,7 @@ def lagged(u: FloatArray, share: FloatArray) -> FloatArray:
     return y
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def rate_limited(u: FloatArray, most: float) -> FloatArray:
     """u (n,) followed with at most `most` a step, mean over each step."""
     y = np.empty_like(u)
@@ -145,7 +145,7 @@ def rate_limited(u: FloatArray, most: float) -> FloatArray:
     return y
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def with_play(u: FloatArray, half: float) -> FloatArray:
     """u (n,) behind play of +-half."""
     y = np.empty_like(u)
@@ -156,7 +156,7 @@ def with_play(u: FloatArray, half: float) -> FloatArray:
     return y
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def with_stiction(u: FloatArray, width: float) -> FloatArray:
     """u (n,) followed only when it is `width` away."""
     y = np.empty_like(u)

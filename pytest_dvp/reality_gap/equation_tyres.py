@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.equation_signals import Signals
 
@@ -25,7 +25,7 @@ def on_tyres(s: Signals, front: float, rear: float, *, limit: float = np.inf,
     return _track(s.v, s.steer, s.step, s.wheelbase, s.cg_front, s.gyration, front, rear, limit, length)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _track(v: FloatArray, steer: FloatArray, step: float, wheelbase: float, a: float, gyration: float, front: float,
            rear: float, limit: float, length: float) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     b = wheelbase - a

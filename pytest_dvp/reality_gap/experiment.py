@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from pytest_dvp.log import FloatArray, Log
 from pytest_dvp.reality_gap.black_box import ModelSubject, commanded, held
 from pytest_dvp.reality_gap.compare import judged_channels, noise_floor
@@ -187,7 +187,7 @@ def campaign(logs: Mapping[str, Log], model: VehicleModel, *, extra: Sequence[Ef
     return Campaign(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _whitened(values: FloatArray, sigma: FloatArray) -> FloatArray:
     n, m = values.shape
     out = np.zeros(n * m)

@@ -9,8 +9,8 @@ import dataclasses
 import itertools
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from pytest_dvp.log import FloatArray
 
 A_0, B_0, K_Z = 0.05, 0.5, 2  # inner and outer corridor as a share of the largest reference, exponent
@@ -126,7 +126,7 @@ def _warped(reference: FloatArray, curve: FloatArray) -> tuple[float, float]:
     return error, norm
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _warp(a: FloatArray, b: FloatArray, band: int) -> tuple[float, float]:
     """L1 distance of the two curves along the cheapest warping path (squared local cost, Sakoe-Chiba band), and the
     L1 norm of `a` along it."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from machine_code import compiled
 from pytest_dvp.log import FloatArray
 
 IntArray = NDArray[np.int64]
@@ -15,7 +15,7 @@ _STOPPED = 1e-3  # m/s: once the model stands, a wrong start speed has no effect
 _CREEP = 0.5  # m/s, below which the curvature r/v is not taken from the model
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def project(output: FloatArray, measured: FloatArray, t: FloatArray, weight: FloatArray, starts: IntArray,
             ends: IntArray, counted: BoolArray, free_speed: bool, values: FloatArray, start: FloatArray,
             chi2: FloatArray, count: IntArray) -> None:  # fmt: skip
@@ -54,7 +54,7 @@ def project(output: FloatArray, measured: FloatArray, t: FloatArray, weight: Flo
             start[j, k] = p[k]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _reach(output: FloatArray, t: FloatArray, first: int, end: int, free_speed: bool, reach: FloatArray) -> None:
     """Fill reach (n, 5), rows first..end: what 1 m/s more at the start has done to x, y, yaw, speed and yaw rate."""
     gx, gy, gyaw = 0.0, 0.0, 0.0
@@ -82,7 +82,7 @@ def _reach(output: FloatArray, t: FloatArray, first: int, end: int, free_speed: 
         reach[i, 0], reach[i, 1], reach[i, 2], reach[i, 3], reach[i, 4] = gx, gy, gyaw, gain, turn
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _start(output: FloatArray, measured: FloatArray, weight: FloatArray, first: int, end: int, counted: BoolArray,
            reach: FloatArray) -> FloatArray:  # fmt: skip
     """(4,) x, y, yaw and speed to add to a segment's start, by least squares over its rows."""
@@ -121,7 +121,7 @@ def _start(output: FloatArray, measured: FloatArray, weight: FloatArray, first: 
     return p
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _stops(output: FloatArray, i: int, first: int, end: int) -> bool:
     """True within a row of where the model comes to rest: a start speed 1 cm/s off moves that by a row, and one row of
     full deceleration is dozens of sigma."""
@@ -131,7 +131,7 @@ def _stops(output: FloatArray, i: int, first: int, end: int) -> bool:
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _solve(a: FloatArray, b: FloatArray, p: FloatArray) -> None:
     """Solve the symmetric system a p = b (upper triangle given); what the data do not determine stays 0."""
     n = len(b)

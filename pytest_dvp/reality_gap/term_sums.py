@@ -10,8 +10,8 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from pytest_dvp.log import FloatArray
 from pytest_dvp.reality_gap.algebra import square
 from pytest_dvp.reality_gap.error_terms import Axis, Term
@@ -104,7 +104,7 @@ def _rows(axis: Axis, e: Experiment, rest: FloatArray, m: Motion,
         yield rest[:, k] / e.sigma[k], integral / e.sigma[k], True
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _add(a: FloatArray, b: FloatArray, x: FloatArray, y: FloatArray) -> None:
     """a (p, p) += x'x, b (p,) += x'y, for x (n, p); in one thread, see `algebra`."""
     n, p = x.shape

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from tests.truth.effects import (
     C_A,
     C_CF,
@@ -68,7 +68,7 @@ P = INDEX
 (CREEP, CREEP_V) = (P["creep", "a"], P["creep", "speed"])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def held(commands: FloatArray, last: int, column: int, begin: float) -> float:
     """Mean of a held command over begin..begin+H [s]; before the log the first one held."""
     first = math.floor(begin / PERIOD + 1e-9)
@@ -81,7 +81,7 @@ def held(commands: FloatArray, last: int, column: int, begin: float) -> float:
     return float(part * u0 + (1.0 - part) * u1)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def follow(y: float, u: float, tau: float) -> float:
     """tau y' = u - y over one step, implicit midpoint."""
     if tau <= 0.0:
@@ -90,7 +90,7 @@ def follow(y: float, u: float, tau: float) -> float:
     return (y * (1.0 - q) + 2.0 * q * u) / (1.0 + q)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: float) -> tuple[float, float]:
     """Produced acceleration (its brake part negative) and the friction of a lifted pedal, >= 0 [m/s^2]."""
     if p[C_SPEED_MODE] > 0.0:
@@ -135,7 +135,7 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
     return a, lifted
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def steering(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: float) -> float:
     """Mean road-wheel angle of the step [rad]."""
     d = held(commands, last, 1, t - p[STEER_T])
@@ -171,7 +171,7 @@ def steering(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: f
     return d
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def grip(force: float, most: float) -> float:
     """Linear force that levels off at `most`."""
     if most == math.inf:
@@ -179,7 +179,7 @@ def grip(force: float, most: float) -> float:
     return most * math.tanh(force / most)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def tyres(q: FloatArray, p: FloatArray, d: float) -> tuple[float, float]:
     """Steady lateral forces of front and rear axle [N] in motion q."""
     a, b = p[C_A], p[C_L] - p[C_A]
@@ -202,7 +202,7 @@ def tyres(q: FloatArray, p: FloatArray, d: float) -> tuple[float, float]:
     return front, rear
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: FloatArray) -> None:
     """Time derivative f of the motion q at produced acceleration a and road-wheel angle d."""
     b = p[C_L] - p[C_A]
@@ -230,7 +230,7 @@ def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: F
     f[V] = along
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def advance(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, fine: FloatArray) -> None:
     """One period with command row `last` held: changes s; fine (SUBSTEPS, 8) gets FINE at the begin of each substep."""
     b = p[C_L] - p[C_A]

@@ -1,6 +1,6 @@
 """From an effect's Python function to machine code that the kernel can call.
 
-Each effect becomes a C function of three pointers (bus, parameters, memory), cached on disk beside its source. The
+Each effect becomes a C function of three pointers (bus, parameters, memory), kept on disk by `machine_code`. The
 kernel calls them by address: it is compiled once, whatever effects there are, and an effect of a third party costs its
 own compile (about 0.1 s, once) and no more than a built-in one afterwards.
 """
@@ -8,16 +8,16 @@ own compile (about 0.1 s, once) and no more than a built-in one afterwards.
 from __future__ import annotations
 
 import math
-import sys
 from functools import cache
 from typing import Any
 
 import numba
 import numpy as np
-from numba import cfunc, types
+from numba import types
 from numba.core.errors import NumbaError
 from numba.extending import register_jitable
 
+from machine_code import compiled_callback
 from vehicle.model import maths
 from vehicle.model.bus import BUS_FIELDS
 from vehicle.model.effect import Effect
@@ -58,7 +58,7 @@ def compiled(effect: Effect) -> Any:
     """
     signature = types.void(_BUS_TYPE, numba.from_dtype(parameter_dtype(effect)), numba.from_dtype(memory_dtype(effect)))
     try:
-        return _compile(signature, effect.function)
+        return compiled_callback(signature, effect.function)
     except (NumbaError, KeyError) as error:  # KeyError: numba's answer to a field that a record lacks
         unknown = str(error.args[0]) if isinstance(error, KeyError) and error.args else ""
         fields = (*BUS_FIELDS, *(k.name for k in effect.parameters), *(m.name for m in effect.memory))
@@ -69,17 +69,6 @@ def compiled(effect: Effect) -> Any:
             key=effect.name,
             nearest=nearest_name(unknown, fields),
         ) from error
-
-
-def _compile(signature: Any, function: Any) -> Any:
-    # A cached function is loaded through its module's name: a user's file, run by its path, has none to be found by.
-    cache = function.__module__ in sys.modules
-    try:
-        return cfunc(signature, cache=cache, error_model="numpy")(function)
-    except RuntimeError as error:
-        if "cannot cache" not in str(error):
-            raise
-        return cfunc(signature, error_model="numpy")(function)  # source that is no file on disk
 
 
 def doubles(dtype: np.dtype[Any]) -> int:

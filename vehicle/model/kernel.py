@@ -3,8 +3,7 @@
 `run` is for the twin: many small steps, sensors after each. `replay` drives a log: steps as long as its samples; a row
 shows the motion at its stamp under the command that begins there.
 
-Everything numeric of the car's motion is in this one file, because a compiled cache notices changes of its own file
-only. Effects are called by address in their slots (see `vehicle.model.compiled`).
+Effects are called by address in their slots (see `vehicle.model.compiled`).
 
 Motion is a single-track model at the rear axle. Longitudinal: m v' = traction + drag + gravity -+ (brake + resistance),
 where brake and resistance are dry friction: they never push the car backward, and hold it at standstill. Lateral,
@@ -28,9 +27,10 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped,unused-ignore]
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
+from machine_code import compiled
 from vehicle.messages import FloatArray
 from vehicle.model.bus import GRAVITY
 
@@ -68,13 +68,13 @@ def call_effect(
     return signature, codegen
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _slot(index: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
     for j in range(bounds[index], bounds[index + 1]):
         call_effect(table[j, 0], bus, parameters, table[j, 1], memory, table[j, 2])  # type: ignore[call-arg]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _wish(x: Any, mode: int) -> None:
     """Inputs of the model file -> wanted acceleration and road-wheel angle."""
     x.steer = x.steer_zero + x.steer_scale * x.steer_cmd
@@ -91,7 +91,7 @@ def _wish(x: Any, mode: int) -> None:
         x.accel = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _tyres(x: Any) -> None:
     """Slip angles and forces of linear axles; speed is taken as at least x.slow."""
     speed = max(x.vx, x.slow)
@@ -105,7 +105,7 @@ def _tyres(x: Any) -> None:
     x.fy_rear = x.stiffness_rear * x.slip_rear
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
     """Everything that acts on the car during the step that begins now."""
     x.resistance = x.drag = x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
@@ -132,7 +132,7 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     _slot(4, bus, table, bounds, parameters, memory)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _blend(x: Any, kind: int) -> float:
     """Share of the motion with tyres in a car that is kinematic when slow."""
     if kind != DYNAMIC:
@@ -141,13 +141,13 @@ def _blend(x: Any, kind: int) -> float:
     return float(s * s * (3.0 - 2.0 * s))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _pull(slope: float) -> float:
     """Specific gravity along a slope [m/s^2]."""
     return 0.0 if slope == 0.0 else -GRAVITY * math.sin(slope)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _along(x: Any, blend: float, mode: int) -> float:
     """Speed at the end of the step: smooth forces, then dry friction, which can stop the car but not reverse it."""
     if mode == IMPOSED:
@@ -165,7 +165,7 @@ def _along(x: Any, blend: float, mode: int) -> float:
     return 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _move(x: Any, blend: float, v1: float, mode: int) -> None:
     """Integrate the motion over one step, at whose end the speed is v1 but for what lateral motion changes of it."""
     dt = x.dt
@@ -225,13 +225,13 @@ def _move(x: Any, blend: float, v1: float, mode: int) -> None:
     x.vx, x.vy, x.vy_rear, x.yaw_rate = v1, vy1, vyr1, r1
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _show(x: Any) -> None:
     x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
     x.meas_yaw_rate, x.meas_ax, x.meas_ay = x.yaw_rate, x.ax, x.ay + x.lean_y
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _write(row: Any, x: Any, measured: bool) -> None:
     """One row of TRACE_COLUMNS."""
     row[0], row[3], row[7], row[11] = x.t, x.z, x.vy_rear, x.steer - x.steer_lead
@@ -243,7 +243,7 @@ def _write(row: Any, x: Any, measured: bool) -> None:
         row[8], row[9], row[10] = x.yaw_rate, x.ax, x.ay
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def run(
     bus: Any,
     kind: int,
@@ -283,7 +283,7 @@ def run(
     return rows
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _look(x: Any, blend: float, v1: float) -> None:
     """What a perfect instrument shows at the start of the step: motion and the accelerations that begin now."""
     steer = x.steer + x.steer_lead
@@ -307,7 +307,7 @@ def _look(x: Any, blend: float, v1: float) -> None:
     x.meas_ax = rate - blend * r * x.vy_rear - x.ax_x * r * r - _pull(x.grade)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _restart(x: Any, state: Any) -> None:
     """Put the car at `state` (x, y, yaw, v, vy at the rear axle, yaw rate); what is NaN runs on.
 
@@ -335,7 +335,7 @@ def _restart(x: Any, state: Any) -> None:
     x.vy = x.vy_rear + x.cg_rear * x.yaw_rate
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _settle(x: Any, mode: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
     """Bring actuators to rest at the first command: long steps, one for each in a row, and the car does not move."""
     x.dt, x.settle = SETTLING, 1.0
@@ -347,7 +347,7 @@ def _settle(x: Any, mode: int, bus: Any, table: Any, bounds: Any, parameters: An
     x.settle = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def replay(
     bus: Any,
     kind: int,

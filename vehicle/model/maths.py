@@ -1,8 +1,7 @@
 """Small functions that effects share. Plain Python here; the compiler learns them in `vehicle.model.compiled`.
 
 A signal over one step is a straight line: its mean, and its lead, the value at the start minus the mean (a command that
-is held has lead 0). Compiled effects are cached by their own file: after editing this one, remove the `__pycache__` of
-the effects.
+is held has lead 0).
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
+from machine_code import compiled
 from vehicle.messages import FloatArray
 from vehicle.model.bus import BUS_FIELDS
 from vehicle.model.catalogue import find_effect
@@ -154,13 +154,13 @@ def _numbers(active: Mapping[Effect, Mapping[str, float]]) -> tuple[Any, Any, An
     return np.zeros(1, dtype=BUS_DTYPE), layout.table, layout.bounds, parameters, np.zeros(layout.memory_size)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _slots(first: int, end: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
     for j in range(bounds[first], bounds[end]):
         call_effect(table[j, 0], bus, parameters, table[j, 1], memory, table[j, 2])  # type: ignore[call-arg]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _act(
     bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any, t: Any, given: Any, longest: float, found: Any
 ) -> None:
@@ -192,7 +192,7 @@ def _act(
         found[i, 0], found[i, 2] = steer / pieces, accel / pieces
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _sense(
     bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any, t: Any, starts: Any, before: Any, shown: Any
 ) -> None:

@@ -6,15 +6,15 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 NEAR = 0.3  # m, what is closer is not imaged
 ACROSS, DOWN = 7, 5  # sample points on each box for occlusion
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _entry(box: Any, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float) -> float:
     """Ray parameter where the ray o + t d enters an upright box, infinite if it misses."""
     px, py, pz = ox - box[0], oy - box[1], oz - box[2]
@@ -39,7 +39,7 @@ def _entry(box: Any, ox: float, oy: float, oz: float, dx: float, dy: float, dz: 
     return near if near <= far else np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _image_box(
     box: Any, px: float, py: float, pz: float, c: float, s: float, focal: float, cu: float, cv: float, out: Any
 ) -> bool:
@@ -60,7 +60,7 @@ def _image_box(
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def view(
     boxes: FloatArray,
     px: float,

@@ -6,12 +6,12 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _cast_box(
     depth: Any, box: Any, px: float, py: float, pz: float, yaw: float, first: float, pitch: float, rays: Any, tilts: Any
 ) -> None:
@@ -73,7 +73,7 @@ def _cast_box(
                 depth[index, layer] = t_in
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def scan(
     boxes: FloatArray,
     px: float,
@@ -117,7 +117,7 @@ def scan(
     return count
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def to_points(depth: FloatArray, rays: FloatArray, tilts: FloatArray, noise: FloatArray, sigma: float) -> FloatArray:
     """Points (n, 3) [m] in the sensor frame from `depth`, with range noise `sigma` [m] from `noise` (n,)."""
     points = np.empty((noise.shape[0], 3))

@@ -111,10 +111,10 @@ class RunningSensors:
         lidar: LidarScan | None = None
         camera: CameraFrame | None = None
         if self._lidar:
-            self._lidar.measure(t, x, y, z, yaw, surroundings.boxes)
+            self._lidar.measure(t, x, y, z, yaw, surroundings.seen_by("lidar").boxes)
             lidar = self._lidar.arrived(t)
         if self._camera:
-            self._camera.measure(t, x, y, z, yaw, surroundings)
+            self._camera.measure(t, x, y, z, yaw, surroundings.seen_by("camera"))
             camera = self._camera.arrived(t)
         return Observation(t, gnss, odometry, imu, lidar, camera, surroundings.signals, task)
 

@@ -16,8 +16,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from machine_code import compiled
 from vehicle.messages import FloatArray
 from vehicle.surrogate.car import Car
 from vehicle.surrogate.hidden import EFFECTS, PERCEPTION, Hidden
@@ -96,7 +96,7 @@ def parameters(hidden: Hidden) -> FloatArray:
     return p
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _delayed(ring: FloatArray, column: int, count: int, delay: float, h: float) -> float:
     """Command of `delay` [s] ago, mean over the step; before the first command the first one."""
     steps = delay / h
@@ -107,12 +107,12 @@ def _delayed(ring: FloatArray, column: int, count: int, delay: float, h: float) 
     return float(newer + part * (older - newer))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _lag(y: float, u: float, tau: float, h: float) -> float:
     return u if tau <= 0.0 else y + (u - y) * h / (tau + h)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _steer(s: FloatArray, p: FloatArray, ring: FloatArray, count: int, h: float) -> float:
     """Angle of the front wheels [rad]: command unit, motor, play, column."""
     d = _delayed(ring, 0, count, p[H_STEER_T], h)
@@ -131,7 +131,7 @@ def _steer(s: FloatArray, p: FloatArray, ring: FloatArray, count: int, h: float)
     return float(s[D_WHEEL] - p[H_ROLL] * s[PHI])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _pedals(s: FloatArray, p: FloatArray, ring: FloatArray, count: int, h: float) -> tuple[float, float]:
     """Asked acceleration after the command path (brake < 0) and the drag of a lifted pedal [m/s^2]."""
     a = _delayed(ring, 1, count, p[H_DRIVE_T], h)
@@ -150,7 +150,7 @@ def _pedals(s: FloatArray, p: FloatArray, ring: FloatArray, count: int, h: float
     return max(s[A_JERK], -p[H_BRAKE]), lifted
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _tyre(kappa: float, tangent: float, fz: float, static: float, p: FloatArray, stiff: float) -> tuple[float, float]:
     """Forces of one tyre along and across [N]; `stiff` [1/rad] is its cornering stiffness over the static load."""
     if fz <= 0.0:
@@ -167,7 +167,7 @@ def _tyre(kappa: float, tangent: float, fz: float, static: float, p: FloatArray,
     return force * qx / q, force * qy / q
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def advance(
     s: FloatArray, p: FloatArray, ring: FloatArray, steer: float, accel: float, n: int, h: float, rows: FloatArray
 ) -> None:

@@ -76,7 +76,7 @@ class Perceiver:
             kinds.append(OBJECT_KINDS.index("pedestrian"))
             names.append(f"false {number}")
         boxes = np.array(shown, dtype=np.float64).reshape(-1, 9)
-        return Surroundings(boxes, np.array(kinds, dtype=np.int64), tuple(names), around.signals)
+        return Surroundings(boxes, np.array(kinds, dtype=np.int64), tuple(names), around.signals, around.hidden)
 
     def _ago(self, name: str, then: float) -> FloatArray | None:
         """A box as it was at `then` [s], straight between two looks; None of one that was not there yet."""
