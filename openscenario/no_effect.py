@@ -15,7 +15,6 @@ NO_EFFECT: Mapping[type, str] = MappingProxyType(
     {
         model.ActivateControllerAction: _CONTROLLER,
         model.ControllerAction: _CONTROLLER,
-        model.VisibilityAction: "no sensor model sees it",
         model.EnvironmentAction: "neither motion nor sensors depend on it; conditions on the time of day do",
         model.CustomCommandAction: "a scenario must not run programs",
         model.SetMonitorAction: "monitors are for whoever watches",
@@ -23,14 +22,17 @@ NO_EFFECT: Mapping[type, str] = MappingProxyType(
 )
 """Actions of that kind, and why."""
 
+SENSORS = ("lidar", "camera")
+"""Sensors of the driven car that see what is around, as a SensorReference may name them."""
+
 
 def without_effect(scenario: model.Scenario) -> tuple[Finding, ...]:
-    """A warning for each kind of such an action and file, at the first of them."""
-    first: dict[tuple[type, str], model.Element] = {}
-    count: dict[tuple[type, str], int] = {}
+    """A warning for each kind of such an element and file, at the first of them."""
+    first: dict[tuple[str, str, str], model.Element] = {}
+    count: dict[tuple[str, str, str], int] = {}
     for element in _elements(scenario.storyboard):
-        if type(element) in NO_EFFECT:
-            key = (type(element), element.at.file)
+        for what, why in _idle(element):
+            key = (what, why, element.at.file)
             first.setdefault(key, element)
             count[key] = count.get(key, 0) + 1
     return tuple(
@@ -40,12 +42,37 @@ def without_effect(scenario: model.Scenario) -> tuple[Finding, ...]:
             element.at.file,
             element.at.line or None,
             element.at.element,
-            text=f"accepted, no effect here: {key[0].__name__}"
+            text=f"accepted, no effect here: {key[0]}"
             + (f", {count[key]} times, first here" if count[key] > 1 else ""),
-            hint=NO_EFFECT[key[0]],
+            hint=key[1],
         )
         for key, element in first.items()
     )
+
+
+def _idle(element: model.Element) -> Iterator[tuple[str, str]]:
+    """What of an element changes nothing, and why."""
+    if type(element) in NO_EFFECT:
+        yield type(element).__name__, NO_EFFECT[type(element)]
+    elif isinstance(element, model.VisibilityAction):
+        if not element.graphics:
+            yield "VisibilityAction graphics", "nothing is drawn from the scenario while it runs"
+        for each in element.sensor_references:
+            if each.name.lower() not in SENSORS:
+                yield f"SensorReference {each.name[:40]}", f"sensors are called {' and '.join(SENSORS)} here"
+    elif isinstance(element, model.SpeedProfileAction) and element.following_mode == "position":
+        limits = element.dynamic_constraints
+        rates = (limits.max_acceleration_rate, limits.max_deceleration_rate) if limits is not None else (None, None)
+        if rates != (None, None):
+            yield "limits of jerk in a SpeedProfileAction", "mode position is strictly linear; mode follow obeys them"
+    elif isinstance(element, model.TransitionDynamics) and element.following_mode is not None:
+        yield "followingMode of a transition", "the shape is kept as far as the Performance allows, in either mode"
+    elif isinstance(element, model.Waypoint) and element.route_strategy != "shortest":
+        yield f"routeStrategy {element.route_strategy}", "routes are the shortest"
+    elif getattr(element, "routing_algorithm", "undefined") != "undefined":
+        yield "routingAlgorithm of a condition", "distances along roads are measured the same way whatever it says"
+    elif isinstance(element, model.GeoPosition) and element.vertical_road_selection != 0:
+        yield "verticalRoadSelection", "of roads above each other the position takes the nearest"
 
 
 def _elements(thing: object) -> Iterator[model.Element]:

@@ -40,6 +40,11 @@ OpenSCENARIO XML {_VERSIONS}; what older versions spell otherwise (`overwrite`,
 - **refused**: an error finding with file and line, from `dvp play` and `dvp run` before anything moves; a file with it
   is never run without it. `dvp check` reports what is wrong in itself, not what is merely refused by the storyboard.
 
+A warning of `dvp check` (exit code 0) is what runs and hardly means what it says: a shape that has no time for it
+(`value.no_transition`), and a scenario that nothing in it ever ends (`storyboard.never_ends`): no stop trigger that can
+become true, and an act that can never end. That is said only of what follows from the file: times before the beginning,
+parameters that nothing sets, elements that wait for such or for each other, actions without an end of their own.
+
 The column "with" names what belongs to an element and shares its fate. What stands nowhere on this page is no element
 of the standard, and an error finding. OpenSCENARIO DSL (`.osc`), lanelet2, CommonRoad and SUMO are refused by name.
 """
@@ -96,6 +101,22 @@ What the widely used tools do, where they agree with each other or nothing speak
 - `SynchronizeAction` names no speed profile: ramps of constant acceleration, one if it fits, else two. The master's
   pace is that of its last motion; being put somewhere is none. So at t = 0, and in the instant in which a trajectory
   takes the master over, the master stands; who has a final speed stands as well, until the last ramp fits.
+- `SpeedAction`, relative to another entity and not `continuous`: the target moves with that entity until it is reached;
+  relative to oneself it is that of the start. `time`: after it the target of then is reached. `rate`: so the speed goes
+  there, and never faster. `distance`: on all of it. A step sets the speed at once, at the start only; after that, as
+  everywhere, a vehicle changes its speed no faster than its `Performance` says, whichever `followingMode` is given.
+- `SpeedProfileAction`: limits are those of its `DynamicConstraints`, and of the vehicle's `Performance` where they have
+  none. Where they need more time than an entry gives, it and all that follow come later, with a warning; speeds beyond
+  `maxSpeed` are cut to it. Mode `position`: straight lines, which no limit of jerk applies to. Mode `follow`: each
+  corner is a parabola of the allowed jerk; where there is no room for that, each entry is reached by itself, with no
+  acceleration there. An `entityRef`: its speed at the start. Present accelerations do not jump.
+- `DynamicConstraints` of the two distance actions: the narrower of them and, along the road, of the `Performance`;
+  limits of jerk apply to accelerating or braking harder, not to letting go. Without any the entity is put there, and
+  kept there no faster than the vehicle's `maxSpeed`.
+- `RelativeLanePosition` with neither `ds` nor `dsLane`, both optional since 1.1: beside the other entity, as with `ds`
+  of 0 (lanes and offset are those of the road). With both it is refused.
+- `LaneOffsetAction`, continuous and relative to another entity: `maxLateralAcc` holds on the way and afterwards; who
+  follows comes later where the other moves over harder.
 - `TeleportAction`: the default controller goes on from there 10 ms later; other actions at once.
 - Where a lane ends and its road goes on, here or as the road linked there, the default controller goes on in the
   nearest lane of the same side; where the road ends it stops.
@@ -112,7 +133,7 @@ What the widely used tools do, where they agree with each other or nothing speak
 - Following mode `follow`: constant acceleration between the time stamps of a polyline, and even turning; `position`:
   constant speed between them, turning at the vertices.
 
-Where the standard is explicit it is followed, whatever other tools do, but for two rules that scenarios of the field
+Where the standard is explicit it is followed, whatever other tools do, but for three rules that scenarios of the field
 are written for: those go by esmini unless `--reading standard` is given, with a warning where it mattered.
 `docs/conformance.md` quotes the clauses.
 """

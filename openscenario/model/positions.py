@@ -80,7 +80,7 @@ class LanePosition(Element):
 
 @dataclass(frozen=True, slots=True)
 class RelativeLanePosition(Element):
-    """Exactly one of `ds` (along the road's reference line) and `ds_lane` (along the lane's centre line)."""
+    """`ds` (along the road's reference line) or `ds_lane` (along the lane's centre line), not both; neither is 0 m."""
 
     entity_ref: EntityName
     d_lane: int

@@ -203,7 +203,7 @@ def _check_beside(position: RelativeLanePosition, base: LanePosition, facts: Roa
     if base.lane_id * lane <= 0 and position.d_lane:  # there is no lane 0 to drive on
         lane += 1 if position.d_lane > 0 else -1
     lanes = [numbers for start, numbers in facts.lanes[base.road_id] if start <= s + _TOLERANCE][-1]
-    if position.ds is not None and lane not in lanes:
+    if position.ds_lane is None and lane not in lanes:
         context.error(
             "ref.unknown_lane",
             position.at,

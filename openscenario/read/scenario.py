@@ -26,6 +26,7 @@ from openscenario.paths import PathError, Roots
 from openscenario.plan import plan_of
 from openscenario.read.context import Context
 from openscenario.read.elements import ElementReader
+from openscenario.read.endings import check_endings
 from openscenario.read.header import read_header
 from openscenario.read.references import check_entity_names, check_references, check_types
 from openscenario.read.road import check_beside, check_on_road, check_phases, with_road
@@ -141,6 +142,7 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
         check_beside(storyboard.init, network, context)
     if context.findings.errors or network is None or entities is None or storyboard is None:
         return None
+    check_endings(storyboard, declared, entities.scenario_objects, context)
     return Scenario(
         header,
         network,

@@ -171,7 +171,7 @@ class Crowd:
         ground = self.board.ground
         lanes: dict[tuple[str, int], Queue] = {}
         for entity in self.board.entities.values():
-            if entity.active and ground.track(entity):
+            if entity.active and entity.visible.traffic and ground.track(entity):
                 lanes.setdefault((entity.road, entity.lane), []).append((entity.s, entity))
         for queue in lanes.values():
             queue.sort(key=lambda each: each[0])

@@ -60,6 +60,31 @@ SLOPES: Final[dict[str, Shape]] = {
 }
 
 
+def _area_linear(u: float) -> float:
+    return 0.5 * u * u
+
+
+def _area_cubic(u: float) -> float:
+    return u * u * u * (1.0 - 0.5 * u)
+
+
+def _area_sinusoidal(u: float) -> float:
+    return 0.5 * (u - math.sin(math.pi * u) / math.pi)
+
+
+def _area_step(u: float) -> float:
+    return u
+
+
+AREAS: Final[dict[str, Shape]] = {
+    "linear": _area_linear,
+    "cubic": _area_cubic,
+    "sinusoidal": _area_sinusoidal,
+    "step": _area_step,
+}
+"""Integrals of the shapes from 0 to u: how far a speed of that shape has come. Symmetric shapes end at 1/2."""
+
+
 def span(shape: str, dimension: str, value: float, change: float) -> float:
     """How long a transition takes: [s] for `time` and `rate`, [m] for `distance`.
 

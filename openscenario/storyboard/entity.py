@@ -14,6 +14,21 @@ if TYPE_CHECKING:
     from openscenario.storyboard.registry import Runner
 
 
+class Visible:
+    """For whom an entity is there to see: `sensors` in general, those `named` (in lower case) by themselves, traffic
+    that drives by itself."""
+
+    __slots__ = ("named", "sensors", "traffic")
+
+    def __init__(self) -> None:
+        self.sensors = self.traffic = True
+        self.named: dict[str, bool] = {}
+
+    def to(self, sensor: str) -> bool:
+        """Whether a sensor of that name sees the entity where it looks at it."""
+        return self.named.get(sensor, self.sensors)
+
+
 class Entity:
     """Name, kind, size [m] and mutable state (SI, world frame, reference point).
 
@@ -52,7 +67,9 @@ class Entity:
         "longitudinal",
         "longitudinal_order",
         "max_acceleration",
+        "max_acceleration_rate",
         "max_deceleration",
+        "max_deceleration_rate",
         "max_speed",
         "moved",
         "name",
@@ -75,6 +92,7 @@ class Entity:
         "trailer",
         "travelled",
         "twist",
+        "visible",
         "vx",
         "vy",
         "wheelbase",
@@ -102,6 +120,8 @@ class Entity:
         self.max_speed: float = performance.max_speed if performance else math.inf
         self.max_acceleration: float = performance.max_acceleration if performance else math.inf
         self.max_deceleration: float = performance.max_deceleration if performance else math.inf
+        rates = (performance.max_acceleration_rate, performance.max_deceleration_rate) if performance else (None, None)
+        self.max_acceleration_rate, self.max_deceleration_rate = (math.inf if rate is None else rate for rate in rates)
         front = axles.front_axle if (axles := getattr(scenario_object.entity, "axles", None)) else None
         self.wheelbase: float = front.position_x if front else 0.0
         hitch = getattr(scenario_object.entity, "trailer_hitch", None)
@@ -137,6 +157,7 @@ class Entity:
         # places in the file of the actions that hold them, or held them last
         self.longitudinal_order = self.lateral_order = 0
         self.late = False  # what moves it in this step comes before what changes its speed
+        self.visible = Visible()
         self.lights: dict[str, Runner] = {}  # kind of light -> the action that has it
 
     def holder(self, domain: str) -> Runner | None:

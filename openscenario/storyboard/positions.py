@@ -250,7 +250,8 @@ def shifted_lane(lane: int, by: int) -> int:
 
 def _relative_lane(position: model.RelativeLanePosition, board: Storyboard, mover: Entity | None) -> Where:
     """`ds` and what goes with it follow the road: increasing s, lane ids, t. `dsLane` follows the other entity: ahead
-    of it, lanes and offset to its left. Without orientation it heads with or against the traffic as the other does."""
+    of it, lanes and offset to its left. With neither it is beside the other, as with `ds` of 0. Without orientation it
+    heads with or against the traffic as the other does."""
     other = entity_called(position.entity_ref, board, position)
     network = board.network
     if network is None:
@@ -261,10 +262,10 @@ def _relative_lane(position: model.RelativeLanePosition, board: Storyboard, move
         ground = board.ground
         ground.track(other)
         route = mover.route_lanes if mover is not None and mover.route_lanes else other.route_lanes
-        if position.ds is not None:
-            point, side = ground.along_road(other, position.ds, route), 1
+        if position.ds_lane is None:
+            point, side = ground.along_road(other, position.ds or 0.0, route), 1
         else:
-            point = ground.along_lane(other, position.ds_lane or 0.0, route)
+            point = ground.along_lane(other, position.ds_lane, route)
             side = 1 if ground.sense_at(other, point) > 0.0 else -1
         target = RoadPoint(
             point.road, shifted_lane(point.lane, side * position.d_lane), point.s, side * position.offset

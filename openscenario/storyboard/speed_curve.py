@@ -1,9 +1,10 @@
 """Speed over time as pieces of constant jerk: straight lines through points, and the same with rounded corners.
 
-The standard gives limits of jerk and no law. Here: the lines through the points are kept and each corner between two
+The standard gives limits and no law. Here: what is asked for is first brought within the limits of speed and
+acceleration (`within`). Where jerk has limits, too, the lines through the points are kept and each corner between two
 of them becomes the parabola of the allowed jerk that touches both; the first line begins as soon as its slope can be
-reached. To a single target the way is jerk, constant acceleration, jerk: in the given time, or later where the limits
-want so. Where a corner has no room for its parabola the lines stay as they are.
+reached. To a single target, and where a corner has no room for its parabola to each target by itself, the way is jerk,
+constant acceleration, jerk (`reach`): in the given time, or later where the limits want so.
 """
 
 from __future__ import annotations
@@ -13,10 +14,13 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from openscenario import model
+from openscenario.storyboard.limits import Limits
 
 SHARP = 1e6  # m/s^3: a corner of no limit
 SAME = 1e-6
+
+Point = tuple[float, float]
+"""Time [s], speed [m/s]."""
 
 
 class Piece(NamedTuple):
@@ -35,7 +39,41 @@ class Piece(NamedTuple):
         return self.acceleration + self.jerk * (time - self.time)
 
 
-def straight(points: Sequence[tuple[float, float]]) -> list[Piece]:
+def within(points: Sequence[Point], limits: Limits) -> list[Point]:
+    """The points with speeds and slopes within the limits: a change that needs more time puts off all that follows.
+
+    Ends with a point at an infinite time where the limits allow no change at all.
+    """
+    out = [points[0]]
+    for (before, _), (time, speed) in pairwise(points):
+        start, now = out[-1]
+        target = min(max(speed, -limits.speed), limits.speed)
+        limit = limits.up if target > now else limits.down
+        change = abs(target - now)
+        needed = 0.0 if change == 0.0 else change / limit if limit > 0.0 else math.inf
+        out.append((start + max(time - before, needed), target))
+        if needed == math.inf:
+            break
+    return out
+
+
+def curve(points: Sequence[Point], acceleration: float, limits: Limits) -> list[Piece]:
+    """Through the points within all limits, beginning with `acceleration` [m/s^2] if that may not jump.
+
+    The last piece stands still at the last speed; its time is infinite if the limits never let it be reached.
+    """
+    points = within(points, limits)
+    never = points[-1][0] == math.inf
+    if not limits.smooth:
+        return straight(points)
+    if limits.rise <= 0.0 or limits.fall <= 0.0:
+        return [Piece(*points[0]), Piece(math.inf, points[-1][1])] if len(points) > 1 else [Piece(*points[0])]
+    reachable = points[:-1] if never else points
+    pieces = _rounded(reachable, acceleration, limits) or _one_by_one(reachable, acceleration, limits)
+    return [*pieces, Piece(math.inf, points[-1][1])] if never else pieces
+
+
+def straight(points: Sequence[Point]) -> list[Piece]:
     """Lines through (time, speed); points at one time are a step."""
     pieces = []
     for (time, speed), (later, target) in pairwise(points):
@@ -44,24 +82,12 @@ def straight(points: Sequence[tuple[float, float]]) -> list[Piece]:
     return [*pieces, Piece(*points[-1])]
 
 
-def rounded(
-    points: Sequence[tuple[float, float]], acceleration: float, limits: model.DynamicConstraints
-) -> list[Piece] | None:
-    """The same lines within the limits of jerk, beginning with `acceleration`; None if they leave no room for that."""
-    up = SHARP if limits.max_acceleration_rate is None else limits.max_acceleration_rate
-    down = SHARP if limits.max_deceleration_rate is None else limits.max_deceleration_rate
-    if min(up, down) <= 0.0 or (up == SHARP and down == SHARP):
+def _rounded(points: Sequence[Point], acceleration: float, limits: Limits) -> list[Piece] | None:
+    """Several lines with rounded corners; None if there is only one, or if they leave no room for that."""
+    up, down = min(limits.rise, SHARP), min(limits.fall, SHARP)
+    lines = straight(points)
+    if len(lines) < 3:
         return None
-    lines = [piece for piece in straight(points)[:-1] if math.isfinite(piece.acceleration)]
-    if not lines:
-        return None
-    most = math.inf if limits.max_acceleration is None else limits.max_acceleration
-    least = -math.inf if limits.max_deceleration is None else -limits.max_deceleration
-    if len(lines) == 1:
-        return _to_one(points[0], points[-1], acceleration, (up, down), (least, most))
-    if any(not least - SAME <= line.acceleration <= most + SAME for line in lines):
-        return None
-    lines.append(Piece(*points[-1]))
     first = lines[0]
     jerk = up if first.acceleration >= acceleration else -down
     pieces = [Piece(first.time, first.speed, acceleration, jerk)]
@@ -82,41 +108,68 @@ def rounded(
         end = begin + turn / jerk
         now = Piece(end, corner.at(end), line.acceleration)
         pieces += [corner, now]
+    if abs(now.acceleration) > SAME or abs(now.speed - points[-1][1]) > SAME or _top(pieces) > limits.speed + SAME:
+        return None
     return pieces
 
 
-def _to_one(
-    start: tuple[float, float],
-    target: tuple[float, float],
-    acceleration: float,
-    rates: tuple[float, float],
-    span: tuple[float, float],
-) -> list[Piece] | None:
-    """Jerk, constant acceleration a, jerk. With the jerks j and i, and b the beginning acceleration:
+def _top(pieces: Sequence[Piece]) -> float:
+    """The largest speed [m/s], either way, after the first."""
+    top = 0.0
+    for piece, after in pairwise(pieces):
+        top = max(top, abs(after.speed))
+        turn = piece.time - piece.acceleration / piece.jerk if piece.jerk != 0.0 else piece.time
+        if piece.time < turn < after.time:
+            top = max(top, abs(piece.at(turn)))
+    return top
 
-    v1 - v0 = (1 / 2i - 1 / 2j) a^2 + (T + b / j) a - b^2 / 2j, from the three parts' speeds and times.
+
+def _one_by_one(points: Sequence[Point], acceleration: float, limits: Limits) -> list[Piece]:
+    """To each point by itself, with no acceleration there."""
+    pieces = [Piece(points[0][0], points[0][1], acceleration)]
+    for (before, _), (time, target) in pairwise(points):
+        last = pieces.pop()
+        pieces += reach(last, target, time - before, limits)
+    return pieces
+
+
+def reach(now: Piece, target: float, duration: float, limits: Limits) -> list[Piece]:
+    """Jerk, constant acceleration, jerk to a speed [m/s]: in `duration` [s], or as soon as the limits allow.
+
+    Written for a rising speed; a falling one is its mirror image. With the jerks j up and i down, the beginning
+    acceleration b and the constant one a, the three parts' speeds and times give
+
+        v1 - v0 = (a^2 - b^2) / 2j + a h + a^2 / 2i,   T = (a - b) / j + h + a / i   if a > b, else
+        v1 - v0 = b^2 / 2i + a h,                      T = b / i + h
     """
-    change, time = target[1] - start[1], target[0] - start[0]
-    up, down = rates
-    if abs(change) < SAME or time <= 0.0:
-        return None
-    rising = change > 0.0
-    if (change / time - acceleration > 0.0) != rising:
-        return None
-    j, i = (up, -down) if rising else (-down, up)
-    square = 0.5 / i - 0.5 / j
-    b = acceleration
-    root = (time + b / j) ** 2 + 4.0 * square * (0.5 * b * b / j + change)
-    if root >= 0.0:
-        a = (math.sqrt(root) - (time + b / j)) / (2.0 * square)
-    else:  # no time for a constant part
-        a = math.copysign(math.sqrt(max((change + 0.5 * b * b / j) / -square, 0.0)), change)
-    a = min(max(a, span[0]), span[1])
-    if a == 0.0:
-        return None
-    first = Piece(start[0], start[1], b, j)
-    t1 = start[0] + (a - b) / j
-    v1 = first.at(t1)
-    v2 = target[1] + 0.5 * a * a / i
-    t2 = t1 + max((v2 - v1) / a, 0.0)
-    return [first, Piece(t1, v1, a), Piece(t2, v2, a, i), Piece(t2 - a / i, target[1])]
+    rise, fall = min(limits.rise, SHARP), min(limits.fall, SHARP)
+    b = now.acceleration
+    still = now.speed + 0.5 * b * abs(b) / (fall if b > 0.0 else rise)  # where the acceleration is taken back to 0
+    if abs(target - still) < SAME:
+        end = now.time + abs(b) / (fall if b > 0.0 else rise)
+        pieces = [Piece(now.time, now.speed, b, -fall if b > 0.0 else rise)] if b != 0.0 else []
+        return [*pieces, Piece(end, target), Piece(max(end, now.time + duration), target)]
+    sign = 1.0 if target > still else -1.0
+    j, i, most = (rise, fall, limits.up) if sign > 0.0 else (fall, rise, limits.down)
+    b *= sign
+    change = sign * (target - now.speed)
+    square = 0.5 / j + 0.5 / i
+    whole = change + 0.5 * b * b / j
+    peak = min(math.sqrt(whole / square), most)
+    span = duration + b / j
+    root = span * span - 4.0 * square * whole
+    if span > 0.0 and root >= 0.0:
+        peak = min(peak, 2.0 * whole / (span + math.sqrt(root)))
+    if peak >= b:
+        first, hold = (peak - b) / j, max(whole / peak - square * peak, 0.0)
+    else:  # it already accelerates by more than it needs
+        j = -i
+        rest = change - 0.5 * b * b / i
+        left = duration - b / i
+        peak = min(rest / left, most) if left > 0.0 else min(b, most)
+        first, hold = (b - peak) / i, rest / peak
+    begin = Piece(now.time, now.speed, sign * b, sign * j)
+    t1 = now.time + first
+    even = Piece(t1, begin.at(t1), sign * peak)
+    t2 = t1 + hold
+    return [begin, even, Piece(t2, even.at(t2), sign * peak, -sign * i), Piece(t2 + peak / i, target)]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from numba import njit
-
+from machine_code import compiled
 from openscenario.road.path import advance
 from openscenario.road.pose import lane_pose
 from openscenario.road.tables import Tables
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def stride(
     tables: Tables, road: int, lane: int, s: float, offset: float, distance: float
 ) -> tuple[int, float, float, float, float, float, float, float, float]:

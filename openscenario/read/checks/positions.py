@@ -10,7 +10,7 @@ from openscenario.model.global_actions import (
     TrafficSignalStateAction,
 )
 from openscenario.model.positions import GeoPosition, LanePosition, RelativeLanePosition, RoadPosition
-from openscenario.read.checks.registry import check, exactly_one
+from openscenario.read.checks.registry import at_most_one, check, exactly_one
 from openscenario.read.context import Context, OfPhase, OnRoad
 
 
@@ -34,7 +34,8 @@ def start(action: TeleportAction | AddEntityAction, context: Context) -> None:
 
 @check(RelativeLanePosition)
 def one_distance(position: RelativeLanePosition, context: Context) -> None:
-    exactly_one(position, context, "", ds=position.ds, dsLane=position.ds_lane)
+    """Both are optional in the schema since 1.1: without them the position is beside the other entity."""
+    at_most_one(position, context, "", ds=position.ds, dsLane=position.ds_lane)
 
 
 @check(GeoPosition)

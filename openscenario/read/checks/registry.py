@@ -26,8 +26,16 @@ def check(*classes: type[Element]) -> Callable[[Check], Check]:
 
 def exactly_one(element: Element, context: Context, attribute: str, **given: object) -> None:
     """Notes an error, at the element or its `@attribute`, unless exactly one of the values is set."""
-    names = " or ".join(given)
-    count = sum(value is not None for value in given.values())
-    if count != 1:
-        problem = "more than one" if count else "none"
-        context.error("xml.choice", element.at, attribute, f"{problem} is given", allowed=f"exactly one of {names}")
+    if all(value is None for value in given.values()):
+        allowed = f"exactly one of {' or '.join(given)}"
+        context.error("xml.choice", element.at, attribute, "none is given", allowed=allowed)
+    at_most_one(element, context, attribute, "exactly one", **given)
+
+
+def at_most_one(
+    element: Element, context: Context, attribute: str, allowed: str = "at most one", **given: object
+) -> None:
+    """Notes an error, at the element or its `@attribute`, if more than one of the values is set."""
+    if sum(value is not None for value in given.values()) > 1:
+        allowed = f"{allowed} of {' or '.join(given)}"
+        context.error("xml.choice", element.at, attribute, "more than one is given", allowed=allowed)

@@ -19,12 +19,6 @@ def controller(element: object, entity: Entity, board: Storyboard) -> Runner:
     return Instant()
 
 
-@action(model.VisibilityAction)
-def visibility(element: object, entity: Entity, board: Storyboard) -> Runner:
-    """Visibility changes nothing that a sensor model here can see."""
-    return Instant()
-
-
 @action(model.EnvironmentAction)
 def environment(element: model.EnvironmentAction, entity: None, board: Storyboard) -> Runner:
     """Kept in `board.world` for whoever wants to know; motion does not depend on it."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from openscenario import model
 from openscenario.storyboard.distances import Measure, measure
 from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.limits import Limits, both, given, performance
 from openscenario.storyboard.registry import Runner, action, entity_called
 
 if TYPE_CHECKING:
@@ -22,10 +23,11 @@ class KeepDistance:
 
     The standard names no control law. Here: a critically damped spring between the entity and its place,
     a = k e - 2 sqrt(k) (v - v_other), e the distance still to go, k = STIFFNESS x limit, a within the limits; where
-    jerk has limits a changes no faster.
+    jerk has limits a changes no faster. Limits are the narrower of the action's and the vehicle's. Who has none goes no
+    faster to its place than the vehicle drives, but at the beginning and where the other one is put somewhere else.
     """
 
-    __slots__ = ("_acceleration", "_board", "_distance", "_element", "_entity", "_other", "_side")
+    __slots__ = ("_acceleration", "_board", "_distance", "_element", "_entity", "_limits", "_other", "_side")
     domains: tuple[str, ...] = ("longitudinal",)
 
     def __init__(self, element: model.LongitudinalDistanceAction, entity: Entity, board: Storyboard) -> None:
@@ -38,6 +40,7 @@ class KeepDistance:
         )
         self._side = -1.0 if element.displacement == "leadingReferencedEntity" else 1.0
         self._acceleration = 0.0
+        self._limits = both(given(element.dynamic_constraints), performance(entity))
 
     def start(self) -> bool:
         if self._element.displacement == "any":
@@ -45,12 +48,11 @@ class KeepDistance:
             self._side = -1.0 if apart is not None and apart < 0.0 else 1.0
         if self._limited():
             return False
-        self._place()
+        self._place(math.inf)
         return not self._element.continuous
 
     def _limited(self) -> bool:
-        limits = self._element.dynamic_constraints
-        return limits is not None and (limits.max_acceleration is not None or limits.max_deceleration is not None)
+        return given(self._element.dynamic_constraints) != Limits()
 
     def _to_go(self) -> float:
         """Way ahead [m] to the place that the distance asks for."""
@@ -63,30 +65,28 @@ class KeepDistance:
         )
         return apart - self._side * wanted
 
-    def _place(self) -> None:
-        entity, ground = self._entity, self._board.ground
-        entity.jump_to_speed(self._other.speed)
-        way = self._to_go()
+    def _place(self, most: float) -> None:
+        """Move to where the distance asks for, by no more than `most` [m], with the other's speed."""
+        entity, ground, top = self._entity, self._board.ground, self._limits.speed
+        entity.jump_to_speed(min(max(self._other.speed, -top), top))
+        way = min(max(self._to_go(), -most), most)
         if ground.track(entity):
             ground.drive(entity, way)
         else:
             entity.put(entity.x + way * math.cos(entity.h), entity.y + way * math.sin(entity.h), entity.z, entity.h)
 
     def step(self, dt: float) -> bool:
-        entity, limits = self._entity, self._element.dynamic_constraints
-        if not self._limited() or limits is None:
-            self._place()
+        entity, limits = self._entity, self._limits
+        if not self._limited():
+            self._place(math.inf if self._other.placed else limits.speed * dt)
             return False
         to_go = self._to_go()
-        # what the vehicle can do limits it too
-        up = min(entity.max_acceleration, _or_infinite(limits.max_acceleration))
-        down = min(entity.max_deceleration, _or_infinite(limits.max_deceleration))
-        limit = min(up if to_go < 0.0 else down, 100.0)
+        limit = min(limits.up if to_go < 0.0 else limits.down, 100.0)
         stiffness = STIFFNESS * limit
         wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * (entity.speed - self._other.speed)
-        top = min(entity.max_speed, _or_infinite(limits.max_speed))
-        self._acceleration = eased(self._acceleration, min(max(wanted, -down), up), limits, dt)
-        entity.speed = min(max(entity.speed + self._acceleration * dt, -top), top)
+        wanted = min(max(wanted, -limits.down), limits.up)
+        self._acceleration = limits.eased(self._acceleration, wanted, dt)
+        entity.speed = min(max(entity.speed + self._acceleration * dt, -limits.speed), limits.speed)
         return not self._element.continuous and abs(to_go) < REACHED
 
     def stop(self) -> None:
@@ -95,22 +95,6 @@ class KeepDistance:
     def ask(self) -> tuple[str, dict[str, Any], float]:
         element = self._element
         return "distance", {"to": self._other.name, "distance": element.distance, "time_gap": element.time_gap}, 0.0
-
-
-def eased(now: float, wanted: float, limits: model.DynamicConstraints, dt: float) -> float:
-    """The wanted acceleration, or as near to it as the limits of its change let it come in a step [m/s^2].
-
-    Braking and going back from it count as deceleration.
-    """
-    if wanted < min(now, 0.0):
-        return max(wanted, now - _or_infinite(limits.max_deceleration_rate) * dt)
-    if wanted >= 0.0 and wanted > now:
-        return min(wanted, now + _or_infinite(limits.max_acceleration_rate) * dt)
-    return wanted
-
-
-def _or_infinite(limit: float | None) -> float:
-    return math.inf if limit is None else limit
 
 
 @action(model.LongitudinalDistanceAction)

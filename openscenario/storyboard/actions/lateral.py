@@ -163,14 +163,17 @@ class LaneOffset(Shift):
 
     Its speed is that along the lane. A step takes it to where the shape was at its beginning, so the action is over
     with the step that begins at the target (the standard does not count steps; this is how the field's tools do).
+    It follows another entity no harder than `maxLateralAcc`, as closely as that allows.
     """
 
-    __slots__ = ("_element", "_goes_on", "_other", "_target")
+    __slots__ = ("_before", "_element", "_goes_on", "_other", "_rate", "_target")
 
     def __init__(self, element: model.LaneOffsetAction, entity: Entity, board: Storyboard) -> None:
         super().__init__(entity, board)
         self._element = element
         self._target = 0.0
+        self._rate = 0.0  # of the own offset [m/s]
+        self._before: float | None = None  # where the other one wanted it a step ago, once it was there
         self._other: Entity | None = None
         target = element.lane_offset_target
         ends = board.reading == "esmini" and not isinstance(target, model.RelativeTargetLaneOffset)
@@ -208,15 +211,48 @@ class LaneOffset(Shift):
         if self._element.continuous and self._other is not entity:  # an offset from oneself is taken once
             change.target = self._wanted() * entity.sense
         if self._close():
-            change.value = change.target  # which may have moved since
+            change.value = self._kept(change.value, change.target, dt)  # which may have moved since
             self._settle()
             return self._ends()
         entity.twist = 0.0
         entity.drift = math.atan(change.rate() / entity.speed) if abs(entity.speed) > STILL else 0.0
         entity.shifted = True
         entity.offset = change.value * entity.sense
-        change.advance(dt)
+        before = change.value
+        self._rate = self._next_rate((change.advance(dt) - before) / dt, dt)
+        change.value = before + self._rate * dt
         return False
+
+    def _limit(self) -> float:
+        """The lateral acceleration that limits who follows another entity [m/s^2]: class LaneOffsetActionDynamics,
+        `used to initially reach and afterwards keep the lane offset`. To an offset of its own the shape keeps to it."""
+        limit = self._element.lane_offset_action_dynamics.max_lateral_acc
+        return math.inf if limit is None or not self._goes_on or self._other is self._entity else limit
+
+    def _next_rate(self, wanted: float, dt: float) -> float:
+        """The wanted speed to the side [m/s], or as near to it as the limit lets it come; a line has corners."""
+        limit = self._limit()
+        if limit == math.inf or (
+            not self._change.done and self._element.lane_offset_action_dynamics.dynamics_shape == "linear"
+        ):
+            return wanted
+        return self._rate + min(max(wanted - self._rate, -limit * dt), limit * dt)
+
+    def _kept(self, value: float, target: float, dt: float) -> float:
+        """The next offset of who is at its target and follows it [m], within its lateral acceleration.
+
+        It moves as its place does, and draws nearer at the speed from which it can still stop there, sqrt(2 a e).
+        """
+        limit = self._limit()
+        if limit == math.inf:
+            return target
+        before, self._before = self._before, target
+        if before is None:  # where the step before has already brought it
+            return value
+        left = before - value
+        closing = math.copysign(min(math.sqrt(2.0 * limit * abs(left)), abs(left) / dt), left)
+        self._rate = self._next_rate((target - before) / dt + closing, dt)
+        return value + self._rate * dt
 
     def _ends(self) -> bool:
         """Whether the action is over at its target."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from openscenario import model
 from openscenario.storyboard.actions.beside import Beside, side_of
-from openscenario.storyboard.actions.keep_distance import eased
 from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.limits import Limits, given
 from openscenario.storyboard.motion import lean
 from openscenario.storyboard.registry import Runner, Unsupported, action, entity_called
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 REACHED = 0.01  # m
 STIFFNESS = 0.4  # 1/m per m/s^2 of the limit, as along the road
+HARDEST = 100.0  # m/s^2, where the acceleration has no limit and its change has
 
 
 class LateralDistance:
@@ -28,7 +29,7 @@ class LateralDistance:
     been there for a step. Distances are measured across the road; in the coordinates of an entity see `beside.py`.
     """
 
-    __slots__ = ("_acceleration", "_board", "_element", "_entity", "_other", "_rate", "_side", "_there")
+    __slots__ = ("_acceleration", "_board", "_element", "_entity", "_limits", "_other", "_rate", "_side", "_there")
     domains: tuple[str, ...] = ("lateral",)
 
     def __init__(self, element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> None:
@@ -41,6 +42,7 @@ class LateralDistance:
         self._side = 0.0
         self._there = False
         self._rate = self._acceleration = 0.0
+        self._limits = given(element.dynamic_constraints)  # a Performance says nothing about moving to the side
 
     def start(self) -> bool:
         self._side = side_of(self._element, self._apart() * self._left())
@@ -65,10 +67,7 @@ class LateralDistance:
         return ground.position(self._entity).t - self._turned() * ground.position(self._other).t
 
     def _free(self) -> bool:
-        limits = self._element.dynamic_constraints
-        return limits is None or (
-            limits.max_acceleration is None and limits.max_deceleration is None and limits.max_speed is None
-        )
+        return self._limits == Limits()
 
     def _to_go(self) -> float:
         """Way [m] along t of the entity's road to where the distance asks for."""
@@ -88,29 +87,27 @@ class LateralDistance:
         self._board.ground.drive(entity, 0.0)
 
     def step(self, dt: float) -> bool:
-        entity, element, limits = self._entity, self._element, self._element.dynamic_constraints
+        entity, element, limits = self._entity, self._element, self._limits
         self._board.ground.track(entity)
         there = not element.continuous and abs(self._to_go()) < REACHED
         if there and self._there:
             entity.drift = 0.0
             return True
         self._there = there
-        if self._free() or limits is None:
+        if self._free():
             self._step_once()
             return False
         to_go = self._to_go() * entity.sense  # to its left: a road that runs the other way changes nothing
-        top = limits.max_speed if limits.max_speed is not None else math.inf
-        up, down = limits.max_acceleration, limits.max_deceleration
-        if up is None and down is None:
+        top = limits.speed
+        if limits.up == limits.down == math.inf and not limits.smooth:
             rate = self._rate = min(max(to_go / dt, -top), top)
         else:
             rate = self._rate  # what it moves with in this step; what it wants to is for the next one
-            up, down = (math.inf if limit is None else limit for limit in (up, down))
             # speeding up is what goes the way it already moves, or starts
-            stiffness = STIFFNESS * min(up, down)
+            stiffness = STIFFNESS * min(limits.up, limits.down, HARDEST)
             wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * self._rate
-            limit = up if wanted * self._rate >= 0.0 else down
-            self._acceleration = eased(self._acceleration, min(max(wanted, -limit), limit), limits, dt)
+            limit = limits.up if wanted * self._rate >= 0.0 else limits.down
+            self._acceleration = limits.eased(self._acceleration, min(max(wanted, -limit), limit), dt)
             self._rate = min(max(self._rate + self._acceleration * dt, -top), top)
         entity.offset += rate * entity.sense * dt
         lean(entity, rate, dt)

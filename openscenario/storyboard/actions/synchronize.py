@@ -14,6 +14,9 @@ taken.
 The master's pace is that of its last motion; being put somewhere is none. To an action that begins with the scenario,
 or with the master's trajectory, the master stands: who has a final speed stands as well, for that instant, and starts
 when the last ramp fits. (The standard names no profile. This is how the field's tools drive it.)
+
+A vehicle goes no faster than its Performance says. Its accelerations are not limited, for it would come too late; where
+they are beyond its Performance the run says so.
 """
 
 from __future__ import annotations
@@ -54,6 +57,7 @@ class Synchronize:
         "_master_target",
         "_phase",
         "_target",
+        "_told",
     )
     domains: tuple[str, ...] = ("longitudinal",)
 
@@ -68,6 +72,7 @@ class Synchronize:
         self._phase: Phase = "new"
         self._linger = False  # slower first
         self._last = self._last_master = math.inf
+        self._told = False  # that it does more than the vehicle can
 
     def start(self) -> bool:
         if self._board.steps == 0 and self._final is not None:
@@ -79,13 +84,16 @@ class Synchronize:
         return None
 
     def _final_speed(self) -> float | None:
-        final = self._final
+        """The final speed [m/s], no faster than the vehicle can."""
+        final, top = self._final, self._entity.max_speed
         if final is None:
             return None
         if isinstance(final, model.AbsoluteSpeed):
-            return final.value
-        master = self._master.speed
-        return master + final.value if final.speed_target_value_type == "delta" else master * final.value
+            speed = final.value
+        else:
+            master = self._master.speed
+            speed = master + final.value if final.speed_target_value_type == "delta" else master * final.value
+        return min(max(speed, -top), top)
 
     def _steady(self, final: float) -> tuple[float, float]:
         """Way [m] and time [s] at the final speed before the target."""
@@ -107,6 +115,18 @@ class Synchronize:
         return abs(along) if along == along else straight
 
     def step(self, dt: float) -> bool:
+        entity, before = self._entity, self._entity.speed
+        done = self._go_on(dt)
+        entity.speed = min(entity.speed, entity.max_speed)
+        change = entity.speed - before
+        limit = entity.max_acceleration if change > 0.0 else entity.max_deceleration
+        if abs(change) > limit * dt + SMALL and not self._told:
+            self._told = True
+            text = f"{entity.name}: to be there in time takes {abs(change) / dt:.1f} m/s^2, beyond its Performance"
+            self._board.warn(self._element, "beyond-performance", text)
+        return done
+
+    def _go_on(self, dt: float) -> bool:
         entity, element = self._entity, self._element
         tolerance = element.target_tolerance or 0.0
         tolerance_master = element.target_tolerance_master or 0.0

@@ -84,3 +84,16 @@ def test_a_catalogue_folder_outside_is_refused_even_if_nothing_is_used_of_it(spo
     path = spoil("<CatalogLocations/>", f"<CatalogLocations>{location}</CatalogLocations>")
     (finding,) = errors(check_scenario(path))
     assert (finding.code, finding.element.rpartition("/")[2]) == ("path.outside_root", "Directory@path")
+
+
+def test_neither_or_one_of_two_distances_may_be_given(spoil: Spoil) -> None:
+    """Class RelativeLanePosition (1.1 to 1.3.1): ds and dsLane both have cardinality 0..1."""
+    assert placed(spoil, AT, '<RelativeLanePosition entityRef="Ego" dLane="0"/>') == []
+    assert placed(spoil, AT, '<RelativeLanePosition entityRef="Ego" dLane="0" dsLane="3"/>') == []
+    both = '<RelativeLanePosition entityRef="Ego" dLane="0" ds="3" dsLane="3"/>'
+    assert placed(spoil, AT, both) == [("xml.choice", "RelativeLanePosition")]
+
+
+def test_a_place_beside_another_car_needs_its_lane_there(spoil: Spoil) -> None:
+    found = placed(spoil, AT, '<RelativeLanePosition entityRef="Ego" dLane="-1"/>')
+    assert found == [("ref.unknown_lane", "RelativeLanePosition@dLane")]

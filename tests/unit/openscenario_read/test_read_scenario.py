@@ -234,7 +234,9 @@ def test_a_negative_rate_counts_as_its_magnitude_and_is_a_warning(spoil: Spoil) 
 @pytest.mark.parametrize(("rule", "said"), [("greaterThan", "true from the start"), ("lessOrEqual", "never true")])
 def test_a_time_before_the_start_is_a_warning_that_says_what_it_means(spoil: Spoil, rule: str, said: str) -> None:
     written = f'<SimulationTimeCondition value="-5" rule="{rule}"/>'
-    (finding,) = check_scenario(spoil('<SimulationTimeCondition value="1.0" rule="greaterThan"/>', written))
+    found = check_scenario(spoil('<SimulationTimeCondition value="1.0" rule="greaterThan"/>', written))
+    # the event that never starts keeps the scenario from ending: a finding of its own
+    (finding,) = [each for each in found if each.code != "storyboard.never_ends"]
     assert (finding.severity, finding.element.split("/")[-1]) == ("warning", "SimulationTimeCondition@value")
     assert said in finding.message
 

@@ -359,6 +359,6 @@ def test_a_continuous_lane_offset_follows_the_other(make: Make) -> None:
     )
     run(board, 2.5)
     assert board.entities["A"].y == pytest.approx(-1.75 + 1.0)
-    run(board, 4.0)
+    run(board, 8.0)  # B moves over and stops at once; A needs its lateral acceleration for that
     assert board.entities["B"].y == pytest.approx(-5.25)
     assert board.entities["A"].y == pytest.approx(-5.25 + 1.0)

@@ -221,6 +221,8 @@ def test_where_a_lane_shrinks_to_nothing_one_goes_on_beside_it(tmp_path: Path) -
         ('<RelativeLanePosition entityRef="B" dLane="0" dsLane="20"/>', 480.0, 1.75),  # ahead of it
         ('<RelativeLanePosition entityRef="B" dLane="1" ds="0" offset="0.5"/>', 500.0, 5.25 + 0.5),  # ids, t
         ('<RelativeLanePosition entityRef="B" dLane="1" dsLane="0" offset="0.5"/>', 500.0, -1.75 - 0.5),  # to its left
+        ('<RelativeLanePosition entityRef="B" dLane="0"/>', 500.0, 1.75),  # neither: beside it, as with ds of 0
+        ('<RelativeLanePosition entityRef="B" dLane="1" offset="0.5"/>', 500.0, 5.25 + 0.5),
         ('<RelativeRoadPosition entityRef="B" ds="20" dt="1"/>', 520.0, 2.75),
     ],
 )

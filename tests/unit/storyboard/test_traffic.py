@@ -153,3 +153,18 @@ def test_conditions_on_any_entity_see_traffic_too(make: Make, came: bool) -> Non
     board = make(A=here, stories=(now(traffic(source(0.01, 260.0))) if came else "") + wait)
     run(board, 2.0)
     assert bool([each for each in log(board, "event") if each[1:] == ("clear", "startTransition")]) is not came
+
+
+@pytest.mark.parametrize("visible", [True, False])
+def test_traffic_brakes_for_those_only_whom_it_sees(make: Make, visible: bool) -> None:
+    """A car of 10 m/s comes from s = 400 m to one that stands at 500 m: 100 m take it 10 s if nothing is there."""
+    hide = (
+        f'<PrivateAction><VisibilityAction graphics="true" sensors="true" traffic="{str(visible).lower()}"/>'
+        "</PrivateAction>"
+    )
+    flow = event("e", traffic(source(0.01, 400.0)))
+    board = make(A=[teleport(lane_position(500.0)), speed(0.0), hide], stories=story(flow))
+    run(board, 12.0)
+    came = board.entities["flow-1"]
+    assert (came.x > 505.0) is not visible
+    assert (came.speed < 5.0) is visible
