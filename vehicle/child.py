@@ -23,7 +23,8 @@ class Child:
     It leads a process group of its own and is killed with it; its standard input is a pipe from here, so that it can
     end by itself when this process does, and if it is stopped and cannot, the kernel ends it (Linux; then it also ends
     with the thread that started it, so who starts it must stay). `keep_open` are file descriptors that it gets.
-    Raises that error if it cannot be started.
+    `streams` are where its standard output and error go; its standard input then is empty, and it hears of the end of
+    this process elsewhere. Raises that error if it cannot be started.
     """
 
     def __init__(
@@ -33,6 +34,7 @@ class Child:
         error: Callable[[str], Exception],
         environment: Mapping[str, str] | None = None,
         keep_open: Sequence[int] = (),
+        streams: tuple[int, int] | None = None,
     ) -> None:
         self._who, self._error = who, error
         if shutil.which(command[0]) is None:
@@ -42,9 +44,9 @@ class Child:
             self.process = subprocess.Popen(
                 [sys.executable, "-I", "-S", str(TIED), str(os.getpid()), *command],
                 pass_fds=keep_open,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
-                stderr=self._errors,
+                stdin=subprocess.PIPE if streams is None else subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL if streams is None else streams[0],
+                stderr=self._errors if streams is None else streams[1],
                 start_new_session=True,
                 env=None if environment is None else {**os.environ, **environment},
             )
@@ -54,15 +56,21 @@ class Child:
 
     def check(self) -> None:
         """Raises the error if it has ended or is stopped."""
-        code = self.process.poll()
-        if code is None:
+        how = self.how_it_ended()
+        if not how:
             if is_stopped(self.process.pid):
                 raise self._error(f"{self._who}'s process is stopped (SIGSTOP)")
             return
         self._errors.seek(0)
         said = self._errors.read().decode(errors="replace").strip().splitlines()
-        how = f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         raise self._error(f"{self._who}'s process ended ({how})" + (f": {said[-1][:200]}" if said else ""))
+
+    def how_it_ended(self) -> str:
+        """`exit code 1` or `killed by SIGSEGV`; "" while it runs."""
+        code = self.process.poll()
+        if code is None:
+            return ""
+        return f"killed by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
 
     def end(self, *, after: float = 0.0) -> None:
         """Kill it and all it has started, `after` [s] that it has to end by itself. May be called again."""

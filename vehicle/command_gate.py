@@ -8,8 +8,9 @@
 Order: finite -> fresh -> armed and not latched -> area -> speed -> angle -> rate -> lateral acceleration and jerk from
 the measured speed -> driver override -> emit. What fails up to the area, or is far too fast, gets the stop profile: no
 traction, the stop brake at once, the brake never released, the wheel held where it is. The rest is clamped, and each
-clamp is named. More braking always passes, at once; only traction and the release of the brake are limited. A request
-holds until the next one, for less than MAX_AGE; a bad one ends it, and the stop profile follows until a good one comes.
+clamp is named. More braking always passes, at once; only traction and the release of the brake are limited. While the
+brake is on there is no traction, by throttle or by acceleration, whatever is asked for. A request holds until the next
+one, for less than MAX_AGE; a bad one ends it, and the stop profile follows until a good one comes.
 An override stands last because it alone takes the output away from all that was decided before: the driver has the
 car, even where the stack has fallen silent.
 
@@ -194,19 +195,22 @@ class Gate:
 
         car, last, v = self.limits, self._out, measured.v
         steer, accel, throttle = float(asked.steer), float(asked.accel), float(asked.throttle)
+        pressed = clamp(float(asked.brake), 0.0, 1.0, "brake")
+        if pressed > 0.0 and accel > 0.0:  # a wire may carry the acceleration alone: then it brings the braking
+            accel = -pressed * car.max_deceleration
+            reasons.append("brake_wins")
         if abs(v) >= car.max_speed:
             accel, throttle = clamp(accel, -inf, 0.0, "speed"), clamp(throttle, -inf, 0.0, "speed")
         steer = clamp(steer, -car.max_steer, car.max_steer, "angle")
         accel = clamp(accel, -HARDEST, car.max_acceleration, "traction")
         throttle = clamp(throttle, 0.0, 1.0, "traction")
-        brake = clamp(float(asked.brake), 0.0, 1.0, "brake")
         turn = car.max_steer_rate * dt
         steer = clamp(steer, last.steer - turn, last.steer + turn, "steer_rate")
         accel = clamp(accel, -inf, last.accel + JERK * dt, "jerk")
         throttle = clamp(throttle, 0.0, last.throttle + JERK / car.max_acceleration * dt, "jerk")
-        brake = clamp(brake, last.brake - JERK / car.max_deceleration * dt, inf, "brake_release")
-        if brake > 0.0 and throttle > 0.0:
-            throttle = 0.0
+        brake = clamp(pressed, last.brake - JERK / car.max_deceleration * dt, inf, "brake_release")
+        if brake > 0.0 and (accel > 0.0 or throttle > 0.0):
+            accel, throttle = min(accel, 0.0), 0.0
             reasons.append("brake_wins")
         steer = self._bend(steer, v, turn, dt, clamp)
         return Output(steer, accel, throttle, brake)

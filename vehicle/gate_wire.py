@@ -56,18 +56,22 @@ def pack(value: Any) -> bytes:
 
 def unpack(data: bytes | msgspec.Raw, kind: Any) -> Any:
     """A value of a kind. Raises msgspec.ValidationError."""
-    return msgspec.msgpack.decode(data, type=kind, dec_hook=_array)
+    return msgspec.msgpack.decode(data, type=kind, dec_hook=array)
 
 
-def _raw(value: Any) -> Any:
+def raw(value: Any) -> Any:
+    """An array as what MessagePack knows; numbers of numpy as Python's."""
     if isinstance(value, np.ndarray):
-        return (value.dtype.str, value.shape, value.tobytes())
+        return (value.dtype.str, value.shape, np.ascontiguousarray(value).reshape(-1).view(np.uint8).data)
+    if isinstance(value, np.generic):
+        return value.item()
     raise NotImplementedError(type(value).__name__)
 
 
-def _array(kind: Any, value: Any) -> Any:
+def array(kind: Any, value: Any) -> Any:
+    """The array again; it may be written to."""
     dtype, shape, data = value
     return np.frombuffer(data, dtype=dtype).reshape(shape).copy()
 
 
-_ENCODER = msgspec.msgpack.Encoder(enc_hook=_raw)
+_ENCODER = msgspec.msgpack.Encoder(enc_hook=raw)

@@ -18,7 +18,7 @@ import numpy as np
 
 from vehicle.adapter import Vehicle
 from vehicle.command_gate import CYCLE, ArmingRefused, Gate
-from vehicle.gate_messages import Area, Arming, Decision, Limits, Measured, Request, State
+from vehicle.gate_messages import Area, Arming, Decision, Limits, Measured, Request, State, numbers
 from vehicle.messages import (
     TRACE_COLUMNS,
     Command,
@@ -27,6 +27,7 @@ from vehicle.messages import (
     Surroundings,
     VehicleDescription,
     VehicleState,
+    brake_first,
 )
 
 STEER_RATE = 0.4  # rad/s; CommonRoad vehicle models (Althoff, Wuersching 2020), all cars
@@ -133,10 +134,15 @@ class Gated:
         return self._vehicle.observe(surroundings)
 
     def apply(self, command: Command, sequence: int | None = None) -> None:
-        """Ask the gate; what it decides goes to the vehicle. `sequence`: the sender's own number, where it has one."""
+        """Ask the gate; what it decides goes to the vehicle. `sequence`: the sender's own number, where it has one.
+
+        The gate is asked for no less deceleration than the brake pedal stands for: a vehicle may obey either.
+        """
         self._sequence = self._sequence + 1 if sequence is None else sequence
-        asked = (command.t, self._sequence, command.steer, command.accel, command.throttle, command.brake)
-        self._ask(Request(*asked))
+        accel = command.accel
+        if numbers(command, ("accel", "brake")) and accel <= 0.0:  # above it is for the gate, which says what it takes
+            accel = brake_first(command, self._gate.limits.max_deceleration).accel
+        self._ask(Request(command.t, self._sequence, command.steer, accel, command.throttle, command.brake))
 
     def step(self, dt: float) -> FloatArray:
         """Let `dt` [s] pass, in cycles of 20 ms at most; the gate is asked between them."""

@@ -167,7 +167,8 @@ class Command(msgspec.Struct, frozen=True):
 
     `steer` road-wheel angle [rad]; `accel` the wanted acceleration [m/s^2] that the pedals are meant to produce;
     `throttle` and `brake` in [0, 1]. Which of `accel` or the pedals drives a vehicle, its model file says in [inputs]:
-    the default car, scenarios/models/tabby_evo.toml, is driven by the pedals and ignores `accel`.
+    the default car, scenarios/models/tabby_evo.toml, is driven by the pedals and ignores `accel`. A brake wins over
+    traction of either kind (`brake_first`).
     """
 
     t: float
@@ -175,6 +176,18 @@ class Command(msgspec.Struct, frozen=True):
     accel: float
     throttle: float
     brake: float
+
+
+def brake_first(command: Command, max_deceleration: float) -> Command:
+    """The command with its brake before all traction, as what carries or obeys only a part of it must see it.
+
+    While the brake is asked for there is no throttle, and the acceleration is at most that of the brake, of which 1
+    stands for `max_deceleration` [m/s^2, > 0]. A harder deceleration stays. Without a brake the command is unchanged.
+    """
+    if command.brake <= 0.0:
+        return command
+    braking = -min(command.brake, 1.0) * max_deceleration
+    return msgspec.structs.replace(command, accel=min(command.accel, braking), throttle=0.0)
 
 
 class Detection(msgspec.Struct, frozen=True):
@@ -195,17 +208,31 @@ class Detection(msgspec.Struct, frozen=True):
     covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m^2, of the centre: xx, xy, yy
 
 
+SEEING = ("lidar", "camera")  # sensors that see what is around, as scenarios name them
+
+
 class Surroundings(msgspec.Struct, frozen=True):
     """Everything around the vehicle that its sensors could meet, in the map frame.
 
     `boxes` is a float64 array (n, 9): centre x, y, z [m], yaw [rad], length, width, height [m], vx, vy [m/s];
-    `kinds` an int64 array (n,) of indices into OBJECT_KINDS; `names` the n names.
+    `kinds` an int64 array (n,) of indices into OBJECT_KINDS; `names` the n names. `hidden` names those that a scenario
+    hides from sensors (of SEEING); to everything else they are there.
     """
 
     boxes: FloatArray
     kinds: NDArray[np.int64]
     names: tuple[str, ...]
     signals: tuple[SignalState, ...] = ()
+    hidden: dict[str, frozenset[str]] = {}
+
+    def seen_by(self, sensor: str) -> Surroundings:
+        """Without what is hidden from that sensor."""
+        unseen = self.hidden.get(sensor)
+        if not unseen:
+            return self
+        keep = np.array([name not in unseen for name in self.names], dtype=bool)
+        names = tuple(name for name in self.names if name not in unseen)
+        return Surroundings(self.boxes[keep], self.kinds[keep], names, self.signals)
 
 
 def no_surroundings() -> Surroundings:

@@ -14,6 +14,7 @@ from vehicle.messages import (
     Task,
     VehicleDescription,
     VehicleState,
+    brake_first,
 )
 from vehicle.model.errors import ModelError
 from vehicle.model.kernel import ACCELERATION, PEDALS
@@ -85,12 +86,13 @@ class Twin:
     def apply(self, command: Command) -> None:
         """Hold a command from now on. Raises ValueError, naming the field, if a value is not finite."""
         steer, accel, throttle, brake = command.steer, command.accel, command.throttle, command.brake
-        if not isfinite(steer + accel + throttle + brake):
+        if not (isfinite(steer) and isfinite(accel) and isfinite(throttle) and isfinite(brake)):
             values = {"steer": steer, "accel": accel, "throttle": throttle, "brake": brake}
             wrong = ", ".join(f"{name} = {value}" for name, value in values.items() if not isfinite(value))
             raise ValueError(f"command at t = {command.t:.3f} s is not finite: {wrong}")
         self._steer = steer
-        self._plant.command(steer, accel, throttle, brake)
+        obeyed = brake_first(command, self.description.max_deceleration)
+        self._plant.command(steer, obeyed.accel, obeyed.throttle, brake)
 
     def step(self, dt: float) -> FloatArray:
         """Let `dt` [s] pass (a multiple of 1 ms). Returns rows of TRACE_COLUMNS at 100 Hz, oldest first.

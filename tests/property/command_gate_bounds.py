@@ -22,6 +22,7 @@ def broken(before: Output, decision: Decision, measured: Measured | None, dt: fl
         "traction": 0.0 <= out.throttle <= 1.0 and -20.0 <= out.accel <= car.max_acceleration,
         "brake": 0.0 <= out.brake <= 1.0,
         "one pedal": out.throttle == 0.0 or out.brake == 0.0,
+        "the brake wins": out.brake == 0.0 or (out.throttle == 0.0 and out.accel <= 0.0),
         "traction comes slowly": out.accel <= before.accel + fade and out.throttle <= before.throttle + fade / 2.5,
         "brake goes slowly": out.brake >= before.brake - fade / 8.0,
         "findings have a reason": decision.outcome is Outcome.PASSED or bool(decision.reasons),
@@ -44,6 +45,8 @@ def broken(before: Output, decision: Decision, measured: Measured | None, dt: fl
         promises["area"] = abs(measured.x) <= 60.0 and abs(measured.y) <= 60.0
     if passed and asked is not None:
         promises["more braking passes"] = out.brake >= min(asked.brake, 1.0) and out.accel <= max(asked.accel, -20.0)
+        pressed = asked.accel > 0.0 and asked.brake > 0.0
+        promises["the brake brakes by acceleration"] = not pressed or out.accel <= -8.0 * min(asked.brake, 1.0)
         promises["no more than asked"] = out.throttle <= max(asked.throttle, 0.0)
         numbers = (asked.t, asked.sequence, asked.steer, asked.accel, asked.throttle, asked.brake)
         promises["finite commands only"] = all(type(value) in (int, float) and isfinite(value) for value in numbers)

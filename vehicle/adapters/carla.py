@@ -38,6 +38,7 @@ from vehicle.messages import (
     Surroundings,
     VehicleDescription,
     VehicleState,
+    brake_first,
 )
 from vehicle.toml_file import TomlError, read_toml
 from vehicle.wire import carla_frame as frame
@@ -120,6 +121,7 @@ class CarlaVehicle:
         """Pedals and steering."""
         steer = frame.to_steer(command.steer, self._max_steer)
         self._steer = frame.from_steer(steer, self._max_steer)
+        command = brake_first(command, self._description.max_deceleration)
         throttle, brake = (min(max(value, 0.0), 1.0) for value in (command.throttle, command.brake))
         self._actor.apply_control(self._carla.VehicleControl(throttle=throttle, steer=steer, brake=brake))
 

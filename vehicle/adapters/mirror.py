@@ -169,13 +169,13 @@ class Parallel:
 
     def _merged_scan(self, real: LidarScan) -> LidarScan:
         pose, around = self._then(real.t)
-        self._lidar.measure(real.t, *pose, around.boxes)
+        self._lidar.measure(real.t, *pose, around.seen_by("lidar").boxes)
         virtual = self._lidar.arrived(real.t)
         return real if virtual is None else LidarScan(real.t, merged_points(real.points, virtual.points))
 
     def _merged_frame(self, real: CameraFrame) -> CameraFrame:
         pose, around = self._then(real.t)
-        self._camera.measure(real.t, *pose, around)
+        self._camera.measure(real.t, *pose, around.seen_by("camera"))
         virtual = self._camera.arrived(real.t)
         return real if virtual is None else CameraFrame(real.t, merged_boxes(real.boxes, virtual.boxes))
 

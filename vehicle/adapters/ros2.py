@@ -26,6 +26,7 @@ from vehicle.messages import (
     Surroundings,
     VehicleDescription,
     VehicleState,
+    brake_first,
 )
 from vehicle.wire import convert, ros2_types, topics
 from vehicle.wire.end import End, Opener, Silence
@@ -125,6 +126,7 @@ class Ros2Vehicle:
         """Send the command. Raises ValueError if it is not finite."""
         if not np.isfinite([command.steer, command.accel, command.throttle, command.brake]).all():
             raise ValueError(f"command at t = {command.t:.3f} s is not finite")
+        command = brake_first(command, self._description.max_deceleration)  # the message has no pedals
         if self._by_wire is not None:
             self._by_wire.apply(command)
         else:

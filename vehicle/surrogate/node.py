@@ -124,8 +124,8 @@ class Node:
         self._looked = self._now
         now, state = self._now, self._car.state
         around = self._perceiver.seen(now / convert.SECOND, state.x, state.y, state.yaw, self._around)
-        cloud = self._scanner.points(state.x, state.y, state.yaw, around)
-        frame = CameraFrame(state.t, self._scanner.boxes(state.x, state.y, state.yaw, around))
+        cloud = self._scanner.points(state.x, state.y, state.yaw, around.seen_by("lidar"))
+        frame = CameraFrame(state.t, self._scanner.boxes(state.x, state.y, state.yaw, around.seen_by("camera")))
         self._queue(topics.POINTS, convert.points_to_ros(cloud, now), LIDAR_LATENCY)
         self._queue(topics.CAMERA, convert.camera_to_ros(frame, now), CAMERA_LATENCY)
 

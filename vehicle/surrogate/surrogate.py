@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vehicle.messages import Command, FloatArray, VehicleDescription, VehicleState
+from vehicle.messages import Command, FloatArray, VehicleDescription, VehicleState, brake_first
 from vehicle.surrogate.double_track import (
     A_JERK,
     A_LAG,
@@ -155,6 +155,7 @@ class DoubleTrack:
     def apply(self, command: Command) -> None:
         """Hand over a command; it holds until the next one."""
         self._steer = command.steer
+        command = brake_first(command, self.hidden.car.full_brake)
         if self.pedals:
             car = self.hidden.car
             throttle, brake = min(max(command.throttle, 0.0), 1.0), min(max(command.brake, 0.0), 1.0)

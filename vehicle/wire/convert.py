@@ -12,6 +12,7 @@ import numpy as np
 
 from vehicle.messages import (
     OBJECT_KINDS,
+    SEEING,
     CameraBox,
     CameraFrame,
     Command,
@@ -30,6 +31,7 @@ from vehicle.wire.geodetic import DEFAULT_ORIGIN, Origin, to_geodetic, to_map
 
 SECOND = 1_000_000_000  # ns
 FLOAT32 = 7  # PointField.FLOAT32
+_HIDDEN = "hidden:"  # class of an object, with the sensor from which the scenario hides it
 KNOWN = 2  # NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
 
 
@@ -77,7 +79,7 @@ def unwrapped(yaw: float, near: float) -> float:
 
 
 def command_to_ros(command: Command, ns: int) -> Any:
-    """AckermannDriveStamped: steering angle and wanted acceleration; it has no pedals."""
+    """AckermannDriveStamped: steering angle and wanted acceleration; it has no pedals, so ask with `brake_first`."""
     drive = ros.AckermannDrive(steering_angle=command.steer, acceleration=command.accel)
     return ros.AckermannDriveStamped(header(ns, "base_link"), drive)
 
@@ -212,27 +214,37 @@ def camera_from_ros(message: Any) -> CameraFrame:
 
 
 def objects_to_ros(around: Surroundings, ns: int) -> Any:
-    """Detection3DArray of everything around, in the map; velocities have no place in it."""
+    """Detection3DArray of everything around, in the map; velocities have no place in it.
+
+    A further hypothesis `hidden:SENSOR` of an object says that the scenario hides it from that sensor.
+    """
     found = []
     for row, kind, name in zip(around.boxes.tolist(), around.kinds.tolist(), around.names, strict=True):
         x, y, z, yaw, length, width, height, _, _ = row
-        result = ros.ObjectHypothesisWithPose(ros.ObjectHypothesis(OBJECT_KINDS[kind], 1.0))
+        classes = [OBJECT_KINDS[kind], *(_HIDDEN + each for each in SEEING if name in around.hidden.get(each, ()))]
+        results = [ros.ObjectHypothesisWithPose(ros.ObjectHypothesis(each, 1.0)) for each in classes]
         box = ros.BoundingBox3D(ros.Pose(ros.Point(x, y, z), quaternion(yaw)), ros.Vector3(length, width, height))
-        found.append(ros.Detection3D(header(ns, "map"), [result], box, name))
+        found.append(ros.Detection3D(header(ns, "map"), results, box, name))
     return ros.Detection3DArray(header(ns, "map"), found)
 
 
 def objects_from_ros(message: Any) -> Surroundings:
     """Boxes with velocity 0."""
     rows, kinds, names = [], [], []
+    hidden: dict[str, set[str]] = {}
     for found in message.detections:
         centre, size = found.bbox.center, found.bbox.size
         place = centre.position
         rows.append((place.x, place.y, place.z, yaw_of(centre.orientation), size.x, size.y, size.z, 0.0, 0.0))
         kinds.append(OBJECT_KINDS.index(_kind(found.results[0].hypothesis.class_id)))
         names.append(found.id)
+        for result in found.results[1:]:
+            kind, _, sensor = result.hypothesis.class_id.partition(":")
+            if kind + ":" == _HIDDEN:
+                hidden.setdefault(sensor, set()).add(found.id)
     boxes = np.array(rows, dtype=np.float64).reshape(-1, 9)
-    return Surroundings(boxes, np.array(kinds, dtype=np.int64), tuple(names))
+    unseen = {sensor: frozenset(each) for sensor, each in hidden.items()}
+    return Surroundings(boxes, np.array(kinds, dtype=np.int64), tuple(names), hidden=unseen)
 
 
 def signals_to_ros(signals: tuple[SignalState, ...]) -> Any:

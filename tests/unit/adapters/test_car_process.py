@@ -87,6 +87,15 @@ def test_it_obeys_and_says_where_it_is(car: CarProcess) -> None:
     assert motion[:, 4] == pytest.approx(0.3, abs=1e-3)
 
 
+def test_a_brake_arrives_as_deceleration_though_the_message_has_no_pedals(car: CarProcess) -> None:
+    """Half of 7 m/s^2 and 0.108 of rolling, from 3 m/s: it stands after 0.9 s, but for its springs."""
+    car.reset(START)
+    for k in range(20):
+        car.apply(Command(t=0.05 * k, steer=0.0, accel=2.0, throttle=1.0, brake=0.5))
+        rows = car.step(0.05)
+    assert rows[-1, 5] == pytest.approx(0.0, abs=0.2)
+
+
 def test_its_lidar_meets_the_box_it_was_sent(car: CarProcess) -> None:
     """Standing at (10, 5) with yaw 0.3, the rear of the box is 2 m before its centre, 15.5 m away."""
     car.reset(VehicleState(t=0.0, x=10.0, y=5.0, yaw=0.3, v=0.0))

@@ -128,6 +128,14 @@ def test_a_tick_of_the_harness_is_five_of_the_server() -> None:
     assert seen.gnss[0].yaw == pytest.approx(0.5, abs=1e-5)
 
 
+def test_the_brake_takes_the_throttle_away() -> None:
+    world = World()
+    car = CarlaVehicle(carla, world, world, rear=0.8)
+    car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=4.0))
+    car.apply(Command(0.0, 0.0, 2.0, 1.0, 0.25))
+    assert (world.control.throttle, world.control.brake) == (0.0, 0.25)
+
+
 def test_its_road_reader_and_ours_agree_on_every_lane() -> None:
     """CARLA's map of the same file: each of its waypoints lies on our road, lane and s, to a few millimetres."""
     network = load_network(URBAN)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import product
 from math import atan, nan, tan
 
 import pytest
@@ -130,6 +131,63 @@ def test_braking_ends_traction() -> None:
     decision = drive.ask(0.22, throttle=0.4, brake=0.01)
     assert decision.output == Output(0.0, 0.0, 0.0, 0.01)
     assert decision.reasons == ("brake_wins",)
+
+
+# --- brake and traction in one command; full brake is 8 m/s^2
+
+SMALLEST = 5e-324
+
+
+BEFORE = ({}, {"accel": 2.0, "throttle": 1.0}, {"accel": -4.0}, {"accel": -8.0, "brake": 1.0})
+
+
+@pytest.mark.parametrize("before", BEFORE, ids=["nothing", "traction", "slowing down", "full brake"])
+def test_the_brake_wins_over_every_traction(before: dict[str, float]) -> None:
+    asked = product((SMALLEST, 0.5, 1.0, 1.5), (SMALLEST, 2.0, 99.0), (0.0, SMALLEST, 0.5, 2.0), (0.0, 20.0, 21.0))
+    for brake, accel, throttle, v in asked:
+        drive = Drive(v=v)
+        drive.hold(0.1, **before)
+        decision = drive.ask(0.12, accel=accel, throttle=throttle, brake=brake)
+        out, pressed = decision.output, min(brake, 1.0)
+        assert out.throttle == 0.0
+        assert out.brake >= pressed
+        assert out.accel <= -8.0 * pressed
+        assert decision.outcome is Outcome.CLAMPED
+        assert "brake_wins" in decision.reasons
+
+
+@pytest.mark.parametrize("brake", [SMALLEST, 0.5, 1.0])
+@pytest.mark.parametrize("accel", [0.0, -SMALLEST, -0.5, -8.0, -20.0])
+def test_a_brake_without_traction_passes_as_asked(accel: float, brake: float) -> None:
+    decision = Drive().ask(0.0, accel=accel, brake=brake)
+    assert decision.output == Output(0.0, accel, 0.0, brake)
+    assert decision.reasons == ()
+
+
+@pytest.mark.parametrize("brake", [0.0, -0.0, -SMALLEST, -1.0])
+def test_a_brake_that_is_off_takes_no_traction(brake: float) -> None:
+    drive = Drive()
+    drive.ask(0.0)
+    decision = drive.ask(0.02, accel=0.05, throttle=0.02, brake=brake)
+    assert decision.output == Output(0.0, 0.05, 0.02, 0.0)
+    assert "brake_wins" not in decision.reasons
+
+
+@pytest.mark.parametrize("traction", [{"accel": 2.0}, {"throttle": 0.5}, {"accel": 2.0, "throttle": 0.5}])
+def test_traction_waits_until_the_brake_has_gone(traction: dict[str, float]) -> None:
+    """The brake goes by 5 m/s^3, so 0.125 in 0.2 s; accelerations from -0.1 m/s^2 would be above zero sooner."""
+    drive = Drive()
+    drive.ask(0.0, accel=-0.1, brake=0.1)
+    for k in range(1, 8):
+        decision = drive.ask(0.02 * k, **traction)
+        assert decision.output.brake == pytest.approx(0.1 - 0.0125 * k)
+        assert (decision.output.accel <= 0.0, decision.output.throttle) == (True, 0.0)
+    assert "brake_wins" in decision.reasons
+    assert drive.ask(0.16, **traction).output.brake == pytest.approx(0.0, abs=1e-12)
+    decision = drive.ask(0.18, **traction)
+    assert decision.output.brake == 0.0
+    assert max(decision.output.accel, decision.output.throttle) > 0.0
+    assert "brake_wins" not in decision.reasons
 
 
 # --- lateral acceleration and jerk, a = v^2 tan(steer)/2.5 m

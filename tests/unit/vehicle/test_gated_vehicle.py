@@ -96,6 +96,29 @@ def test_a_car_that_is_not_real_is_driven_after_its_reset() -> None:
     assert log[0].outcome is Outcome.PASSED
 
 
+@pytest.mark.parametrize("throttle", [0.0, 1.0])
+@pytest.mark.parametrize(("accel", "heard"), [(2.0, -4.0), (0.0, -4.0), (-0.5, -4.0), (-4.0, -4.0), (-6.0, -6.0)])
+def test_a_car_that_obeys_the_acceleration_alone_brakes_as_the_pedal_asks(
+    accel: float, heard: float, throttle: float
+) -> None:
+    """Half of the brake of a car that can do 8 m/s^2, whatever else is asked for."""
+    car = Car()
+    vehicle, log = gated(car)
+    vehicle.reset(START)
+    vehicle.apply(Command(3.0, 0.0, accel, throttle, 0.5))
+    assert car.told == [Command(3.0, 0.0, heard, 0.0, 0.5)]
+    assert ("brake_wins" in log[0].reasons) == (accel > 0.0)
+
+
+@pytest.mark.parametrize("wrong", [None, "1", math.nan])
+def test_a_brake_that_is_no_number_is_left_to_the_gate(wrong: float) -> None:
+    car = Car()
+    vehicle, log = gated(car)
+    vehicle.reset(START)
+    vehicle.apply(Command(3.0, 0.0, -1.0, 0.0, wrong))
+    assert log[0].reasons == ("command_not_finite",)
+
+
 def test_a_car_that_is_not_real_can_be_asked_for_both_keys_as_a_rehearsal() -> None:
     limits, log = limits_of(SHEET, area=FIELD), list[Decision]()
     vehicle = Gated(Car(), limits, name="car", scenario="a.xosc", record=log.append, keys=True)

@@ -81,6 +81,21 @@ def test_pedals_beyond_their_range_are_the_full_pedal(tabby: VehicleModel) -> No
     assert ends[0] == ends[1] > 4.0
 
 
+@pytest.mark.parametrize("longitudinal", [("accel_cmd",), ("throttle_cmd", "brake_cmd")])
+def test_the_brake_wins_over_acceleration_and_throttle(tabby: VehicleModel, longitudinal: tuple[str, ...]) -> None:
+    """With traction in the same command it drives as with half of the brake, 3.5 m/s^2, alone."""
+    model = replace(tabby, inputs=replace(tabby.inputs, longitudinal=longitudinal))
+    speeds = []
+    for accel, throttle in ((-3.5, 0.0), (2.0, 1.0)):
+        car = Twin(model, default_sensors(), seed=7)
+        car.reset(START)
+        car.apply(Command(0.0, 0.0, accel, throttle, 0.5))
+        car.step(0.5)
+        speeds.append(car.state.v)
+    assert speeds[0] < 4.5
+    assert speeds[1] == speeds[0]
+
+
 def test_stop_brings_it_to_a_halt_and_keeps_it_there(twin: Twin) -> None:
     twin.stop()
     rows = twin.step(5.0)
