@@ -15,6 +15,8 @@ from openscenario.findings import Finding
 if TYPE_CHECKING:
     import pandas as pd
 
+    from pytest_dvp.budget import Budget
+
 FloatArray: TypeAlias = NDArray[np.float64]
 
 TRACK_COLUMNS = ("t", "x", "y", "z", "yaw", "vx", "vy")
@@ -25,7 +27,8 @@ class LogError(ValueError):
     """A log file or a column cannot be used; the message is one line and names the file or the column.
 
     code  "log.unreadable", "log.not_mcap", "log.truncated", "log.corrupt", "log.record_too_long", "log.foreign" (valid
-          MCAP, not made by us), "log.unwritable", "log.invalid", or that of the first error of `findings`
+          MCAP, not made by us), "log.too_large" (for the budget), "log.unwritable", "log.invalid", or that of the first
+          error of `findings`
     findings  what an import found, each with its line and column; empty for what has no place
     """
 
@@ -124,6 +127,7 @@ class Log:
     road        {"kind": "edge"|"lane"|"centre"|"crosswalk", "points": array (k, 2)} lines for pictures
     events      in the order in which they happened
     meta        JSON-able conditions of the run: no wall clock, host or absolute path
+    tick_time   figures of `pytest_dvp.tick_time`, known while a run is judged; they are never saved
 
     Raises LogError if the columns do not belong together.
     """
@@ -136,6 +140,7 @@ class Log:
     road: Sequence[Mapping[str, Any]] = ()
     events: Sequence[LogEvent] = ()
     meta: dict[str, Any] = dataclasses.field(default_factory=dict)
+    tick_time: Mapping[str, Any] | None = None
 
     def __post_init__(self) -> None:
         if next(iter(self.columns), None) != "t":
@@ -174,15 +179,16 @@ class Log:
         save_log(self, Path(path))
 
     @staticmethod
-    def load(path: Path | str) -> Log:
+    def load(path: Path | str, budget: Budget | None = None) -> Log:
         """Read what `save` wrote, exactly; of a run folder its log.mcap.
 
-        Raises LogError for a missing, cut, corrupt or foreign file.
+        budget  how large it may be; None: the budget of the command or session
+        Raises LogError for a missing, cut, corrupt, foreign or too large file.
         """
         from pytest_dvp.log_read import load_log
 
         path = Path(path)
-        return load_log(path / "log.mcap" if path.is_dir() else path)
+        return load_log(path / "log.mcap" if path.is_dir() else path, budget)
 
     def to_frame(self) -> pd.DataFrame:
         """The columns as a pandas table; pandas is imported here only."""

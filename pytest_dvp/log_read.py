@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from pytest_dvp.budget import Budget
 from pytest_dvp.log import (
     DETECTION_COLUMNS,
     TRACK_COLUMNS,
@@ -23,11 +24,15 @@ from pytest_dvp.log import (
     no_detections,
 )
 from pytest_dvp.log_schemas import FORMAT
+from pytest_dvp.logs.account import Account, open_account
+from pytest_dvp.logs.mapped import Mapped, mapped
 
 MAGIC = bytes((137, 77, 67, 65, 80, 48, 13, 10))  # MCAP specification, "Magic"
 _FOOTER, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x02, 0x04, 0x05, 0x06, 0x0F  # MCAP specification, "Opcodes"
 _FOOTER_SIZE = 9 + 20
 _MAX_CHUNK = 1 << 30  # bytes after decompression; a larger one is an attack or a mistake
+LZ4_RATIO = 255
+"""The most bytes that one byte of LZ4 becomes (LZ4 block format: a match's length grows by 255 for each byte)."""
 _VIEWER = frozenset({"/tf", "/ego/pose", "/ego/signals", "/scene", "/scene/road"})
 
 Channels = dict[str, list[Any]]
@@ -41,17 +46,23 @@ class _BrokenError(Exception):
         self.code = code
 
 
-def load_log(path: Path) -> Log:
+def load_log(path: Path, budget: Budget | None = None) -> Log:
     """Read a log that `Log.save` wrote. Raises LogError with one line."""
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        text = f"{path}: the log cannot be read: {error.strerror or error}{_of_a_comparison(path)}"
-        raise LogError(text, "log.unreadable") from error
+        account = open_account(path, budget)
+        data = mapped(path)
+    except LogError as error:
+        if error.code != "log.unreadable":
+            raise
+        raise LogError(f"{error}{_of_a_comparison(path)}", error.code) from error
     try:
-        return _build(_messages(data))
+        return _build(_messages(data, account), account)
     except (_BrokenError, LogError) as error:
+        if error.code == "log.too_large":
+            raise
         raise LogError(f"{path}: {error}", error.code) from error
+    except RecursionError:
+        raise LogError(f"{path}: not a log of dvp: a message is nested too deeply", "log.foreign") from None
     except (msgspec.MsgspecError, struct.error, LookupError, TypeError, ValueError, AttributeError) as error:
         raise LogError(
             f"{path}: not a log of dvp: {type(error).__name__}: {error}".split("\n")[0], "log.foreign"
@@ -69,7 +80,7 @@ def _of_a_comparison(path: Path) -> str:
     return f"; it holds stages against each other, their logs are in {places}" if places else ""
 
 
-def _messages(data: bytes) -> Channels:
+def _messages(data: Mapped, account: Account) -> Channels:
     """Decoded JSON of our own channels, by topic, after every checksum was compared."""
     if data[:8] != MAGIC:
         raise _BrokenError("not an MCAP file", "log.not_mcap")
@@ -87,7 +98,7 @@ def _messages(data: bytes) -> Channels:
             return channels
         if opcode != _CHUNK:
             continue
-        chunk = _chunk(data, start, end)
+        chunk = _chunk(data, start, end, account)
         for inner, low, high in _records(chunk, 0, len(chunk)):
             if inner == _MESSAGE:
                 topic = topics[struct.unpack_from("<H", chunk, low)[0]]
@@ -99,7 +110,7 @@ def _messages(data: bytes) -> Channels:
     raise _BrokenError("corrupt: the data has no end")
 
 
-def _check_summary(data: bytes) -> None:
+def _check_summary(data: Mapped) -> None:
     start = len(data) - 8 - _FOOTER_SIZE
     opcode, length, summary, _offsets, crc = struct.unpack_from("<BQQQI", data, start)
     if opcode != _FOOTER or length != 20 or summary > start:
@@ -110,7 +121,7 @@ def _check_summary(data: bytes) -> None:
         raise _BrokenError("corrupt: the checksum of the summary does not match")
 
 
-def _records(data: bytes, position: int, stop: int) -> Iterator[tuple[int, int, int]]:
+def _records(data: Mapped, position: int, stop: int) -> Iterator[tuple[int, int, int]]:
     """(opcode, start, end) of the records in data[position:stop]."""
     while position < stop:
         if position + 9 > stop:
@@ -123,13 +134,14 @@ def _records(data: bytes, position: int, stop: int) -> Iterator[tuple[int, int, 
         yield opcode, start, position
 
 
-def _chunk(data: bytes, start: int, end: int) -> bytes:
+def _chunk(data: Mapped, start: int, end: int, account: Account) -> bytes:
     size, crc, length = struct.unpack_from("<QII", data, start + 16)
     name = data[start + 32 : start + 32 + length].decode()
     (packed_size,) = struct.unpack_from("<Q", data, start + 32 + length)
     packed = data[start + 40 + length : end]
-    if size > _MAX_CHUNK or packed_size != len(packed):
+    if size > min(_MAX_CHUNK, LZ4_RATIO * len(packed)) or packed_size != len(packed):
         raise _BrokenError(f"corrupt: a chunk at byte {start - 9} of impossible size")
+    account.unpack(size)
     try:
         chunk = _decompress(name, packed, size)
     except (RuntimeError, EOFError) as error:
@@ -149,24 +161,25 @@ def _decompress(name: str, packed: bytes, size: int) -> bytes:
     raise _BrokenError(f"compression {name!r} is not one of ours; expected lz4", "log.foreign")
 
 
-def _build(channels: Channels) -> Log:
+def _build(channels: Channels, account: Account) -> Log:
     if not channels.get("/meta"):
         raise _BrokenError("a valid MCAP file but not a log of dvp: no /meta", "log.foreign")
     head = channels["/meta"][0]
     if head["format"] != FORMAT:
         raise _BrokenError(f"log format {head['format']!r}, this version reads {FORMAT}", "log.foreign")
     rows = int(head["rows"])
+    account.rows(rows)
     parts: dict[str, list[FloatArray]] = {c["name"]: [] for c in head["columns"]}
     for topic in ("/signals", "/commands", "/ads"):
         for block in channels.get(topic, []):
-            _append_block(parts, block)
+            _append_block(parts, block, account)
     columns = {name: _join(pieces) for name, pieces in parts.items()}
     if any(len(values) != rows for values in columns.values()):
         raise _BrokenError("incomplete: rows are missing")
     return Log(
         columns=columns,
-        objects=_objects(head["objects"], channels.get("/objects", [])),
-        detections=_detections(channels.get("/detections", [])),
+        objects=_objects(head["objects"], channels.get("/objects", []), account),
+        detections=_detections(channels.get("/detections", []), account),
         paths=[(_float(p["t"]), _points(p["points"])) for p in channels.get("/path", [])],
         reference=_points(channels["/reference"][0]["points"]),
         road=[{"kind": r["kind"], "points": _points(r["points"])} for r in channels["/road"][0]["lines"]],
@@ -175,7 +188,7 @@ def _build(channels: Channels) -> Log:
     )
 
 
-def build_partial(channels: Channels) -> tuple[Log, int]:
+def build_partial(channels: Channels, account: Account) -> tuple[Log, int]:
     """The log of the messages that are left of a damaged file, and the rows that it once had.
 
     Rows whose time is lost are left out, other lost values are NaN; what is missing is for the caller to tell.
@@ -183,11 +196,12 @@ def build_partial(channels: Channels) -> tuple[Log, int]:
     """
     head = channels["/meta"][0]
     rows = int(head["rows"])
+    account.table(rows, len(head["columns"]))
     columns = {c["name"]: np.full(rows, np.nan) for c in head["columns"]}
     for topic in ("/signals", "/commands", "/ads"):
         for block in channels.get(topic, []):
             pieces: dict[str, list[FloatArray]] = {name: [] for name in block["columns"]}
-            _append_block(pieces, block)
+            _append_block(pieces, block, account)
             for name, (values,) in pieces.items():
                 columns[name][block["row"] : block["row"] + block["count"]] = values
     left = np.isfinite(columns["t"])
@@ -200,22 +214,23 @@ def build_partial(channels: Channels) -> tuple[Log, int]:
         "/reference": channels.get("/reference") or [{"points": []}],
         "/road": channels.get("/road") or [{"lines": []}],
     }
-    return _build(whole), rows
+    return _build(whole, account), rows
 
 
-def _append_block(parts: dict[str, list[FloatArray]], block: Any) -> None:
+def _append_block(parts: dict[str, list[FloatArray]], block: Any, account: Account) -> None:
     count = block["count"]
     held = block.get("held")
     if held is None:
         for name, cell in block["columns"].items():
-            parts[name].append(_column(cell, count))
+            parts[name].append(_column(cell, count, account))
         return
     lengths = np.diff([*held, count])
     for name, cell in block["columns"].items():
-        parts[name].append(np.repeat(_column(cell, len(held)), lengths))
+        account.hold(8 * int(np.sum(np.abs(lengths))))
+        parts[name].append(np.repeat(_column(cell, len(held), account), lengths))
 
 
-def _objects(head: list[Any], blocks: list[Any]) -> dict[str, ObjectTrack]:
+def _objects(head: list[Any], blocks: list[Any], account: Account) -> dict[str, ObjectTrack]:
     parts: dict[str, list[Any]] = {o["name"]: [] for o in head}
     for block in blocks:
         parts[block["name"]].append(block)
@@ -225,25 +240,27 @@ def _objects(head: list[Any], blocks: list[Any]) -> dict[str, ObjectTrack]:
             _float(o["length"]),
             _float(o["width"]),
             _float(o["height"]),
-            **_columns(parts[o["name"]], TRACK_COLUMNS),
+            **_columns(parts[o["name"]], TRACK_COLUMNS, account),
         )
         for o in head
     }
 
 
-def _detections(blocks: list[Any]) -> DetectionTable:
+def _detections(blocks: list[Any], account: Account) -> DetectionTable:
     if not blocks:
         return no_detections()
     kinds = tuple(kind for block in blocks for kind in block["kind"])
-    return DetectionTable(kind=kinds, **_columns(blocks, DETECTION_COLUMNS))
+    return DetectionTable(kind=kinds, **_columns(blocks, DETECTION_COLUMNS, account))
 
 
-def _columns(blocks: list[Any], names: tuple[str, ...]) -> dict[str, FloatArray]:
-    return {name: _join([_column(b["columns"][name], b["count"]) for b in blocks]) for name in names}
+def _columns(blocks: list[Any], names: tuple[str, ...], account: Account) -> dict[str, FloatArray]:
+    return {name: _join([_column(b["columns"][name], b["count"], account) for b in blocks]) for name in names}
 
 
-def _column(cell: Any, count: int) -> FloatArray:
-    if isinstance(cell, list | np.ndarray):
+def _column(cell: Any, count: int, account: Account) -> FloatArray:
+    whole = isinstance(cell, list | np.ndarray)
+    account.hold(8 * (len(cell) if whole else count))
+    if whole:
         return np.array(cell, dtype=np.float64)  # numpy reads None as NaN and the words "inf", "-inf"
     return np.full(count, _float(cell))
 

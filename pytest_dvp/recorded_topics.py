@@ -14,18 +14,21 @@ import msgspec
 import numpy as np
 
 from pytest_dvp.log import FloatArray, LogError
-from pytest_dvp.logs.ros import Decoder
+from pytest_dvp.logs.account import Account, open_account
+from pytest_dvp.logs.bag import messages, open_bag
+from pytest_dvp.logs.ros import Decoder, bag_of
 from vehicle.adapters.replay import Arrived, Recording, Sensed
 from vehicle.messages import VehicleDescription
 
 STEP = 0.01  # s
 NEEDED = "/vehicle/odom"
 SECOND = 1e-9  # s/ns
+_KEPT = 600  # bytes that a kept message of motion takes in memory (CPython 3.11: a struct with 12 numbers)
 
 
 def has_topics(path: Path) -> bool:
     """Whether a bag has the motion of a car on the wire."""
-    with _open(path) as reader:
+    with _open(path) as (reader, _):
         return NEEDED in {connection.topic for connection in reader.connections}
 
 
@@ -49,8 +52,9 @@ def recording_of_bag(path: Path, car: VehicleDescription) -> tuple[Recording, bo
     headings: dict[float, Any] = {}
     fastest = np.inf
     names = set()
-    with _open(path) as reader:
-        for topic, came, message in _messages(reader, path):
+    with _open(path) as (reader, account):
+        for topic, came, message in _messages(reader, account):
+            account.hold(_KEPT)
             names.add(topic)
             if topic == topics.DESCRIPTION.name:
                 car = msgspec.json.decode(message.data, type=VehicleDescription)
@@ -81,8 +85,8 @@ def recording_of_bag(path: Path, car: VehicleDescription) -> tuple[Recording, bo
     asked_for = np.array(commands).reshape(-1, 3) - (begin, 0.0, 0.0)
 
     def play() -> Iterator[Arrived]:
-        with _open(path) as again:
-            for topic, came, message in _messages(again, path):
+        with _open(path) as (again, charged):
+            for topic, came, message in _messages(again, charged):
                 sensed: Sensed | None = None
                 if topic == topics.FIX.name:
                     sensed = convert.fix_from_ros(message, headings.get(convert.seconds(message.header)))
@@ -106,9 +110,8 @@ def _every_step(table: FloatArray) -> FloatArray:
 
 
 @contextlib.contextmanager
-def _open(path: Path) -> Iterator[Any]:
+def _open(path: Path) -> Iterator[tuple[Any, Account]]:
     try:
-        from rosbags.highlevel import AnyReader
         from rosbags.typesys import get_types_from_msg
 
         from vehicle.wire.definitions import DEFINITIONS
@@ -120,16 +123,18 @@ def _open(path: Path) -> Iterator[Any]:
         if name not in store.types:
             store.register(get_types_from_msg(definition, name))
     try:
-        with AnyReader([path.parent if path.suffix == ".db3" else path], default_typestore=store) as reader:
-            yield reader
+        folder = bag_of(path)
+        account = open_account(folder)
+        with open_bag(folder, store, account) as reader:
+            yield reader, account
     except LogError:
         raise
     except Exception as error:  # rosbags has errors of its own for each format; all mean: not readable
         raise LogError(f"{path}: the bag cannot be read: {error or type(error).__name__}".split("\n")[0]) from None
 
 
-def _messages(reader: Any, path: Path) -> Iterator[tuple[str, float, Any]]:
+def _messages(reader: Any, account: Account) -> Iterator[tuple[str, float, Any]]:
     """Topic, when it came [s], message; those of unknown types are left out."""
-    for connection, came, raw in reader.messages():
+    for connection, came, raw in messages(reader, account):
         if connection.msgtype in reader.typestore.types:
             yield connection.topic, came * SECOND, reader.deserialize(raw, connection.msgtype)

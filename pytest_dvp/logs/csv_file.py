@@ -15,7 +15,9 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from pytest_dvp.budget import Budget
 from pytest_dvp.log import FloatArray, LogError
+from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.names import Header, parse_header
 from pytest_dvp.logs.stamps import seconds_of
 from pytest_dvp.logs.table import RawColumn, Table
@@ -28,18 +30,21 @@ RECOVER = "`dvp recover` writes the whole rows to a new file"
 _HEAD = 1 << 16  # bytes, and
 _LINES = 60  # among which the header is
 _BLOCK = 1 << 22  # bytes looked at together: small beside the file, so that counting costs no memory
-_MOST = 4 << 30  # bytes; larger files need another format
 _MOST_COLUMNS = 10_000
 _LONGEST = 1000  # characters of a name
 
 
-def read_csv(path: Path) -> Table:
+def read_csv(path: Path, budget: Budget | None = None) -> Table:
     """Read a CSV file: separator `,` `;` or tab, decimal comma with `;` or tab, a row of units, quotes, comments `#`.
 
     Raises LogError; findings that do not forbid reading on are in the table.
     """
     table = Table(str(path), "csv", [], place="column t")
+    account = open_account(path, budget)
+    account.rows(_least_rows(path, account.size))
+    account.unpack(account.size)
     head = read_head(_whole_text(path), table)
+    account.table(head.body.count(b"\n"), len(head.headers))
     body, separator, width = head.body, head.separator, len(head.headers)
     ended = body.endswith(b"\n")
     if separator != "," and b"," in body:
@@ -58,6 +63,16 @@ def read_csv(path: Path) -> Table:
     table.lines = lines
     table.columns = _columns(table, body, lines, list(head.headers), separator)
     return table
+
+
+def _least_rows(path: Path, size: int) -> int:
+    """How many rows a file has if none is twice as long as the longest of its first ones; 0 for a short file."""
+    try:
+        with path.open("rb") as file:
+            longest = max(map(len, file.read(_HEAD).split(b"\n")))
+    except OSError:
+        return 0  # reading it tells why
+    return size // (2 * longest + 2) if size > _HEAD else 0
 
 
 class Head(NamedTuple):
@@ -82,12 +97,15 @@ def read_head(text: bytes, table: Table) -> Head:
         )
         raise LogError.of(table.findings.in_order())
     separator = _separator(head)
+    if (count := head.count(separator.encode()) + 1) > _MOST_COLUMNS:
+        _refuse(table, "log.too_many_columns", line, "", f"{count} columns", f"at most {_MOST_COLUMNS}")
+    if len(head) > _LONGEST * _MOST_COLUMNS:
+        said = f"the header is a line of {len(head)} characters"
+        _refuse(table, "log.header_missing", line, "", said, "a header `t [s],v [m/s],...`")
     try:
         names = [name.strip() for name in next(csv.reader([_text(head)], delimiter=separator))]
     except csv.Error as error:
         _refuse(table, "log.header_missing", line, "", f"the header cannot be read: {error}", "`name [unit],...`")
-    if len(names) > _MOST_COLUMNS:
-        _refuse(table, "log.too_many_columns", line, "", f"{len(names)} columns", f"at most {_MOST_COLUMNS}")
     while names and not names[-1] and len(names) > 1:
         names.pop()  # a separator at the end of each line
     _refuse_headless(table, names, line)
@@ -120,8 +138,6 @@ def _refuse(
 def _whole_text(path: Path) -> bytes:
     """The file as UTF-8 (or Latin-1: only headers hold more than ASCII) with `\\n` at the end of lines."""
     try:
-        if path.stat().st_size > _MOST:
-            raise LogError(f"{path}: more than {_MOST >> 30} GB; cut it or convert it to MCAP", "log.too_large")
         data = path.read_bytes()
     except OSError as error:
         raise LogError(f"{path}: the log cannot be read: {error.strerror or error}", "log.unreadable") from error
@@ -228,8 +244,13 @@ def _refuse_headless(table: Table, names: list[str], line: int) -> None:
 def _units_row(headers: list[Header], body: bytes, line: int, separator: str) -> tuple[list[Header], bytes, int]:
     """Takes a row of units under a header of bare names."""
     end = body.find(b"\n")
-    first = _text(body[: end if end >= 0 else len(body)])
-    cells = [cell.strip() for cell in next(csv.reader([first], delimiter=separator), [])]
+    under = body[: end if end >= 0 else len(body)]
+    if under.count(separator.encode()) > len(headers) + 1:  # a ragged row; taken apart, it could take much memory
+        return headers, body, line
+    try:
+        cells = [cell.strip() for cell in next(csv.reader([_text(under)], delimiter=separator), [])]
+    except csv.Error:  # a field of more than 131,072 characters is no unit
+        return headers, body, line
     words = [cell for cell in cells if cell.lower() not in EMPTY or cell == "-"]
     if len(cells) != len(headers) or not words or any(_is_number(cell) and cell != "1" for cell in words):
         return headers, body, line
@@ -335,8 +356,7 @@ def _slowly(
     values = np.full((width, len(lines)), np.nan)
     bad: dict[int, tuple[int, str]] = {}
     numbers = [0] * width
-    rows = (row for row in _text(body).split("\n") if row)
-    for i, row in enumerate(rows):
+    for i, row in enumerate(_rows(body)):
         cells = row.split(separator)
         for j in range(width):
             cell = cells[j].strip()
@@ -352,7 +372,7 @@ def _slowly(
             result.append(RawColumn(header, _finite(table, header, values[j], lines)))
             continue
         i, cell = bad[j]
-        stamps = seconds_of([row.split(separator)[j] for row in _text(body).split("\n") if row])
+        stamps = seconds_of([row.split(separator)[j] for row in _rows(body)])
         if stamps is not None:
             result.append(RawColumn(Header(header.text, header.name, "s"), stamps))
             continue
@@ -367,6 +387,11 @@ def _slowly(
     if table.findings.errors:
         raise LogError.of(table.findings.in_order())
     return result
+
+
+def _rows(body: bytes) -> Iterator[str]:
+    """The rows one after the other: all of them as words would take ten times the memory of the file."""
+    return (_text(row).rstrip("\n") for row in io.BytesIO(body) if row != b"\n")
 
 
 def _finite(table: Table, header: Header, values: FloatArray, lines: NDArray[np.int64]) -> FloatArray:

@@ -7,24 +7,30 @@ from typing import Any
 
 import numpy as np
 
+from pytest_dvp.budget import Budget
 from pytest_dvp.log import FloatArray, LogError
+from pytest_dvp.logs.account import open_account
+from pytest_dvp.logs.mapped import mapped
+from pytest_dvp.logs.mat_scan import numbers_in
 from pytest_dvp.logs.names import canonical, parse_header
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.units import find_unit
 
 
-def read_mat(path: Path) -> list[Stream]:
+def read_mat(path: Path, budget: Budget | None = None) -> list[Stream]:
     """Streams by struct (top level: the file). Names state units as in CSV, `v_mps`; others need a mapping.
 
-    Raises LogError: not a .mat file, version 7.3 (HDF5), or no vectors with a time.
+    Raises LogError: not a .mat file, version 7.3 (HDF5), too large, or no vectors with a time.
     """
-    from scipy.io import loadmat
-
+    account = open_account(path, budget)
+    data = mapped(path)
+    if b"MATLAB 7.3" in data[:128]:
+        raise LogError(f"{path}: version 7.3; save it with -v7", "log.mat_version")
     try:
-        head = path.read_bytes()[:128]
-        if b"MATLAB 7.3" in head:
-            raise LogError(f"{path}: version 7.3; save it with -v7", "log.mat_version")
-        found = loadmat(str(path), squeeze_me=True, struct_as_record=False)
+        names = numbers_in(data, account)
+        from scipy.io import loadmat
+
+        found = loadmat(str(path), squeeze_me=True, struct_as_record=False, variable_names=names) if names else {}
     except LogError:
         raise
     except Exception as error:  # scipy raises many kinds on a damaged file; all mean: not readable

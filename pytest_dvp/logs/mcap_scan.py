@@ -9,11 +9,14 @@ from __future__ import annotations
 import dataclasses
 import struct
 import zlib
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from typing import NamedTuple, TypeAlias
 
 from openscenario.findings import Findings
-from pytest_dvp.log_read import MAGIC
+from pytest_dvp.log_read import LZ4_RATIO, MAGIC
+from pytest_dvp.logs.account import Account
+from pytest_dvp.logs.mapped import Mapped
+from pytest_dvp.logs.unpack import UnpackError, unpack
 
 OPCODES = {1: "Header", 2: "Footer", 3: "Schema", 4: "Channel", 5: "Message", 6: "Chunk", 7: "MessageIndex",
            8: "ChunkIndex", 9: "Attachment", 10: "AttachmentIndex", 11: "Statistics", 12: "MetadataIndex",
@@ -36,28 +39,55 @@ class Channel(NamedTuple):
 
 
 class Message(NamedTuple):
-    """Times in ns as the file has them."""
+    """Times in ns as the file has them; data: bytes where the message is kept, else a view."""
 
     log_time: int
     publish_time: int
     sequence: int
-    data: memoryview
+    data: bytes | memoryview
+
+
+Taker: TypeAlias = Callable[[int, Message], None]
+"""What is done with each message; it gets the channel's id, and the data are there for this call only."""
 
 
 @dataclasses.dataclass
 class Scan:
-    """What a file holds: channels and messages by channel id, and whether the file is whole."""
+    """What a file holds: channels and numbers of messages by channel id, and whether the file is whole.
 
+    account  charged for every chunk before it is unpacked
+    take     gets each message, in the order of the file; None: messages are only counted
+    first, last  log times [ns]
+    """
+
+    account: Account
+    take: Taker | None = None
     channels: dict[int, Channel] = dataclasses.field(default_factory=dict)
-    messages: dict[int, list[Message]] = dataclasses.field(default_factory=dict)
+    counts: dict[int, int] = dataclasses.field(default_factory=dict)
     schemas: dict[int, Schema] = dataclasses.field(default_factory=dict)
     statistics: int | None = None
     whole: bool = True
     lost_messages: int = 0
+    first: int = 0
+    last: int = 0
 
     @property
     def count(self) -> int:
-        return sum(len(messages) for messages in self.messages.values())
+        return sum(self.counts.values())
+
+    @property
+    def seconds(self) -> float:
+        """Time from the first to the last message [s]."""
+        return (self.last - self.first) * 1e-9
+
+    def add(self, channel: int, message: Message) -> None:
+        time = message.log_time
+        if not self.counts:
+            self.first = self.last = time
+        self.first, self.last = min(self.first, time), max(self.last, time)
+        self.counts[channel] = self.counts.get(channel, 0) + 1
+        if self.take is not None:
+            self.take(channel, message)
 
 
 class _CutError(Exception):
@@ -68,13 +98,19 @@ class _TooLongError(Exception):
     """A record says that it is longer than the file that holds it."""
 
 
-unfitting = (_CutError, _TooLongError, struct.error, UnicodeDecodeError, IndexError)
+class _NoRecordError(Exception):
+    """There is something else where a record should begin."""
+
+
+unfitting = (_CutError, _TooLongError, _NoRecordError, struct.error, UnicodeDecodeError, IndexError)
 """What reading a record raises that does not hold what its kind needs."""
 
 
-def scan_mcap(data: bytes, file: str, findings: Findings) -> Scan:
-    """All that can be read of `data`; `findings` says what is lost, in messages and seconds."""
-    scan = Scan()
+def scan_mcap(data: Mapped, file: str, findings: Findings, scan: Scan) -> Scan:
+    """All that can be read of `data`; `findings` says what is lost, in messages and seconds.
+
+    Raises LogError for a file that unpacks to more than the scan's account allows.
+    """
     if data[:8] != MAGIC:
         findings.add(
             "log.not_mcap", file, None, "", "not an MCAP file", found=data[:8].hex(" "), allowed=MAGIC.hex(" "),
@@ -94,7 +130,7 @@ def scan_mcap(data: bytes, file: str, findings: Findings) -> Scan:
     except _CutError as cut:
         position = int(cut.args[0])
         scan.whole = False
-    except (struct.error, UnicodeDecodeError, IndexError):
+    except (_NoRecordError, struct.error, UnicodeDecodeError, IndexError):
         findings.add(
             "log.corrupt", file, None, "", "a record does not hold what its kind needs",
             hint="perhaps `dvp recover` finds whole chunks behind it",
@@ -105,7 +141,7 @@ def scan_mcap(data: bytes, file: str, findings: Findings) -> Scan:
     return scan
 
 
-def _walk(data: bytes, scan: Scan, file: str, findings: Findings, ended: bool) -> int:
+def _walk(data: Mapped, scan: Scan, file: str, findings: Findings, ended: bool) -> int:
     stop = len(data) - (8 if ended else 0)
     checked = damaged = False
     pending: list[tuple[float, float]] = []  # start and end [s] of each chunk that could not be read
@@ -147,12 +183,14 @@ def _walk(data: bytes, scan: Scan, file: str, findings: Findings, ended: bool) -
     return stop
 
 
-def records(data: bytes, position: int, stop: int, ended: bool) -> Iterator[tuple[int, int, int]]:
+def records(data: Mapped, position: int, stop: int, ended: bool) -> Iterator[tuple[int, int, int]]:
     """(opcode, start, end) of the records. Raises when one does not fit in."""
     while position < stop:
         if position + 9 > stop:
             raise _CutError(position)
         opcode, length = struct.unpack_from("<BQ", data, position)
+        if not opcode:  # "not a valid opcode"; a file of zeros would have a record every 9 bytes
+            raise _NoRecordError(position)
         start = position + 9
         if start + length > stop:
             if ended or length > 1 << 40 or position == 8:
@@ -162,11 +200,10 @@ def records(data: bytes, position: int, stop: int, ended: bool) -> Iterator[tupl
         yield opcode, start, position
 
 
-def read_record(data: bytes | memoryview, opcode: int, start: int, end: int, scan: Scan) -> None:
+def read_record(data: Mapped, opcode: int, start: int, end: int, scan: Scan) -> None:
     if opcode == 5:
         channel, sequence, log_time, publish_time = struct.unpack_from("<HIQQ", data, start)
-        message = Message(log_time, publish_time, sequence, memoryview(data)[start + 22 : end])
-        scan.messages.setdefault(channel, []).append(message)
+        scan.add(channel, Message(log_time, publish_time, sequence, memoryview(data)[start + 22 : end]))
     elif opcode == 4:
         identity, schema = struct.unpack_from("<HH", data, start)
         topic, position = _string(data, start + 4)
@@ -180,47 +217,51 @@ def read_record(data: bytes | memoryview, opcode: int, start: int, end: int, sca
         scan.schemas[identity] = Schema(name, encoding, bytes(data[position + 4 : position + 4 + size]))
 
 
-def _string(data: bytes | memoryview, position: int) -> tuple[str, int]:
+def _string(data: Mapped, position: int) -> tuple[str, int]:
     (length,) = struct.unpack_from("<I", data, position)
     return bytes(data[position + 4 : position + 4 + length]).decode(), position + 4 + length
 
 
-def read_chunk(data: bytes, start: int, end: int, scan: Scan) -> bool:
-    """Reads a chunk; False if it is damaged."""
+def read_chunk(data: Mapped, start: int, end: int, scan: Scan) -> bool:
+    """Reads a chunk; False if it is damaged. Raises LogError for one that is too large."""
     size, crc = struct.unpack_from("<QI", data, start + 16)
     name, position = _string(data, start + 28)
     (packed,) = struct.unpack_from("<Q", data, position)
     if size > _MAX_CHUNK or packed != end - position - 8:
         return False
-    chunk = _unpacked(name, data[position + 8 : end], size)
-    if chunk is None or len(chunk) != size or (crc and zlib.crc32(chunk) != crc):
+    content = data[position + 8 : end]
+    if not _possible(name, content, size):
+        return False
+    scan.account.unpack(size)
+    try:
+        chunk = unpack(name, content, size)
+    except UnpackError:
+        return False
+    if len(chunk) != size or (crc and zlib.crc32(chunk) != crc):
         return False
     try:
         for opcode, low, high in records(chunk, 0, len(chunk), True):
             read_record(chunk, opcode, low, high, scan)
-    except (_CutError, _TooLongError):
+    except (_CutError, _TooLongError, _NoRecordError):
         return False
     return True
 
 
-def _unpacked(name: str, packed: bytes, size: int) -> bytes | None:
-    if name == "":
-        return packed
-    try:
-        if name == "lz4":
-            from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
+def _possible(name: str, packed: bytes, size: int) -> bool:
+    """Whether so many bytes can unpack to that size at all; a size that a flipped bit made is one damaged chunk."""
+    if name == "lz4":
+        return size <= LZ4_RATIO * len(packed)
+    if name == "zstd":
+        import zstandard
 
-            return bytes(LZ4FrameDecompressor().decompress(packed, max_length=size + 1))
-        if name == "zstd":
-            import zstandard
-
-            return zstandard.ZstdDecompressor().decompress(packed, max_output_size=size + 1)
-    except Exception:  # each library has errors of its own; whatever it says, the chunk is lost
-        return None
-    return None
+        try:
+            return zstandard.frame_content_size(packed) in (-1, size)  # a frame is taken at its word; -1: it has none
+        except zstandard.ZstdError:
+            return False
+    return size == len(packed)
 
 
-def _summary(data: bytes, start: int, file: str, findings: Findings) -> None:
+def _summary(data: Mapped, start: int, file: str, findings: Findings) -> None:
     summary, _offsets, crc = struct.unpack_from("<QQI", data, start)
     begin = summary or start - 9
     if crc and zlib.crc32(memoryview(data)[begin : start + 16]) != crc:
@@ -231,11 +272,9 @@ def _summary(data: bytes, start: int, file: str, findings: Findings) -> None:
 
 
 def _tell_cut(scan: Scan, file: str, findings: Findings, left: int) -> None:
-    times = [message.log_time for messages in scan.messages.values() for message in messages]
-    span = (max(times) - min(times)) * 1e-9 if times else 0.0
     findings.add(
         "log.truncated", file, None, "",
-        f"the end of the file is missing: {len(times)} messages over {span:.3f} s are whole and read, "
+        f"the end of the file is missing: {scan.count} messages over {scan.seconds:.3f} s are whole and read, "
         f"{max(left, 0)} bytes of an unfinished record are not",
         severity="warning", hint="the recording was not finished; `dvp recover` writes what is whole to a new file",
     )  # fmt: skip

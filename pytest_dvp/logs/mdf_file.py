@@ -11,7 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from pytest_dvp.budget import Budget
 from pytest_dvp.log import FloatArray, LogError
+from pytest_dvp.logs.account import open_account
+from pytest_dvp.logs.mapped import mapped
+from pytest_dvp.logs.mdf_scan import charge_mdf
 from pytest_dvp.logs.stream import Stream
 
 
@@ -26,10 +30,10 @@ def _forget(error: BaseException) -> None:
         sys.unraisablehook = before
 
 
-def read_mdf(path: Path) -> list[Stream]:
+def read_mdf(path: Path, budget: Budget | None = None) -> list[Stream]:
     """Streams by channel group, time from the group's master channel, units from the channels.
 
-    Raises LogError if asammdf is not installed or the file cannot be read.
+    Raises LogError if asammdf is not installed, the file is too large or cannot be read.
     """
     try:
         from asammdf import MDF
@@ -41,6 +45,7 @@ def read_mdf(path: Path) -> list[Stream]:
     streams: list[Stream] = []
     why = ""
     try:
+        charge_mdf(mapped(path), open_account(path, budget))
         with MDF(str(path)) as file:
             groups: list[Any] = list(file.groups)
             for index, group in enumerate(groups):
@@ -60,6 +65,8 @@ def read_mdf(path: Path) -> list[Stream]:
                             units[channel.name] = str(signal.unit)
                 if len(time) > 2 and fields:
                     streams.append(Stream(name, "mdf", time, fields, units))
+    except LogError:
+        raise
     except Exception as error:  # asammdf raises many kinds on a damaged file; all mean: not readable
         told = re.sub(r"'?<mmap[^>]*>'?", "it", str(error)) or type(error).__name__
         why = f"{path}: the MDF file cannot be read, cut or damaged: {told}".split("\n")[0]

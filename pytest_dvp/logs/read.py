@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from openscenario.findings import Finding, Findings, listed
+from pytest_dvp.budget import Budget
 from pytest_dvp.log import Log, LogError
 from pytest_dvp.logs.cut import cut_log, parse_argument
 from pytest_dvp.logs.magic import refuse_other_kind
@@ -30,20 +31,24 @@ KINDS = {
 
 def read_log(
     argument: str | Path, *, mapping: Path | None = None, msg_dirs: Sequence[Path] = (), strict: bool = True,
-    partial: bool = False,
+    partial: bool = False, budget: Budget | None = None,
 ) -> Log:  # fmt: skip
     """The log that `argument` names: a file, a bag's folder, or a part of one, `LOG@0:285` (seconds).
 
     mapping   TOML file that says which field of the file is which signal (see `dvp map`); needed for what names no unit
     msg_dirs  folders with the .msg files of custom ROS types
     partial   the mapping was made for another file: what fits is used, the rest recognised
+    budget    how large the log may be; None: the budget of the command or session
     strict    False (the doctor): keep errors of the time base as findings instead of raising
 
     `meta["import"]` of the result says what was converted, aliased and kept unknown, and holds the warnings.
     Raises LogError: one line with file, line, column and code; all findings in `.findings`.
     """
     part = parse_argument(argument)
-    log = _whole(part.path, mapping, msg_dirs, strict, partial)
+    try:
+        log = _whole(part.path, mapping, msg_dirs, strict, partial, budget)
+    except MemoryError:
+        raise LogError(f"{part.path}: the log does not fit into memory", "log.too_large") from None
     return log if part.whole else cut_log(log, part.start, part.stop, str(part.path))
 
 
@@ -67,7 +72,9 @@ def kind_of(path: Path) -> str:
     return kind
 
 
-def read_streams(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) -> list[Stream] | Log:
+def read_streams(
+    path: Path, findings: Findings, msg_dirs: Sequence[Path] = (), budget: Budget | None = None
+) -> list[Stream] | Log:
     """What a file holds before any mapping; a log of ours, or what is left of one, is a Log already."""
     kind = kind_of(path)
     if kind == "run":
@@ -76,7 +83,7 @@ def read_streams(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) 
     if kind == "csv":
         from pytest_dvp.logs.csv_file import read_csv
 
-        table = read_csv(path)
+        table = read_csv(path, budget)
         if not table.columns:
             findings.add("log.no_numbers", str(path), table.header_line, "", "no column of numbers in it")
             raise LogError.of(findings.in_order())
@@ -93,49 +100,54 @@ def read_streams(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) 
     if kind == "mcap":
         from pytest_dvp.logs.mcap_file import read_mcap
 
-        return read_mcap(path, findings, msg_dirs)
+        return read_mcap(path, findings, msg_dirs, budget)
     if kind == "mat":
         from pytest_dvp.logs.mat_file import read_mat
 
-        return read_mat(path)
+        return read_mat(path, budget)
     if kind == "mdf":
         from pytest_dvp.logs.mdf_file import read_mdf
 
-        return read_mdf(path)
+        return read_mdf(path, budget)
     from pytest_dvp.logs.ros import read_bag
 
-    return read_bag(path, findings, msg_dirs)
+    return read_bag(path, findings, msg_dirs, budget)
 
 
-def _whole(path: Path, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool, partial: bool) -> Log:
+def _whole(
+    path: Path, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool, partial: bool, budget: Budget | None
+) -> Log:
     kind = kind_of(path)
     if kind == "run":
         path, kind = path / "log.mcap", "mcap"
     refuse_other_kind(path, kind)
     if kind == "mcap" and mapping is None:
         try:
-            return Log.load(path)
+            return Log.load(path, budget)
         except LogError as error:
             if error.code not in ("log.foreign", "log.truncated", "log.corrupt", "log.record_too_long", "log.not_mcap"):
                 raise
     if kind == "csv" and mapping is None:
         from pytest_dvp.logs.csv_file import read_csv
 
-        log = build_log(read_csv(path), strict=strict)
+        log = build_log(read_csv(path, budget), strict=strict)
     else:
-        log = _mapped(path, kind, mapping, msg_dirs, strict, partial)
+        log = _mapped(path, kind, mapping, msg_dirs, strict, partial, budget)
     if path.is_file():
         log.meta["import"] |= {"file": path.name, "sha256": sha256(path)}
     return log
 
 
-def _mapped(path: Path, kind: str, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool, partial: bool) -> Log:
+def _mapped(
+    path: Path, kind: str, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool, partial: bool,
+    budget: Budget | None,
+) -> Log:  # fmt: skip
     from pytest_dvp.logs.mapping import fitting, read_mapping, table_of
     from pytest_dvp.logs.propose import certain, completed
 
     findings = Findings()
     chosen = read_mapping(mapping) if mapping is not None else None
-    found = read_streams(path, findings, msg_dirs)
+    found = read_streams(path, findings, msg_dirs, budget)
     if isinstance(found, Log):
         if chosen is not None and not partial:
             findings.add(
@@ -148,7 +160,7 @@ def _mapped(path: Path, kind: str, mapping: Path | None, msg_dirs: Sequence[Path
     if chosen is not None and partial:
         chosen = fitting(chosen, found, str(path))
         if not chosen.signals:
-            return _whole(path, None, msg_dirs, strict, partial)
+            return _whole(path, None, msg_dirs, strict, partial, budget)
     try:
         whole = completed(chosen, found, str(path), kind) if chosen is not None else certain(found, str(path))
         table = table_of(found, whole, str(path), kind, findings)

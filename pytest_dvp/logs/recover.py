@@ -11,12 +11,15 @@ from pathlib import Path
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
+from pytest_dvp.budget import Budget
 from pytest_dvp.log import LogError
 from pytest_dvp.log_read import MAGIC
+from pytest_dvp.logs.account import Account, open_account
 from pytest_dvp.logs.csv_file import EMPTY, normalised, number, read_head
 from pytest_dvp.logs.magic import refuse_other_kind
-from pytest_dvp.logs.mcap_file import our_log
-from pytest_dvp.logs.mcap_scan import OPCODES, Scan, read_chunk, read_record, records, unfitting
+from pytest_dvp.logs.mapped import Mapped, mapped
+from pytest_dvp.logs.mcap_file import by_topic, kept_messages, our_log
+from pytest_dvp.logs.mcap_scan import OPCODES, Message, Scan, read_chunk, read_record, records, unfitting
 from pytest_dvp.logs.names import canonical
 from pytest_dvp.logs.stamps import seconds_of
 from pytest_dvp.logs.table import Table
@@ -38,25 +41,24 @@ class Recovered:
     lost: tuple[str, ...]
 
 
-def recover(path: Path, out: Path) -> Recovered:
+def recover(path: Path, out: Path, budget: Budget | None = None) -> Recovered:
     """Write to `out` all rows or messages of `path` that are whole.
 
     CSV: rows with a number or an empty field in each column, word for word. MCAP: the messages of every chunk that
     passes its checksum, also behind a damaged place; of a log of dvp, the log of the rows that have a time.
     Limits: what a damaged row or chunk held is lost; a value that was changed into another number cannot be seen in a
     CSV; attachments and metadata of an MCAP file are not copied.
-    Raises LogError if nothing is left, WriteError if `out` cannot be written.
+    budget: how large the log may be; None: the budget of the command or session.
+    Raises LogError if nothing is left or the log is too large, WriteError if `out` cannot be written.
     """
     if path.suffix.lower() != ".mcap":  # of that the first bytes may be what is damaged
         refuse_other_kind(path, "csv")
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise LogError(f"{path}: the log cannot be read: {error.strerror or error}", "log.unreadable") from error
-    return _mcap(data, path, out) if path.suffix.lower() == ".mcap" else _csv(data, path, out)
+    account = open_account(path, budget)
+    data = mapped(path)
+    return _mcap(data, path, out, account) if path.suffix.lower() == ".mcap" else _csv(data[:], path, out, account)
 
 
-def _csv(data: bytes, path: Path, out: Path) -> Recovered:
+def _csv(data: bytes, path: Path, out: Path, account: Account) -> Recovered:
     text = normalised(data, path)
     zeros = text.count(b"\x00")
     text = text.replace(b"\x00", b"")
@@ -65,6 +67,7 @@ def _csv(data: bytes, path: Path, out: Path) -> Recovered:
     if "t" not in names:
         raise LogError(f"{path}: nothing can be recovered: no time column in the header", "log.time_missing")
     clock, width = names.index("t"), len(names)
+    account.rows(head.body.count(b"\n"))
     unit = find_unit(head.headers[clock].unit or "s")
     lines = text[len(text) - len(head.body) :].decode("latin-1").split("\n")
     rows = [_fields(line, separator) for line in lines]
@@ -117,8 +120,9 @@ def _cell(cell: str, separator: str) -> bool:
     return cell.strip().lower() in EMPTY or _number(cell, separator) is not None
 
 
-def _mcap(data: bytes, path: Path, out: Path) -> Recovered:
-    scan = Scan()
+def _mcap(data: Mapped, path: Path, out: Path, account: Account) -> Recovered:
+    scan = Scan(account)
+    kept = kept_messages(scan)
     lost = _salvage(data, scan)
     if not scan.count:
         raise LogError(f"{path}: nothing can be recovered: no whole message in it", "log.too_short")
@@ -126,17 +130,16 @@ def _mcap(data: bytes, path: Path, out: Path) -> Recovered:
         lost.append(f"{scan.statistics - scan.count} of {scan.statistics} messages")
     topics = {channel.topic: channel for channel in scan.channels.values()}
     if "/meta" in topics and topics["/meta"].schema.name == "dvp.meta":
-        log, rows = our_log(scan, path)
+        log, rows = our_log(by_topic(scan, kept), path, account)
         if len(log.t) < rows:
             lost.append(f"{rows - len(log.t)} of {rows} rows")
         log.save(out)
         return Recovered(len(log.t), "rows", log.duration, tuple(lost))
-    write_whole(out, _encoded(scan))
-    times = [message.log_time for messages in scan.messages.values() for message in messages]
-    return Recovered(len(times), "messages", (max(times) - min(times)) * 1e-9, tuple(lost))
+    write_whole(out, _encoded(scan, kept))
+    return Recovered(scan.count, "messages", scan.seconds, tuple(lost))
 
 
-def _salvage(data: bytes, scan: Scan) -> list[str]:
+def _salvage(data: Mapped, scan: Scan) -> list[str]:
     """Reads records to the first that does not fit, goes on at the next chunk, and so forth; says what was passed."""
     lost = [] if data[:8] == MAGIC else ["the first 8 bytes"]
     position, skipped, damaged, seconds = 8, 0, 0, 0.0
@@ -174,7 +177,7 @@ def _salvage(data: bytes, scan: Scan) -> list[str]:
     return lost
 
 
-def _next_chunk(data: bytes, position: int) -> int:
+def _next_chunk(data: Mapped, position: int) -> int:
     """Start of the next compressed chunk, the length of the data if there is none."""
     found = len(data)
     for name in _COMPRESSED:
@@ -187,24 +190,22 @@ def _next_chunk(data: bytes, position: int) -> int:
     return found
 
 
-def _encoded(scan: Scan) -> bytes:
+def _encoded(scan: Scan, kept: list[tuple[int, Message]]) -> bytes:
     """The messages in the order of their log times, as a new MCAP file: same topics, schemas, stamps and bytes."""
     stream = io.BytesIO()
     writer = Writer(stream, compression=CompressionType.ZSTD)
     writer.start(profile="", library="pytest-dvp recover")
-    merged = sorted(
-        ((message, identity) for identity, messages in scan.messages.items() for message in messages),
-        key=lambda entry: entry[0].log_time,
-    )
+    first = {identity: place for place, identity in enumerate(dict.fromkeys(identity for identity, _ in kept))}
+    kept.sort(key=lambda entry: (entry[1].log_time, first[entry[0]]))
     channels: dict[int, int] = {}
-    for identity in dict.fromkeys(identity for _, identity in merged):
+    for identity in dict.fromkeys(identity for identity, _ in kept):
         channel = scan.channels.get(identity)
         if channel is None:
             continue  # its channel record is lost: nobody knows what these bytes mean
         schema = channel.schema
         number = writer.register_schema(schema.name, schema.encoding, schema.data) if schema.name else 0
         channels[identity] = writer.register_channel(channel.topic, channel.encoding, number)
-    for message, identity in merged:
+    for identity, message in kept:
         if identity in channels:
             writer.add_message(
                 channels[identity], message.log_time, bytes(message.data), message.publish_time, message.sequence

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 import re
+from array import array
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,12 @@ from typing import Any
 import numpy as np
 
 from openscenario.findings import Findings
+from pytest_dvp.budget import Budget
 from pytest_dvp.log import LogError
-from pytest_dvp.logs.mcap_scan import Channel, Message
-from pytest_dvp.logs.stream import Stream, columns_of, flatten
+from pytest_dvp.logs.account import open_account
+from pytest_dvp.logs.bag import messages, open_bag
+from pytest_dvp.logs.mcap_scan import Channel
+from pytest_dvp.logs.stream import Columns, Stream, flatten
 
 _LARGE = re.compile(r"/(Compressed)?(Image|PointCloud2?|LaserScan|OccupancyGrid|CameraInfo|MarkerArray|Log)$")
 
@@ -30,7 +34,10 @@ def _rosbags(path: Path, part: str) -> Any:
 
 
 class Decoder:
-    """Deserialises ROS messages with the definitions of the file, those of `msg_dirs`, and the standard ones."""
+    """Deserialises ROS messages with the definitions of the file, those of `msg_dirs`, and the standard ones.
+
+    Raises LogError if rosbags is not installed or a definition cannot be read.
+    """
 
     def __init__(self, path: Path, msg_dirs: Sequence[Path]) -> None:
         self._path = path
@@ -55,9 +62,9 @@ class Decoder:
             text = f"{self._path}: the definition of {name} cannot be read: {error}".split("\n")[0]
             raise LogError(text, "log.bad_definition") from None
 
-    def stream(self, channel: Channel, messages: list[Message], first: int, findings: Findings) -> Stream | None:
-        """The stream of an MCAP channel, None if its messages cannot be decoded (told)."""
-        kind = _full(channel.schema.name)
+    def of_channel(self, channel: Channel, findings: Findings) -> Callable[[bytes | memoryview], Any] | None:
+        """What decodes the messages of an MCAP channel, None if they are large or of an unknown type (told)."""
+        kind = full_name(channel.schema.name)
         if _LARGE.search(kind):
             return None
         if kind not in self.store.types and channel.schema.encoding in ("ros2msg", "ros1msg"):
@@ -66,48 +73,61 @@ class Decoder:
             _unknown(findings, self._path, channel.topic, kind)
             return None
         read = self.store.deserialize_ros1 if channel.encoding == "ros1" else self.store.deserialize_cdr
-        stamped = [(message.log_time - first, bytes(message.data)) for message in messages]
-        return _stream(channel.topic, kind, stamped, read, self._path)
+        return lambda content: _decoded(bytes(content), channel.topic, kind, read, self._path)
 
 
-def decoder_of(path: Path, msg_dirs: Sequence[Path]) -> Decoder:
-    """Raises LogError if rosbags is not installed or a definition cannot be read."""
-    return Decoder(path, msg_dirs)
-
-
-def read_bag(path: Path, findings: Findings, msg_dirs: Sequence[Path] = ()) -> list[Stream]:
+def read_bag(
+    path: Path, findings: Findings, msg_dirs: Sequence[Path] = (), budget: Budget | None = None
+) -> list[Stream]:
     """Streams of a ROS 1 bag, or of a ROS 2 bag given by its folder or its .db3 file. Raises LogError."""
-    reader_of = _rosbags(path, "rosbags.highlevel").AnyReader
+    _rosbags(path, "rosbags.highlevel")
     decoder = Decoder(path, msg_dirs)
-    folder = path.parent if path.suffix.lower() == ".db3" else path
-    if folder != path and not (folder / "metadata.yaml").is_file():
-        text = f"{path}: no metadata.yaml beside it, and without it no bag: `ros2 bag reindex {folder}` writes it"
-        raise LogError(text, "log.corrupt")
+    folder = bag_of(path)
+    account = open_account(folder, budget)
+    gathered: dict[tuple[str, str], tuple[array[int], Columns]] = {}
     try:
-        with reader_of([folder], default_typestore=decoder.store) as reader:
-            rows: dict[tuple[str, str], list[tuple[int, bytes]]] = {}
-            for connection, stamp, raw in reader.messages():
-                if not _LARGE.search(connection.msgtype):
-                    rows.setdefault((connection.topic, connection.msgtype), []).append((stamp, bytes(raw)))
-            first = reader.start_time
-            streams: list[Stream] = []
-            for (topic, kind), messages in rows.items():
-                if kind not in reader.typestore.types:
-                    _unknown(findings, path, topic, kind)
+        with open_bag(folder, decoder.store, account) as bag:
+            first = bag.start_time
+            wanted = []
+            for connection in bag.connections:
+                kind = connection.msgtype
+                if _LARGE.search(kind):
                     continue
-                stamped = [(stamp - first, raw) for stamp, raw in messages]
-                streams.append(_stream(topic, kind, stamped, lambda raw, name: reader.deserialize(raw, name), path))
+                if kind in bag.typestore.types:
+                    wanted.append(connection)
+                elif connection.msgcount:
+                    _unknown(findings, path, connection.topic, kind)
+            for connection, stamp, raw in messages(bag, account, wanted) if wanted else ():
+                topic, kind = connection.topic, connection.msgtype
+                if (topic, kind) not in gathered:
+                    gathered[topic, kind] = array("q"), Columns(account)
+                came, columns = gathered[topic, kind]
+                columns.add(flatten(_decoded(raw, topic, kind, bag.deserialize, path)))
+                came.append(stamp - first)
     except LogError:
         raise
     except Exception as error:  # rosbags has errors of its own for each format; all mean: not readable
         text = f"{path}: the bag cannot be read: {error or type(error).__name__}".split("\n")[0]
         raise LogError(text, "log.corrupt") from None
-    if not streams:
+    if not gathered:
         raise LogError(f"{path}: no topic with messages that can be read", "log.foreign")
-    return streams
+    return [
+        Stream(topic, kind, np.frombuffer(came, dtype=np.int64).astype(np.float64) * 1e-9, columns.arrays())
+        for (topic, kind), (came, columns) in gathered.items()
+    ]
 
 
-def _full(kind: str) -> str:
+def bag_of(path: Path) -> Path:
+    """What rosbags opens: the file of a ROS 1 bag, the folder of a ROS 2 bag. Raises LogError."""
+    folder = path.parent if path.suffix.lower() == ".db3" else path
+    if folder != path and not (folder / "metadata.yaml").is_file():
+        text = f"{path}: no metadata.yaml beside it, and without it no bag: `ros2 bag reindex {folder}` writes it"
+        raise LogError(text, "log.corrupt")
+    return folder
+
+
+def full_name(kind: str) -> str:
+    """`package/msg/Type` of `package/Type`."""
     package, _, rest = kind.partition("/")
     return kind if rest.startswith("msg/") or not rest else f"{package}/msg/{rest}"
 
@@ -119,16 +139,12 @@ def _unknown(findings: Findings, path: Path, topic: str, kind: str) -> None:
     )  # fmt: skip
 
 
-def _stream(
-    topic: str, kind: str, stamped: list[tuple[int, bytes]], read: Callable[[bytes, str], Any], path: Path
-) -> Stream:
+def _decoded(raw: bytes, topic: str, kind: str, read: Callable[[bytes, str], Any], path: Path) -> Any:
     try:
-        fields = columns_of(flatten(_plain(read(raw, kind))) for _, raw in stamped)
+        return _plain(read(raw, kind))
     except Exception as error:  # a message that does not fit its definition fails anywhere in the decoder
         text = f"{path}: {topic}: a message does not fit its definition {kind}: {error}".split("\n")[0]
         raise LogError(text, "log.corrupt") from None
-    receive = np.array([stamp for stamp, _ in stamped], dtype=np.float64) * 1e-9
-    return Stream(topic, kind, receive, fields)
 
 
 def _plain(message: Any) -> Any:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from array import array
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from pytest_dvp.log import FloatArray
+from pytest_dvp.logs.account import Account
 
 _MOST_FIELDS = 400  # a message with more is an image or a point cloud
 
@@ -65,8 +67,29 @@ def flatten(message: Any, prefix: str = "", into: dict[str, float] | None = None
     return found
 
 
-def columns_of(rows: Iterable[Mapping[str, float]]) -> dict[str, FloatArray]:
-    """Columns of flattened messages; NaN where one lacks a field."""
-    table = list(rows)
-    names = list(dict.fromkeys(name for row in table for name in row))
-    return {name: np.array([row.get(name, np.nan) for row in table]) for name in names}
+class Columns:
+    """Columns of flattened messages, filled row by row; NaN where a message lacks a field. `account` is charged."""
+
+    def __init__(self, account: Account) -> None:
+        self.rows = 0
+        self._account = account
+        self._columns: dict[str, array[float]] = {}
+
+    def add(self, row: Mapping[str, float]) -> None:
+        columns = self._columns
+        self.rows += 1
+        self._account.rows(self.rows)
+        self._account.hold(8 * (len(columns) + 1))  # and its stamp
+        for name, value in row.items():
+            column = columns.get(name)
+            if column is None:
+                self._account.hold(8 * self.rows)
+                column = columns[name] = array("d", [np.nan]) * (self.rows - 1)
+            column.append(value)
+        if len(row) != len(columns):
+            for column in columns.values():
+                if len(column) < self.rows:
+                    column.append(np.nan)
+
+    def arrays(self) -> dict[str, FloatArray]:
+        return {name: np.frombuffer(column, dtype=np.float64) for name, column in self._columns.items()}
