@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 from numpy.typing import NDArray
 
 from reports.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Figure, numbers, plain, thin
-from reports.html import _digest, embed, plotly_js
-from reports.templating import asset, environment
+from reports.frame import frame
+from reports.templating import environment
 from reports.verdicts import pretty_unit
 from reports.whole_file import write_page
 
@@ -63,15 +62,11 @@ def render_compare_report(pages: Sequence[Mapping[str, Any]]) -> str:
             x, y = page["position"]
             figures[f"path{number}"] = path_figure(page["t"], x, y, page["error"])
         figures[f"time{number}"] = time_figure(page)
-    scripts = [plotly_js(), asset("theme.js"), asset("compare.js")]
     text: str = _template().render(
         pages=pages,
         figures=figures,
         regimes=REGIME_COLOURS,
-        data=Markup(embed(figures)),
-        style=Markup(asset("run.css") + asset("compare.css")),
-        scripts=[Markup(script) for script in scripts],
-        policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
+        **frame(figures, ["compare.js"], ["run.css", "compare.css"]),
     )
     return text
 

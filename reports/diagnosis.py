@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 from numpy.typing import NDArray
 
 from reports.compare import LABELS
 from reports.figures import BLUE, ORANGE, VERMILION, Figure, numbers, plain, thin
-from reports.html import _digest, embed, plotly_js
-from reports.templating import asset, environment
+from reports.frame import frame
+from reports.templating import environment
 from reports.verdicts import pretty_unit
 from reports.whole_file import write_page
 
@@ -63,16 +62,12 @@ def render_diagnosis_report(page: Mapping[str, Any]) -> str:
     for number, one in enumerate(page["over_time"]):
         if one["rows"]:
             figures[f"time{number}"] = residual_figure(one, new=new, given=given)
-    scripts = [plotly_js(), asset("theme.js"), asset("compare.js")]
     text: str = _template().render(
         page=page,
         figures=figures,
         badge=BADGES[page["verdict"]],
         new=new,
-        data=Markup(embed(figures)),
-        style=Markup(asset("run.css") + asset("compare.css") + asset("diagnosis.css")),
-        scripts=[Markup(script) for script in scripts],
-        policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
+        **frame(figures, ["compare.js"], ["run.css", "compare.css", "diagnosis.css"]),
     )
     return text
 

@@ -26,6 +26,7 @@ MAX_POINTS = 3000  # a curve; more than the pixels of any screen it is drawn on
 PLOT_WIDTH = 520.0  # px that a time axis has at least on a page of 1280 px
 LETTER = 6.3  # px, width of a letter in the small labels
 NET_PREFIX = "ads.net."
+TTC_INVERSE_TOP = 2.0  # 1/s, a time to collision of 0.5 s: beyond it the axis of 1/TTC ends, or at twice the bound
 SHOWN_EVENTS = ("story.event", "collision", "request", "goal", "stop", "timeout", "fault")
 
 
@@ -252,18 +253,59 @@ def timeline(
         new = "" if legend in told else legend
         traces.append(curve(t, values, label, axis, colour=colour, dash=dash, unit=unit, legend=new))
         told.add(legend)
+    top: float | None = None
     if ttc_inverse is not None and np.any(np.asarray(ttc_inverse["value"], dtype=np.float64) > 0.0):
         traces.append(curve(ttc_inverse["t"], ttc_inverse["value"], "1 / TTC", "y5", colour=VERMILION, unit="1/s"))
         if ttc_bound is not None and math.isfinite(ttc_bound):
             shapes.append({"type": "line", "xref": "paper", "yref": "y5", "x0": 0, "x1": 1, "y0": ttc_bound,
                            "y1": ttc_bound, "line": {"color": VERMILION, "width": 1.2, "dash": "dash"}})  # fmt: skip
+        top = ttc_inverse_top(ttc_inverse["value"], ttc_bound)
+        if top is not None:
+            traces.append(beyond_the_axis(ttc_inverse, top, events, "y5"))
     for _, _, _, drawn_there in more:
         traces += drawn_there
     bars = ribbons(columns, "y6")
     traces += bars
     rows = list(dict.fromkeys(bars[0]["y"])) if bars else []
     drawn = {str(trace["yaxis"]) for trace in traces}
-    return {"data": traces, "layout": _layout(float(t[0]), float(t[-1]), shapes, rows, drawn, more)}
+    layout = _layout(float(t[0]), float(t[-1]), shapes, rows, drawn, more)
+    if top is not None:
+        layout["yaxis5"] |= {"range": [0.0, 1.25 * top], "rangemode": "normal"}  # room for the marks above the cap
+        layout["yaxis5"]["title"]["text"] = f"1 / TTC<br>[1/s]<br>cut at {top:g}"
+    return {"data": traces, "layout": layout}
+
+
+def ttc_inverse_top(values: ArrayLike, bound: float | None) -> float | None:
+    """Where the axis of 1/TTC [1/s] is cut; None if nothing goes beyond. A contact counts as 100 1/s: it would press
+    the bound and the approach, which a reader wants to see, onto the zero line."""
+    top = TTC_INVERSE_TOP
+    if bound is not None and math.isfinite(bound):
+        top = max(top, 2.0 * bound)
+    greatest = float(np.nanmax(np.asarray(values, dtype=np.float64)))
+    return top if greatest > 1.25 * top else None
+
+
+def beyond_the_axis(series: Mapping[str, Any], top: float, events: Sequence[Mapping[str, Any]], axis: str) -> Figure:
+    """A mark for each stretch of 1/TTC beyond its cut axis: how far it goes; a cross if there is a collision."""
+    t, value = (np.asarray(series[name], dtype=np.float64) for name in ("t", "value"))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (np.nan_to_num(value) > top).astype(np.int8), [0]])))
+    hits = [float(event["t"]) for event in events if event.get("kind") == "collision"]
+    step = float(np.median(np.diff(t))) if len(t) > 1 else 0.0
+    at, words, symbols = [], [], []
+    for first, end in edges.reshape(-1, 2):
+        hit = next((hit for hit in hits if t[first] - step <= hit <= t[end - 1] + step), None)
+        at.append(float(t[first]) if hit is None else hit)
+        symbols.append("triangle-up" if hit is None else "x")
+        reached = f"up to {float(np.max(value[first:end])):.3g} 1/s"
+        words.append(reached if hit is None else f"collision, {reached}")
+    to_the_left = [float(t[-1]) - when < 0.3 * float(t[-1] - t[0]) for when in at]
+    return {
+        "type": "scatter", "mode": "markers+text", "name": "1 / TTC beyond the axis", "xaxis": "x", "yaxis": axis,
+        "x": numbers(at, 3), "y": [1.12 * top] * len(at), "showlegend": False, "hoverinfo": "text", "cliponaxis": False,
+        "text": words, "hovertext": [f"{when:.2f} s: {said}" for when, said in zip(at, words, strict=True)],
+        "textfont": {"size": 10.5}, "textposition": [f"middle {'left' if left else 'right'}" for left in to_the_left],
+        "marker": {"symbol": symbols, "size": 9, "color": VERMILION},
+    }  # fmt: skip
 
 
 def _is_told(columns: Columns, name: str) -> bool:
@@ -308,7 +350,10 @@ def _layout(
     for name, (title, _) in wishes.items():
         height = heights[name]
         bottom = top - height
-        axis: Figure = {"domain": [max(bottom / total, 0.0), top / total], "title": {"text": title, "standoff": 6}}
+        axis: Figure = {
+            "domain": [max(bottom / total, 0.0), max(top / total, 0.0)],
+            "title": {"text": title, "standoff": 6},
+        }
         axis |= {"fixedrange": True, "zeroline": name in ("y3", "y4", "y7", "y10"), "anchor": "x", "automargin": False}
         if name == "y" or not height:
             axis |= {"visible": False, "range": [0, 1]}

@@ -1,34 +1,31 @@
-"""The report of one run: a single file without network access, for a browser of today.
+"""The report of one run: a page without network access, for a browser of today, of at most 400 kB beside its library.
 
 Everything that comes from a user's file is data: it reaches the page through Jinja's escaping or inside one JSON block
-whose `<`, `>` and `&` are escaped, and the page's scripts write it with `textContent`. A content security policy with
-the hashes of our own scripts stands behind that.
+whose `<`, `>` and `&` are escaped, and the page's scripts write it with `textContent`. A content security policy
+(`reports/frame.py`) stands behind that.
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 from numpy.typing import NDArray
 
 from reports.beliefs import belief_rows
+from reports.embed import compact, embed
 from reports.figures import place_shares, timeline
+from reports.frame import frame
 from reports.nets import drawings
 from reports.scene import scene
-from reports.templating import asset, environment
+from reports.templating import environment
 from reports.verdicts import Row, headline, pretty_unit, rows
 from reports.whole_file import write_page
 
-MAX_SCENE_BYTES = 2_600_000  # leaves the whole page below 8 MB beside 4.8 MB of plotly.js
+MAX_DATA_BYTES = 310_000  # leaves 90 kB of the 400 kB of a page for its tables, drawings, styles and scripts
 
 _TOO_LONG = {("model", "toml")}  # conditions that are whole files
 
@@ -45,6 +42,7 @@ def write_run_report(
     events: Sequence[Mapping[str, Any]],
     road: Sequence[Mapping[str, Any]],
     meta: Mapping[str, Any],
+    library: str | None = None,
 ) -> None:
     """Write the report of one finished run; same input, same bytes. The file appears whole or not at all.
 
@@ -58,11 +56,13 @@ def write_run_report(
         events: mappings with t [s], kind, element, text, file, line.
         road: mappings with kind ("edge", "lane", "centre", "crosswalk") and points (n, 2) [m].
         meta: conditions of the run, JSON-able.
+        library: address of the drawing library relative to the page (`frame.place_library`); None: in the page itself,
+            which then needs no other file.
 
     Raises:
         OSError: the file cannot be written.
     """
-    page = render_run_report(result, columns, objects, detections, paths, events, road, meta)
+    page = render_run_report(result, columns, objects, detections, paths, events, road, meta, library)
     write_page(path, page)
 
 
@@ -75,6 +75,7 @@ def render_run_report(
     events: Sequence[Mapping[str, Any]],
     road: Sequence[Mapping[str, Any]],
     meta: Mapping[str, Any],
+    library: str | None = None,
 ) -> str:
     """The page as text; arguments as in `write_run_report`."""
     table = rows(result.get("verdicts", ()))
@@ -89,11 +90,10 @@ def render_run_report(
     while True:
         data = scene(columns, objects, detections, paths, events, road, meta, ttc.get("series"), stride)
         data |= {"figure": figure, "marks": [row.mark() for row in table if row.t is not None]}
-        text = embed(data)
-        if len(text) <= MAX_SCENE_BYTES or stride >= 64:
+        slim = compact(data)
+        if len(embed(slim)) <= MAX_DATA_BYTES or stride >= 64:
             break
         stride *= 2
-    scripts = [plotly_js(), asset("theme.js"), asset("view.js"), asset("run.js")]
     page: str = _template().render(
         result=result,
         title=f"{result.get('scenario', '')} · {result.get('stage', '')}",
@@ -106,10 +106,7 @@ def render_run_report(
         nets=drawings(_nets(meta), place_shares(columns)),
         legend=legend(data),
         duration=float(columns["t"][-1]) if len(columns.get("t", ())) else 0.0,
-        data=Markup(text),
-        style=Markup(asset("run.css")),
-        scripts=[Markup(script) for script in scripts],
-        policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
+        **frame(slim, ["view.js", "run.js"], ["run.css"], library),
     )
     return page
 
@@ -128,12 +125,6 @@ def legend(data: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("diamond event", "storyboard event", bool(data["events"])),
     ]
     return [(mark, label) for mark, label, is_there in entries if is_there]
-
-
-def embed(data: Any) -> str:
-    """JSON that may stand inside a script element: no `<`, `>`, `&`, no line separators, no NaN."""
-    text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"), default=str)
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def conditions(meta: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]]]:
@@ -175,18 +166,6 @@ def _metric_rows(metrics: Mapping[str, Mapping[str, Any]], table: Sequence[Row])
     """Metrics that no gate looks at: they are shown, not judged."""
     gated = {row.metric for row in table}
     return [{"name": name, **value} for name, value in sorted(metrics.items()) if name not in gated]
-
-
-@cache
-def plotly_js() -> str:
-    """plotly.js as the Python package brings it: the full bundle, as it has no smaller one."""
-    text = files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")
-    return text.replace("</script", "<\\/script")
-
-
-@cache
-def _digest(script: str) -> str:
-    return base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
 
 
 @cache

@@ -11,11 +11,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup
-
 from reports.figures import BLUE, GREEN, ORANGE, PURPLE, VERMILION, Figure, numbers, plain
-from reports.html import _digest, embed, plotly_js
-from reports.templating import asset, environment
+from reports.frame import frame
+from reports.templating import environment
 from reports.verdicts import pretty_unit
 from reports.whole_file import write_page
 
@@ -48,14 +46,10 @@ def render_mcrpg_report(page: Mapping[str, Any]) -> str:
             figures[f"tuned{what}"] = tuned_figure(courses, what)
     if page["sensitivity"] is not None:
         figures["sensitivity"] = sensitivity_figure(page["sensitivity"])
-    scripts = [plotly_js(), asset("theme.js"), asset("compare.js")]
     text: str = _template().render(
         page=page,
         figures=figures,
-        data=Markup(embed(figures)),
-        style=Markup(asset("run.css") + asset("compare.css") + asset("diagnosis.css") + asset("mcrpg.css")),
-        scripts=[Markup(script) for script in scripts],
-        policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
+        **frame(figures, ["compare.js"], ["run.css", "compare.css", "diagnosis.css", "mcrpg.css"]),
     )
     return text
 

@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 from numpy.typing import NDArray
 
 from reports.figures import BLUE, GREEN, ORANGE, Figure, numbers, thin
-from reports.html import STATUS_SIGNS, _digest, embed, plotly_js
-from reports.templating import asset, environment
+from reports.frame import frame
+from reports.html import STATUS_SIGNS
+from reports.templating import environment
 from reports.verdicts import headline, pretty_unit, rows
 from reports.whole_file import write_page
 
@@ -34,23 +34,25 @@ POINTS = 1500  # a curve
 Courses = Mapping[str, Mapping[str, NDArray[np.float64]]]
 
 
-def write_stages_report(path: str | Path, result: Mapping[str, Any], courses: Courses) -> None:
+def write_stages_report(
+    path: str | Path, result: Mapping[str, Any], courses: Courses, library: str | None = None
+) -> None:
     """Write the page; same input, same bytes. The file appears whole or not at all.
 
     result   {"status", "scenario", "stage", "seed", "verdicts": [mapping], "table": mapping or None, "logs": {stage:
              place}, "notes": [str], "replay"} as Across.as_dict of pytest_dvp.across makes it
     courses  columns of each drive by stage: equally long arrays t [s], x, y [m], v [m/s], ... NaN = not measured
+    library  address of the drawing library relative to the page; None: in the page itself
 
     Raises OSError if the file cannot be written.
     """
-    write_page(path, render_stages_report(result, courses))
+    write_page(path, render_stages_report(result, courses, library))
 
 
-def render_stages_report(result: Mapping[str, Any], courses: Courses) -> str:
+def render_stages_report(result: Mapping[str, Any], courses: Courses, library: str | None = None) -> str:
     """The page as text; arguments as in `write_stages_report`."""
     verdicts = rows(result.get("verdicts", ()))
     figures = {"path": path_figure(courses), "time": time_figure(courses)} if courses else {}
-    scripts = [plotly_js(), asset("theme.js"), asset("compare.js")]
     text: str = _template().render(
         result=result,
         sign=STATUS_SIGNS.get(str(result.get("status")), "?"),
@@ -59,10 +61,7 @@ def render_stages_report(result: Mapping[str, Any], courses: Courses) -> str:
         rows=verdicts,
         table=result.get("table"),
         figures=figures,
-        data=Markup(embed(figures)),
-        style=Markup(asset("run.css") + asset("compare.css")),
-        scripts=[Markup(script) for script in scripts],
-        policy=" ".join(f"'sha256-{_digest(script)}'" for script in scripts),
+        **frame(figures, ["compare.js"], ["run.css", "compare.css"], library),
     )
     return text
 

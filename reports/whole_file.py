@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import threading
 from pathlib import Path
 
 
@@ -26,7 +27,8 @@ def write_whole(path: Path, data: bytes) -> None:
             target.write_bytes(data)
             return
         # of the name a beginning: with what is put around it, it must not get longer than names may be
-        partial = target.with_name(f".{target.name[:40]}.{os.getpid()}.part")
+        # and the number of the thread, as two may write the same file at once
+        partial = target.with_name(f".{target.name[:40]}.{threading.get_native_id()}.part")
         try:
             with partial.open("wb") as file:
                 file.write(data)

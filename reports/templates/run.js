@@ -1,7 +1,6 @@
 "use strict";
 // Ties the page together: one time, shown by slider, top view, charts and figures alike.
-(() => {
-  const data = JSON.parse(document.getElementById("data").textContent);
+begin((data, drawn) => {
   const by = (id) => document.getElementById(id);
   const slider = by("time"), chart = by("chart"), cursor = by("cursor");
   const view = new View(by("scene"), data);
@@ -54,6 +53,7 @@
   // Charts ----------------------------------------------------------------------------------------------------------
   function plot() {
     if (!data.figure) { chart.textContent = "Nothing was recorded."; return; }
+    if (!drawn) return;
     const { data: traces, layout } = themed(data.figure);
     layout.width = chart.clientWidth;
     Plotly.react(chart, traces, layout, { displayModeBar: false, doubleClick: "reset" }).then(moveCursor);
@@ -147,4 +147,4 @@
   else show(start);
   plot();
   document.body.dataset.ready = "true";
-})();
+});

@@ -19,11 +19,16 @@ from gap_logs import baseline, drive  # noqa: E402
 READY = "document.body && document.body.dataset.ready === 'true' && !!document.querySelector('#time0 .cartesianlayer')"
 
 
+def write_compared(path: Path) -> None:
+    """A page of one log with a name that no browser may obey."""
+    name = "</script><img src=x onerror=document.title='owned'>"
+    write_compare_report(path, [page_of(name, compare(drive(brake_gain=0.85), baseline()))])
+
+
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("compare") / "compare.html"
-    name = "</script><img src=x onerror=document.title='owned'>"
-    write_compare_report(path, [page_of(name, compare(drive(brake_gain=0.85), baseline()))])
+    write_compared(path)
     return path
 
 

@@ -28,8 +28,8 @@ def cells(*texts: str) -> list[dict[str, object]]:
     return [{"value": 1.0, "text": text, "reason": ""} for text in texts]
 
 
-@pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def write_stages(path: Path) -> None:
+    """A page of three stages with names that no browser may obey."""
     t = np.arange(0.0, 20.0, 0.01)
     courses = {
         stage: {"t": t, "x": 5.0 * t, "y": np.sin(t) + k, "v": 5.0 + 0.1 * k * np.sin(t), "steer": 0.1 * np.cos(t)}
@@ -48,8 +48,13 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "verdicts": [verdict("FAIL", "twin_error"), verdict("PASS", "path_distance")],
         "table": table, "logs": {"dt": NAME}, "replay": NAME,
     }  # fmt: skip
-    path = tmp_path_factory.mktemp("stages") / "report.html"
     write_stages_report(path, result, courses)
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("stages") / "report.html"
+    write_stages(path)
     return path
 
 

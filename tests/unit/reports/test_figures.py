@@ -99,3 +99,47 @@ def test_an_empty_row_gets_no_room() -> None:
     shown = [name for name, axis in figure["layout"].items() if name.startswith("yaxis") and axis.get("visible", True)]
     assert shown == ["yaxis2"]
     assert figure["layout"]["shapes"] == []
+
+
+# A car that comes nearer from 100 m at 10 m/s and is struck after 10 s; the sensor of a contact reads 100 1/s.
+T = np.arange(0.0, 12.0, 0.05)
+APPROACH = {"t": T, "value": np.where(T < 9.99, 1.0 / np.maximum(10.0 - T, 0.01), 100.0)}
+STRUCK = [{"t": 10.0, "kind": "collision", "element": "Ego", "text": "Target"}]
+
+
+def ttc_row(series: dict[str, Any], bound: float, events: list[dict[str, Any]]) -> tuple[dict[str, Any], Any]:
+    """Axis of the row of 1/TTC, and the marks beyond it, if there are any."""
+    figure = timeline({"t": T, "v": T}, ttc_inverse=series, ttc_bound=bound, events=events)
+    go.Figure(figure)
+    marks = [trace for trace in figure["data"] if trace["yaxis"] == "y5" and "markers" in trace["mode"]]
+    return figure["layout"]["yaxis5"], next(iter(marks), None)
+
+
+def test_a_collision_leaves_room_for_bound_and_approach_and_is_marked() -> None:
+    axis, marks = ttc_row(APPROACH, 0.5, STRUCK)
+    low, high = axis["range"]
+    assert low == 0.0
+    assert 0.5 / high > 0.15  # the bound stands well above the zero line
+    assert "cut at 2" in axis["title"]["text"]
+    assert (marks["x"], marks["marker"]["symbol"]) == ([10.0], ["x"])
+    assert marks["text"] == ["collision, up to 100 1/s"]
+    assert low < marks["y"][0] < high
+
+
+def test_a_near_miss_beyond_the_axis_says_how_near() -> None:
+    near = {"t": T, "value": np.where(abs(T - 6.0) < 0.06, 5.0, 0.1)}
+    axis, marks = ttc_row(near, 0.5, [])
+    assert "cut at 2" in axis["title"]["text"]
+    assert (marks["text"], marks["marker"]["symbol"]) == (["up to 5 1/s"], ["triangle-up"])
+
+
+def test_a_course_below_the_cut_keeps_its_own_axis() -> None:
+    axis, marks = ttc_row({"t": T, "value": np.full(len(T), 1.6)}, 0.5, [])
+    assert "range" not in axis
+    assert "cut" not in axis["title"]["text"]
+    assert marks is None
+
+
+def test_a_high_bound_stays_on_the_axis() -> None:
+    axis, _ = ttc_row(APPROACH, 4.0, STRUCK)
+    assert axis["range"][1] > 4.0

@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contents import contents
 
-from reports.html import conditions, embed, render_run_report, write_run_report
+from reports.embed import embed
+from reports.html import conditions, render_run_report, write_run_report
 
 MakeRun = Callable[..., dict[str, Any]]
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\u2028${7*7}{{7*7}}"
@@ -54,13 +56,37 @@ def parse(page: str) -> Elements:
 @pytest.fixture(autouse=True)
 def without_plotly(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its 5 MB would only be parsed again and again here; test_size.py and the browser's tests have it."""
-    monkeypatch.setattr("reports.html.plotly_js", lambda: "/* plotly */")
+    monkeypatch.setattr("reports.frame.plotly_js", lambda: "/* plotly */")
+    monkeypatch.setattr("reports.frame.packed_plotly", lambda: "")
 
 
 def test_page_loads_nothing(make_run: MakeRun) -> None:
     tags = parse(render_run_report(**make_run())).tags
     assert not [tag for tag, attributes in tags if {"src", "href", "action", "data"} & attributes.keys()]
     assert not [tag for tag, _ in tags if tag in ("link", "iframe", "object", "embed", "img", "base")]
+
+
+def test_page_of_a_folder_of_runs_loads_the_shared_library_and_nothing_else(make_run: MakeRun) -> None:
+    tags = parse(render_run_report(**make_run(), library="../assets/plotly-1.min.js")).tags
+    assert [attributes["src"] for _, attributes in tags if "src" in attributes] == ["../assets/plotly-1.min.js"]
+    assert not [tag for tag, attributes in tags if {"href", "action", "data"} & attributes.keys()]
+
+
+def test_only_a_nonce_that_all_data_decide_allows_the_shared_library(make_run: MakeRun) -> None:
+    def nonce(run: dict[str, Any]) -> str | None:
+        tags = parse(render_run_report(**run, library="../assets/plotly-1.min.js")).tags
+        policy = next(attributes["content"] for _, attributes in tags if "http-equiv" in attributes)
+        (script,) = [attributes for tag, attributes in tags if tag == "script" and "src" in attributes]
+        assert policy is not None
+        assert f"'nonce-{script['nonce']}'" in policy
+        assert policy.count("'sha256-") == 3
+        assert not {"'self'", "file:", "'unsafe-inline'"} & set(policy.split("script-src")[1].split(";")[0].split())
+        return script["nonce"]
+
+    run = make_run()
+    first = nonce(run)
+    run["objects"][0]["name"] = f"a text that names the nonce of another page, {first}"
+    assert nonce(run) != first
 
 
 def test_same_input_same_bytes(make_run: MakeRun, tmp_path: Path) -> None:
@@ -128,7 +154,7 @@ def test_signals_that_were_not_measured_are_gaps(make_run: MakeRun) -> None:
     run = make_run()
     run["columns"]["ax"][100:200] = np.nan
     run["columns"]["steer"][:] = np.nan
-    data = json.loads(parse(render_run_report(**run)).scripts[0])
+    data = contents(render_run_report(**run))
     drawn = {trace["hovertemplate"].split(" %")[0]: trace for trace in data["figure"]["data"] if "mode" in trace
              and trace["mode"] == "lines"}  # fmt: skip
     assert None in drawn["acceleration"]["y"]
