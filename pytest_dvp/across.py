@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pytest_dvp.run import RunResult
 
 _STAGES: tuple[str, ...] = STAGES
-CONDITIONS = ("parameters", "P", "ads", "seed")
+CONDITIONS = ("parameters", "P", "ads", "seed", "compute_delay")
 """What two drives should have in common besides the scenario; where they do not, the result says so."""
 
 
@@ -98,6 +98,7 @@ def hold(
     *,
     missing: Mapping[str, str] | None = None,
     log_dir: Path | None = None,
+    single_file: bool = False,
     notes: Sequence[str] = (),
     model: Path | None = None,
     effects: Sequence[Path] = (),
@@ -107,6 +108,7 @@ def hold(
     about    `scenario`, `line`, `seed`, `ads`, `set`, `replay` as in Across
     missing  by stage, why there is no drive and how to get one: its gates are INCONCLUSIVE
     log_dir  folder for a numbered run folder with result.json and report.html; None writes nothing
+    single_file  that page carries the library that draws, and needs no other file
     notes    what else the result should say
     model, effects  files that the twin was made from, where they are known
 
@@ -139,7 +141,8 @@ def hold(
         return result
     from pytest_dvp.results import write_across
 
-    folder = write_across(log_dir, Path(result.scenario).stem, result.as_dict(), logs, labels)
+    name = Path(result.scenario).stem
+    folder = write_across(log_dir, name, result.as_dict(), logs, labels, single_file=single_file)
     return dataclasses.replace(result, folder=folder)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import functools
 import json
+import math
 import os
 import sys
 import threading
@@ -16,9 +17,11 @@ from typing import Any
 
 import msgspec
 
-from pytest_dvp.driving_stack import AdsFault, find_ads, make_driver, one_line
+from pytest_dvp.driving_stack import AdsFault, find_ads, make_driver
 from pytest_dvp.settings import REFERENCE, SettingError
+from pytest_dvp.stack_faults import StackRaised, one_line
 from pytest_dvp.stack_parameters import received
+from vehicle.messages import VehicleDescription, brake_first
 
 IDLE = 3600.0  # s without a word after which it gives up
 
@@ -31,7 +34,7 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     _end_with_parent()
     try:
-        ads = find_ads(arguments.ads, [Path.cwd()])
+        ads = find_ads(arguments.ads, [Path.cwd()], process="off", tick_limit=math.inf)
         _serve(arguments.dds, ads)
     except SettingError as error:
         print(error, file=sys.stderr)
@@ -52,6 +55,7 @@ def _serve(domain: int, ads: Any) -> None:
     end = End(on_domain(domain), wire.FROM_STACK, wire.TO_STACK, (wire.DONE, wire.STEP), lambda: None)
     driver: Any = None
     path: Any = None
+    deceleration = 0.0
     while True:
         try:
             number, now = end.next_step(IDLE)
@@ -63,27 +67,27 @@ def _serve(domain: int, ads: Any) -> None:
             continue
         observation, resets = wire.take_observation(end, now), end.take(wire.RESET)
         if resets:
-            driver, path = _made(ads, json.loads(resets[-1].data)), None
+            run = json.loads(resets[-1].data)
+            car = msgspec.convert(run["vehicle"], VehicleDescription)
+            driver, path, deceleration = _made(ads, run, car), None, car.max_deceleration
         elif driver is not None:
             try:
                 command = driver.tick(observation)
             except AdsFault:
                 raise
-            except Exception as error:  # a stack of somebody else may raise anything
-                raise AdsFault(f"ADS {ads.name}: {one_line(error)}") from error
+            except StackRaised as error:
+                raise AdsFault(f"ADS {ads.name}: {one_line(error.__cause__ or error)}") from error
             new = driver.path if driver.path is not path else None
             path = driver.path
             state = wire.State(dict(driver.trace), list(driver.detections), None if new is None else new.tolist())
+            command = brake_first(command, deceleration)  # the message has no pedals
             end.send(topics.COMMAND, convert.command_to_ros(command, now))
             end.send(wire.STATE, String(msgspec.json.encode(state).decode()))
         end.step(number, now)
 
 
-def _made(ads: Any, run: dict[str, Any]) -> Any:
-    from vehicle.messages import VehicleDescription
-
+def _made(ads: Any, run: dict[str, Any], car: VehicleDescription) -> Any:
     parameters = received(ads, run["parameters"])
-    car = msgspec.convert(run["vehicle"], VehicleDescription)
     return make_driver(ads, parameters, _map(run["map"], Path(run["map"]).stat().st_mtime_ns), car)
 
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pymunk
-from numba import njit
 from numpy.typing import NDArray
 
+from machine_code import compiled
 from vehicle.messages import FloatArray
 
 
@@ -24,7 +24,7 @@ class Contact(NamedTuple):
     y: float
 
 
-@njit(cache=True, error_model="numpy")
+@compiled
 def _near(
     first: FloatArray,
     last: FloatArray,

@@ -14,7 +14,6 @@ import importlib.util
 import inspect
 import math
 import sys
-import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.metadata import EntryPoint, entry_points
@@ -24,20 +23,18 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.paths import shown
 from pytest_dvp.settings import REFERENCE, SettingError, unknown
+from pytest_dvp.stack_faults import AdsError, AdsFault, StackHung, one_line, place_of, what
 
 if TYPE_CHECKING:
-    from vehicle.messages import Command, Detection, FloatArray, Observation
+    from pytest_dvp.deadline import Deadline
+    from pytest_dvp.only_tick import OnlyTick
+    from pytest_dvp.stack_process import ProcessDriver
+
+__all__ = ["Ads", "AdsError", "AdsFault", "check_name", "find_ads", "make_driver"]
 
 ENTRY_POINTS = "pytest_dvp.ads"
 REMOTE = "ros2:"
-
-
-class AdsError(SettingError):
-    """A driving stack that cannot be found, loaded or made; one line."""
-
-
-class AdsFault(Exception):
-    """A driving stack that broke its contract while it drove; one line."""
+ON, OFF = "on", "off"  # of a process of its own
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,19 +51,33 @@ class Ads:
     factory: Any
 
 
-def find_ads(asked: object = None, folders: Sequence[Path] = ()) -> Ads:
+def find_ads(
+    asked: object = None, folders: Sequence[Path] = (), *, process: str | None = None, tick_limit: float | None = None
+) -> Ads:
     """The driving stack asked for: a name, None for the reference stack, or a class, function or object.
 
-    `folders` are searched for modules, besides what Python searches. Raises AdsError with the nearest name.
+    folders     are searched for modules, besides what Python searches
+    process     "on": a stack given by name runs in a process of its own, "off": in this one; None: "on" for all but
+                the reference stack. One that is given as a class or object always runs in this process.
+    tick_limit  [s] of wall time that a tick of it has, and a multiple of it what is loaded; default 10
+
+    Raises AdsError with the nearest name.
     """
+    if isinstance(asked, Ads):
+        return asked
     if asked is None or asked == REFERENCE:
+        if process == ON:
+            return _apart(REFERENCE, REFERENCE, folders, tick_limit)
         from ads.stack import Stack
 
         return Ads(REFERENCE, REFERENCE, Stack)
     if isinstance(asked, str):
-        return _named(asked, folders)
+        checked = check_name(asked, "ads", Path.cwd())
+        if process != OFF and not checked.startswith(REMOTE):
+            return _apart(asked, checked, folders, tick_limit)
+        return _in_time(asked, checked, folders, tick_limit)
     if not callable(asked) and not callable(getattr(asked, "tick", None)):
-        raise AdsError(f"ads: found {_what(asked)}, expected a name, a class, a function or an object with tick()")
+        raise AdsError(f"ads: found {what(asked)}, expected a name, a class, a function or an object with tick()")
     name = getattr(asked, "__qualname__", None) or type(asked).__qualname__
     return Ads(str(name), _word(asked), asked)
 
@@ -93,133 +104,103 @@ def check_name(text: str, origin: str, base: Path) -> str:
     return text
 
 
-def make_driver(ads: Ads, parameters: object, network: object, description: object) -> Any:
+def make_driver(
+    ads: Ads, parameters: Any, network: Any, description: Any, deadline: Deadline | None = None
+) -> OnlyTick | ProcessDriver:
     """The stack itself, made with (parameters, network, description) if it takes them, else with nothing.
 
     Returns an object as `pytest_dvp.loop.Driver` describes it, whatever of trace, path and detections the stack has.
-    Raises AdsError if it cannot be made so.
+    `deadline` is on every call of it; default none. Raises AdsError if it cannot be made so.
     """
-    factory, given = ads.factory, (parameters, network, description)
+    from pytest_dvp.deadline import Deadline
+    from pytest_dvp.only_tick import OnlyTick
+    from pytest_dvp.stack_process import NamedStack
+
+    watch = deadline if deadline is not None else Deadline(ads.name, math.inf)
+    if isinstance(ads.factory, NamedStack):
+        return ads.factory.drive(parameters, network, description, watch)
+    try:
+        with watch.within("__init__", first=True):
+            made = _made_by(ads, (parameters, network, description))
+        return OnlyTick(made, ads.name, watch)
+    except BaseException as error:
+        watch.close()
+        if isinstance(error, StackHung):
+            late = str(error).removeprefix(f"ADS {ads.name}: ")
+            raise AdsError(f"ADS {ads.name}: cannot be made: {late}{place_of(error.trace)}") from None
+        if isinstance(error, AdsError) or not isinstance(error, Exception | SystemExit):
+            raise
+        raise AdsError(f"ADS {ads.name}: cannot be made: {one_line(error)}") from error
+
+
+def wants(ads: Ads) -> bool:
+    """Whether the stack is made with (parameters, network, description), and not with nothing."""
+    return callable(ads.factory) and bool(_takes(ads.factory))
+
+
+def _made_by(ads: Ads, given: tuple[Any, Any, Any]) -> Any:
+    factory = ads.factory
     if callable(factory):
         takes = _takes(factory)
         if takes is None:
             raise AdsError(f"ADS {ads.name}: takes neither (parameters, network, description) nor nothing")
         if not takes and isinstance(getattr(factory, "parameters", None), Mapping):
             raise AdsError(f"ADS {ads.name}: declares parameters, and takes no (parameters, network, description)")
-        try:
-            made = factory(*given) if takes else factory()
-        except (Exception, SystemExit) as error:  # a stack of somebody else may raise anything
-            raise AdsError(f"ADS {ads.name}: cannot be made: {one_line(error)}") from error
+        made = factory(*given) if takes else factory()  # a stack of somebody else may raise anything
     else:
         made = factory
     if not callable(getattr(made, "tick", None)):
         raise AdsError(f"ADS {ads.name}: {_made(made)} has no method tick(observation)")
-    return OnlyTick(made, ads.name)
-
-
-class OnlyTick:
-    """A driver of which only `tick` is required; what it returns is checked."""
-
-    def __init__(self, driver: Any, name: str) -> None:
-        from vehicle.messages import Command, Detection
-
-        self._driver, self._name, self._command, self._detection = driver, name, Command, Detection
-        self._tick: Callable[[Observation], Command] = driver.tick
-        self._given: object = None
-        self._path: FloatArray | None = None
-
-    def tick(self, observation: Observation) -> Command:
-        """Raises AdsFault if the stack returns anything but a Command of finite numbers."""
-        try:
-            command = self._tick(observation)
-        except SystemExit as error:  # it would end the harness, with an exit code that looks like a verdict
-            raise AdsFault(f"ADS {self._name}: tick ended the program: {one_line(error)}") from None
-        if not isinstance(command, self._command):
-            raise AdsFault(f"ADS {self._name}: tick returned {_what(command)}, expected a vehicle.messages.Command")
-        try:
-            finite = math.isfinite(command.steer + command.accel + command.throttle + command.brake)
-        except TypeError:
-            raise AdsFault(
-                f"ADS {self._name}: tick returned a Command of other things than numbers: {command}"
-            ) from None
-        if not finite:
-            raise AdsFault(f"ADS {self._name}: tick returned a Command that is not finite: {command}")
-        return command
-
-    @property
-    def trace(self) -> Mapping[str, float]:
-        trace = getattr(self._driver, "trace", None) or {}
-        if not isinstance(trace, Mapping):
-            raise AdsFault(f"ADS {self._name}: trace is {_what(trace)}, expected names with numbers")
-        for name, value in trace.items():
-            if type(name) is not str or (type(value) is not float and not _is_number(value)):
-                raise AdsFault(f"ADS {self._name}: trace has {name!r}: {_what(value)}, expected names with numbers")
-        return trace
-
-    @property
-    def detections(self) -> Sequence[Detection]:
-        found = getattr(self._driver, "detections", None)
-        if found is None:
-            return ()
-        if not isinstance(found, Sequence) or not all(isinstance(each, self._detection) for each in found):
-            what = "vehicle.messages.Detection in a list"
-            raise AdsFault(f"ADS {self._name}: detections is {_what(found)}, expected {what}")
-        return found
-
-    @property
-    def nets(self) -> list[Any]:
-        """Nets that the stack decides by, as plain data, for the report; empty if it tells none."""
-        nets = getattr(self._driver, "nets", None)
-        return list(nets) if isinstance(nets, list | tuple) else []
-
-    def close(self) -> None:
-        """Free what the stack holds, if it has something to free: its method close()."""
-        close = getattr(self._driver, "close", None)
-        if callable(close):
-            try:
-                close()
-            except (Exception, SystemExit) as error:  # what it drove is driven, and is kept
-                print(f"ADS {self._name}: close: {one_line(error)}", file=sys.stderr)
-
-    @property
-    def path(self) -> FloatArray | None:
-        """The stack's path as an array (n, 2), the same one until the stack gives another."""
-        path = getattr(self._driver, "path", None)
-        if path is not self._given:
-            import numpy as np
-
-            self._given = path
-            try:
-                self._path = None if path is None else np.asarray(path, dtype=np.float64)
-            except (TypeError, ValueError):
-                raise AdsFault(f"ADS {self._name}: path is {_what(path)}, expected an array (n, 2): x, y [m]") from None
-            if self._path is not None and (self._path.ndim != 2 or self._path.shape[1] != 2):
-                shape = self._path.shape
-                raise AdsFault(f"ADS {self._name}: path has the shape {shape}, expected (n, 2): x, y [m]")
-        return self._path
-
-
-def one_line(error: BaseException) -> str:
-    """Kind, text and innermost place of an error of somebody else's code."""
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.startswith("<")]
-    frames = frames if frames and Path(frames[-1].filename).name != Path(__file__).name else []
-    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
-    text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}{place}" if text else f"{type(error).__name__}{place}"
+    return made
 
 
 def _points() -> dict[str, EntryPoint]:
     return {point.name: point for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda p: (p.name, p.value))}
 
 
-def _named(text: str, folders: Sequence[Path]) -> Ads:
-    checked = check_name(text, "ads", Path.cwd())
+def _apart(text: str, checked: str, folders: Sequence[Path], tick_limit: float | None) -> Ads:
+    """A stack given by name, loaded in a process of its own."""
+    from pytest_dvp.deadline import TICK_LIMIT
+    from pytest_dvp.stack_process import NamedStack
+
+    label, word = _called(checked)
+    return Ads(label, word, NamedStack(label, text, folders, TICK_LIMIT if tick_limit is None else tick_limit))
+
+
+def _in_time(text: str, checked: str, folders: Sequence[Path], tick_limit: float | None) -> Ads:
+    """A stack given by name, loaded in this process; one that never finishes loading is interrupted."""
+    from pytest_dvp.deadline import TICK_LIMIT, Deadline
+
+    label = _called(checked)[0]
+    watch = Deadline(label, TICK_LIMIT if tick_limit is None else tick_limit)
+    try:
+        with watch.within("import", first=True):
+            return _named(text, checked, folders)
+    except StackHung as error:
+        late = str(error).removeprefix(f"ADS {label}: ")
+        raise AdsError(f"ads: {text} cannot be loaded: {late}{place_of(error.trace)}") from None
+    finally:
+        watch.close()
+    raise AssertionError("unreachable: within() raises what it swallows")
+
+
+def _called(checked: str) -> tuple[str, str]:
+    """What people and the log call a stack of a checked name, and what `--ads` takes to choose it again."""
+    file, _, name = checked.rpartition(":")
+    if not file.endswith(".py"):
+        return checked, checked
+    return f"{Path(file).name}:{name}", f"{shown(Path(file))}:{name}"
+
+
+def _named(text: str, checked: str, folders: Sequence[Path]) -> Ads:
+    """A stack given by name, loaded in this process."""
     if checked.startswith(REMOTE):
         from pytest_dvp.remote_stack import RemoteStack
 
         path = Path(checked.removeprefix(REMOTE))
         return Ads(f"{REMOTE}{path.name}", f"{REMOTE}{shown(path)}", RemoteStack(path, keep=False))
     file, colon, name = checked.rpartition(":")
+    label, word = _called(checked)
     if not colon:
         point = _points()[text]
         with _importable(folders):
@@ -233,9 +214,8 @@ def _named(text: str, folders: Sequence[Path]) -> Ads:
             if file.endswith(".py"):
                 path = Path(file)
                 module = _module_of(path, path.stat().st_mtime_ns)
-                label, word = f"{path.name}:{name}", f"{shown(path)}:{name}"
             else:
-                module, label, word = importlib.import_module(file), text, text
+                module = importlib.import_module(file)
         except (Exception, SystemExit) as error:
             raise AdsError(f"ads: {text} cannot be loaded: {one_line(error)}") from error
     found: Any = module
@@ -245,7 +225,7 @@ def _named(text: str, folders: Sequence[Path]) -> Ads:
             raise AdsError(f"ads: {text}: {unknown('class', part, names)}")
         found = getattr(found, part)
     if not callable(found):
-        raise AdsError(f"ads: {text} is {_what(found)}, expected a class or a function that makes a stack")
+        raise AdsError(f"ads: {text} is {what(found)}, expected a class or a function that makes a stack")
     return Ads(label, word, found)
 
 
@@ -318,21 +298,4 @@ def _word(asked: Any) -> str | None:
 
 
 def _made(thing: object) -> str:
-    return f"a {type(thing).__name__}" if " at 0x" in repr(thing) else _what(thing)
-
-
-def _is_number(value: Any) -> bool:
-    try:
-        float(value)
-    except (TypeError, ValueError):
-        return False
-    return not isinstance(value, str | bytes)
-
-
-def _what(thing: object) -> str:
-    if thing is None:
-        return "None"
-    kind = type(thing)
-    text = " ".join(repr(thing).split())
-    said = text if len(text) <= 60 else text[:57] + "..."
-    return f"{said} ({kind.__name__})"
+    return f"a {type(thing).__name__}" if " at 0x" in repr(thing) else what(thing)

@@ -72,8 +72,3 @@ def unique_names(paths: Sequence[Path]) -> dict[Path, str]:
         path: "::".join(next((path[-n:] for n in range(1, len(path)) if ends[path[-n:]] == 1), path))
         for path in different
     }
-
-
-def means(reference: str, name: str) -> bool:
-    """Whether a name that a user wrote means the event of this name: the name itself, or the end of it."""
-    return name == reference or name.endswith(f"::{reference}")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import pytest
 
 from pytest_dvp.noted import Noted, metrics_of
-from pytest_dvp.settings import Settings
+from pytest_dvp.settings import SettingError, Settings
 
 if TYPE_CHECKING:
     from pytest_dvp.across import Across
@@ -35,6 +35,10 @@ class GateFailed(AssertionError):
         self.result = dict(result)
 
 
+class Undecided(GateFailed):
+    """A run whose verdict is INCONCLUSIVE: nothing failed, and it proves nothing."""
+
+
 class Run(Protocol):
     """What the fixture `run` gives: a factory of finished runs."""
 
@@ -46,7 +50,12 @@ class Run(Protocol):
 class Gate(Protocol):
     """What the fixture `gate` gives: raises GateFailed unless every verdict of the run is PASS."""
 
-    def __call__(self, result: RunResult | Across, metrics: Sequence[str] | None = None) -> None: ...
+    def __call__(
+        self,
+        result: RunResult | Across,
+        metrics: Sequence[str] | None = None,
+        optional_events: Sequence[str] = (),
+    ) -> None: ...
 
 
 # Session scope: the factory keeps nothing between calls, and so `@given` may use it without complaint.
@@ -69,21 +78,33 @@ def run(request: pytest.FixtureRequest) -> Run:
 
 @pytest.fixture(scope="session")
 def gate(request: pytest.FixtureRequest) -> Gate:
-    """Judge: `gate(result)` raises unless all verdicts are PASS; `metrics=[...]` looks at those gates only."""
+    """Judge: `gate(result)` raises unless all verdicts are PASS; `metrics=[...]` looks at those gates only.
+
+    Whatever metrics are asked, a run in which an event of the storyboard never fired is INCONCLUSIVE. The exceptions
+    are the events of `optional_events=[...]` and those that the gate file lets be; an unknown name is a SettingError.
+    """
     config = request.config
 
-    def judge(result: RunResult | Across, metrics: Sequence[str] | None = None) -> None:
+    def judge(
+        result: RunResult | Across, metrics: Sequence[str] | None = None, optional_events: Sequence[str] = ()
+    ) -> None:
         __tracebackhide__ = True
-        from pytest_dvp.summary import failure, on_condition
+        from pytest_dvp.silent_events import check_optional, without_optional
+        from pytest_dvp.summary import failure, on_condition, undecided
 
-        plain = result.as_dict()
+        given = result.as_dict()
+        if isinstance(metrics, str):
+            raise SettingError(f"metrics: found {metrics!r}, expected a list of names: metrics=[{metrics!r}]")
+        check_optional(optional_events, given.get("events", ()))
+        plain = without_optional(given, optional_events)
         message = failure(plain, metrics)
-        _ask(current_item(config), plain, metrics, passed=message is None)
+        _ask(current_item(config), given, metrics, optional_events, passed=message is None)
         if message is not None:
-            if metrics is not None:
-                plain["replay"] = on_condition(plain["replay"], metrics_of(metrics, plain["verdicts"]))
+            names = [] if metrics is None else metrics_of(metrics, plain["verdicts"])
+            plain["replay"] = on_condition(plain["replay"], names, optional_events)
             plain["explanation"] = _explanation(result, plain["verdicts"], metrics)
-            raise GateFailed(failure(plain, metrics) or message, plain)
+            kind = Undecided if undecided(plain, metrics) else GateFailed
+            raise kind(failure(plain, metrics) or message, plain)
 
     return judge
 
@@ -123,14 +144,25 @@ def current_item(config: pytest.Config) -> pytest.Item:
 
 def note(node: pytest.Item, result: Mapping[str, Any]) -> None:
     """Remember a run of this test; of those of one scenario and stage one stands for all (Hypothesis runs many)."""
+    from pytest_dvp.variant import searching
+
     known, key = node.stash.setdefault(RESULTS_KEY, {}), (result["scenario"], result["stage"])
     if key in known:
         known[key].drive(result)
     else:
         known[key] = Noted(dict(result))
+    if searching():
+        known[key].count(result)
 
 
-def _ask(node: pytest.Item, result: Mapping[str, Any], metrics: Sequence[str] | None, *, passed: bool) -> None:
+def _ask(
+    node: pytest.Item,
+    result: Mapping[str, Any],
+    metrics: Sequence[str] | None,
+    optional: Sequence[str],
+    *,
+    passed: bool,
+) -> None:
     """Remember which gates of a run the test asked for; the run that fails it is the one to tell of."""
     known, key = node.stash.setdefault(RESULTS_KEY, {}), (result["scenario"], result["stage"])
     noted = known.get(key)
@@ -138,7 +170,7 @@ def _ask(node: pytest.Item, result: Mapping[str, Any], metrics: Sequence[str] | 
         noted = known[key] = Noted(dict(result))
     if not passed:
         noted.last = dict(result)
-    noted.ask(metrics, passed=passed)
+    noted.ask(metrics, optional, passed=passed)
 
 
 def note_variant(node: pytest.Item, variant: Variant | None, options: Mapping[str, Any]) -> None:
@@ -172,6 +204,12 @@ def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
     ]
     found[0] = ("verdict", result["status"])
     found += [(f"set.{name}", value) for name, value in sorted(result.get("set", {}).items())]
+    found += [("compute_delay", result.get("compute_delay"))]
+    found += [(f"tick_time.{name}", value) for name, value in result.get("tick_time", {}).items()]
+    if result.get("findings"):
+        from pytest_dvp.command_range import said_of
+
+        found += [(f"finding.{f['code']}.{f['field']}", said_of(f)) for f in result["findings"]]
     found += sorted(result["metrics"].items())
     seen: dict[str, int] = {}
     for verdict in result["verdicts"]:
@@ -180,6 +218,9 @@ def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
         again = f"-{seen[name]}" if seen[name] > 1 else ""  # the second bound on one metric, with other options
         found += [(f"{name}{again}.{key}", verdict.get(key)) for key in ("status", "value", "unit", "bound", "margin")]
     folder = result.get("folder")
+    if search := result.get("search"):
+        found += [("variants", search["variants"])]
+        found += [(f"never_fired.{name}", count) for name, count in search["never_fired"].items()]
     found += [("report", f"{folder}/report.html" if folder else None), ("replay", result.get("replay"))]
     return [(name, value) for name, value in found if value is not None]
 
@@ -189,10 +230,11 @@ def _say_how_to_replay(item: pytest.Item, report: pytest.TestReport, results: Se
     variant, options = item.stash.get(VARIANT_KEY, (None, {}))
     if variant is not None:
         from pytest_dvp.fuzz import keep
+        from pytest_dvp.summary import condition_of
 
         replay = keep(variant, options, settings_of(item.config).runs_folder, item.name)
-        if results and " --gate " in (condition := results[-1]["replay"]):  # of a gate(..., metrics=[...])
-            replay += " --gate " + condition.split(" --gate ", 1)[1]
+        if results and replay.startswith("dvp run "):  # of a gate(..., metrics=[...], optional_events=[...])
+            replay += condition_of(results[-1]["replay"])
     elif results:
         replay = results[-1]["replay"]
     else:

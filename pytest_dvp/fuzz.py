@@ -38,6 +38,59 @@ class Range:
     whole: bool
 
 
+@dataclasses.dataclass(frozen=True)
+class Grid:
+    """Values of a number: round steps from its nominal value (or the end of the range nearest to it), with both ends.
+
+    first, last  steps of the two ends; step 0 is the value where it starts
+    """
+
+    allowed: Range
+    home: float
+    step: float
+    first: int
+    last: int
+
+    @classmethod
+    def of(cls, allowed: Range, nominal: float) -> Grid:
+        home = min(max(nominal, allowed.low), allowed.high)
+        step = 1.0 if allowed.whole else _round_step((allowed.high - allowed.low) / _STEPS)
+        if step <= 0.0:
+            return cls(allowed, home, 0.0, 0, 0)
+        first = -math.ceil((home - allowed.low) / step - 1e-9)
+        return cls(allowed, home, step, first, math.ceil((allowed.high - home) / step - 1e-9))
+
+    def value(self, k: int) -> Value:
+        """The value `k` steps from the start."""
+        raw = min(max(self.home + k * self.step, self.allowed.low), self.allowed.high)
+        if self.allowed.whole:
+            return round(raw)
+        digits = max(0, -math.floor(math.log10(self.step))) if self.step else 0
+        rounded = round(raw, digits)
+        return rounded if k and self.allowed.low <= rounded <= self.allowed.high else raw
+
+    def step_of(self, value: float) -> int | None:
+        """The step that has this value, None if none has."""
+        near = round((value - self.home) / self.step) if self.step else 0
+        around = range(max(near - 1, self.first), min(near + 1, self.last) + 1)
+        return next((k for k in around if self.value(k) == value), None)
+
+
+@dataclasses.dataclass(frozen=True)
+class Course:
+    """The values of a grid from one of them on, away from the nominal value; the nearest first, the last is the end."""
+
+    grid: Grid
+    start: int
+    side: int
+
+    def __len__(self) -> int:
+        return abs((self.grid.last if self.side > 0 else self.grid.first) - self.start)
+
+    def __getitem__(self, index: int) -> Value:
+        return self.grid.value(self.start + self.side * (index + 1))
+
+
 def scenario_variants(scenario: str | Path, only: Sequence[str] | None = None) -> st.SearchStrategy[Variant]:
     """Strategy over the declared parameters of a scenario that have constraint groups; shrinks to the nominal variant.
 
@@ -85,6 +138,8 @@ def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) ->
 
 
 def _request(variant: Variant, options: Mapping[str, Any]) -> Request:
+    from pytest_dvp.compute_delay import parse_delay
+    from pytest_dvp.deadline import TICK_LIMIT
     from pytest_dvp.driving_stack import find_ads
     from pytest_dvp.prepare import Request
 
@@ -103,7 +158,15 @@ def _request(variant: Variant, options: Mapping[str, Any]) -> Request:
         rootdir=options.get("rootdir"),
         effects=tuple(options.get("effects") or ()),
         ego=options.get("ego"),
-        ads=find_ads(options.get("ads"), [rootdir] if (rootdir := options.get("rootdir")) is not None else []),
+        ads=find_ads(
+            options.get("ads"),
+            [rootdir] if (rootdir := options.get("rootdir")) is not None else [],
+            process=options.get("stack_process"),
+            tick_limit=options.get("tick_limit"),
+        ),
+        tick_limit=options.get("tick_limit") or TICK_LIMIT,
+        stack_process=options.get("stack_process"),
+        compute_delay=None if (delay := options.get("compute_delay")) is None else parse_delay(delay),
     )
 
 
@@ -157,13 +220,32 @@ def _values(declaration: ParameterDeclaration) -> tuple[Value, st.SearchStrategy
     if declaration.parameter_type in _STRINGS:
         words = [c.value for group in declaration.constraint_groups for c in group.value_constraints]
         return declaration.value, st.sampled_from(list(dict.fromkeys([declaration.value, *words])))
+    nominal, grids = _grids(declaration)
+    # integers shrink towards 0, and 0 is the nominal value; one_of shrinks to its first.
+    return nominal, st.one_of([st.integers(grid.first, grid.last).map(grid.value) for grid in grids])
+
+
+def _grids(declaration: ParameterDeclaration) -> tuple[Value, list[Grid]]:
+    """Nominal value and the grids of a number, that of the group which holds the nominal value first."""
     whole = declaration.parameter_type not in ("double", "float")
     nominal: Value = int(declaration.value) if whole else float(declaration.value)
     ranges = [_range(group, whole, declaration) for group in declaration.constraint_groups]
     home = [r for r in ranges if r.low <= float(nominal) <= r.high]
-    # one_of shrinks to its first: the group that holds the nominal value.
-    ordered = home + [r for r in ranges if r not in home]
-    return nominal, st.one_of([_grid(r, float(nominal)) for r in ordered])
+    return nominal, [Grid.of(r, float(nominal)) for r in home + [r for r in ranges if r not in home]]
+
+
+def course(path: Path, name: str, value: Value) -> Course | None:
+    """Where a number among a scenario's parameters can go from `value`, within the same range; None for a word."""
+    from openscenario.read import read_declarations
+
+    declaration = next(d for d in read_declarations(path) if d.name == name)
+    if declaration.parameter_type in _STRINGS or not declaration.constraint_groups:
+        return None
+    for grid in _grids(declaration)[1]:
+        k = grid.step_of(float(value))
+        if k is not None:
+            return Course(grid, k, 1 if k > 0 or (k == 0 and grid.last > 0) else -1)
+    return None
 
 
 def _range(group: ValueConstraintGroup, whole: bool, declaration: ParameterDeclaration) -> Range:
@@ -191,27 +273,6 @@ def _narrowed(constraint: ValueConstraint, value: float, inside: float, low: flo
         case "lessThan":
             return low, min(high, value - inside)
     return low, high  # notEqualTo takes one point out of a range; drawing it is as good as impossible
-
-
-def _grid(allowed: Range, nominal: float) -> st.SearchStrategy[Any]:
-    """Values on a grid of round steps from the nominal value (or the end nearest to it), with both ends."""
-    home = min(max(nominal, allowed.low), allowed.high)
-    step = 1.0 if allowed.whole else _round_step((allowed.high - allowed.low) / _STEPS)
-    if step <= 0.0:
-        return st.just(int(home) if allowed.whole else home)
-    digits = 0 if allowed.whole else max(0, -math.floor(math.log10(step)))
-
-    def value(k: int) -> Value:
-        raw = min(max(home + k * step, allowed.low), allowed.high)
-        if allowed.whole:
-            return round(raw)
-        rounded = round(raw, digits)
-        return rounded if k and allowed.low <= rounded <= allowed.high else raw
-
-    # integers shrink towards 0, and 0 is the nominal value.
-    first = -math.ceil((home - allowed.low) / step - 1e-9)
-    last = math.ceil((allowed.high - home) / step - 1e-9)
-    return st.integers(first, last).map(value)
 
 
 def _round_step(step: float) -> float:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from vehicle.gate_messages import Decision
 
 GATE = "gate."  # of its columns
+ARRIVED = "arrived."  # of those of commands that reached the car late: `pytest_dvp.compute_delay`
 
 
 class GateLog:
@@ -57,9 +58,10 @@ class GateLog:
 
 
 def obeyed(log: Log, name: str) -> FloatArray | None:
-    """A command (n,) as the car got it: what the gate let out, where one stood before the car, else what was asked.
-    None if the log does not have it."""
-    asked, passed = log.columns.get(name), log.columns.get(GATE + name)
+    """A command (n,) as the car got it: what the gate let out, where one stood before the car, or what arrived, where
+    commands took their time, else what was asked. None if the log does not have it."""
+    asked = log.columns.get(name)
+    passed = log.columns.get(GATE + name, log.columns.get(ARRIVED + name))
     if asked is None or passed is None:
         return asked
     return np.where(np.isfinite(passed), passed, asked)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-from pytest_dvp.event_names import means
 from pytest_dvp.gate_file import check_gates, read_gates
 from pytest_dvp.gate_model import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.log import Log
 from pytest_dvp.metrics import MetricError, MetricValue, compute, find_metric
 from pytest_dvp.metrics.task import storyboard_events
+from pytest_dvp.silent_events import COUNTED, means, storyboard_verdict
 
 __all__ = [
     "STAGES",
@@ -28,6 +27,7 @@ __all__ = [
     "default_gates",
     "judge",
     "judge_between",
+    "never_fired",
     "overall",
     "pairs_of",
     "read_gates",
@@ -89,18 +89,13 @@ def judge(gates: GateFile | Sequence[Gate], log: Log) -> list[Verdict]:
     pass: what should have happened did not, and a drive in an empty world proves nothing. A gate on `events_fired`
     decides instead of this, one on `event_started` for its event.
     """
-    given = gates.gates if isinstance(gates, GateFile) else tuple(gates)
-    chosen = [gate for gate in given if gate.between is None]
-    if given and not chosen:
-        chosen = list(default_gates().gates)
-    name = str(log.meta.get("stage", "dt"))
-    stage = name.split("-")[0]  # "rw-surrogate" is judged by the gates of "rw"
-    here = [gate for gate in chosen if stage in gate.stages]
+    here = _here(gates, log)
     verdicts = [_judge(gate, log) for gate in here]
     if verdicts:
-        return [*verdicts, *_never_fired(log, here, verdicts)]
+        missed = never_fired(gates, log) if overall(verdicts) == "PASS" else ()
+        return [*verdicts, *_storyboard(missed, log)]
     file = gates.file if isinstance(gates, GateFile) else ""
-    text = f"no gate applies to stage {name}: nothing was judged"
+    text = f"no gate applies to stage {log.meta.get('stage', 'dt')}: nothing was judged"
     return [Verdict("", "", "INCONCLUSIVE", None, "", None, None, None, "", text, text, file, None)]
 
 
@@ -149,22 +144,37 @@ def unjudged(verdicts: Sequence[Verdict], log: Log) -> list[str]:
     ]
 
 
-def _never_fired(log: Log, gates: Sequence[Gate], verdicts: Sequence[Verdict]) -> list[Verdict]:
+def never_fired(gates: GateFile | Sequence[Gate], log: Log) -> tuple[str, ...]:
+    """Names of the storyboard's events that never fired, without those that a gate for the log's stage lets be.
+
+    A gate on `events_fired` that passes lets all of them be, one that does not those of its `optional`; a gate on
+    `event_started` that passes lets its event be, which was not to start.
+    """
+    here, (_, silent) = _here(gates, log), storyboard_events(log)
+    let_be: list[str] = []
+    for gate in here if silent else ():
+        if gate.metric == COUNTED:
+            if _judge(gate, log).status == "PASS":
+                return ()
+            let_be += map(str, gate.options.get("optional", ()))
+        elif gate.metric == "event_started" and _judge(gate, log).status == "PASS":
+            let_be.append(str(gate.options.get("event", "")))
+    return tuple(name for name in silent if not any(means(reference, name) for reference in let_be))
+
+
+def _here(gates: GateFile | Sequence[Gate], log: Log) -> list[Gate]:
+    """The gates of one log that apply to its stage; the default ones where all that are given are across stages."""
+    given = gates.gates if isinstance(gates, GateFile) else tuple(gates)
+    chosen = [gate for gate in given if gate.between is None]
+    if given and not chosen:
+        chosen = list(default_gates().gates)
+    stage = str(log.meta.get("stage", "dt")).split("-")[0]  # "rw-surrogate" is judged by the gates of "rw"
+    return [gate for gate in chosen if stage in gate.stages]
+
+
+def _storyboard(missed: Sequence[str], log: Log) -> list[Verdict]:
     """The verdict that keeps a scenario whose manoeuvre did not take place from passing."""
-    if overall(verdicts) != "PASS" or any(gate.metric == "events_fired" for gate in gates):
-        return []
-    judged = [str(gate.options.get("event", "")) for gate in gates if gate.metric == "event_started"]
-    names, silent = storyboard_events(log)
-    missing = [name for name in silent if not any(means(reference, name) for reference in judged)]
-    if not missing:
-        return []
-    which = ", ".join(repr(_printable(name)) for name in missing[:3]) + (", ..." if len(missing) > 3 else "")
-    many = f"{len(missing)} of {len(names)} events never fired: " if len(missing) > 1 else "event "
-    short = f"storyboard INCONCLUSIVE: {many}{which}{' never fired' if len(missing) == 1 else ''}"
-    cure = f"{short}; if that is meant: a gate on events_fired with max = 0 and optional = {json.dumps(missing[:3])}"
-    return [
-        Verdict("storyboard", "", "INCONCLUSIVE", None, "", None, None, None, "", _printable(cure), short, "", None)
-    ]
+    return [Verdict(**storyboard_verdict(missed, len(storyboard_events(log)[0])))] if missed else []
 
 
 def _judge(gate: Gate, log: Log, measured: Log | None = None) -> Verdict:

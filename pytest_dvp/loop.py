@@ -10,7 +10,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import time
-import traceback
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -18,11 +17,11 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 import msgspec
 
 from openscenario.road.route import RouteError
-from pytest_dvp.driving_stack import AdsFault
+from pytest_dvp.command_range import CommandRange
 from pytest_dvp.ego import route_from_here
 from pytest_dvp.event_names import EventNames
+from pytest_dvp.stack_faults import StackHung, told_of
 from pytest_dvp.terrain import Grounded, Terrain
-from vehicle.adapter import VehicleLost
 from vehicle.adapters.mirror import SAME, Mirror
 from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPoint, SignalState, Surroundings, Task
 
@@ -57,6 +56,11 @@ class Driver(Protocol):
     @property
     def nets(self) -> list[Any]: ...
 
+    @property
+    def seconds(self) -> float: ...
+
+    def end_by(self, wall: float, limit: float) -> None: ...
+
     def tick(self, observation: Observation) -> Command: ...
 
     def close(self) -> None: ...
@@ -74,7 +78,9 @@ class Limits:
 class Loop:
     """One run; `drive` runs it to its end and says which end that was.
 
-    error: the traceback of a stack or vehicle that broke, or the one line of what it did wrong, after a "fault".
+    error     the traceback of a stack or vehicle that broke, or the one line of what it did wrong, after a "fault"
+    seconds   wall time [s] that each tick of the stack took
+    commands  what the stack asked for beyond the car
     """
 
     def __init__(self, ready: Ready, limits: Limits) -> None:
@@ -97,11 +103,14 @@ class Loop:
         self._mirror, self._gate_log = Mirror(), ready.gate_log
         self._unplaced = ready.vehicle.is_real  # it stands as it stands: its own word of the beginning counts
         self.error: str | None = None
+        self.seconds: list[float] = []
+        self.commands = CommandRange(ready.vehicle.description)
 
     def drive(self) -> Ending:
         """Run to the end."""
         rows = self._first
         deadline = time.monotonic() + self._limits.wall
+        self._driver.end_by(deadline, self._limits.wall)
         ticks = round(self._limits.duration / TICK)
         before: Surroundings | None = None
         collided: float | None = None
@@ -122,10 +131,12 @@ class Loop:
             try:
                 rows = self._advance(t, around, state)
             except Exception as error:  # the thing under test broke: a finding of this run, not of the harness
-                plain = isinstance(error, AdsFault | VehicleLost)
-                self.error = str(error) if plain else traceback.format_exc()
-                self._recorder.event(t, "fault", type(error).__name__, str(error).split("\n")[0])
+                told = told_of(error)
+                self.error = told.error
                 self._vehicle.stop()
+                if isinstance(error, StackHung) and error.wall:
+                    return self._end(t, "wall")
+                self._recorder.event(t, "fault", told.kind, told.said)
                 return self._end(t, "fault")
         raise AssertionError("unreachable: the last tick ends by its duration")
 
@@ -148,6 +159,8 @@ class Loop:
             self._task = None
         driver = self._driver
         command = driver.tick(observation)
+        self.seconds.append(driver.seconds)
+        self.commands.look(t, command)
         self._vehicle.apply(command)
         self._gate_log.drain(self._recorder)
         self._recorder.tick(

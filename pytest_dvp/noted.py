@@ -6,8 +6,11 @@ Imports the standard library only: it is loaded with the plugin.
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+from pytest_dvp.silent_events import is_of_events, missed, without_optional
 
 NOT_ASKED = "NOT ASKED"  # of a gate that did not pass and that the test left out
 
@@ -27,6 +30,8 @@ class Noted:
     last, tightest  the run driven last, and of those before it the one nearest to its bounds
     driven          how many there were
     asked           gates (metric or label) that the test asked for; None: all, or none by the fixture `gate`
+    optional        events that the test lets be
+    silent          of a search, for each variant the events that never fired in it, those of `optional` too
     raised          `gate` did not let one pass
     """
 
@@ -34,6 +39,8 @@ class Noted:
     tightest: dict[str, Any] | None = None
     driven: int = 1
     asked: list[str] | None = None
+    optional: list[str] = dataclasses.field(default_factory=list)
+    silent: list[tuple[str, ...]] = dataclasses.field(default_factory=list)
     judged: bool = False
     raised: bool = False
 
@@ -43,8 +50,13 @@ class Noted:
         self.last = dict(result)
         self.driven += 1
 
-    def ask(self, metrics: Sequence[str] | None, *, passed: bool) -> None:
-        """The test asks for these gates, or for all."""
+    def count(self, result: Mapping[str, Any]) -> None:
+        """Count a variant of a search, and the events that never fired in it."""
+        self.silent.append(tuple(result.get("never_fired", ())))
+
+    def ask(self, metrics: Sequence[str] | None, optional: Sequence[str] = (), *, passed: bool) -> None:
+        """The test asks for these gates, or for all, and lets these events be."""
+        self.optional = list(dict.fromkeys([*self.optional, *optional]))
         every = metrics is None or (self.judged and self.asked is None)
         self.asked = None if every else list(dict.fromkeys([*(self.asked or ()), *(metrics or ())]))
         self.judged = True
@@ -53,13 +65,17 @@ class Noted:
     def told(self, *, failed: bool) -> dict[str, Any]:
         """The run that stands for all: of a failed test the last one, which failed it; else the tightest.
 
-        Keys besides those of the run: driven, and tightest (True if it was chosen among several). Gates that did not
-        pass and that the test left out are NOT_ASKED, and do not count in the status; a fault of the run does.
+        Keys besides those of the run: driven, tightest (True if it was chosen among several), and of a search
+        `search`: variants, and never_fired {event: number of variants in which it did not}. Gates that did not pass
+        and that the test left out are NOT_ASKED, and do not count in the status; a fault of the run does.
         """
         from pytest_dvp.summary import on_condition, worst_status
 
-        chosen = self.last if failed else self._tighter()
+        chosen = without_optional(self.last if failed else self._tighter(), self.optional)
         verdicts = [v if self._counts(v, failed=failed) else {**v, "status": NOT_ASKED} for v in chosen["verdicts"]]
+        unsaid = missed(chosen) if failed and self.raised else None
+        if unsaid is not None and all(v["status"] in ("PASS", NOT_ASKED) for v in verdicts):
+            verdicts.append(unsaid)
         status = chosen["status"]
         if any(v["status"] == NOT_ASKED for v in verdicts):
             status = worst_status(verdicts)
@@ -69,10 +85,15 @@ class Noted:
             **chosen,
             "verdicts": verdicts,
             "status": status,
-            "replay": on_condition(chosen["replay"], metrics_of(self.asked or (), chosen["verdicts"])),
+            "replay": on_condition(chosen["replay"], metrics_of(self.asked or (), chosen["verdicts"]), self.optional),
             "driven": self.driven,
             "tightest": self.driven > 1 and not failed,
+            **({"search": self._search()} if self.silent else {}),
         }
+
+    def _search(self) -> dict[str, Any]:
+        counts = Counter(name for silent in self.silent for name in silent)
+        return {"variants": len(self.silent), "never_fired": dict(counts.most_common())}
 
     def _counts(self, verdict: Mapping[str, Any], *, failed: bool) -> bool:
         if verdict["status"] == "PASS" or is_of_the_run(verdict):
@@ -80,7 +101,8 @@ class Noted:
         return failed and self._is_asked(verdict)
 
     def _is_asked(self, verdict: Mapping[str, Any]) -> bool:
-        return self.asked is None or verdict["metric"] in self.asked or verdict["gate"] in self.asked
+        chosen = self.asked is None or verdict["metric"] in self.asked or verdict["gate"] in self.asked
+        return chosen or is_of_events(verdict)
 
     def _tighter(self) -> dict[str, Any]:
         """The run whose worst gate of those asked for is the worse one; of two alike the one whose worst of all gates

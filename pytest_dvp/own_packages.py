@@ -6,7 +6,7 @@ import importlib.util
 import sys
 from pathlib import Path
 
-PACKAGES = ("openscenario", "vehicle", "ads", "reports", "scenarios")
+PACKAGES = ("machine_code", "openscenario", "vehicle", "ads", "reports", "scenarios")
 
 
 def hidden_package() -> str | None:

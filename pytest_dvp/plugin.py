@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import sys
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from pytest_dvp import fixtures
+from pytest_dvp.budget import in_force
 from pytest_dvp.fixtures import SETTINGS_KEY, gate, run  # noqa: F401  (pytest finds fixtures among a plugin's names)
 from pytest_dvp.settings import (
     LISTS,
@@ -61,6 +63,9 @@ def pytest_configure(config: pytest.Config) -> None:
     for stage in STAGES:
         config.addinivalue_line("markers", f"{stage}: {STAGE_MEANING[stage]}")
     config.stash[SETTINGS_KEY] = _settings(config)
+    budget = contextlib.ExitStack()
+    budget.enter_context(in_force(config.stash[SETTINGS_KEY].budget))
+    config.add_cleanup(budget.close)
     config.stash[fixtures.BROKEN_KEY] = []
     config.stash[fixtures.SHARED_KEY] = Path(tempfile.gettempdir()) / f"dvp-session-{os.getpid()}-{uuid.uuid4().hex}"
 
@@ -133,6 +138,19 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
         return (yield)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, object]:
+    """A test with `@given` that drives ends with the smallest failure, or with a variant that decided nothing."""
+    if "hypothesis" not in sys.modules or "run" not in pyfuncitem.fixturenames:
+        return (yield)
+    from pytest_dvp.searched import Searched, is_searched
+
+    if not is_searched(pyfuncitem):
+        return (yield)
+    with Searched(pyfuncitem).watched():
+        return (yield)
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     item.config.stash[fixtures.ITEM_KEY] = item
@@ -166,6 +184,9 @@ def pytest_runtest_makereport(
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    # A worker of xdist has a terminal reporter as well, which nobody sees; the controller has the reports of all.
+    if hasattr(config, "workerinput"):
+        return
     reports = [
         report
         for group in terminalreporter.stats.values()
@@ -216,7 +237,8 @@ def _suit_hypothesis(items: list[pytest.Item]) -> None:
             changed["deadline"] = None
         if chosen.phases == default.phases:
             changed["phases"] = [phase for phase in default.phases if phase is not Phase.explain]
-        test._hypothesis_internal_use_settings = settings(chosen, **changed)
+        function = getattr(test, "__func__", test)  # a method takes no attributes
+        function._hypothesis_internal_use_settings = settings(chosen, **changed)
 
 
 def _is_scenario(item: pytest.Item) -> bool:
@@ -257,7 +279,8 @@ def _settings(config: pytest.Config) -> Settings:
             from pytest_dvp.stack_parameters import check_parameters
 
             if found.set.P:
-                check_parameters(find_ads(found.ads, [config.rootpath]), found.set.P, "--dvp-set")
+                ads = find_ads(found.ads, [config.rootpath], process=found.stack_process, tick_limit=found.tick_limit)
+                check_parameters(ads, found.set.P, "--dvp-set")
             override.check_simulator_parameters(found.set.S, "--dvp-set")
         return found
     except SettingError as error:

@@ -7,6 +7,7 @@ import functools
 import hashlib
 import importlib.metadata
 import itertools
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,10 +25,12 @@ from openscenario.storyboard.engine import Storyboard
 from openscenario.storyboard.reading import USUAL, Reading
 from pytest_dvp.behind_gate import behind_gate
 from pytest_dvp.body import fitted_model, told
+from pytest_dvp.compute_delay import ComputeDelay, Delayed
+from pytest_dvp.deadline import TICK_LIMIT, Deadline
 from pytest_dvp.driving_stack import find_ads, make_driver
 from pytest_dvp.ego import EgoTask, find_ego, task_of
 from pytest_dvp.event_names import EventNames
-from pytest_dvp.gate_log import GateLog
+from pytest_dvp.gate_log import ARRIVED, GateLog
 from pytest_dvp.gates import GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
 from pytest_dvp.paths import shown
@@ -46,7 +49,7 @@ from pytest_dvp.stages import (
 )
 from pytest_dvp.world import World
 from vehicle.adapter import Vehicle
-from vehicle.messages import FloatArray, RoadPoint, VehicleDescription, VehicleState
+from vehicle.messages import Command, FloatArray, RoadPoint, VehicleDescription, VehicleState
 from vehicle.model.catalogue import effects_of_files
 from vehicle.model.model_file import read_model
 
@@ -84,6 +87,9 @@ class Request:
     fault: str | None = None  # put on the wire
     gated: bool = False  # the twin behind the command gate, too
     reading: Reading = USUAL  # of the scenario
+    tick_limit: float = TICK_LIMIT  # s of wall time for a tick of the stack
+    stack_process: str | None = None  # "on" or "off" where that was asked for
+    compute_delay: ComputeDelay | None = None  # of the stack's commands, on stage dt
 
 
 @dataclasses.dataclass(frozen=True)
@@ -150,7 +156,34 @@ def _ready(
     state = VehicleState(t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed)
     armed = _reset(vehicle, state, request)
     chosen, P = stack
-    driver: Driver = make_driver(chosen, P, network, _known(vehicle.description, request))
+    limit = math.inf if getattr(chosen.factory, "has_own_deadline", False) else request.tick_limit
+    watch = Deadline(chosen.name, limit)
+    driver: Driver = make_driver(chosen, P, network, _known(vehicle.description, request), watch)
+    try:
+        return _with_driver(
+            request, scenario, network, (gates, gate_folder), storyboard, (ego.name, task, state), stack, driver,
+            vehicle, about, armed,
+        )  # fmt: skip
+    except BaseException:
+        driver.close()
+        raise
+
+
+def _with_driver(
+    request: Request,
+    scenario: Scenario,
+    network: RoadNetwork,
+    judged: tuple[GateFile, Path],
+    storyboard: Storyboard,
+    ego: tuple[str, EgoTask, VehicleState],
+    stack: tuple[Ads, Parameters | Own],
+    driver: Driver,
+    vehicle: Vehicle,
+    about: Mapping[str, Any],
+    armed: bool | None,
+) -> Ready:
+    """The run, its stack made."""
+    (gates, gate_folder), (name, task, state), (chosen, P) = judged, ego, stack
     meta = {
         "scenario": request.path.name,
         "scenario_sha256": scenario.sha256,
@@ -163,12 +196,14 @@ def _ready(
         "stage": label(request.stage, request.vehicle),
         "versions": versions(),
         "storyboard_events": list(EventNames(scenario)),
-        "collision_events": EventNames(scenario).of_collisions(ego.name),
+        "collision_events": EventNames(scenario).of_collisions(name),
         "task": _task_meta(task),
         **about,
     }
     if request.reading != USUAL:
         meta["reading"] = request.reading
+    if request.compute_delay is not None:
+        meta["compute_delay"] = str(request.compute_delay)
     if armed is not None:
         meta["vehicle"] = {**meta["vehicle"], "armed": armed}
     if driver.nets:
@@ -181,9 +216,24 @@ def _ready(
         from pytest_dvp.sumo import SumoTraffic
 
         traffic = SumoTraffic(gate_folder / gates.traffic.net, gate_folder / gates.traffic.routes, request.seed)
-    world = World(storyboard, ego.name, vehicle.description, masses(scenario), traffic)
+    world = World(storyboard, name, vehicle.description, masses(scenario), traffic)
     row = np.array([[0.0, state.x, state.y, state.z, state.yaw, state.v, state.vx, 0, 0, 0, 0, 0]], dtype=np.float64)
-    return Ready(scenario, network, gates, ego.name, task, storyboard, world, vehicle, driver, recorder, row)
+    if request.compute_delay is not None:
+        vehicle = _delayed(vehicle, request, recorder, state)
+    return Ready(scenario, network, gates, name, task, storyboard, world, vehicle, driver, recorder, row)
+
+
+def _delayed(vehicle: Vehicle, request: Request, recorder: LogRecorder, state: VehicleState) -> Delayed:
+    """The vehicle behind the time that the stack takes; what arrives goes into the log, if no gate does so."""
+
+    def record(t: float, command: Command) -> None:
+        if not request.gated:
+            asked = {name: getattr(command, name) for name in ("steer", "accel", "throttle", "brake")}
+            recorder.hold(t, {f"{ARRIVED}{name}_cmd": value for name, value in asked.items()})
+
+    record(0.0, Command(0.0, state.steer, 0.0, 0.0, 0.0))  # before the first one arrives
+    assert request.compute_delay is not None
+    return Delayed(vehicle, request.compute_delay, request.seed, record)
 
 
 def network_of(scenario: Scenario) -> RoadNetwork:

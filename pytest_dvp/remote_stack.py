@@ -46,6 +46,8 @@ class RemoteStack:
     Raises AdsError for a file that is wrong.
     """
 
+    has_own_deadline = True  # `answer`, and not --tick-limit
+
     def __init__(self, file: str | Path, *, keep: bool = True) -> None:
         self._file, self._keep = Path(file), keep
         self._command, self._environment, self._answer, self._start, self.parameters = _read(self._file)

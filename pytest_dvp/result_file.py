@@ -49,6 +49,9 @@ class _Result(msgspec.Struct):
     set: dict[str, str] = {}
     logs: dict[str, str] = {}
     metrics: dict[str, Any] = {}
+    tick_time: dict[str, float | None] = {}
+    findings: list[dict[str, Any]] = []
+    compute_delay: str | None = None
 
 
 def read_result(path: Path) -> dict[str, Any]:

@@ -1,12 +1,16 @@
-"""Run folders: runs/0042-overtaking-dt/ with log.mcap, result.json and report.html, whole or not there at all."""
+"""Run folders: runs/0042-overtaking-dt/ with log.mcap, result.json and report.html, whole or not there at all.
+
+The reports of a folder of runs share the library that draws (`reports/frame.py`), unless one file is asked for.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 import re
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -44,10 +48,11 @@ class FinishedRun(Protocol):
     def as_dict(self) -> dict[str, Any]: ...
 
 
-def save_run(run: FinishedRun, root: Path | str, name: str | None = None) -> Path:
+def save_run(run: FinishedRun, root: Path | str, name: str | None = None, *, single_file: bool = False) -> Path:
     """Write and return the numbered run folder of a finished run, called `name` or like the scenario: `write_run`."""
     more = {key: value for key, value in run.as_dict().items() if key not in ("folder", "metrics", "verdicts")}
-    return write_run(root, name or Path(run.scenario).stem, run.log, run.verdicts, status=run.status, more=more)
+    called = name or Path(run.scenario).stem
+    return write_run(root, called, run.log, run.verdicts, status=run.status, more=more, single_file=single_file)
 
 
 def measure(log: Log) -> dict[str, MetricValue]:
@@ -82,12 +87,13 @@ def write_run(
     status: str | None = None,
     more: Mapping[str, Any] | None = None,
     report: bool = True,
+    single_file: bool = False,
 ) -> Path:
     """Write a new run folder under `root` and return it: NNNN-name-stage, numbers never used twice.
 
     Everything is written into a hidden folder first and renamed at the end, each file synced: a run that dies leaves
-    no folder that looks like a result. `more` is added to the result. Raises ResultError or LogError, and then leaves
-    nothing behind.
+    no folder that looks like a result. `more` is added to the result. `single_file`: the report carries the library
+    that draws. Raises ResultError or LogError, and then leaves no run folder behind.
     """
 
     def fill(folder: Path) -> None:
@@ -96,13 +102,20 @@ def write_run(
         result = {**(more or {}), **result_of(log, verdicts, metrics, status=status)}
         write_result(folder / "result.json", result)
         if report:
-            write_report(folder / "report.html", log, result)
+            with _library(root, single_file) as library:
+                write_report(folder / "report.html", log, result, library=library)
 
     return _numbered(Path(root), name, str(log.meta.get("stage", "dt")), fill)
 
 
 def write_across(
-    root: Path | str, name: str, result: Mapping[str, Any], logs: Mapping[str, Log], labels: Mapping[str, str]
+    root: Path | str,
+    name: str,
+    result: Mapping[str, Any],
+    logs: Mapping[str, Log],
+    labels: Mapping[str, str],
+    *,
+    single_file: bool = False,
 ) -> Path:
     """Write the numbered folder of a comparison of stages, NNNN-name-dt-rw: result.json and report.html.
 
@@ -115,7 +128,8 @@ def write_across(
 
         write_whole(folder / "result.json", _json(result))
         courses = {labels[stage]: log.columns for stage, log in logs.items()}
-        write_stages_report(folder / "report.html", result, courses)
+        with _library(root, single_file) as library:
+            write_stages_report(folder / "report.html", result, courses, library)
 
     return _numbered(Path(root), name, str(result["stage"]), fill)
 
@@ -142,8 +156,9 @@ def write_result(path: Path, result: Mapping[str, Any]) -> None:
     write_whole(path, _json(_without_series(result)))
 
 
-def write_report(path: Path, log: Log, result: Mapping[str, Any]) -> None:
-    """Write report.html, by rename. `result` as from `result_of`."""
+def write_report(path: Path, log: Log, result: Mapping[str, Any], *, library: str | None = None) -> None:
+    """Write report.html, by rename. `result` as from `result_of`; `library`: where the page finds what draws its
+    charts, relative to the page; None: in itself."""
     from reports.html import write_run_report
 
     table = log.detections
@@ -157,7 +172,31 @@ def write_report(path: Path, log: Log, result: Mapping[str, Any]) -> None:
         [dataclasses.asdict(event) for event in log.events],
         list(log.road),
         log.meta,
+        library,
     )
+
+
+@contextlib.contextmanager
+def report_library(folder: Path, *, single_file: bool) -> Iterator[str | None]:
+    """Address of the library for a report that is written anew into a run folder; None: into the page itself.
+
+    Only where the reports around it share one: a folder that was copied elsewhere gets a page that needs nothing.
+    """
+    from reports.frame import has_library
+
+    root = folder.absolute().parent
+    with _library(root, single_file or not has_library(root)) as library:
+        yield library
+
+
+@contextlib.contextmanager
+def _library(root: Path | str, single_file: bool) -> Iterator[str | None]:
+    """Address of the library for a page in a folder below `root`; it is put there once the page is written."""
+    from reports.frame import library_address, place_library
+
+    yield None if single_file else library_address()
+    if not single_file:
+        place_library(Path(root))
 
 
 def _reserve(root: Path) -> tuple[Path, int]:

@@ -13,17 +13,22 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from openscenario.storyboard.reading import USUAL
-from pytest_dvp.driving_stack import find_ads
+from pytest_dvp.command_range import said_of as said_of_command
+from pytest_dvp.compute_delay import parse_delay
+from pytest_dvp.deadline import TICK_LIMIT
+from pytest_dvp.driving_stack import Ads, find_ads
 from pytest_dvp.gate_log import said_of as said_of_gate
 from pytest_dvp.log import Log
-from pytest_dvp.loop import Ending, Limits, Loop
+from pytest_dvp.loop import TICK, Ending, Limits, Loop
 from pytest_dvp.paths import shown
 from pytest_dvp.punctual import punctual
 from pytest_dvp.replay_log import ReplayLog
 from pytest_dvp.replay_log import said_of as said_of_replay
 from pytest_dvp.result_file import read_result
 from pytest_dvp.settings import REFERENCE, Assignments
-from pytest_dvp.stages import REAL, REPLAY, STEPPED, SURROGATE, StageError, check_stage, is_real, label
+from pytest_dvp.stages import REAL, REPLAY, STEPPED, SURROGATE, StageError, check_delay, check_stage, is_real, label
+from pytest_dvp.tick_time import said_of as said_of_ticks
+from pytest_dvp.tick_time import tick_time
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters
@@ -53,8 +58,12 @@ class RunResult:
     ended     what ended the run, as a phrase: "the stop trigger", "the default limit of 60 s (--duration)"
     metrics   all metrics of the log by name, whether a gate judges them or not; None where undefined
     error     traceback of a stack or vehicle that broke, or the limit that ended the run
+    tick_time  how long the stack took for its ticks: `pytest_dvp.tick_time`
+    findings  what was out of bounds and was not judged: what the stack asked for beyond the car
+    compute_delay  of the commands, as `--compute-delay` takes it; None: none
     notes     what is bad and was not judged; what in the scenario is doubtful: events that never fired, acts that
               never ended
+    events    names of the storyboard's events; never_fired: of those that did not, the ones that no gate lets be
     """
 
     log: Log
@@ -73,6 +82,11 @@ class RunResult:
     metrics: Mapping[str, float | None]
     error: str | None = None
     notes: tuple[str, ...] = ()
+    tick_time: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    findings: tuple[Mapping[str, Any], ...] = ()
+    compute_delay: str | None = None
+    events: tuple[str, ...] = ()
+    never_fired: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON-able data: what crosses processes and stands in result.json; no series."""
@@ -93,6 +107,11 @@ class RunResult:
             "replay": self.replay,
             "error": self.error,
             "notes": list(self.notes),
+            "tick_time": dict(self.tick_time),
+            "findings": [dict(finding) for finding in self.findings],
+            "compute_delay": self.compute_delay,
+            "events": list(self.events),
+            "never_fired": list(self.never_fired),
         }
 
 
@@ -112,8 +131,11 @@ def run(
     ego: str | None = None,
     duration: float | None = None,
     wall_limit: float = 600.0,
+    tick_limit: float = TICK_LIMIT,
+    stack_process: str | None = None,
+    compute_delay: str | None = None,
     after_collision: float = 1.0,
-    ads: DriverFactory | str | None = None,
+    ads: DriverFactory | Ads | str | None = None,
     vehicle: str = SURROGATE,
     dbc: Path | None = None,
     fault: str | None = None,
@@ -123,6 +145,7 @@ def run(
     passed: Sequence[Path] = (),
     require_real: bool = False,
     log_dir: Path | None = None,
+    single_file: bool = False,
     folder_name: str | None = None,
     gated: bool = False,
     reading: Reading = USUAL,
@@ -136,6 +159,12 @@ def run(
     gates            gate file; default NAME.gates.toml beside the scenario, else the default gates
     duration         longest simulated time [s], > 0; default 60, or 300 if there is a goal to reach
     wall_limit       longest wall time [s]; a run that it ends is an ERROR
+    tick_limit       longest wall time of a tick of the stack [s]; six times that for the first one, for its
+                     constructor and for loading it. A stack that takes longer is ended, and the run is an ERROR
+    stack_process    "on": a stack that is given by name runs in a process of its own, and can be ended whatever it
+                     does; "off": in this one. Default "on", of the reference stack "off"; a class or an object always
+                     runs in this process, where its Python code is interrupted
+    compute_delay    of stage "dt": "SECONDS[+-JITTER][,drop=SHARE]": `pytest_dvp.compute_delay`
     after_collision  simulated time [s] from a collision to the end of the run
     ads              another driving stack: an entry point of `pytest_dvp.ads`, "module:Class", "file.py:Class", or
                      the class or function itself; called with (parameters, network, description) if it takes them,
@@ -147,6 +176,7 @@ def run(
     fault            what is to go wrong on the wire to the surrogate, as "drop@5+3": `vehicle.wire.faults`
     require_real     a surrogate is refused
     log_dir          folder for a numbered run folder; None writes nothing
+    single_file      the report there carries the library that draws, and needs no other file
     clock            of stages "pe" and "rw": "stepped", or "real" by the wall clock; before that it is rehearsed on the
                      twin, so that everything is loaded, and a real car drives only what passed there
     arming           second key of a real car, used up by the run; without it a dry run, which never passes; a
@@ -162,6 +192,9 @@ def run(
     drives is an ERROR verdict.
     """
     check_stage(stage, vehicle, require_real=require_real, dbc=dbc, fault=fault, clock=clock)
+    delay = None if compute_delay is None else parse_delay(compute_delay)
+    if delay is not None:
+        check_delay(stage)
     from pytest_dvp.prepare import Request, prepare
 
     request = Request(
@@ -177,7 +210,7 @@ def run(
         rootdir=rootdir,
         effects=tuple(Path(file) for file in effects),
         ego=ego,
-        ads=find_ads(ads, [rootdir] if rootdir is not None else []),
+        ads=find_ads(ads, [rootdir] if rootdir is not None else [], process=stack_process, tick_limit=tick_limit),
         vehicle=vehicle,
         dbc=dbc,
         fault=fault,
@@ -186,6 +219,9 @@ def run(
         envelope=None if envelope is None else Path(envelope),
         gated=gated,
         reading=reading,
+        tick_limit=tick_limit,
+        stack_process=stack_process,
+        compute_delay=delay,
     )
     keys = _needs_keys(request)
     if keys and request.arming is not None:
@@ -218,7 +254,8 @@ def run(
     ended = _ended(ending, limit, "default " if duration is None else "", wall_limit)
     if whole and ending == "timeout":
         ended = "the end of the recording"
-    return _judged(request, ready, (ending, ended), loop.error, replay_command(request, duration), log_dir, folder_name)
+    again = replay_command(request, duration)
+    return _judged(request, ready, (ending, ended), loop, again, log_dir, folder_name, single_file)
 
 
 def _needs_keys(request: Any) -> bool:
@@ -249,9 +286,8 @@ def _rehearse(request: Any, duration: float | None, after_collision: float, pass
         ego=request.ego,
         duration=duration,
         after_collision=after_collision,
-        ads=request.ads.factory
-        if inspect.isclass(request.ads.factory) or inspect.isfunction(request.ads.factory)
-        else None,
+        tick_limit=request.tick_limit,
+        ads=request.ads if _makes_anew(request.ads.factory) else None,
     )
     if request.arming is None or not _needs_keys(request):
         return
@@ -271,6 +307,13 @@ def _rehearse(request: Any, duration: float | None, after_collision: float, pass
         )
 
 
+def _makes_anew(factory: object) -> bool:
+    """Whether each run gets a stack of its own; one that is an object keeps its state."""
+    from pytest_dvp.stack_process import NamedStack
+
+    return inspect.isclass(factory) or inspect.isfunction(factory) or isinstance(factory, NamedStack)
+
+
 def _same_test(folder: Path, stage: str, request: Any, rehearsed: Log) -> bool:
     """Whether a run folder holds a PASS of this stage, of the same scenario, road and settings."""
     try:
@@ -287,17 +330,20 @@ def _judged(
     request: Any,
     ready: Any,
     end: tuple[Ending, str],
-    error: str | None,
+    loop: Loop,
     replay: str,
     log_dir: Path | None,
     folder_name: str | None,
+    single_file: bool,
 ) -> RunResult:
     from openscenario.no_effect import without_effect
-    from pytest_dvp.gates import judge, overall, unjudged
+    from pytest_dvp.gates import judge, never_fired, overall, unjudged
+    from pytest_dvp.metrics.task import storyboard_events
     from pytest_dvp.results import measure
     from pytest_dvp.wire_log import wire_verdict
 
-    log = ready.recorder.finish()
+    error, times, findings = loop.error, tick_time(loop.seconds, TICK), loop.commands.findings()
+    log = dataclasses.replace(ready.recorder.finish(), tick_time=times)
     measured = measure(log)
     verdicts = tuple(judge(ready.gates, log))
     if (troubled := wire_verdict(log)) is not None:
@@ -330,15 +376,22 @@ def _judged(
             *said_of_gate(log),
             *said_of_replay(log, measured),
             *_punctuality(log),
+            *map(said_of_command, findings),
+            *said_of_ticks(times),
             *unjudged(verdicts, log),
             *map(_note, (*ready.storyboard.report(), *without_effect(ready.scenario))),
         ),
+        tick_time=times,
+        findings=findings,
+        compute_delay=None if request.compute_delay is None else str(request.compute_delay),
+        events=tuple(storyboard_events(log)[0]),
+        never_fired=never_fired(ready.gates, log),
     )
     if log_dir is None:
         return result
     from pytest_dvp.results import save_run
 
-    return dataclasses.replace(result, folder=save_run(result, log_dir, folder_name))
+    return dataclasses.replace(result, folder=save_run(result, log_dir, folder_name, single_file=single_file))
 
 
 def _note(finding: Finding) -> str:
@@ -427,6 +480,9 @@ def replay_command(request: Any, duration: float | None) -> str:
     words += [word for folder in request.library for word in ("--library", shown(folder))]
     words += ["--reading", request.reading] if request.reading != USUAL else []
     words += ["--ego", request.ego] if request.ego is not None else []
+    words += ["--compute-delay", str(request.compute_delay)] if request.compute_delay is not None else []
+    words += ["--stack-process", request.stack_process] if request.stack_process is not None else []
+    words += ["--tick-limit", f"{request.tick_limit:g}"] if request.tick_limit != TICK_LIMIT else []
     words += ["--duration", f"{duration:g}"] if duration is not None else []
     return shlex.join(words)
 

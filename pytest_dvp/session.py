@@ -118,6 +118,7 @@ class Session:
             about,
             missing=missing,
             log_dir=settings.runs_folder,
+            single_file=settings.single_file,
             model=settings.model,
             effects=settings.effects,
         )
@@ -172,8 +173,12 @@ class Session:
             "require_real": settings.require_real,
             "duration": settings.duration,
             "wall_limit": settings.wall_limit,
+            "tick_limit": settings.tick_limit,
+            "stack_process": settings.stack_process,
+            "compute_delay": settings.compute_delay,
             "after_collision": settings.after_collision,
             "log_dir": None if searched else settings.runs_folder,
+            "single_file": settings.single_file,
         }
         defaults.update(options)
         defaults["P"] = {**self._session_P(defaults["ads"]), **defaults.get("P", {})}
@@ -188,7 +193,8 @@ class Session:
         from pytest_dvp.driving_stack import find_ads
         from pytest_dvp.stack_parameters import known_of
 
-        return known_of(find_ads(ads, [settings.rootdir]), settings.set.P)
+        chosen = find_ads(ads, [settings.rootdir], process=settings.stack_process, tick_limit=settings.tick_limit)
+        return known_of(chosen, settings.set.P)
 
     def find(self, path: Path) -> Path:
         """The file meant: absolute, beside the test, below the rootdir, or in a folder of `dvp_scenarios`.

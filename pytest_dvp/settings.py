@@ -16,7 +16,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
-Kind = Literal["int", "float", "str", "path", "file", "flag", "ads", "assignments", "paths", "files", "logs"]
+from pytest_dvp.budget import SIZE_FORM, Budget, parse_size
+
+Kind = Literal[
+    "int", "float", "size", "str", "path", "file", "flag", "ads", "delay", "assignments", "paths", "files", "logs"
+]
 
 LISTS: tuple[Kind, ...] = ("assignments", "paths", "files", "logs")
 STAGES: tuple[str, ...] = ("dt", "pe", "rw")
@@ -82,7 +86,7 @@ SETTINGS: tuple[Setting, ...] = (
         "reading",
         "str",
         "esmini",
-        "of two rules where that player and the standard differ: esmini or standard (docs/conformance.md)",
+        "of three rules where that player and the standard differ: esmini or standard (docs/conformance.md)",
         "NAME",
         choices=("esmini", "standard"),
     ),
@@ -93,6 +97,29 @@ SETTINGS: tuple[Setting, ...] = (
     ),
     Setting("duration", "float", None, "longest simulated time [s]; default: 60, with a goal 300", "SECONDS", 0.05),
     Setting("wall-limit", "float", 600.0, "longest wall time of one run [s]", "SECONDS", 0.1),
+    Setting(
+        "tick-limit",
+        "float",
+        10.0,
+        "longest wall time of one tick of the stack [s]; six times that for the first one and for loading it",
+        "SECONDS",
+        0.01,
+    ),
+    Setting(
+        "stack-process",
+        "str",
+        None,
+        "whether a stack given by name runs in a process of its own: on or off; default: on, the reference stack: off",
+        "on|off",
+        choices=("on", "off"),
+    ),
+    Setting(
+        "compute-delay",
+        "delay",
+        None,
+        "stage dt: commands reach the car later, and a share of them never: SECONDS[+-JITTER][,drop=SHARE]",
+        "DELAY",
+    ),
     Setting(
         "after-collision", "float", 1.0, "simulated time from a collision to the end of the run [s]", "SECONDS", 0.0
     ),
@@ -108,9 +135,17 @@ SETTINGS: tuple[Setting, ...] = (
     Setting("clock", "str", "stepped", "time of stages pe and rw: stepped (lock-step) or real (wall clock)", "NAME"),
     Setting("arming", "file", None, "second key of a real car: a file for this vehicle and scenario, used up", "FILE"),
     Setting("envelope", "file", None, "where and how fast a real car may drive (TOML: area, max_speed)", "FILE"),
+    Setting(
+        "max-log-bytes", "size", None, "most that a log unpacks to, as 2GB; default: 200 times its file", "BYTES", 1
+    ),
+    Setting("max-log-rows", "int", None, "most rows, or messages, of a log; default: 50 million", "N", 1),
+    Setting("max-file-bytes", "size", None, "largest log file; default: 64 GiB, of CSV and .mat 512 MiB", "BYTES"),
     Setting("runs", "path", None, "folder of the run folders; default: ROOTDIR/runs", "DIR"),
+    Setting("single-file", "flag", False, "a report of one file: it shares nothing with the other runs (2 MB more)"),
     Setting("require-real", "flag", False, "a surrogate in the place of a real vehicle is an ERROR"),
 )
+BUDGET: tuple[str, ...] = ("max-log-bytes", "max-log-rows", "max-file-bytes")
+"""How large the logs may be that are read: every command that reads one has these settings."""
 # Only the pytest plugin collects, so only it has these.
 PLUGIN_SETTINGS: tuple[Setting, ...] = (
     Setting(
@@ -155,6 +190,9 @@ class Settings:
     cases: int | None = None
     duration: float | None = None
     wall_limit: float = 600.0
+    tick_limit: float = 10.0
+    stack_process: str | None = None
+    compute_delay: str | None = None
     after_collision: float = 1.0
     vehicle: str = "surrogate"
     dbc: Path | None = None
@@ -162,7 +200,11 @@ class Settings:
     clock: str = "stepped"
     arming: Path | None = None
     envelope: Path | None = None
+    max_log_bytes: int | None = None
+    max_log_rows: int | None = None
+    max_file_bytes: int | None = None
     runs: Path | None = None
+    single_file: bool = False
     require_real: bool = False
     scenarios: tuple[Path, ...] = ()
     no_diagnosis: bool = False
@@ -171,6 +213,11 @@ class Settings:
     @property
     def runs_folder(self) -> Path:
         return self.runs if self.runs is not None else self.rootdir / "runs"
+
+    @property
+    def budget(self) -> Budget:
+        """How large the logs may be that are read."""
+        return Budget(self.max_log_bytes, self.max_log_rows, self.max_file_bytes)
 
 
 _DIAGNOSIS: contextvars.ContextVar[bool | None] = contextvars.ContextVar("dvp_diagnosis", default=None)
@@ -255,6 +302,11 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
         return raw if isinstance(raw, bool) else _flag(text, origin)
     if setting.kind in ("int", "float"):
         return _number(setting, text, origin)
+    if setting.kind == "size":
+        try:
+            return parse_size(text)
+        except ValueError:
+            raise SettingError(f"{origin} is {text!r}, expected {SIZE_FORM}") from None
     if setting.kind == "path":
         return possible_folder(base / text, origin)
     if setting.kind == "file":
@@ -263,6 +315,10 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
         from pytest_dvp.driving_stack import check_name
 
         return check_name(text, origin, base)
+    if setting.kind == "delay":
+        from pytest_dvp.compute_delay import parse_delay
+
+        return str(parse_delay(text, origin))
     if setting.choices and text not in setting.choices:
         raise SettingError(f"{origin}: {unknown(setting.name, text, setting.choices)}")
     return text

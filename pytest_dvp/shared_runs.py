@@ -6,6 +6,7 @@ A folder of the session, shared by the workers of xdist; a lock file a run, whic
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import hashlib
 import json
 import os
@@ -98,5 +99,6 @@ def _result(entry: dict[str, Any]) -> RunResult | None:
         return None
     plain.pop("simulated")
     plain["verdicts"] = tuple(Verdict(**verdict) for verdict in plain["verdicts"])
-    plain["notes"] = tuple(plain["notes"])
+    plain.update({name: tuple(plain[name]) for name in ("notes", "findings", "events", "never_fired")})
+    log = dataclasses.replace(log, tick_time=plain["tick_time"])
     return RunResult(**{**plain, "log": log, "folder": place})

@@ -64,6 +64,12 @@ _GATE = (
     Signal("gate.throttle_cmd", "-", "", "throttle pedal that the command gate let out", held=True),
     Signal("gate.brake_cmd", "-", "", "brake pedal that the command gate let out", held=True),
 )
+_ARRIVED = (
+    Signal("arrived.steer_cmd", "rad", "body", "road-wheel angle that has reached the car", held=True),
+    Signal("arrived.accel_cmd", "m/s^2", "body", "acceleration that has reached the car", held=True),
+    Signal("arrived.throttle_cmd", "-", "", "throttle pedal that has reached the car", held=True),
+    Signal("arrived.brake_cmd", "-", "", "brake pedal that has reached the car", held=True),
+)
 _REPLAY = (
     Signal("replay.steer_cmd", "rad", "body", "road-wheel angle asked for when the recording was made", held=True),
     Signal("replay.accel_cmd", "m/s^2", "body", "acceleration asked for when the recording was made", held=True),
@@ -79,7 +85,7 @@ _ADS = (
 )
 
 SIGNALS: Mapping[str, Signal] = MappingProxyType(
-    {s.name: s for s in _EGO + _COMMANDS + _WORLD + _MIRROR + _GATE + _REPLAY + _ADS}
+    {s.name: s for s in _EGO + _COMMANDS + _WORLD + _MIRROR + _GATE + _ARRIVED + _REPLAY + _ADS}
 )
 """Every known column by name, in the order in which a table shows them."""
 

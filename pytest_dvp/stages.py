@@ -92,6 +92,15 @@ def check_stage(
         raise StageError(f"--dbc {dbc} is for a vehicle on CAN: --vehicle {CAN}; found {vehicle}")
 
 
+def check_delay(stage: str) -> None:
+    """Raises StageError unless commands can be delayed on this stage."""
+    if stage != "dt":
+        raise StageError(
+            f"--compute-delay is refused: stage {stage} drives a car that has its own time; "
+            "it delays commands on stage dt, in simulated time"
+        )
+
+
 def check_asked(stage: str, settings: Settings) -> None:
     """As `check_stage`, with everything else as the settings of a session say it."""
     check_stage(
@@ -102,6 +111,8 @@ def check_asked(stage: str, settings: Settings) -> None:
         fault=settings.fault,
         clock=settings.clock,
     )
+    if settings.compute_delay is not None:
+        check_delay(stage)
 
 
 def _check_replay(

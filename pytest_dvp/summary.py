@@ -15,6 +15,7 @@ from typing import Any
 
 from pytest_dvp.noted import NOT_ASKED, is_of_the_run
 from pytest_dvp.settings import REFERENCE, nearest
+from pytest_dvp.silent_events import is_of_events, missed
 from reports.verdicts import SEVERITY as ORDER
 from reports.verdicts import urgency
 
@@ -28,6 +29,7 @@ BESIDE_VERDICTS = ("not judged:", "recording:", "command gate:")  # begins of no
 DIFFERENT = " differ in "  # of a note that two drives were not the same test
 GOOD = ("PASS", NOT_ASKED)
 WHY = "what the twin lacks"  # before the command that says it
+GATE, OPTIONAL = "--gate", "--optional-event"  # of `dvp run`: as `metrics` and `optional_events` of the fixture `gate`
 
 
 def clean(text: object) -> str:
@@ -73,17 +75,33 @@ def gathered(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     return out
 
 
-def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
-    """Message of a run that is not PASS, or None. First line the reason, last line the command to replay."""
+def asked_verdicts(result: Result, metrics: Sequence[str] | None = None) -> list[Mapping[str, Any]]:
+    """The verdicts that decide: all, or those on these metrics with what no choice leaves out.
+
+    That is a run that broke, and events that never fired.
+    """
     verdicts = [
         v
         for v in result["verdicts"]
-        if metrics is None or v["metric"] in metrics or v["gate"] in metrics or is_of_the_run(v)
+        if metrics is None or v["metric"] in metrics or v["gate"] in metrics or is_of_the_run(v) or is_of_events(v)
     ]
-    missing = [name for name in metrics or () if not any(name in (v["metric"], v["gate"]) for v in verdicts)]
+    silent = missed(result) if all(v["status"] == "PASS" for v in verdicts) else None
+    return verdicts if silent is None else [*verdicts, silent]
+
+
+def undecided(result: Result, metrics: Sequence[str] | None = None) -> bool:
+    """Whether the verdicts asked for are not PASS only because something was not measured or did not happen."""
+    statuses = {verdict["status"] for verdict in asked_verdicts(result, metrics)}
+    return not _missing(result, metrics) and statuses - {"PASS"} == {"INCONCLUSIVE"}
+
+
+def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
+    """Message of a run that is not PASS, or None. First line the reason, last line the command to replay."""
+    verdicts, missing = asked_verdicts(result, metrics), _missing(result, metrics)
     bad = sorted((v for v in verdicts if v["status"] != "PASS"), key=urgency)
     measured = result.get("metrics", {})
-    status = result["status"] if metrics is None else ("PASS" if verdicts and not missing else "INCONCLUSIVE")
+    judged = verdicts if metrics is None else [v for v in verdicts if not is_of_events(v) or v["metric"] in metrics]
+    status = result["status"] if metrics is None else ("PASS" if judged and not missing else "INCONCLUSIVE")
     if not bad and status == "PASS":
         return None
     lines = [reason(bad[0]) if bad else _no_verdict(status, missing, result["verdicts"], measured)]
@@ -105,19 +123,28 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
     return "\n".join(lines)
 
 
-def on_condition(replay: str, metrics: Sequence[str]) -> str:
-    """A replay command that judges these gates only; where there is no command, which gates were judged."""
-    if not metrics:
-        return replay
+def on_condition(replay: str, metrics: Sequence[str], optional: Sequence[str] = ()) -> str:
+    """A replay command that judges these gates only and lets these events be; where there is no command, a phrase."""
     if not replay.startswith("dvp run "):
-        return f"{replay}; judged there: {', '.join(metrics)}"
-    return " ".join([replay, *(f"--gate {shlex.quote(name)}" for name in metrics)])
+        told = [f"judged there: {', '.join(metrics)}"] if metrics else []
+        told += [f"optional there: {', '.join(optional)}"] if optional else []
+        return "; ".join([replay, *told])
+    words = [f"{GATE} {shlex.quote(name)}" for name in metrics]
+    return " ".join([replay, *words, *(f"{OPTIONAL} {shlex.quote(name)}" for name in optional)])
+
+
+def condition_of(replay: str) -> str:
+    """What `on_condition` has added to a command, with a space before it; empty if nothing."""
+    starts = [replay.find(f" {option} ") for option in (GATE, OPTIONAL)]
+    found = [start for start in starts if start >= 0]
+    return replay[min(found) :] if found and replay.startswith("dvp run ") else ""
 
 
 def conditions(result: Result) -> str:
     """Scenario, stage, seed and the parameters that were set."""
     words = [f"{result['scenario']}", f"stage {result['stage']}", f"seed {result['seed']}"]
     words += [f"ADS {result['ads']}"] if result.get("ads", REFERENCE) != REFERENCE else []
+    words += [f"compute delay {result['compute_delay']}"] if result.get("compute_delay") else []
     words += [f"{name}={value}" for name, value in sorted(result.get("set", {}).items())]
     return clean(", ".join(words))
 
@@ -138,7 +165,7 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
     tally = ", ".join(f"{judged.count(status)} {status}" for status in ORDER if status in judged) or "nothing judged"
     runs = sum(case.get("driven", 1) for case in results)
     out = [f"{_count(runs, 'run')}, {_count(len(judged), 'gate')}: {tally}"]
-    said = notes(results)
+    said = [*vacuous(results), *notes(results)]
     room = limit - 2 - len(said)
     shown = rows if len(rows) <= room else rows[: room - 1]
     for _, case, verdict in shown:
@@ -192,6 +219,19 @@ def _row_name(row: Mapping[str, Any]) -> str:
     return row["name"] if row["unit"] == "-" else f"{row['name']} [{row['unit']}]"
 
 
+def vacuous(results: Sequence[Result], limit: int = MAX_NOTES) -> list[str]:
+    """How many variants of each search did not let an event fire, at most `limit` lines: `12 of 100 variants: ...`."""
+    said = []
+    for case in results:
+        search = case.get("search") or {"variants": 0, "never_fired": {}}
+        counts = [
+            f"{count} of {search['variants']} variants: event {name!r} never fired"
+            for name, count in search["never_fired"].items()
+        ]
+        said += [clean(f"{_name(case)}: {'; '.join(counts)}")] if counts else []
+    return said if len(said) <= limit else [*said[: limit - 1], f"... {len(said) - limit + 1} more searches"]
+
+
 def notes(results: Sequence[Result], limit: int = MAX_NOTES) -> list[str]:
     """What is bad and not judged, and what of the storyboards is doubtful; at most `limit` lines."""
     found = [(case, note) for case in results for note in case.get("notes", ())]
@@ -232,6 +272,8 @@ def append_table(path: Path, results: Sequence[Result]) -> None:
             cells = [case["scenario"], case["stage"], v["gate"], v["status"], _with_unit(v, "value")]
             cells += [_with_unit(v, "bound"), _number(v["margin"]) if _finite(v.get("margin")) else ""]
             rows.append("| " + " | ".join(_cell(cell) for cell in cells) + " |")
+    said = vacuous(results, len(results))
+    rows += ["", *(f"- {_cell(line)}" for line in said)] if said else []
     with path.open("a", encoding="utf-8") as stream:
         stream.write("\n".join([*rows, "", ""]))
 
@@ -249,6 +291,10 @@ def _name(case: Result) -> str:
 def _reasons(case: Result) -> str:
     bad = sorted((v for v in case["verdicts"] if v["status"] not in GOOD), key=urgency)
     return "\n".join([*(reason(v) for v in bad), f"replay: {case['replay']}"]) if bad else str(case["status"])
+
+
+def _missing(result: Result, metrics: Sequence[str] | None) -> list[str]:
+    return [name for name in metrics or () if not any(name in (v["metric"], v["gate"]) for v in result["verdicts"])]
 
 
 def _no_verdict(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_dvp.contact import Contact, ContactDetector
-from vehicle.messages import OBJECT_KINDS, FloatArray, SignalState, Surroundings, VehicleDescription
+from vehicle.messages import OBJECT_KINDS, SEEING, FloatArray, SignalState, Surroundings, VehicleDescription
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -58,6 +58,7 @@ class World:
     def look(self, t: float, signals: tuple[SignalState, ...] = ()) -> Surroundings:
         """All boxes at time `t` [s]."""
         names: list[str] = []
+        unseen: dict[str, set[str]] = {}
         rows: list[tuple[float, ...]] = []
         kinds: dict[str, int] = {}
         for e in self._storyboard.entities.values():  # those of its traffic come and go
@@ -70,6 +71,9 @@ class World:
             velocity = self._storyboard.velocity(e)
             rows.append((x, y, e.z + e.center_z, e.h, e.length, e.width, e.height, *velocity))
             names.append(e.name)
+            for sensor in SEEING:
+                if not e.visible.to(sensor):
+                    unseen.setdefault(sensor, set()).add(e.name)
         if self._traffic is not None:
             ground = self._ego.z
             actors, states = tuple(names), tuple(rows)
@@ -85,7 +89,8 @@ class World:
             self._names = tuple(names)
             self._kinds = np.array([kinds.get(name, _TRAFFIC_KIND) for name in names], dtype=np.int64)
         boxes = np.array(rows, dtype=np.float64) if rows else np.zeros((0, 9))
-        self._seen = Surroundings(boxes=boxes, kinds=self._kinds, names=self._names, signals=signals)
+        hidden = {sensor: frozenset(each) for sensor, each in unseen.items()}
+        self._seen = Surroundings(boxes=boxes, kinds=self._kinds, names=self._names, signals=signals, hidden=hidden)
         return self._seen
 
     def contacts(self, rows: FloatArray, before: Surroundings, after: Surroundings) -> list[Contact]:
@@ -111,7 +116,8 @@ class World:
             Mirrored(name, r[0], r[1], r[3], r[4], r[5], math.hypot(r[7], r[8]))
             for name, r in zip(names, rows, strict=True)
         ]
-        return boxes
+        entities = self._storyboard.entities
+        return [box for box in boxes if entities[box.name].visible.traffic]
 
 
 def _kind_index(kind: str, category: str) -> int:

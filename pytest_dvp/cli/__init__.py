@@ -18,6 +18,7 @@ import warnings
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
+from pytest_dvp.budget import in_force
 from pytest_dvp.cli import (
     check,
     compare,
@@ -37,7 +38,7 @@ from pytest_dvp.cli import (
     stages,
     tune,
 )
-from pytest_dvp.cli.arguments import WrongArgument
+from pytest_dvp.cli.arguments import WrongArgument, add_budget, budget_from
 from pytest_dvp.settings import SettingError, is_users_mistake, nearest, unknown
 from reports.whole_file import WriteError
 
@@ -61,6 +62,8 @@ COMMANDS = (
     metrics,
 )
 
+READ_NO_LOG = (play, effects, metrics)
+"""Every other command reads logs, and has the options that say how large these may be."""
 
 MEANT = {"--out": "--runs", "--output": "--runs", "--log-dir": "--runs", "--report": "--runs"}
 """Options by the names that other commands and tools have for them."""
@@ -95,9 +98,15 @@ def build_parser() -> argparse.ArgumentParser:
         name = module.__name__.rpartition(".")[2]
         summary = (module.__doc__ or "").split("\n")[0]
         command = commands.add_parser(name, help=summary, description=module.__doc__, allow_abbrev=False)
-        module.add_arguments(command)
+        _add_arguments(module, command)
         command.set_defaults(function=module.execute)
     return parser
+
+
+def _add_arguments(module: Any, parser: argparse.ArgumentParser) -> None:
+    module.add_arguments(parser)
+    if module not in READ_NO_LOG:
+        add_budget(parser)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -113,7 +122,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except WrongArgument as error:
         return _complain(words, str(error), 2)
     try:
-        code = int(arguments.function(arguments))
+        with in_force(budget_from(arguments)):
+            code = int(arguments.function(arguments))
         sys.stdout.flush()  # here, where a full disk behind it can still be told
         return code
     except SystemExit as done:  # of a file of effects, a model, a package: its code would look like a verdict
@@ -176,7 +186,7 @@ def _parse(words: list[str]) -> argparse.Namespace:
 
 def _options(module: Any) -> list[str]:
     probe = argparse.ArgumentParser(add_help=False)
-    module.add_arguments(probe)
+    _add_arguments(module, probe)
     return [option for action in probe._actions for option in action.option_strings]
 
 

@@ -10,7 +10,8 @@ import tomllib
 from collections.abc import Collection, Iterable
 from pathlib import Path
 
-from pytest_dvp.settings import LISTS, SETTINGS, Setting, Settings, environment_lookup, from_sources
+from pytest_dvp.budget import Budget
+from pytest_dvp.settings import BUDGET, LISTS, SETTINGS, Setting, Settings, environment_lookup, from_sources
 
 ROOT_MARKS = ("pytest.ini", ".pytest.ini", "pyproject.toml", "tox.ini", "setup.cfg", ".git")
 INI_SECTIONS = {"pytest.ini": "pytest", ".pytest.ini": "pytest", "tox.ini": "pytest", "setup.cfg": "tool:pytest"}
@@ -20,7 +21,7 @@ class WrongArgument(ValueError):
     """A wrong option or a missing argument file: exit code 2."""
 
 
-def add_settings(parser: argparse.ArgumentParser, names: Collection[str]) -> None:
+def add_settings(parser: argparse._ActionsContainer, names: Collection[str]) -> None:
     """The options `--NAME` that are `--dvp-NAME` in pytest."""
     for setting in SETTINGS:
         if setting.name not in names:
@@ -34,6 +35,14 @@ def add_settings(parser: argparse.ArgumentParser, names: Collection[str]) -> Non
 
 def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="one JSON document on stdout and nothing else")
+
+
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """`--report` of the commands whose page has a name of its own: such a page is mailed, so it is one file always."""
+    parser.add_argument("--report", metavar="FILE", help="write a page with figures: one file that needs no other")
+    parser.add_argument(
+        "--single-file", action="store_true", help="as of dvp run; the page of --report is one file without it, too"
+    )
 
 
 def settings_from(arguments: argparse.Namespace) -> Settings:
@@ -57,6 +66,21 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         ),
     ]
     return from_sources(SETTINGS, sources, root)
+
+
+def add_budget(parser: argparse.ArgumentParser) -> None:
+    """The options of every command that reads a log: how large it may be."""
+    add_settings(parser.add_argument_group("how large a log may be"), BUDGET)
+
+
+def budget_from(arguments: argparse.Namespace) -> Budget:
+    """How large the logs of a command may be: options before environment. Raises SettingError."""
+    here = Path.cwd()
+    sources = [
+        (lambda setting: getattr(arguments, setting.key, None), lambda setting: f"--{setting.name}", here),
+        (environment_lookup(), lambda setting: f"environment {setting.environment}", here),
+    ]
+    return from_sources([setting for setting in SETTINGS if setting.name in BUDGET], sources, here).budget
 
 
 def root_here() -> Path:

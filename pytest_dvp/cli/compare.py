@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
+from pytest_dvp.cli.arguments import WrongArgument, add_json, add_report, existing, new_file
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options, read_files
 from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_log_options(parser)
     add_effects(parser)
     parser.add_argument("--channels", metavar="LIST", help="only these, as in v,yaw_rate")
-    parser.add_argument("--report", metavar="FILE", help="write a page with figures")
+    add_report(parser)
     add_json(parser)
 
 

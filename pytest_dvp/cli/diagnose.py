@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
+from pytest_dvp.cli.arguments import WrongArgument, add_json, add_report, existing, new_file
 from pytest_dvp.cli.carried import carried
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options, read_files
 from pytest_dvp.cli.driven_by import driven_by
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_log_options(parser)
     add_effects(parser)
-    parser.add_argument("--report", metavar="FILE", help="write a page with figures")
+    add_report(parser)
     parser.add_argument("--plan", metavar="FOLDER", help="write the manoeuvre that decides between rivals (dvp plan)")
     add_limits(parser)
     add_json(parser)

@@ -1,7 +1,9 @@
 """Adds the effect that a model lacks: fits it, shows the error fall, and writes the new model.
 
-Without --add, what `dvp diagnose` names on the logs is added. Nothing is written, and the exit code is 1, if the effect
-explains nothing or loses on data it was not fitted on.
+Without --add, what `dvp diagnose` names on the logs is added. If it names nothing for the model (NOTHING_MISSING,
+UNKNOWN, NOT_EXCITED, or only what is of the run), the question is answered: the new file is an unchanged copy of the
+model, and the exit code is 0. Nothing is written, and the exit code is 1, if an effect that was asked for explains
+nothing or loses on data it was not fitted on.
 """
 
 from __future__ import annotations
@@ -74,6 +76,8 @@ def execute(arguments: argparse.Namespace) -> int:
     refuse_same_drive(logs, held_out)
     driven_by("dvp extend", model, arguments.model, logs, held_out)
     wanted = wanted.shown_by(logs, model)
+    if wanted.nothing:
+        return _copied(arguments, wanted.nothing, wanted.verdict)
     if arguments.diagnosis and wanted.empty:
         return _not_written(arguments, "; ".join(wanted.left))
     for text in wanted.told(model, Path(arguments.model).name):
@@ -88,11 +92,9 @@ def execute(arguments: argparse.Namespace) -> int:
                 if text:
                     print(f"dvp extend: the diagnosis {text}", file=sys.stderr)
             found = _diagnosed(fitted.logs, model, judged.logs, tuple(extra.values()), tick)
-            if not found.effects:
-                return _nothing(arguments, found)
             wanted = _asked(found)
-            if wanted.empty:
-                return _not_written(arguments, "; ".join(wanted.left))
+            if wanted.nothing:
+                return _copied(arguments, wanted.nothing, wanted.verdict)
             rivals = {effect.name: effect.rivals for effect in found.effects}
             start = found.values
         extension = extend(
@@ -145,23 +147,35 @@ def _diagnosed(logs: Mapping[str, Log], model: VehicleModel, held_out: Mapping[s
 
 
 def _asked(found: Diagnosis) -> Named:
+    from pytest_dvp.reality_gap.diagnosis_words import page
+
     own = found.set_up
     of_car = [e for e in found.effects if e.name not in own]
     add = tuple(e.name for e in of_car if e.action != "remove")
     remove = tuple(e.name for e in of_car if e.action == "remove")
-    return Named(add, remove, (of_the_run(own),) if own else (), diagnosed=True)
+    left = (of_the_run(own),) if own else ()
+    nothing = "" if of_car else "; ".join([page(found).splitlines()[0], *left])
+    return Named(add, remove, left, diagnosed=True, verdict=found.verdict, nothing=nothing)
 
 
-def _nothing(arguments: argparse.Namespace, found: Diagnosis) -> int:
-    from pytest_dvp.reality_gap.diagnosis_words import page
+def _copied(arguments: argparse.Namespace, why: str, verdict: str) -> int:
+    """Nothing is to be added: the new model is the given one, byte for byte, so that the next command finds it."""
+    from reports.whole_file import write_whole
 
-    return _not_written(arguments, page(found).splitlines()[0], verdict=found.verdict)
+    model, out = Path(arguments.model), Path(arguments.out)
+    if not (out.exists() and out.samefile(model)):
+        write_whole(out, model.read_bytes())
+    if arguments.json:
+        document = {"written": True, "model": arguments.out, "verdict": verdict, "effects": [], "refusal": ""}
+        print(json.dumps(document, ensure_ascii=False))
+    print(f"dvp extend: {arguments.out} written, an unchanged copy of {arguments.model}: {why}", file=sys.stderr)
+    return 0
 
 
-def _not_written(arguments: argparse.Namespace, why: str, **more: str) -> int:
+def _not_written(arguments: argparse.Namespace, why: str) -> int:
     text = f"dvp extend: {arguments.out} is not written: {why}"
     if arguments.json:
-        document = {"written": False, "model": arguments.out, **more, "effects": [], "refusal": text}
+        document = {"written": False, "model": arguments.out, "effects": [], "refusal": text}
         print(json.dumps(document, ensure_ascii=False))
     print(text, file=sys.stderr)
     return 1

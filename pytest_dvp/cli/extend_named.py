@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 
 ACTIONS = ("add", "change", "remove")  # of an effect in the document of a diagnosis
+NOTHING = ("NOTHING_MISSING", "UNKNOWN", "NOT_EXCITED")  # verdicts of a diagnosis that names no effect
 
 
 class DiagnosisFileError(ValueError):
@@ -29,13 +30,16 @@ class DiagnosisFileError(ValueError):
 class Named:
     """Names of effects to add (to fit again, where the model has them) and to remove.
 
-    left: what a diagnosis named beside them and why it is not for the model, a line each; diagnosed: by one.
+    left: what a diagnosis named beside them and why it is not for the model, a line each; diagnosed: by one, whose
+    verdict this is; nothing: why it names nothing for the model, one line, empty if it does.
     """
 
     add: tuple[str, ...] = ()
     remove: tuple[str, ...] = ()
     left: tuple[str, ...] = ()
     diagnosed: bool = False
+    verdict: str = ""
+    nothing: str = ""
 
     @property
     def empty(self) -> bool:
@@ -115,14 +119,16 @@ def _of_file(name: str) -> Named:
         if action not in ACTIONS:
             allowed = ", ".join(ACTIONS)
             raise DiagnosisFileError(f"{name}: {effect}: action is {action!r}, allowed: {allowed}")
-    if not entries:
-        raise DiagnosisFileError(f"{name}: this diagnosis names no effect ({document.get('verdict', 'no verdict')})")
+    verdict = str(document.get("verdict", ""))
+    if not entries and verdict not in NOTHING:
+        raise DiagnosisFileError(f"{name}: this diagnosis names no effect ({verdict or 'no verdict'})")
     own = [n for n, _ in entries if n in of_run]
     left = (of_the_run(own),) if own else ()
     return Named(
         tuple(n for n, action in entries if action != "remove" and n not in of_run),
         tuple(n for n, action in entries if action == "remove" and n not in of_run),
-        left, diagnosed=True,
+        left, diagnosed=True, verdict=verdict,
+        nothing="" if len(own) < len(entries) else "; ".join([*([verdict] if verdict else []), *left]),
     )  # fmt: skip
 
 

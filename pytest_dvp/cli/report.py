@@ -1,8 +1,13 @@
-"""Judge a log again and write its report.html beside it, and its result.json if it has one, so that both agree."""
+"""Judge a log again and write its report.html beside it, and its result.json if it has one, so that both agree.
+
+Among runs that share the library that draws, the report does so, too; elsewhere, under a name of its own (`--out`) and
+with `--single-file` it is one file that needs no other.
+"""
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import shlex
 import sys
@@ -19,7 +24,7 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG", help="log.mcap, or a run folder that holds one")
     parser.add_argument("--out", metavar="FILE", help="where to write; default report.html beside the log")
-    add_settings(parser, ("gates",))
+    add_settings(parser, ("gates", "single-file"))
     add_json(parser)
 
 
@@ -33,7 +38,7 @@ def execute(arguments: argparse.Namespace) -> int:
         read = [path, stored, *([] if settings.gates is None else [settings.gates])]
         out = new_file("--out", arguments.out, read)
     from pytest_dvp.log import Log, LogError
-    from pytest_dvp.results import write_report, write_result
+    from pytest_dvp.results import report_library, write_report, write_result
 
     try:
         log = Log.load(path)
@@ -45,7 +50,8 @@ def execute(arguments: argparse.Namespace) -> int:
     beside = out.absolute().parent == path.absolute().parent
     if beside and (named.is_dir() or stored.is_file()):
         write_result(stored, result)
-    write_report(out, log, result)
+    with report_library(out.parent, single_file=settings.single_file or arguments.out is not None) as library:
+        write_report(out, log, result, library=library)
     if arguments.json:
         print(json.dumps({"report": str(out), "status": result["status"], "verdicts": result["verdicts"]}))
     else:
@@ -56,16 +62,19 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _result(log: Log, stored: Path, gates: Path | None) -> dict[str, Any]:
     """The verdicts of the run as they were given, or new ones by `gates`; metrics with their courses from the log."""
-    from pytest_dvp.gates import default_gates, judge, read_gates, unjudged
+    from pytest_dvp.gates import default_gates, judge, never_fired, read_gates, unjudged
     from pytest_dvp.results import measure, result_of
 
     kept = _kept(stored) if stored.is_file() else {}
-    verdicts = judge(read_gates(gates) if gates is not None else default_gates(), log)
+    log = dataclasses.replace(log, tick_time=kept.get("tick_time") or None)
+    bounds = read_gates(gates) if gates is not None else default_gates()
+    verdicts = judge(bounds, log)
     result = {**kept, **result_of(log, verdicts, measure(log))}
     if gates is None and kept:
         result.update({key: kept[key] for key in ("status", "scenario", "verdicts")})
         return result
     doubts = [note for note in kept.get("notes", ()) if not note.startswith("not judged:")]
+    result["never_fired"] = list(never_fired(bounds, log))
     result["notes"] = [*unjudged(verdicts, log), *doubts]
     broken = [verdict for verdict in kept.get("verdicts", ()) if kept.get("error") and not verdict["metric"]]
     if broken:  # a run that broke off stays one, whatever its gates say

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import json
 import sys
@@ -36,6 +37,9 @@ SETTINGS = (
     "cases",
     "duration",
     "wall-limit",
+    "tick-limit",
+    "stack-process",
+    "compute-delay",
     "after-collision",
     "vehicle",
     "dbc",
@@ -45,6 +49,7 @@ SETTINGS = (
     "envelope",
     "require-real",
     "runs",
+    "single-file",
 )
 
 PATIENCE = 8.0  # s of wall time before a silent run says why it may take long
@@ -63,6 +68,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--gate", action="append", metavar="METRIC", help="let only the gates on this metric decide; may be repeated"
     )
+    parser.add_argument(
+        "--optional-event", action="append", metavar="EVENT", default=[],
+        help="storyboard event that need not fire; without this a run in which one never fired does not pass",
+    )  # fmt: skip
     add_settings(parser, SETTINGS)
     add_json(parser)
 
@@ -92,8 +101,10 @@ def execute(arguments: argparse.Namespace) -> int:
 
         for path in named:  # a wrong file is told before the first drive
             gates_between(path, settings.gates, settings.stage_gates)
-    ads = find_ads(settings.ads, [settings.rootdir])
+    with _stdout_for_results(arguments.json):
+        ads = find_ads(settings.ads, [settings.rootdir], process=settings.stack_process, tick_limit=settings.tick_limit)
     jobs = _jobs(named, settings, stages, ads)
+    _check_events(arguments.optional_event, jobs, settings)
     _refuse_repetition(jobs, settings)
     several = len(jobs) > 1 or any(job.label for job in jobs)
     documents: list[Any] = []
@@ -102,7 +113,8 @@ def execute(arguments: argparse.Namespace) -> int:
     failed_stages: dict[Path, dict[str, str]] = {}
     for job in jobs:
         try:
-            result = _drive(job, arguments, settings)
+            with _stdout_for_results(arguments.json):
+                result = _drive(job, arguments, settings)
         except Exception as error:
             if not several or not is_users_mistake(error):
                 raise
@@ -113,11 +125,11 @@ def execute(arguments: argparse.Namespace) -> int:
             failed_stages.setdefault(job.path, {})[job.stage] = f"the drive of stage {job.stage} did not begin: {error}"
             passed = False
             continue
-        passed = _passes(result, arguments.gate) and passed
+        passed = _passes(result, arguments.gate, arguments.optional_event) and passed
         drives.setdefault(job.path, {})[job.stage] = result
         documents.append(finite(result.as_dict()))
         if not arguments.json:
-            print(table(result, arguments.gate), flush=True)
+            print(table(result, arguments.gate, arguments.optional_event), flush=True)
     if len(stages) > 1 or settings.stage_logs:
         for path, results in drives.items():
             held = _across(path, results, failed_stages.get(path, {}), stages, arguments, settings)
@@ -143,6 +155,11 @@ class Job:
     label: str = ""
     gates: Path | None = None
     folder_name: str | None = None
+
+
+def _stdout_for_results(json_wanted: bool) -> contextlib.AbstractContextManager[object]:
+    """With --json, what a stack prints goes to stderr: stdout is one document and nothing else."""
+    return contextlib.redirect_stdout(sys.stderr) if json_wanted else contextlib.nullcontext()
 
 
 def _stages(text: str) -> list[str]:
@@ -249,8 +266,12 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
             require_real=settings.require_real,
             duration=settings.duration,
             wall_limit=settings.wall_limit,
+            tick_limit=settings.tick_limit,
+            stack_process=settings.stack_process,
+            compute_delay=settings.compute_delay,
             after_collision=settings.after_collision,
             log_dir=None if arguments.no_report else settings.runs_folder,
+            single_file=settings.single_file,
             folder_name=job.folder_name,
         )
     except ScenarioError as error:
@@ -321,6 +342,7 @@ def _across(
         about,
         missing=missing,
         log_dir=folder,
+        single_file=settings.single_file,
         notes=unjudged,
         model=settings.model,
         effects=settings.effects,
@@ -373,14 +395,36 @@ def _check_gates(names: Sequence[str]) -> None:
                 raise SettingError(f"--gate: {error}") from None
 
 
-def _passes(result: RunResult, only: Sequence[str] | None) -> bool:
+def _check_events(optional: Sequence[str], jobs: Sequence[Job], settings: Settings) -> None:
+    """Each event of --optional-event must be one of a scenario that is driven; told before the first drive."""
+    if not optional:
+        return
+    from openscenario.read import read_scenario
+    from pytest_dvp.event_names import EventNames
+    from pytest_dvp.silent_events import check_optional
+
+    names: list[str] = []
+    for job in jobs:
+        scenario = read_scenario(
+            job.path, library=settings.library, rootdir=settings.rootdir, parameters=job.parameters
+        )
+        names += EventNames(scenario)
+    check_optional(optional, list(dict.fromkeys(names)), "--optional-event")
+
+
+def _passes(result: RunResult, only: Sequence[str] | None, optional: Sequence[str] = ()) -> bool:
+    from pytest_dvp.silent_events import without_optional
     from pytest_dvp.summary import failure
 
-    return result.status == "PASS" if only is None else failure(result.as_dict(), only) is None
+    if only is None and not optional:
+        return result.status == "PASS"
+    return failure(without_optional(result.as_dict(), optional), only) is None
 
 
-def table(result: RunResult, only: Sequence[str] | None = None) -> str:
-    """The verdicts of a run as text, worst first, and where its report is; `only` those metrics decide."""
+def table(result: RunResult, only: Sequence[str] | None = None, optional: Sequence[str] = ()) -> str:
+    """The verdicts of a run as text, worst first, and where its report is; `only` those metrics decide, and the
+    `optional` events need not fire."""
+    from pytest_dvp.silent_events import missed
     from pytest_dvp.summary import clean, on_condition, worst_first
 
     plain = result.as_dict()
@@ -389,14 +433,18 @@ def table(result: RunResult, only: Sequence[str] | None = None) -> str:
     lines += [f"  {v['status']:<12} {_told(v)}" for v in worst_first(plain["verdicts"])]
     beside = [note for note in plain["notes"] if note.startswith(BESIDE_VERDICTS)]
     lines += [clean(f"  {'!! ' if note.startswith(BESIDE_VERDICTS[0]) else ''}{note}") for note in beside]
-    if only is not None:
-        held = "holds" if _passes(result, only) else "does not hold"
-        lines.append(clean(f"  by {', '.join(only)} alone: it {held}"))
+    if only is not None or optional:
+        held = "holds" if _passes(result, only, optional) else "does not hold"
+        what = [f"by {', '.join(only)} alone"] if only is not None else []
+        what += [f"with {', '.join(optional)} optional"] if optional else []
+        silent = missed(plain) if not optional else None
+        why = f": {silent['short']}" if silent is not None else ""
+        lines.append(clean(f"  {', '.join(what)}: it {held}{why}"))
     if plain["error"]:
         lines += ["", *(clean(line) for line in plain["error"].strip().split("\n"))]
     if plain["folder"]:
         lines.append(clean(f"  report: {plain['folder']}/report.html"))
-    replay = plain["replay"] if only is None else on_condition(plain["replay"], only)
+    replay = on_condition(plain["replay"], only or (), optional)
     lines.append(clean(f"  replay: {replay}"))
     return "\n".join(lines)
 

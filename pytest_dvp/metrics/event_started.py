@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pytest_dvp.event_names import means
 from pytest_dvp.log import Log
 from pytest_dvp.metrics.base import Measured, Undefined, metric
+from pytest_dvp.silent_events import means
 
 
 @metric(name="event_started", unit="-", bigger_is_worse=True)

@@ -12,6 +12,8 @@ from importlib.metadata import entry_points
 from types import MappingProxyType, ModuleType
 from typing import Any
 
+import numpy as np
+
 from pytest_dvp.log import Log, LogError
 from pytest_dvp.metrics.base import REQUIRED, Metric, MetricError, MetricValue, Undefined
 from pytest_dvp.replay_log import commands_apart
@@ -108,7 +110,8 @@ def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> Me
     if not chosen.open_loop and apart is not None:
         return invalid(f"the ego's motion is a recording's, and from t={apart:.2f} s on the stack asked for another")
     try:
-        result = chosen(*logs, **options)
+        with np.errstate(all="ignore"):  # numbers of an absurd log may overflow: what is not finite is not valid
+            result = chosen(*logs, **options)
     except (Undefined, LogError) as error:
         return invalid(str(error).removeprefix("log: "))
     value = float(result.value)

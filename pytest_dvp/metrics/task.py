@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from pytest_dvp.event_names import means
 from pytest_dvp.log import Log
 from pytest_dvp.metrics.base import Measured, MetricError, Undefined, metric
+from pytest_dvp.silent_events import means
 
 
 def first_time(log: Log, kind: str) -> float | None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from pytest_dvp.tuning.reachable import reachable
 
-PACKAGES = ("openscenario", "vehicle", "ads", "pytest_dvp")
+PACKAGES = ("machine_code", "openscenario", "vehicle", "ads", "pytest_dvp")
 """What a result depends on besides the files: the code."""
 NOT_PHYSICS = ("cli", "tuning")  # folders of pytest_dvp in which no metric is made
 

@@ -10,6 +10,7 @@ import pytest
 import ads.stack  # noqa: F401
 import reports.html  # noqa: F401
 import vehicle.twin  # noqa: F401
+from pytest_dvp.cli import main
 from tests.plugin.conftest import XOSC, write_scenario
 
 STACK = """
@@ -102,6 +103,22 @@ def test_a_storyboard_without_an_event_that_fired_is_not_a_pass(own: pytest.Pyte
     result.stdout.fnmatch_lines(
         ["INCONCLUSIVE x.xosc::dt storyboard INCONCLUSIVE: event 'Brake' never fired", "x.xosc::dt: *'Brake'*"]
     )
+    own.makepyfile(
+        test_mine="""
+        def test_it(run, gate):
+            gate(run("x.xosc"), metrics=["collision"])
+
+        def test_it_need_not_fire(run, gate):
+            gate(run("x.xosc"), metrics=["collision"], optional_events=["Brake"])
+        """
+    )
+    result = own.runpytest_inprocess("test_mine.py")
+    result.assert_outcomes(failed=1, passed=1)
+    result.stdout.fnmatch_lines(["*event 'Brake' never fired*"])
+    words = ["run", "x.xosc", "--no-report", "--gate", "collision"]
+    assert [main([*words, *more]) for more in ([], ["--optional-event", "Brake"], ["--optional-event", "Brke"])] == [
+        1, 0, 2,
+    ]  # fmt: skip
 
 
 TUNABLE = """

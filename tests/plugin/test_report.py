@@ -78,8 +78,13 @@ def test_numbers_reach_junit(project: pytest.Pytester, workers: tuple[str, ...])
     assert (passed["seed"], passed["replay"]) == ("7", "dvp run good.xosc --seed 7")
 
 
-def test_results_survive_workers(project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_results_survive_workers_and_are_told_once(
+    project: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    table = tmp_path / "summary.md"
     monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(table))
     result = project.runpytest_subprocess("-n", "2", ".")
     result.assert_outcomes(passed=1, failed=1, skipped=4)
     result.stdout.fnmatch_lines(
@@ -89,6 +94,9 @@ def test_results_survive_workers(project: pytest.Pytester, monkeypatch: pytest.M
             "FAILED bad.xosc::dt - max_ttc_inverse 1.31 1/s > 1.00 at t=7.42 s (Target)",
         ]
     )
+    text, output = table.read_text(), result.stdout.str() + result.stderr.str()
+    assert [text.count(part) for part in ("### dvp", "| good.xosc | dt |", "| bad.xosc | dt |")] == [1, 1, 1]
+    assert output.count("::error file=bad.xosc") == 1
 
 
 def test_github_gets_an_annotation_at_the_line_and_a_table(

@@ -45,6 +45,19 @@ def test_the_command_line_wins_over_the_environment(told: pytest.Pytester, monke
     assert seed(told, "--dvp-seed=13").startswith("13 ")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "ini", "alone"),
+    [((), "", False), (("--dvp-single-file",), "", True), ((), "dvp_single_file = true", True)],
+)
+def test_reports_of_one_file_are_asked_for_by_option_and_ini(
+    pytester: pytest.Pytester, arguments: tuple[str, ...], ini: str, alone: bool
+) -> None:
+    pytester.makeini(f"[pytest]\n{ini}")
+    told = f"def test_settings(request):\n    assert settings_of(request.config).single_file is {alone}\n"
+    pytester.makepyfile(test_told=f"from pytest_dvp.fixtures import settings_of\n\n{told}")
+    pytester.runpytest_inprocess(*arguments).assert_outcomes(passed=1)
+
+
 def test_assignments_add_up(told: pytest.Pytester) -> None:
     found = seed(told, "--dvp-set=a=1", "--dvp-set=P.LQR_q11=30", "--dvp-set=S.EGO_mass=900")
     assert found.endswith("set ['a=1', 'P.LQR_q11=30', 'S.EGO_mass=900']")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -102,6 +104,47 @@ def test_run_leaves_a_numbered_folder(scenario: Write, capsys: pytest.CaptureFix
     folder = Path("runs/0001-x-dt")
     assert {file.name for file in folder.iterdir()} == {"log.mcap", "result.json", "report.html"}
     assert f"report: {folder}/report.html" in capsys.readouterr().out
+
+
+def libraries(runs: str = "runs") -> list[Path]:
+    return sorted(Path(runs).rglob("plotly-*.min.js"))
+
+
+def test_reports_of_a_folder_share_the_library_that_draws(scenario: Write) -> None:
+    for _ in range(2):
+        assert main(["run", str(scenario())]) == 0
+    (library,) = libraries()
+    for folder in ("0001-x-dt", "0002-x-dt"):
+        page = Path("runs", folder, "report.html")
+        assert page.stat().st_size <= 400_000
+        (address,) = re.findall(r'<script src="([^"]+)"', page.read_text())
+        assert (page.parent / address).resolve() == library.resolve()
+
+
+def test_a_single_file_needs_no_other(scenario: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert main(["run", str(scenario()), "--single-file"]) == 0
+    assert libraries() == []
+    assert "<script src" not in Path("runs/0001-x-dt/report.html").read_text()
+    monkeypatch.setenv("DVP_SINGLE_FILE", "1")
+    assert main(["run", str(scenario())]) == 0
+    assert libraries() == []
+
+
+def test_report_shares_the_library_only_among_runs_that_do(scenario: Write) -> None:
+    def loads(page: str) -> bool:
+        return "<script src" in Path(page).read_text()
+
+    main(["run", str(scenario())])
+    shutil.copytree("runs/0001-x-dt", "mailed/0001-x-dt")
+    for words, page, shared in (
+        (["runs/0001-x-dt"], "runs/0001-x-dt/report.html", True),
+        (["runs/0001-x-dt", "--single-file"], "runs/0001-x-dt/report.html", False),
+        (["runs/0001-x-dt", "--out", "runs/mine.html"], "runs/mine.html", False),
+        (["mailed/0001-x-dt"], "mailed/0001-x-dt/report.html", False),
+    ):
+        assert main(["report", *words]) == 0
+        assert loads(page) is shared
+    assert len(libraries(".")) == 1
 
 
 def test_run_exits_with_1_for_a_verdict_that_is_not_pass(scenario: Write) -> None:

@@ -8,16 +8,21 @@ from pathlib import Path
 
 import pytest
 
-from openscenario.no_effect import NO_EFFECT
+from openscenario.no_effect import NO_EFFECT, SENSORS, without_effect
+from openscenario.read import read_scenario
 from openscenario.storyboard.registry import action_factories
 from pytest_dvp.cli import main
+from vehicle.messages import SEEING
 
 Write = Callable[..., Path]
 HIDE = (
-    '<PrivateAction><VisibilityAction graphics="true" sensors="false" traffic="true"/></PrivateAction>\n'
-    '<PrivateAction><VisibilityAction graphics="true" sensors="true" traffic="true"/></PrivateAction>\n'
+    '<PrivateAction><VisibilityAction graphics="false" sensors="false" traffic="true"/></PrivateAction>\n'
+    '<PrivateAction><VisibilityAction graphics="false" sensors="true" traffic="true"/></PrivateAction>\n'
 )
-SAID = "accepted, no effect here: VisibilityAction, 2 times, first here (no sensor model sees it)"
+SAID = (
+    "accepted, no effect here: VisibilityAction graphics, 2 times, first here "
+    "(nothing is drawn from the scenario while it runs)"
+)
 
 
 @pytest.fixture
@@ -50,3 +55,36 @@ def test_the_check_says_it_and_finds_nothing_wrong(hidden: Path, capsys: pytest.
 def test_play_and_run_say_it_as_well(command: list[str], hidden: Path, capsys: pytest.CaptureFixture[str]) -> None:
     main([command[0], "x.xosc", *command[1:]])
     assert capsys.readouterr().err.count(SAID) == 1
+
+
+PROFILE = (
+    '<PrivateAction><LongitudinalAction><SpeedProfileAction followingMode="{}"><DynamicConstraints '
+    'maxAccelerationRate="2"/><SpeedProfileEntry speed="5" time="1"/></SpeedProfileAction></LongitudinalAction>'
+    "</PrivateAction>"
+)
+SEEN = (
+    '<PrivateAction><VisibilityAction graphics="true" sensors="false" traffic="true"><SensorReferenceSet>'
+    '<SensorReference name="{}"/></SensorReferenceSet></VisibilityAction></PrivateAction>'
+)
+
+
+@pytest.mark.parametrize(
+    ("action", "said"),
+    [
+        (SEEN.format("Camera"), []),
+        (SEEN.format("radar"), ["SensorReference radar (sensors are called lidar and camera here)"]),
+        (PROFILE.format("follow"), []),
+        (
+            PROFILE.format("position"),
+            ["limits of jerk in a SpeedProfileAction (mode position is strictly linear; mode follow obeys them)"],
+        ),
+    ],
+)
+def test_attributes_that_change_nothing_are_said(scenario: Write, action: str, said: list[str]) -> None:
+    path = scenario(('<Private entityRef="Ego">', f'<Private entityRef="Ego">\n{action}'))
+    notes = without_effect(read_scenario(path))
+    assert [note.message.removeprefix("accepted, no effect here: ") for note in notes] == said
+
+
+def test_the_sensors_that_a_scenario_may_name_are_those_that_see() -> None:
+    assert SENSORS == SEEING

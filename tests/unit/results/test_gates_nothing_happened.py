@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from results_logs import drive_straight, log_of
 
 from pytest_dvp.event_names import unique_names
-from pytest_dvp.gates import Gate, default_gates, judge, overall, unjudged
-from pytest_dvp.log import LogEvent
+from pytest_dvp.gates import Gate, default_gates, judge, never_fired, overall, unjudged
+from pytest_dvp.log import Log, LogEvent
 from pytest_dvp.metrics import compute, known_metrics
+from pytest_dvp.silent_events import without_optional
+from pytest_dvp.summary import asked_verdicts, undecided
 
 EVENTS = {"storyboard_events": ["Brake", "Swerve"]}
 FIRED = LogEvent(1.0, "story.event", "Brake", "standbyState -> runningState", "a.xosc", 12)
@@ -68,6 +72,46 @@ def test_what_is_optional_must_exist_and_the_rest_must_still_fire() -> None:
     assert (wrong.status, "no storyboard event 'Swirl'; it has: Brake, Swerve" in wrong.message) == ("ERROR", True)
     (missed,) = judge([Gate("events_fired", max=0.0, options={"optional": ["Brake"]})], log)
     assert (missed.status, missed.object) == ("INCONCLUSIVE", "Swerve")
+
+
+def as_result(gates: tuple[Gate, ...], log: Log) -> dict[str, Any]:
+    verdicts = judge(gates, log)
+    events = {"events": EVENTS["storyboard_events"], "never_fired": list(never_fired(gates, log))}
+    return {"status": overall(verdicts), "verdicts": [verdict.as_dict() for verdict in verdicts], **events}
+
+
+COLLISION, COUNTED = Gate("collision", max=0.0), Gate("events_fired", max=0.0)
+
+
+@pytest.mark.parametrize(
+    ("gates", "optional", "decides"),
+    [
+        ((COLLISION,), [], False),
+        ((COLLISION,), ["Swerve"], True),
+        ((COLLISION,), ["Brake"], False),
+        ((COLLISION, COUNTED), [], False),
+        ((COLLISION, COUNTED), ["Swerve"], True),
+        ((COLLISION, Gate("events_fired", max=0.0, options={"optional": ["Swerve"]})), [], True),
+        ((COLLISION, Gate("events_fired", max=1.0)), [], True),
+        ((COLLISION, Gate("event_started", max=0.0, options={"event": "Swerve"})), [], True),
+        ((COLLISION, Gate("event_started", min=1.0, options={"event": "Swerve"})), [], False),
+    ],
+)
+@pytest.mark.parametrize("metrics", [["collision"], None])
+def test_no_choice_of_metrics_passes_where_an_event_never_fired(
+    gates: tuple[Gate, ...], optional: list[str], decides: bool, metrics: list[str] | None
+) -> None:
+    result = without_optional(as_result(gates, drive_straight(5.0, meta=EVENTS, events=(FIRED,))), optional)
+    verdicts = asked_verdicts(result, metrics)
+    assert all(verdict["status"] == "PASS" for verdict in verdicts) is decides
+    assert undecided(result, metrics) is (not decides and not any(v["status"] == "FAIL" for v in verdicts))
+
+
+def test_an_event_is_missed_although_a_gate_that_is_not_asked_fails() -> None:
+    """What failed is left out by the test; that the manoeuvre did not take place is not."""
+    failing = Gate("max_ttc_inverse", min=1e6)
+    result = as_result((COLLISION, failing), drive_straight(5.0, meta=EVENTS, events=(FIRED,)))
+    assert [verdict["gate"] for verdict in asked_verdicts(result, ["collision"])] == ["collision <= 0", "storyboard"]
 
 
 def test_an_event_that_waits_for_a_collision_of_the_ego_need_not_fire() -> None:

@@ -94,5 +94,5 @@ def test_folder_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
         save(tmp_path / "runs")
 
 
-def _broken(*_: object) -> None:
+def _broken(*_: object, **__: object) -> None:
     raise RuntimeError("no template")
