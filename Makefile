@@ -39,7 +39,8 @@ test: $(STAMP)
 	@$(MAKE) --no-print-directory -j2 --output-sync=target lint types contract compiled
 	@$(MAKE) --no-print-directory unit
 
-# What numba compiles, once: two test workers that begin cold would both do it. It takes the core that mypy leaves.
+# What numba compiles, once: two test workers that begin cold would both do it. It takes the core that mypy leaves. After
+# an edit this compiles what the edit has changed, wherever it is called from (machine_code/).
 compiled: $(STAMP)
 	$(BIN)/dvp run scenarios/overtaking.xosc --no-report
 	mkdir -p runs
@@ -119,4 +120,5 @@ licences: $(STAMP)
 	$(BIN)/python -m scripts.third_party_licences > THIRD_PARTY_LICENCES.md
 
 clean:
+	find . -name __pycache__ -not -path "./$(VENV)/*" -prune -exec rm -rf {} +
 	rm -rf $(VENV) runs .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

@@ -1,4 +1,4 @@
-"""`python -m benchmarks [NAME...]`: runs every bench_*.py and writes the table."""
+"""`python -m benchmarks [NAME...]`: runs every bench_*.py; all of them write docs/benchmarks.md and README's table."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import argparse
 import importlib
 import os
 import platform
+import subprocess
 import sys
 from pathlib import Path
 
+from benchmarks import readme
 from benchmarks.measure import Row
 
 FOLDER = Path(__file__).parent
-TABLE = FOLDER.parent / "docs" / "benchmarks.md"
+TABLE = readme.PAGE
 
 
 def table(rows: list[Row]) -> str:
@@ -21,6 +23,7 @@ def table(rows: list[Row]) -> str:
         "",
         "Made by `make bench`. CPU time, medians, warm, one run of one machine: compare within the run, by ratio.",
         f"Machine: {platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}.",
+        f"State: {state()}.",
         "",
         "| work | ours | unit | goal | peer | peer's figure | ours / peer | note |",
         "|---|---|---|---|---|---|---|---|",
@@ -31,6 +34,17 @@ def table(rows: list[Row]) -> str:
         cells = (row.name, f"{row.ours:.4g}", row.unit, row.goal, row.peer_name, peer, ratio, row.note)
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
+
+
+def state() -> str:
+    """The commit that is measured, and whether something of it was changed."""
+    told = subprocess.run(
+        ["git", "describe", "--always", "--dirty= with changes", "--exclude=*"],
+        cwd=FOLDER,
+        capture_output=True,
+        text=True,
+    )
+    return told.stdout.strip() or "no git repository"
 
 
 def main() -> int:
@@ -48,6 +62,7 @@ def main() -> int:
     if not names:
         TABLE.parent.mkdir(exist_ok=True)
         TABLE.write_text(text, encoding="utf-8")
+        readme.write()
     return 0
 
 

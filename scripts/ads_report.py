@@ -17,6 +17,7 @@ from ads.planning.nets import NETS
 
 TEXT = Path(__file__).with_name("ads_page.md")
 PAGE = Path(__file__).parents[1] / "docs" / "ads.md"
+MET = {True: "met", False: "MISSED", None: "shown"}
 Figure = dict[str, Any]
 
 SECTIONS: tuple[tuple[str, str, str], ...] = (
@@ -24,7 +25,9 @@ SECTIONS: tuple[tuple[str, str, str], ...] = (
     ("perception", "Mapping and perception", "scripts.ads_figures_perception"),
     ("behaviour", "Planning and behaviour", "scripts.ads_figures_behaviour"),
     ("control", "Control, and the stack as a whole", "scripts.ads_figures_control"),
-    ("faults", "Faults seeded into it", "scripts.ads_figures_faults"),
+    ("parameters", "What P and S move in the scenarios that ship", "scripts.ads_figures_parameters"),
+    ("shipped", "Faults seeded into it, under the gates that ship", "scripts.ads_figures_shipped"),
+    ("faults", "Faults seeded into it, under gates tightened to it", "scripts.ads_figures_faults"),
 )
 
 FAULTS = """
@@ -54,24 +57,24 @@ def main() -> None:
         if asked.only and key not in asked.only:
             continue
         try:
-            figures: Callable[..., Sequence[Figure]] = importlib.import_module(module).figures
+            source = importlib.import_module(module)
         except ModuleNotFoundError as error:
             if error.name != module:
                 raise
             continue
+        figures: Callable[..., Sequence[Figure]] = source.figures
         found = figures(*{"faults": [asked.clean_seeds], "behaviour": [asked.variants]}.get(key, []))
-        parts[key] = section(key, title, found) + (fault_table() if key == "faults" else "")
+        below: Callable[[], str] = fault_table if key == "faults" else getattr(source, "text", str)
+        parts[key] = section(key, title, found) + below()
         PAGE.write_text((head + "".join(parts.values())).rstrip() + "\n", encoding="utf-8")
         for figure in found:
-            print(f"{'met   ' if figure['met'] else 'MISSED'} {figure['name']}: {figure['found']} ({figure['goal']})")
+            print(f"{MET[figure['met']]:6} {figure['name']}: {figure['found']} ({figure['goal']})")
 
 
 def section(key: str, title: str, figures: Sequence[Figure]) -> str:
-    """A table of figures; what is missed stands out."""
-    rows = [
-        f"| {cell(f['name'])} | {cell(f['found'])} | {cell(f['goal'])} | {'yes' if f['met'] else '**no**'} |"
-        for f in figures
-    ]
+    """A table of figures; what is missed stands out. met: None for what has no goal."""
+    said = {True: "yes", False: "**no**", None: ""}
+    rows = [f"| {cell(f['name'])} | {cell(f['found'])} | {cell(f['goal'])} | {said[f['met']]} |" for f in figures]
     return "\n".join(
         [f"\n<!-- {key} -->", f"### {title}", "", "| figure | found | goal | met |", "|---|---|---|---|", *rows, ""]
     )

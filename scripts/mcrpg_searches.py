@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -70,13 +71,32 @@ def searches(runs: Path, jobs: int, docs: Path) -> str:
     told = "; ".join(found.taken) or "nothing"
     back = "; ".join(found.pruned) or "nothing"
     doubts = [f"- {suspicion.sentence}" for suspicion in suspects] or ["- nothing: each value is plausible by itself"]
-    lines = [*head, *rows, "", "What the guard says of the coordinate search alone:", "", *doubts, ""]
+    lines = [*head, *rows, "", *_caveats(hidden), ""]
+    lines += ["What the guard says of the coordinate search alone:", "", *doubts, ""]
     lines += [f"The diagnosis took no simulation: set back to the data sheet: {back}; taken: {told}.", ""]
     lines += [
         "| P on performance | simulations | score, start | score, drives tuned on | score, held-out drives (DT) |"
     ]
     lines += ["|---|---|---|---|---|", *more, ""]
     return "\n".join([*lines, "![Best score over the budget, by search](mcrpg-searches.svg)"])
+
+
+def _caveats(hidden: Path) -> list[str]:
+    """What the figures do not say by themselves: which hidden effects S has no parameter for, and the missing noise."""
+    effects = list(tomllib.loads(hidden.read_text(encoding="utf-8"))["hidden"])
+    near = {"drive_lag": "`THROTTLE_delay`, which is a dead time and no lag"}
+    none = " and ".join(f"`{name}`" for name in effects if name not in near)
+    some = "".join(f"; for `{name}` it has only {near[name]}" for name in effects if name in near)
+    return [
+        "How to read it:",
+        "",
+        f"- Of the {len(effects)} hidden effects, {none} have no parameter in S{some}.",
+        "  So no search can reach the car by tuning alone: the difference is what it costs to leave structure out,",
+        "  not that one searcher is better than another.",
+        "- The motion in logs of pe and rw is that of the surrogate's reference system, which has no sensor noise so",
+        "  far, while chi²/N is in units of the noise of real sensors. So it can fall below 1; of a measured car it",
+        "  ends near 1.",
+    ]
 
 
 def _alignment(plan: Plan, state: State, model: Path, logs: Sequence[Path], search: str, workers: Workers) -> Tuning:

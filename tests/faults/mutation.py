@@ -29,7 +29,7 @@ import msgspec
 import numpy as np
 
 from pytest_dvp.gates import Verdict
-from pytest_dvp.run import run
+from pytest_dvp.run import RunResult, run
 from scenarios import path
 
 HERE = Path(__file__).parent
@@ -61,9 +61,17 @@ def faults() -> list[Fault]:
 
 def failed(scenario: str, seed: int) -> list[Verdict]:
     """Verdicts other than PASS of one run of a scenario that ships, under the reference stack's bounds (`gates/`)."""
+    return not_passed(drive(scenario, seed, HERE / "gates" / f"{scenario}.gates.toml"))
+
+
+def drive(scenario: str, seed: int, gates: Path | None = None) -> RunResult:
+    """One run of a scenario that ships, under `gates` or those that ship with it."""
     file = path(f"{scenario}.xosc")
-    gates = HERE / "gates" / f"{scenario}.gates.toml"
-    result = run(file, seed=seed, gates=gates, rootdir=file.parent, duration=LONGEST)
+    return run(file, seed=seed, gates=gates, rootdir=file.parent, duration=LONGEST)
+
+
+def not_passed(result: RunResult) -> list[Verdict]:
+    """Verdicts other than PASS."""
     return [verdict for verdict in result.verdicts if verdict.status != "PASS"]
 
 

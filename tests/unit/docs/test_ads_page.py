@@ -33,3 +33,26 @@ def test_a_section_that_is_not_measured_stays_as_it_was() -> None:
 def test_sections_stand_in_their_order() -> None:
     found = re.findall(r"<!-- (\w+) -->", PAGE.read_text(encoding="utf-8"))
     assert found == [key for key, _, _ in SECTIONS if key in found]
+
+
+def found(figure: str) -> str:
+    """What the page has for the figure whose name begins so."""
+    (row,) = [line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith(f"| {figure}")]
+    return row.split(" | ")[1]
+
+
+def test_readme_tells_both_figures_of_the_faults_as_the_page_has_them() -> None:
+    """What gates see that are tightened to the stack, and what those see that ship."""
+    total = len(tomllib.loads(FAULTS.read_text())["fault"])
+    tightened = round(float(found("seeded faults that make a gate fail").removesuffix(" %")) / 100.0 * total)
+    own = found("seeded faults that a gate that ships does not pass").partition(" ")[0]
+    anywhere = found("the same in at least one of the 6 scenarios").partition(" ")[0]
+    readme = " ".join((PAGE.parents[1] / "README.md").read_text(encoding="utf-8").split())
+    assert f"the {total} faults seeded into it: under gates tightened to this stack {tightened} of them" in readme
+    assert (
+        f"under the gates that ship {own}, each in its own scenario, or {anywhere} if each is driven in all" in readme
+    )
+
+
+def test_a_figure_without_a_goal_is_neither_met_nor_missed() -> None:
+    assert section("shipped", "S", [MET | {"met": None}]).splitlines()[-1].endswith("|  |")

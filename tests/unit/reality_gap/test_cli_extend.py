@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from pytest_dvp.cli import main
@@ -179,10 +180,50 @@ def test_columns_that_are_assumed_to_drive_the_model_are_said(here: Path, capsys
     assert told.count("\n") == 1
 
 
-def test_nothing_missing_writes_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert extend("--fit", "prompt.csv", add="") == 1
-    assert "new.toml is not written: NOTHING_MISSING" in capsys.readouterr().err
-    assert not (here / "new.toml").exists()
+def test_nothing_missing_is_an_answer_and_an_unchanged_copy(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "car.toml").write_bytes(CAR.replace("\n", "\r\n").encode() + b"# mine\r\n")
+    given = (here / "car.toml").read_bytes()
+    assert extend("--fit", "prompt.csv", "--json", add="") == 0
+    told = capsys.readouterr()
+    found = json.loads(told.out)
+    assert (found["written"], found["effects"], found["verdict"]) == (True, [], "NOTHING_MISSING")
+    assert "new.toml written, an unchanged copy of car.toml: NOTHING_MISSING: " in told.err
+    assert (here / "new.toml").read_bytes() == given
+    words = ["extend", "--model", "car.toml", "--fit", "prompt.csv", "--out", "car.toml", "--force"]
+    assert main(words) == 0
+    assert (here / "car.toml").read_bytes() == given
+
+
+@pytest.mark.parametrize("verdict", ["NOTHING_MISSING", "UNKNOWN", "NOT_EXCITED"])
+def test_a_diagnosis_that_names_nothing_is_an_answer(
+    here: Path, verdict: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "found.json").write_text(json.dumps({"verdict": verdict, "effects": []}))
+    assert extend("--from", "found.json", "--fit", "one.csv", "--json", add="") == 0
+    assert document(capsys) | {"model": ""} == {
+        "written": True, "model": "", "verdict": verdict, "effects": [], "refusal": "",
+    }  # fmt: skip
+    assert (here / "new.toml").read_bytes() == (here / "car.toml").read_bytes()
+
+
+def test_a_diagnosis_of_nothing_but_the_runs_own_zeros_leaves_the_model_as_it_is(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found_by_hand(here, ("gyro_bias", "add"), set_up=["gyro_bias"])
+    assert extend("--from", "found.json", "--fit", "one.csv", add="") == 0
+    assert "an unchanged copy of car.toml: gyro_bias: left, as of the run" in capsys.readouterr().err
+    assert (here / "new.toml").read_text() == CAR
+
+
+def test_an_error_that_no_effect_explains_is_an_answer(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A yaw rate that swings at 0.8 Hz, whatever is commanded."""
+    log = make_log({}, "urban", 3)
+    log["yaw_rate"] = log["yaw_rate"] + 0.05 * np.sin(2.0 * np.pi * 0.8 * log["t"])
+    write_csv(here / "odd.csv", log)
+    assert extend("--fit", "odd.csv", "--json", add="") == 0
+    found = document(capsys)
+    assert (found["verdict"], found["written"], found["effects"]) == ("UNKNOWN", True, [])
+    assert (here / "new.toml").read_text() == CAR
 
 
 def test_held_out_loss_writes_nothing_and_keeps_what_was_there(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
