@@ -21,7 +21,7 @@ from chromium import Browser, opened  # noqa: E402
 from synthetic_run import synthetic_run  # noqa: E402
 
 READY = "document.body && document.body.dataset.ready === 'true'"
-MISSING = "(() => { const p = document.getElementById('missing'); return p.hidden ? '' : p.textContent; })()"
+MISSING = "(() => { const p = document.getElementById('missing'); return !p || p.hidden ? '' : p.textContent; })()"
 
 
 @pytest.fixture(scope="module")

@@ -29,7 +29,7 @@ def test_an_untouched_run_gives_the_same_bytes(folder: Path, capsys: pytest.Capt
     capsys.readouterr()
     assert main(["replay", str(folder)]) == 0
     assert capsys.readouterr().out == f"{folder}: the same bytes again\n"
-    assert [path.name for path in folder.parent.iterdir()] == [folder.name]
+    assert sorted(path.name for path in folder.parent.iterdir()) == [folder.name, "assets"]
 
 
 def test_another_seed_is_the_first_difference(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
