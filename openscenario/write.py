@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from openscenario.model.catalog_file import CatalogFile
 from openscenario.model.declarations import FileHeader
 from openscenario.model.distributions import DistributionFile, ScenarioFile
 from openscenario.model.kinds import Element
@@ -42,22 +41,6 @@ def write_distribution(file: DistributionFile, path: str | os.PathLike[str]) -> 
         OSError: the file cannot be written.
     """
     _write_one(file.file_header, file.distribution, Path(path))
-
-
-def write_catalog(file: CatalogFile, path: str | os.PathLike[str]) -> None:
-    """The same for a catalogue file.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    _write_one(file.file_header, file.catalog, Path(path))
-
-
-def element_node(element: Element, folder: Path = Path()) -> Node:
-    """One element below a root of its own, as it stands in a file in `folder`."""
-    root = Node("OpenSCENARIO", 0, {}, "", None)
-    _Writer(folder).element(element, tag_path(type(element))[-1], root)
-    return root
 
 
 def _write_one(header: FileHeader, element: Element, target: Path) -> None:

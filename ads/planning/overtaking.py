@@ -26,7 +26,6 @@ SETTLED = 6.0  # s; a vehicle in the other lane that stood so long will not set 
 UNKNOWN_SPEED = 5.0  # m/s assumed of one that may set off
 CONTACT_TIME = 3.0  # s kept to oncoming traffic when back in the lane
 STILL_CONTACT_TIME = 2.0  # s, once it has begun
-CLOSE_TO_LANE = 0.8  # m of offset; less than this is back in the lane for oncoming traffic
 RESOLVE = 0.4  # s between two solutions
 OVERSHOOT = 0.5  # m beyond the wanted offset, at most
 SETTLED_PATH = 8.0  # m ahead in which a new plan asks for no more offset than the old one has

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Collection
 
-from openscenario.findings import Finding, Findings, ScenarioError, Severity, listed, nearest
+from openscenario.findings import Finding, Findings, Severity, listed, nearest
 from openscenario.xml import Node
 
 _MOST_ADVISED = 100  # unknown names of one file
@@ -137,15 +137,6 @@ class Attributes:
             )
             return default if default is not None else allowed[0]
         return value
-
-    def raise_errors(self) -> None:
-        """Raise if any finding is an error.
-
-        Raises:
-            ScenarioError: with all findings.
-        """
-        if any(finding.severity == "error" for finding in self.findings):
-            raise ScenarioError(self.findings)
 
 
 def by_tag(node: Node | None) -> dict[str, list[Node]]:

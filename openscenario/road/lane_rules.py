@@ -13,10 +13,8 @@ from openscenario.road.elements import Cubic, Lane, LaneSection, Road
 from openscenario.xml import Node
 
 NO_WIDTH = 1e-3  # m
-CROSSED = 0.9e-6  # m, of two borders: ASAM's own checker allows 1e-6
 NEGATIVE = 0.01  # m; cubics end a little below zero where a lane vanishes
-CROSSED = 5e-7  # m, of one border beyond the other
-STATIONS = 32  # of a section at which borders are compared, beside the ends of their records
+CROSSED = 5e-7  # m, of one border beyond the other: ASAM's own checker allows 1e-6
 ROUNDING = 0.01  # m, of written stations
 _OF_TRAFFIC = (
     "none driving stop shoulder biking sidewalk border restricted parking curb bidirectional median bus taxi HOV"

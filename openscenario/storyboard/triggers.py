@@ -26,7 +26,6 @@ class ConditionState:
         "_last",
         "_test",
         "entities",
-        "evaluations",
         "ever",
         "model",
         "true_at_start",
@@ -45,7 +44,6 @@ class ConditionState:
         self.value = False
         self.ever = False  # was the bare condition ever true
         self.true_at_start = False  # at its first evaluation, where an edge cannot see it
-        self.evaluations = 0
 
     def evaluate(self, time: float) -> bool:
         """The condition's value now, edge and delay included; to be called once a step."""
@@ -64,7 +62,6 @@ class ConditionState:
         else:
             out = now != last
         self._last = now
-        self.evaluations += 1
         if now:
             self.ever = True
         if self._delay > 0.0:

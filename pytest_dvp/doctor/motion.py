@@ -35,7 +35,6 @@ class Motion:
     course: FloatArray
     heading: FloatArray
     moving: NDArray[np.bool_]
-    unit_turn: float = 1.0
 
     def has(self, *names: str) -> bool:
         return all(name in self.of for name in names)

@@ -113,19 +113,6 @@ def likeness(signal: str, name: str) -> float:
     return len(_words(name) & usual) / max(len(_words(name)), 1)
 
 
-def names_table() -> str:
-    """The usual names of each signal as a table of Markdown."""
-    rows = ["| signal | unit | also known as |", "|---|---|---|"]
-    for name, others in _ALIASES.items():
-        words = [f"`{other}`" for other in others.split()]
-        if name in _COMMANDED:
-            quantities = ", ".join(f"`{quantity}`" for quantity in _COMMANDED[name].split())
-            words.append(f"{quantities} with a word that says it is asked for")
-        rows.append(f"| `{name}` | {SIGNALS[name].unit} | {', '.join(words)} |")
-    asked = ", ".join(f"`{word}`" for word in _ASKED.split())
-    return "\n".join([*rows, "", f"Words that say it is asked for, before the name or behind it: {asked}."]) + "\n"
-
-
 def _words(name: str) -> set[str]:
     """First four letters of each word, camel case taken apart; single letters tell nothing."""
     parts = re.split(r"[\W_]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower())

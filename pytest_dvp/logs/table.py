@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -248,11 +248,3 @@ def _keep(table: Table, columns: Mapping[str, FloatArray], mask: NDArray[np.bool
 def _stop(table: Table) -> None:
     if table.findings.errors:
         raise LogError.of(table.findings.in_order())
-
-
-def name_columns(names: Sequence[str], units: Sequence[str | None], values: FloatArray) -> list[RawColumn]:
-    """Columns of a matrix (n, k) with a name and a unit each."""
-    return [
-        RawColumn(Header(name, name, unit), values[:, i])
-        for i, (name, unit) in enumerate(zip(names, units, strict=True))
-    ]

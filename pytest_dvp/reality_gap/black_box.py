@@ -14,7 +14,7 @@ import numpy as np
 
 from pytest_dvp.gate_log import obeyed
 from pytest_dvp.log import FloatArray, Log
-from pytest_dvp.reality_gap.projection import BoolArray, IntArray
+from pytest_dvp.reality_gap.projection import BoolArray
 from pytest_dvp.reality_gap.segments import CHANNELS, Segments, longest_step, posed
 from pytest_dvp.signals import SIGNALS
 
@@ -142,24 +142,6 @@ class LogSubject:
         if effect.slot in ("command", "actuator"):
             return "acts on commands, and a log is not driven again"
         return why_not(effect, (), given)
-
-
-class Boxed:
-    """A model and one log, to be run with any values of effects that suit it, as a `vehicle.model.replay.Replay` is."""
-
-    def __init__(self, subject: Subject, log: Log) -> None:
-        self.subject, self.log = subject, log
-
-    def run(
-        self, values: Values | None = None, *, starts: IntArray | None = None, states: FloatArray | None = None
-    ) -> FloatArray:
-        """The channels (n, 8) at the stamps, put onto states (m, 6) at the rows starts (m,); see Subject.output."""
-        n = len(self.log.t)
-        at = np.zeros(1, dtype=np.int64) if starts is None else starts
-        begun = np.zeros((len(at), 6)) if states is None else states
-        ends = np.append(at[1:], n).astype(np.int64)
-        nowhere = np.zeros(n, dtype=np.bool_)
-        return self.subject.output(self.log, Segments(at, ends, begun, ~nowhere, nowhere), values)
 
 
 def load_subject(

@@ -62,7 +62,7 @@ class Experiment:
             self._free_speed = False
         self._first = self.segments
         output = self.machine.run({}, starts=self.segments.starts, states=self.segments.states)
-        self.channels, self.not_judged = judged_channels(subject, self.measured, output, None)
+        self.channels, _ = judged_channels(subject, self.measured, output, None)
         self.sigma = noise_floor(log.t, self.measured, self.channels)
         self.measured = _without_jumps(self.measured, commands.get("accel_cmd"), float(self.sigma[_AX]))
         rough = self._residuals(output)
@@ -91,10 +91,6 @@ class Experiment:
         """From now on the segments begin where the model with these values would have had them begin."""
         self.segments = self._first
         self.segments = restarted(self._first, self.residuals(values))
-
-    def estimate_noise(self, values: Values) -> None:
-        """Take the noise from what these values leave unexplained, where that is less than before."""
-        self.sigma = noise_floor(self.log.t, self.measured, self.channels, self.residuals(values).values)
 
     def _residuals(self, output: FloatArray) -> Residuals:
         return residuals(output, self.measured, self.log.t, self.sigma, self.segments, free_speed=self._free_speed)

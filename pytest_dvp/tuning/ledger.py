@@ -45,8 +45,3 @@ def write_ledger(path: Path, entries: Sequence[Entry]) -> None:
     """One JSON document a line, an entry each; whole or not at all."""
     lines = [json.dumps(entry.as_dict(), ensure_ascii=False) for entry in entries]
     write_whole(path, ("\n".join(lines) + "\n").encode())
-
-
-def read_ledger(path: Path) -> list[dict[str, Any]]:
-    """The entries of a ledger."""
-    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]

@@ -9,6 +9,7 @@ import dataclasses
 import os
 import typing
 from collections.abc import Mapping
+from pathlib import Path
 from types import UnionType
 from typing import Any, Final, Literal, Union
 
@@ -21,11 +22,11 @@ from openscenario.findings import Findings
 from openscenario.model import enums, kinds
 from openscenario.model.kinds import Element, Moment, Quantity, Xml
 from openscenario.parameters import Scope
-from openscenario.plan import plan_of
+from openscenario.plan import plan_of, tag_path
 from openscenario.read.context import Context
 from openscenario.read.elements import ElementReader
-from openscenario.write import element_node
-from openscenario.xml import parse_xml, write_xml
+from openscenario.write import _Writer
+from openscenario.xml import Node, parse_xml, write_xml
 
 FILES: Final = (model.Scenario, model.DistributionFile, model.CatalogFile)  # more than one element
 CLASSES: Final = sorted(
@@ -123,7 +124,9 @@ def test_a_random_element_survives_writing_and_reading(
 ) -> None:
     element = data.draw(elements(cls))
     path = tmp_path_factory.getbasetemp() / "element.xosc"
-    write_xml(element_node(element), path)
+    root = Node("OpenSCENARIO", 0, {}, "", None)
+    _Writer(Path()).element(element, tag_path(cls)[-1], root)
+    write_xml(root, path)
     node = parse_xml(path.read_bytes(), "element.xosc").root.children[0]
     findings = Findings()
     read = ElementReader(Context(findings), "element.xosc").read(plan_of(cls), node, Scope(), cls.__name__)

@@ -25,7 +25,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped,unused-ignore]
 from numba import types
 from numba.extending import intrinsic
@@ -420,8 +419,3 @@ def replay(
                 if k == n - 1:
                     break
             _move(x, blend, v1, mode)
-
-
-def empty_table() -> tuple[Any, Any]:
-    """Table and bounds of a model without effects."""
-    return np.zeros((0, 3), dtype=np.int64), np.zeros(8, dtype=np.int64)

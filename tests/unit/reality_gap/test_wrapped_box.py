@@ -11,7 +11,7 @@ import pytest
 from gap_logs import WHEELBASE, drive
 
 from pytest_dvp.log import Log
-from pytest_dvp.reality_gap.black_box import Boxed, LogSubject, ModelSubject, Subject, Values
+from pytest_dvp.reality_gap.black_box import LogSubject, ModelSubject, Subject, Values
 from pytest_dvp.reality_gap.compare import noise_floor
 from pytest_dvp.reality_gap.segments import CHANNELS, cut, measured_array, residuals
 from pytest_dvp.reality_gap.step_function import StepSubject
@@ -160,14 +160,6 @@ def test_second_log_and_our_own_model_say_what_they_cannot() -> None:
     assert other.why_not(find_effect("steer_lag"), log, EVERYTHING) == "acts on commands, and a log is not driven again"
     assert other.why_not(find_effect("gyro_bias"), log, EVERYTHING) == ""
     assert ModelSubject(baseline()).why_not(find_effect("aero_drag"), log, EVERYTHING) == ""
-
-
-def test_boxed_model_runs_as_a_replay_does() -> None:
-    log = drive(20.0)
-    segments = cut(log.t, measured_array(log.columns))
-    box, values = StepSubject(bicycle), {("steer_lag", "tau"): 0.3, ("gyro_bias", "b"): 0.01}
-    boxed = Boxed(box, log).run(values, starts=segments.starts, states=segments.states)
-    assert np.array_equal(boxed, box.output(log, segments, values), equal_nan=True)
 
 
 def test_other_sensors_need_no_other_drive() -> None:

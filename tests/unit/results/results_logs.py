@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -30,6 +31,19 @@ def log_of(
         name: np.full(len(t), value) if np.isscalar(value) else np.asarray(value) for name, value in values.items()
     }
     return Log({"t": t, **table}, meta={"stage": "dt", "ego": EGO, **(meta or {})}, **rest)
+
+
+def content(value: Any) -> Any:
+    """All that a log holds as plain data, in its order, and numbers bit by bit: also a NaN is the same as itself."""
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, value.tobytes()
+    if isinstance(value, float):
+        return value.hex()
+    if dataclasses.is_dataclass(value):
+        return [(field.name, content(getattr(value, field.name))) for field in dataclasses.fields(value)]
+    if isinstance(value, Mapping):
+        return [(name, content(part)) for name, part in value.items()]
+    return [content(part) for part in value] if isinstance(value, list | tuple) else value
 
 
 def times(duration: float = 10.0) -> FloatArray:

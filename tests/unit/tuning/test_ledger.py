@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from pytest_dvp.tuning.gap import figure
 from pytest_dvp.tuning.judge import stack_change, twin_change
 from pytest_dvp.tuning.knob import Knob
-from pytest_dvp.tuning.ledger import Entry, read_ledger, write_ledger
+from pytest_dvp.tuning.ledger import Entry, write_ledger
 from pytest_dvp.tuning.objective import Objective, Score, Term
 from pytest_dvp.tuning.sensitivity import sensitivity
 from pytest_dvp.tuning.study import Study
@@ -64,8 +65,8 @@ def test_ledger_holds_an_entry_a_line_and_no_nan(tmp_path: Path) -> None:
         9,
     )
     write_ledger(tmp_path / "ledger.jsonl", [entry, entry])
-    assert len((tmp_path / "ledger.jsonl").read_text().splitlines()) == 2
-    found = read_ledger(tmp_path / "ledger.jsonl")
+    found = [json.loads(line) for line in (tmp_path / "ledger.jsonl").read_text().splitlines()]
+    assert len(found) == 2
     assert found[0]["held_out"] == {"position": None}
     assert found[0]["changes"] == ["why"]
 
