@@ -15,6 +15,7 @@ _FILTERED_FLOOR = (
     0.005  # of the signal's usual bend over 2 _SPAN, for signals that were smoothed before they were logged
 )
 _WHITE_FLOOR = 0.0002
+_STEADY = 0.9  # of the changes: where more of them are the same, and not 0, the signal climbs steadily
 _CLIP = 2.5  # standard deviations beyond which a difference is an event, not noise
 
 
@@ -96,11 +97,20 @@ def _swing(y: FloatArray, lag: int) -> float:
 
 
 def _quantum(y: FloatArray) -> float:
-    """Step of a quantised signal: most samples differ from the next by whole multiples of it; 0 if there is none."""
-    jumps = np.abs(np.diff(y))
+    """Step of a quantised signal: most samples differ from the next by whole multiples of it; 0 if there is none.
+
+    A steady climb, such as a position at constant speed, changes by much the same from sample to sample; a grid shows
+    only where the multiples differ.
+    """
+    changes = np.diff(y)
+    jumps = np.abs(changes)
     jumps = jumps[jumps > 0.0]
     if len(jumps) < 8:
         return 0.0
     least = float(np.quantile(jumps, 0.02))
     ratio = jumps / least
-    return least if float(np.mean(np.abs(ratio - np.round(ratio)) < 0.02)) > 0.95 else 0.0
+    if float(np.mean(np.abs(ratio - np.round(ratio)) < 0.02)) <= 0.95:
+        return 0.0
+    multiples = np.round(changes / least)
+    usual = float(np.median(multiples))
+    return 0.0 if usual != 0.0 and float(np.mean(multiples == usual)) > _STEADY else least

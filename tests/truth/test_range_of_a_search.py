@@ -1,0 +1,50 @@
+"""An effect fitted at the end of its range means nothing: the truth lies beyond, or is another effect."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pytest_dvp.log import Log
+from pytest_dvp.reality_gap.candidates import candidates
+from pytest_dvp.reality_gap.experiment import Campaign, campaign
+from pytest_dvp.reality_gap.fit import intervals
+from pytest_dvp.reality_gap.search import Search, Trial
+from tests.truth.effects import TruthCar
+from tests.truth.generate import make_log
+from vehicle.model.catalogue import find_effect
+from vehicle.model.model_file import parse_model
+
+CAR = TruthCar()
+BASE = parse_model(
+    f"[model]\nname = 'car'\n[parameters]\nwheelbase = {CAR.wheelbase}\nmass = {CAR.mass}\n"
+    f"cg_to_front_axle = {CAR.cg_to_front_axle}\nyaw_inertia = {CAR.yaw_inertia}\n"
+)
+
+
+def driven(gain: float) -> Campaign:
+    """A drive of the truth car whose motor gives `gain` of what is asked for."""
+    columns = make_log({"drive_gain": {"g": gain}}, "rich", 4, "mid")
+    rows = columns["t"] < 60.0
+    log = Log({name: np.ascontiguousarray(values[rows]) for name, values in columns.items()})
+    return campaign({"rich": log}, BASE)
+
+
+def fitted(target: Campaign) -> tuple[Search, Trial]:
+    search = Search(target, candidates(BASE, [find_effect("drive_gain")], ay=False))
+    first = search.trial(("drive_gain",), {("drive_gain", "g"): 0.9})
+    target.settle(first.values)
+    return search, search.trial(("drive_gain",), first.values)
+
+
+@pytest.mark.parametrize(("gain", "means_something"), [(0.85, True), (0.62, True), (0.5, False)])
+def test_a_value_where_the_search_had_to_stop_means_nothing(gain: float, means_something: bool) -> None:
+    """The gain is met from 0.7 to 1.2 and looked for a quarter of that range further, 0.575 to 1.325. A gain of 0.5
+    is fitted there, and all else speaks for it: it explains most of the error, and its interval is far from 1."""
+    search, found = fitted(driven(gain))
+    name = ("drive_gain", "g")
+    assert found.values[name] == pytest.approx(max(gain, 0.7 - 0.25 * (1.2 - 0.7)), abs=0.01)
+    low, high = intervals(found.found, search.starts)[name]
+    assert low < high < 0.9
+    assert search.trial((), {}).chi2 > 1.5 * found.chi2
+    assert search.sound(found, "drive_gain") is means_something
