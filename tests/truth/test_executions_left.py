@@ -96,3 +96,11 @@ def test_an_event_that_has_ended_on_its_own_waits_and_is_then_stopped(make: Make
         (1.2, "endTransition", "standbyState"),
         (1.5, "stopTransition", "completeState"),
     ]
+
+
+def test_a_group_without_manoeuvres_has_nothing_that_could_end(make: Make) -> None:
+    """No event ends an execution of it, so it is stopped as it runs."""
+    empty = story(stop=STOP).replace('<Maneuver name="maneuver"></Maneuver>', "")
+    board = make(A=HERE, stories=empty.replace('maximumExecutionCount="1"', 'maximumExecutionCount="2"'))
+    run(board, 2.0)
+    assert [each[1] for each in steps_of(board, "group")] == ["startTransition", "stopTransition"]

@@ -72,6 +72,13 @@ def test_events_among_the_noise_count_as_little_as_a_median_lets_them() -> None:
     assert sigma(T, MOTION + y) == pytest.approx(0.2, rel=0.12)
 
 
+def test_a_few_smooth_events_do_not_make_white_noise_look_filtered() -> None:
+    """Two bumps of half a second, 20,000 times the noise: 1 % of all differences are large and smooth."""
+    at = np.arange(len(T))
+    bumps = sum(np.exp(-0.5 * ((at - centre) / 5.0) ** 2) for centre in (3000, 7000))
+    assert sigma(T, 20.0 * bumps + white(len(T), 1e-3)) == pytest.approx(1e-3, rel=0.05)
+
+
 def test_a_smooth_motion_gets_half_a_percent_of_its_bend() -> None:
     assert sigma(T, MOTION) == pytest.approx(0.005 * BEND, rel=1e-3)
 

@@ -8,8 +8,8 @@ import pytest
 from pytest_dvp.log import Log
 from pytest_dvp.reality_gap.candidates import candidates
 from pytest_dvp.reality_gap.experiment import Campaign, campaign
-from pytest_dvp.reality_gap.fit import intervals
-from pytest_dvp.reality_gap.search import Search, Trial
+from pytest_dvp.reality_gap.fit import Coordinate, intervals
+from pytest_dvp.reality_gap.search import Search, Trial, _certain
 from tests.truth.effects import TruthCar
 from tests.truth.generate import make_log
 from vehicle.model.catalogue import find_effect
@@ -48,3 +48,22 @@ def test_a_value_where_the_search_had_to_stop_means_nothing(gain: float, means_s
     assert low < high < 0.9
     assert search.trial((), {}).chi2 > 1.5 * found.chi2
     assert search.sound(found, "drive_gain") is means_something
+
+
+@pytest.mark.parametrize(
+    ("half_width", "certain"),
+    [(0.0999 / 1.2, True), (0.1001 / 1.2, False), (0.0, False)],
+    ids=["three standard deviations", "a little less", "nothing moves with it"],
+)
+def test_a_value_is_certain_three_standard_deviations_from_doing_nothing(half_width: float, certain: bool) -> None:
+    """A gain of 0.9 is 0.1 off; its 95 % interval is 2.5 standard deviations wide on each side."""
+    (key,) = find_effect("drive_gain").parameters
+    assert _certain(Coordinate("drive_gain", key), 0.9, (0.9 - half_width, 0.9 + half_width)) is certain
+
+
+@pytest.mark.parametrize(("share", "certain"), [(0.3, True), (0.36, False)])
+def test_a_limit_is_certain_to_a_third_of_its_range(share: float, certain: bool) -> None:
+    """A limit that does nothing is infinite: no distance from it can be measured in standard deviations."""
+    (key,) = find_effect("brake_limit").parameters
+    limit = Coordinate("brake_limit", key)
+    assert _certain(limit, limit.value(0.5), (limit.value(0.5 - share / 2), limit.value(0.5 + share / 2))) is certain
