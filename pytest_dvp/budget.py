@@ -65,8 +65,15 @@ def shown_size(count: int) -> str:
     """A number of bytes for people: `33 kB`, `1.07 GB`; exact below 1 kB."""
     for unit, size in (("TB", 10**12), ("GB", 10**9), ("MB", 10**6), ("kB", 10**3)):
         if count >= size:
-            return f"{count / size:.3g} {unit}" if count < 1000 * size else f"{count / size:.0f} {unit}"
+            shown = count / size
+            return f"{shown:.3g} {unit}" if shown < 999.5 else f"{shown:.0f} {unit}"
     return f"{count} byte{'' if count == 1 else 's'}"
+
+
+def shown_apart(found: int, allowed: int) -> tuple[str, str]:
+    """Two numbers of bytes for people, to the byte where rounding would make them look the same."""
+    told = shown_size(found), shown_size(allowed)
+    return told if told[0] != told[1] or found == allowed else (f"{found} bytes", f"{allowed} bytes")
 
 
 def environment_of(budget: Budget) -> dict[str, str]:

@@ -5,7 +5,18 @@ from __future__ import annotations
 import stat
 from pathlib import Path
 
-from pytest_dvp.budget import CONTAINER, FLOOR, HELD, RATIO, ROWS, TEXT, Budget, budget_in_force, shown_size
+from pytest_dvp.budget import (
+    CONTAINER,
+    FLOOR,
+    HELD,
+    RATIO,
+    ROWS,
+    TEXT,
+    Budget,
+    budget_in_force,
+    shown_apart,
+    shown_size,
+)
 from pytest_dvp.log import LogError
 
 _WHOLE = frozenset((".csv", ".tsv", ".txt", ".mat"))  # files that are read as a whole
@@ -38,13 +49,13 @@ class Account:
         self.unpacked += count
         if self.unpacked > self._most_unpacked:
             of = f" from {shown_size(self.size)}" if self.size < self.unpacked else ""
-            self._refuse("unpacks to", f"{shown_size(self.unpacked)}{of} or more", self._most_unpacked)
+            self._refuse("unpacks to", self.unpacked, f"{of} or more", self._most_unpacked)
 
     def hold(self, count: int) -> None:
         """Charge `count` bytes that are about to be kept."""
         self.held += count
         if self.held > self._most_held:
-            self._refuse("takes", f"{shown_size(self.held)} of memory or more", self._most_held)
+            self._refuse("takes", self.held, " of memory or more", self._most_held)
 
     def rows(self, count: int) -> None:
         """Compare a number of rows, or of messages, with what is allowed."""
@@ -57,9 +68,10 @@ class Account:
         self.rows(rows)
         self.hold(8 * rows * columns)
 
-    def _refuse(self, verb: str, found: str, most: int) -> None:
+    def _refuse(self, verb: str, count: int, rest: str, most: int) -> None:
         why = "" if self._stated or most == HELD else f", {RATIO} times the file" if most > FLOOR else ""
-        text = f"{self.file}: the log {verb} {found}, allowed: {shown_size(most)}{why}"
+        found, allowed = shown_apart(count, most)
+        text = f"{self.file}: the log {verb} {found}{rest}, allowed: {allowed}{why}"
         raise LogError(f"{text} (--max-log-bytes allows more)", "log.too_large")
 
 
@@ -79,6 +91,7 @@ def open_account(path: Path, budget: Budget | None = None) -> Account:
         raise LogError(f"{path}: the log cannot be read: {error.strerror or error}", "log.unreadable") from error
     most = chosen.file_bytes or (TEXT if path.suffix.lower() in _WHOLE else CONTAINER)
     if size > most:
-        text = f"{path}: the log is a file of {shown_size(size)}, allowed: {shown_size(most)}"
+        found, allowed = shown_apart(size, most)
+        text = f"{path}: the log is a file of {found}, allowed: {allowed}"
         raise LogError(f"{text} (--max-file-bytes allows more)", "log.too_large")
     return Account(path, size, chosen)
