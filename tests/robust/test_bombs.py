@@ -58,7 +58,8 @@ def mdf(path: Path) -> Path:
     return path
 
 
-def bag1(path: Path) -> Path:
+def bag1(path: Path, messages: int = 1) -> Path:
+    """A bag of `messages` texts of 4 MiB, in a chunk each."""
     pytest.importorskip("rosbags")
     from rosbags.rosbag1 import Writer
     from rosbags.typesys import Stores, get_typestore
@@ -69,7 +70,8 @@ def bag1(path: Path) -> Path:
     writer.set_compression(Writer.CompressionFormat.LZ4)
     with writer:
         connection = writer.add_connection("/car", "std_msgs/msg/String", typestore=store)
-        writer.write(connection, 0, store.serialize_ros1(text, "std_msgs/msg/String"))
+        for k in range(messages):
+            writer.write(connection, k, store.serialize_ros1(text, "std_msgs/msg/String"))
     return path
 
 
@@ -142,6 +144,26 @@ def test_a_file_larger_than_is_allowed_is_refused_before_it_is_read(tmp_path: Pa
     assert "allowed: 100 bytes (--max-file-bytes allows more)" in refused(path, Budget(file_bytes=100))
 
 
+def test_chunks_are_charged_together(tmp_path: Path) -> None:
+    """Three chunks of 4 MiB, of which each is allowed and all are not."""
+    allowed = Budget(log_bytes=10 * MB)
+    assert "unpacks to" in refused(bag1(tmp_path / "a.bag", 3), allowed)
+    assert "unpacks to" in refused(mcap(tmp_path / "a.mcap", 3, len(ZEROS)), allowed)
+
+
+def test_a_log_of_our_own_is_charged_before_its_chunks_are_unpacked(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    Log({"t": np.arange(1000) * 0.01, "v": np.sin(np.arange(1000))}).save(path)  # 16 kB of numbers
+    assert "unpacks to" in refused(path, Budget(log_bytes=1000))
+
+
+def test_a_mat_is_charged_for_what_it_unpacks_to_and_for_the_numbers_that_come_of_it(tmp_path: Path) -> None:
+    """4 MiB of numbers of one byte become 32 MiB of numbers of eight."""
+    path = mat(tmp_path / "a.mat", 1, len(ZEROS))
+    assert "unpacks to" in refused(path, Budget(log_bytes=4 * MB))
+    assert "takes" in refused(path, Budget(log_bytes=31 * MB))
+
+
 def peak_of(read: Callable[[], object]) -> int:
     """Most bytes that Python and numpy held at once while `read` ran."""
     tracemalloc.start()
@@ -179,10 +201,13 @@ def test_a_csv_of_a_gigabyte_is_refused_at_once(tmp_path: Path) -> None:
 
 
 def test_a_csv_of_more_rows_than_are_allowed_is_refused_by_its_first_ones(tmp_path: Path) -> None:
-    path = csv(tmp_path / "long.csv")
+    rows = 300_000
+    path = csv(tmp_path / "long.csv", rows)
+    assert path.stat().st_size > 2 * MB
     assert peak_of(lambda: refused(path, Budget(log_rows=10_000))) < MB
-    assert "rows or more, allowed: 59999 (--max-log-rows allows more)" in refused(path, Budget(log_rows=59_999))
-    assert len(read_log(path, budget=Budget(log_rows=60_000)).t) == 60_000
+    told = refused(path, Budget(log_rows=rows - 1))
+    assert f"rows or more, allowed: {rows - 1} (--max-log-rows allows more)" in told
+    assert len(read_log(path, budget=Budget(log_rows=rows)).t) == rows
 
 
 def test_a_log_of_our_own_keeps_to_the_budget(tmp_path: Path) -> None:
