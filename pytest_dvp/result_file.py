@@ -10,6 +10,8 @@ import msgspec
 
 from pytest_dvp.gates import Status
 
+MOST = 64_000_000  # bytes of a result that is read, about what a scenario may have (openscenario.xml.MAX_BYTES)
+
 
 class ResultFileError(ValueError):
     """A file that is not the result of a run: one line with the field that is wrong."""
@@ -59,7 +61,11 @@ def read_result(path: Path) -> dict[str, Any]:
 
     Raises ResultFileError, and OSError if there is no such file.
     """
-    data = path.read_bytes().removeprefix(codecs.BOM_UTF8)
+    with path.open("rb") as file:
+        data = file.read(MOST + 1)
+    if len(data) > MOST:
+        raise ResultFileError(f"{path}: not the result of a run: larger than {MOST // 1_000_000} MB")
+    data = data.removeprefix(codecs.BOM_UTF8)
     try:
         found: dict[str, Any] = msgspec.json.decode(data, type=dict[str, Any])
         msgspec.convert(found, _Result)

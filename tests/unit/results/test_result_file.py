@@ -48,3 +48,11 @@ def test_what_is_no_json_is_refused(tmp_path: Path, data: bytes) -> None:
     path.write_bytes(data)
     with pytest.raises(ResultFileError, match="not the result of a run: "):
         read_result(path)
+
+
+def test_a_result_of_more_than_64_mb_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "result.json"
+    with path.open("wb") as file:
+        file.truncate(64_000_001)  # sparse
+    with pytest.raises(ResultFileError, match=r"result\.json: not the result of a run: larger than 64 MB$"):
+        read_result(path)
