@@ -29,4 +29,12 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     import importlib
 
-    return getattr(importlib.import_module(_HOMES[name]), name)
+    try:
+        return getattr(importlib.import_module(_HOMES[name]), name)
+    except ImportError:
+        from pytest_dvp.own_packages import hidden_package
+
+        hidden = hidden_package()
+        if hidden is None:
+            raise
+        raise ImportError(hidden) from None

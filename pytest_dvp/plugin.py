@@ -285,6 +285,13 @@ def _settings(config: pytest.Config) -> Settings:
         return found
     except SettingError as error:
         raise pytest.UsageError(str(error)) from None
+    except ImportError:  # what knows a parameter or a delay is in packages that a project's own may hide
+        from pytest_dvp.own_packages import hidden_package
+
+        hidden = hidden_package()
+        if hidden is None:
+            raise
+        raise pytest.UsageError(hidden) from None
 
 
 def _ini_names(config: pytest.Config) -> list[str]:

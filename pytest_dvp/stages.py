@@ -11,8 +11,8 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib.util
+import os
 import subprocess
-import sys
 from collections.abc import Callable
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -178,8 +178,11 @@ def _check_hidden(file: Path) -> None:
 @functools.lru_cache(maxsize=4)
 def _refused(file: Path, content: bytes) -> str:
     """What is wrong with a file of hidden effects, in one line; only the surrogate knows, and it is another process."""
-    command = [sys.executable, "-m", "vehicle.surrogate", "--check", "--hidden", str(file)]
-    asked = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+    from vehicle.child import own_module, own_path
+
+    command = [*own_module("vehicle.surrogate"), "--check", "--hidden", str(file)]
+    there = {**os.environ, **own_path()}
+    asked = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False, env=there)
     if asked.returncode == 0:
         return ""
     last = (asked.stderr.strip().splitlines() or [f"exit code {asked.returncode}"])[-1]

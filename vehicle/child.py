@@ -17,6 +17,19 @@ from typing import IO
 TIED = Path(__file__).with_name("tied.py")
 
 
+def own_module(name: str) -> list[str]:
+    """The command that runs a module of ours in a process of its own; together with `own_path`.
+
+    Not `python -m` alone: that puts the current folder first, where a project may have a package of the same name.
+    """
+    return [sys.executable, "-P", "-m", name]
+
+
+def own_path() -> dict[str, str]:
+    """The environment in which a process finds the modules that this one found."""
+    return {"PYTHONPATH": os.pathsep.join(sys.path)}
+
+
 class Child:
     """`command`, started now. `who` it is ("the car") and the kind of error that says what became of it.
 

@@ -8,14 +8,13 @@ itself, as it must whenever 100 ms pass without a command.
 
 from __future__ import annotations
 
-import os
-import sys
 import time
 from collections.abc import Callable
 from typing import Any, NoReturn
 
 from vehicle.adapter import VehicleLost
 from vehicle.bridge import Bridge
+from vehicle.child import own_module, own_path
 from vehicle.command_gate import ArmingRefused
 from vehicle.gate_messages import Arming, Decision
 from vehicle.gate_wire import Answer, Keys, Opened, Opening, pack, unpack
@@ -42,9 +41,9 @@ class GateProcess:
         self._record, self._trouble = record, trouble
         self._number, self._armed = 0, False
         self._over: dict[str, Any] = {}
-        environment = {"PYTHONPATH": os.pathsep.join(sys.path)}
+        host = own_module("vehicle.gate_host")[1:]  # the bridge names Python itself
         self._bridge: Bridge | None = Bridge(
-            who=WHO, error=VehicleLost, environment=environment, server=("-m", "vehicle.gate_host"), silent=SILENT
+            who=WHO, error=VehicleLost, environment=own_path(), server=host, silent=SILENT
         )
         try:
             self._opened: Opened = unpack(self._ask("open", pack(opening), OPEN), Opened)

@@ -62,7 +62,7 @@ def _command(folder: Path) -> list[str]:
     said = kept.get("replay", "")
     if not said.startswith("dvp run "):
         raise WrongArgument(f"{folder}: {said or 'how it was driven is not said'}")
-    from pytest_dvp.cli import build_parser
+    from pytest_dvp.cli.dispatch import build_parser
 
     try:
         words = shlex.split(said)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping, Sequence
@@ -55,8 +56,10 @@ def _ask(files: Sequence[str], settings: Settings) -> dict[str, tuple[str, int |
         "rootdir": str(settings.rootdir),
         "ego": settings.ego,
     }
-    words = [sys.executable, "-m", "pytest_dvp.cli.runnable"]
-    child = subprocess.run(words, input=json.dumps(question), capture_output=True, text=True, check=False)
+    from vehicle.child import own_module, own_path
+
+    words, there = own_module("pytest_dvp.cli.runnable"), {**os.environ, **own_path()}
+    child = subprocess.run(words, input=json.dumps(question), capture_output=True, text=True, check=False, env=there)
     if child.returncode:
         last = (child.stderr.strip().splitlines() or [f"exit code {child.returncode}"])[-1]
         return dict.fromkeys(files, (f"it cannot be told: {last}", None))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import subprocess
-import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.can_bus import CanActuators
 from vehicle.adapters.ros2 import STEP_TIMEOUT, Ros2Vehicle
-from vehicle.child import Child
+from vehicle.child import Child, own_module, own_path
 from vehicle.gated import Hands
 from vehicle.pulse import Pulse
 from vehicle.wire.can_map import SignalMap
@@ -87,11 +86,11 @@ class CarProcess(Ros2Vehicle):
         self._farewell = farewell
         self._lease = Lease()
         where, opener = wire(self._lease.domain)
-        command = [sys.executable, "-m", module, *where, *arguments]
+        command = [*own_module(module), *where, *arguments]
         if can is not None:
             bus = f"udp_multicast:{GROUP}:{FIRST_PORT + self._lease.domain}"
             command += ["--can", bus, "--dbc", str(can.file)]
-        self._child = Child(command, "the car", VehicleLost)
+        self._child = Child(command, "the car", VehicleLost, own_path())
         self._pulse = Pulse(self._child.process.pid)
         self._serves = False
         self.by_wire: CanActuators | None = None

@@ -9,7 +9,7 @@ from typing import get_args
 
 import pytest
 
-from pytest_dvp.cli import build_parser
+from pytest_dvp.cli.dispatch import build_parser
 from pytest_dvp.reality_gap.diagnosis import Verdict
 from pytest_dvp.settings import PLUGIN_SETTINGS
 from vehicle.model.catalogue import catalogue
