@@ -137,7 +137,8 @@ def _checked(name: str, value: float) -> float:
     except (TypeError, ValueError):
         number = math.nan
     if not allowed.low <= number <= allowed.high:
+        wrong = "is no number; its range is" if math.isnan(number) else "is outside its range"
         raise ParameterError(
-            f"ADS parameter {name} = {value!r} is outside its range [{allowed.low:g}, {allowed.high:g}] {allowed.unit}"
+            f"ADS parameter {name} = {value!r} {wrong} [{allowed.low:g}, {allowed.high:g}] {allowed.unit}"
         )
     return number

@@ -15,6 +15,7 @@ from pytest_dvp.stack_faults import AdsFault, StackHung, one_line, raised, what
 if TYPE_CHECKING:
     from vehicle.messages import Command, Detection, FloatArray, Observation
 
+_FIELDS = ("t", "steer", "accel", "throttle", "brake")  # of a Command
 _NUMBERS = ("t", "x", "y", "yaw", "length", "width", "vx", "vy")  # of a Detection, as the log keeps them
 
 
@@ -99,11 +100,13 @@ class OnlyTick:
                 asked = (float(value) for value in (command.t, steer, accel, throttle, brake))
                 plain = self._command(*asked)
         except (TypeError, ValueError, OverflowError):
-            raise AdsFault(
-                f"ADS {self._name}: tick returned a Command of other things than numbers: {command}"
-            ) from None
+            fields = {name: getattr(command, name) for name in _FIELDS}
+            wrong = {name: value for name, value in fields.items() if not _is_number(value)}
+            raise AdsFault(f"ADS {self._name}: {_with(wrong or fields)}, expected numbers") from None
         if not finite:
-            raise AdsFault(f"ADS {self._name}: tick returned a Command that is not finite: {command}")
+            asked = {name: getattr(plain, name) for name in _FIELDS[1:]}
+            wrong = {name: value for name, value in asked.items() if not math.isfinite(value)}
+            raise AdsFault(f"ADS {self._name}: {_with(wrong)}, expected finite numbers")
         return plain
 
     def _traced(self) -> Mapping[str, float]:
@@ -149,6 +152,11 @@ class OnlyTick:
         if array.ndim != 2 or array.shape[1] != 2:
             raise AdsFault(f"ADS {self._name}: path has the shape {array.shape}, expected (n, 2): x, y [m]")
         return array
+
+
+def _with(fields: Mapping[str, object]) -> str:
+    """What is wrong with a Command, field by field: `tick returned a Command with brake = None`."""
+    return "tick returned a Command with " + ", ".join(f"{name} = {what(value)}" for name, value in fields.items())
 
 
 def _is_number(value: Any) -> bool:

@@ -35,14 +35,21 @@ def check_overrides(path: Path, assignments: Assignments, option: str = "--set",
 
 
 def check_declared(path: Path, values: Mapping[str, str], option: str = "--set") -> None:
-    """Raises SettingError unless a scenario declares `values` and its constraints allow them."""
+    """Raises SettingError unless a scenario declares `values`, and its types and constraints allow them."""
+    from openscenario.findings import shown
     from openscenario.parameters import allows, constraints
     from openscenario.read import read_declarations
+    from openscenario.values import BadValue, check_type
 
     declared = {declaration.name: declaration for declaration in read_declarations(path)}
     for name, value in values.items():
         if name not in declared:
             raise SettingError(f"{option} {name}: {unknown(f'parameter of {path.name}', name, declared)}")
+        try:
+            check_type(value, declared[name].parameter_type)
+        except BadValue as error:  # before the constraints, in which a word is merely outside of a range
+            allowed = ", ".join(filter(None, (error.allowed, constraints(declared[name]))))
+            raise SettingError(f"{option} {name}: found {shown(value)}, {error.text}; allowed: {allowed}") from None
         if not allows(declared[name], value):
             raise SettingError(f"{option} {name}: found {value}; allowed: {constraints(declared[name])}")
 

@@ -77,6 +77,7 @@ def test_assignments_add_up(told: pytest.Pytester) -> None:
         (("--dvp-model=nowhere.toml",), "*--dvp-model: no file*nowhere.toml*"),
         (("--dvp-set=P.LQR_q1=30",), "*unknown ADS parameter 'LQR_q1'*LQR_q11*"),
         (("--dvp-set=P.LQR_q11=-1",), "*LQR_q11*outside its range*"),
+        (("--dvp-set=P.LQR_q11=abc",), "*LQR_q11 = 'abc' is no number; its range is *0, 10000* 1/m^2*"),
         (("--dvp-set=S.EGO_mas=900",), "*EGO_mass*"),
     ],
 )

@@ -204,6 +204,11 @@ def test_report_of_a_damaged_log_is_one_line(capsys: pytest.CaptureFixture[str])
         (["run", "x.xosc", "--model", "m.toml"], "m.toml"),
         (["run", "x.xosc", "--set", "ego_sped=3"], "did you mean 'ego_speed'?"),
         (["run", "x.xosc", "--set", "ego_speed=7"], "found 7; allowed: >= 2.0 and <= 6.0"),
+        (
+            ["run", "x.xosc", "--set", "ego_speed=abc"],
+            "--set ego_speed: found 'abc', not a number; allowed: a number, >=",
+        ),
+        (["play", "x.xosc", "--set", "ego_speed=nan"], "--set ego_speed: found 'nan', not a finite number; allowed: "),
     ],
 )
 def test_a_wrong_option_is_one_line_and_exit_2(

@@ -133,8 +133,11 @@ def test_something_without_tick_is_one_line() -> None:
     [
         (None, "tick returned None, expected a vehicle.messages.Command"),
         ((0.0, 1.0), "tick returned (0.0, 1.0) (tuple), expected"),
-        (Command(0.0, float("nan"), 0.0, 0.0, 0.0), "tick returned a Command that is not finite"),
-        (Command(0.0, "0", 0.0, 0.0, 0.0), "tick returned a Command of other things than numbers"),  # type: ignore[arg-type]
+        (Command(0.0, float("nan"), 0.0, 0.0, 0.0), "a Command with steer = nan (float), expected finite numbers"),
+        (Command(0.0, "0", 0.0, 0.0, 0.0), "a Command with steer = '0' (str), expected numbers"),  # type: ignore[arg-type]
+        (Command(0.0, 0.0, 0.0, None, []), "with throttle = None, brake = [] (list), expected numbers"),  # type: ignore[arg-type]
+        (Command(None, 0.0, 0.0, 0.0, 0.0), "a Command with t = None, expected numbers"),  # type: ignore[arg-type]
+        (Command(0.0, 0.0, 0.0, 0.0, 10**400), "(int), expected numbers"),
     ],
 )
 def test_a_tick_without_a_command_is_one_line(scenario: Write, returned: object, says: str) -> None:
