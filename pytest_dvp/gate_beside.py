@@ -1,7 +1,9 @@
-"""A gate file against the scenario beside it: whether there is one, and whether the task lies on its road."""
+"""A gate file against the scenario beside it: whether there is one, whether the task lies on its road, whether the
+events and entities are of the scenario; and against the files beside it that it names."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from openscenario.xml import read_xml
 from pytest_dvp.gate_file import read_gates
 from pytest_dvp.gate_lines import Lines, locate_lines
 from pytest_dvp.gate_model import GateError, GateFile
+from pytest_dvp.gate_references import unknown_names
 from vehicle.messages import RoadPoint
 
 ENDING = ".gates.toml"
@@ -37,6 +40,8 @@ def check_beside(path: Path, *, library: Sequence[Path] = (), rootdir: Path | No
     except (GateError, ScenarioError):
         return ()  # each file's own check tells
     found = [*_places(gates, facts, lines, str(path), scenario_path.name)] if facts is not None else []
+    found += unknown_names(gates, scenario, scenario_path.name)
+    found += _no_traffic(gates, lines, path)
     return (*found, *_without_goal(gates, scenario, facts, str(path), scenario_path.name))
 
 
@@ -130,6 +135,26 @@ def _off_road(place: RoadPoint, facts: RoadFacts) -> tuple[str, str, str, str, s
         text = f"no lane {place.lane} on road {place.road} at s = {place.s:g} m"
         return "lane", text, "", ", ".join(map(str, lanes)) or "none", ""
     return None
+
+
+def _no_traffic(gates: GateFile, lines: Lines, path: Path) -> Iterator[Finding]:
+    """The files of the background traffic that are not there."""
+    named = dataclasses.asdict(gates.traffic) if gates.traffic is not None else {}
+    for key, name in named.items():
+        if not (path.parent / name).is_file():
+            ending = name.partition(".")[2]  # net.xml of urban.net.xml
+            there = [file.name for file in path.parent.iterdir() if file.name.endswith(ending)]
+            yield Finding(
+                "dvp.gates.traffic",
+                "error",
+                str(path),
+                lines.top.get("traffic"),
+                f"traffic.{key}",
+                text="no such file beside this one",
+                found=name,
+                allowed=listed(sorted(there)),
+                hint=nearest(name, there),
+            )
 
 
 def _without_goal(

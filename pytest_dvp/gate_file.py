@@ -11,6 +11,7 @@ from openscenario.findings import Finding, nearest
 from pytest_dvp.gate_lines import Lines, locate_lines
 from pytest_dvp.gate_match import model_file, read_model_gate
 from pytest_dvp.gate_model import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
+from pytest_dvp.gate_repeated import repeated
 from pytest_dvp.gate_signal import wrong_signal
 from pytest_dvp.metrics import Metric, MetricError, find_metric, known_metrics
 from pytest_dvp.metrics.registry import check_options
@@ -27,8 +28,9 @@ def read_gates(path: Path | str) -> GateFile:
     """Read a gate file. Raises GateError with everything that is wrong with it."""
     reader = _Reader(str(path))
     result = reader.read(Path(path))
-    if reader.findings:
-        raise GateError(reader.findings)
+    errors = [finding for finding in reader.findings if finding.severity == "error"]
+    if errors:
+        raise GateError(errors)
     return result
 
 
@@ -72,6 +74,7 @@ class _Reader:
             else:
                 gate = self._gate(table, i)
                 gates += [gate] if gate is not None else []
+        self.findings += repeated(gates)
         return GateFile(task, tuple(gates), self.file, traffic)
 
     def _toml(self, path: Path) -> dict[str, Any]:

@@ -31,7 +31,8 @@ from pytest_dvp.driving_stack import find_ads, make_driver
 from pytest_dvp.ego import EgoTask, find_ego, task_of
 from pytest_dvp.event_names import EventNames
 from pytest_dvp.gate_log import ARRIVED, GateLog
-from pytest_dvp.gates import GateFile, default_gates, read_gates
+from pytest_dvp.gate_references import unknown_names
+from pytest_dvp.gates import GateError, GateFile, default_gates, read_gates
 from pytest_dvp.override import declared_names
 from pytest_dvp.paths import shown
 from pytest_dvp.recorder import LogRecorder
@@ -120,6 +121,9 @@ def prepare(request: Request) -> Ready:
     gates, gate_folder = _gates(request)
     parameters = {**_of_the_scenario(request), **request.parameters}
     scenario = read_scenario(request.path, library=request.library, rootdir=request.rootdir, parameters=parameters)
+    wrong = [name for name in unknown_names(gates, scenario, request.path.name) if name.severity == "error"]
+    if wrong:  # before the drive, which such a gate could not judge
+        raise GateError(wrong)
     network = network_of(scenario)
     ego = find_ego(scenario, request.ego)
     ads = request.ads or find_ads()

@@ -11,6 +11,7 @@ import pytest
 
 from pytest_dvp.cli import main
 from scenarios import path as shipped
+from tests.unit.harness.test_event_names import at, group
 
 Write = Callable[..., Path]
 GATE = '[[gate]]\nmetric = "collision"\nmax = 0\n'
@@ -141,6 +142,58 @@ def test_a_gate_on_reaching_the_goal_of_the_task_is_fine(scenario: Write, check:
     task = '[task]\ngoal = { road = "1", lane = -1, s = 50 }\n'
     scenario().with_name("x.gates.toml").write_text(task + NEEDS_GOAL)
     assert check(".") == (0, [])
+
+
+def storyboard_with(event: str) -> tuple[str, str]:
+    """Replacement that gives the small scenario a story with one event."""
+    story = f"""<Story name="s"><Act name="a">{group("g", event, at(1.0))}<StartTrigger>
+      <ConditionGroup><Condition name="c" delay="0" conditionEdge="none">{at(0.0)}</Condition></ConditionGroup>
+    </StartTrigger></Act></Story><StopTrigger>"""
+    return "<StopTrigger>", story
+
+
+STARTED = '[[gate]]\nmetric = "event_started"\nmin = 1\nevent = "wlk"\n'
+LET_BE = '[[gate]]\nmetric = "events_fired"\nmax = 0\noptional = ["walk", "wlk"]\n'
+
+
+@pytest.mark.parametrize(("text", "option"), [(STARTED, "event"), (LET_BE, "optional")])
+def test_an_event_that_the_scenario_does_not_have_is_found_with_the_nearest_one(
+    text: str, option: str, scenario: Write, check: Callable[..., Any], capsys: pytest.CaptureFixture[str]
+) -> None:
+    gates = scenario(storyboard_with("walk")).with_name("x.gates.toml")
+    gates.write_text(text)
+    code, (found,) = check("x.xosc")
+    place = (1, "dvp.gates.unknown_event", "x.gates.toml", 4, f"gate[1].{option}")
+    assert (code, found["code"], found["file"], found["line"], found["element"]) == place
+    said = "x.xosc has no storyboard event of this name; found 'wlk'; allowed: walk (did you mean 'walk'?)"
+    assert found["message"] == said
+    assert main(["run", "x.xosc"]) == 1  # and drives nothing
+    assert said in capsys.readouterr().err
+    assert not Path("runs").exists()
+    gates.write_text(text.replace("wlk", "walk"))
+    assert check("x.xosc") == (0, [])
+
+
+@pytest.mark.parametrize(("name", "severity"), [("Eggo", "error"), ("swarm.3", "warning")])
+def test_an_entity_that_the_scenario_does_not_have_is_found(
+    name: str, severity: str, scenario: Write, check: Callable[..., Any]
+) -> None:
+    """What appears only while the scenario runs cannot be told from a wrong name: a warning."""
+    text = f'[[gate]]\nmetric = "mncc"\nsignal = "object.{name}.x"\nbetween = ["dt", "rw"]\nmin = 0.9\n'
+    scenario().with_name("x.gates.toml").write_text(text)
+    _, (found,) = check("x.xosc")
+    assert (found["code"], found["severity"], found["line"]) == ("dvp.gates.unknown_entity", severity, 3)
+    assert ("did you mean 'Ego'?" in found["message"]) == (severity == "error")
+
+
+def test_a_file_of_the_traffic_that_is_not_there_is_found(scenario: Write, check: Callable[..., Any]) -> None:
+    gates = scenario().with_name("x.gates.toml")
+    gates.write_text(f'{GATE}[traffic]\nnet = "twn.net.xml"\nroutes = "town.rou.xml"\n')
+    for name in ("town.net.xml", "town.rou.xml"):
+        gates.with_name(name).touch()
+    code, (found,) = check("x.xosc")
+    assert (code, found["code"], found["line"], found["element"]) == (1, "dvp.gates.traffic", 4, "traffic.net")
+    assert "did you mean 'town.net.xml'?" in found["message"]
 
 
 def test_a_scenario_without_an_ego_is_a_warning_because_it_can_be_played(

@@ -156,6 +156,56 @@ def test_what_is_wrong_is_said_with_its_line(text: str, line: int, code: str, sa
     assert said in finding.message
 
 
+EQUAL = [  # two gates of one metric that ask the same, the second at line 5
+    ("metric = 'tet'\nmax = 1", "metric = 'tet'\nmax = 1.0"),
+    ("metric = 'tet'\nmax = 1", "metric = 'tet'\nmax = 1\nstages = ['dt']"),
+    ("metric = 'tet'\nmax = 1", "metric = 'tet'\nmax = 1\ncritical = 2.0"),  # the default
+    ("metric = 'event_started'\nevent = 'Brake'\nmin = 1", "metric = 'event_started'\nmin = 1\nevent = 'Brake'"),
+    (
+        "metric = 'events_fired'\noptional = ['A', 'B']\nmax = 0",
+        "metric = 'events_fired'\noptional = ['B', 'A']\nmax = 0",
+    ),
+    (f"metric = 'mncc'\nsignal = 'v'\nmin = 0.9\n{PAIR}", f"metric = 'mncc'\nsignal = 'v'\nmin = 0.9\n{PAIR}"),
+]
+DIFFERENT = [
+    ("metric = 'tet'\nmax = 1", "metric = 'tet'\nmax = 1\ncritical = 1.5"),
+    ("metric = 'tet'\nmax = 1\nstages = ['dt']", "metric = 'tet'\nmax = 1\nstages = ['rw']"),
+    ("metric = 'goal_reached'\nmin = 1", "metric = 'goal_reached'\nmax = 1"),
+    ("metric = 'event_started'\nevent = 'Brake'\nmin = 1", "metric = 'event_started'\nevent = 'Swerve'\nmin = 1"),
+    ("metric = 'max_jerk'\nmax = 4\nstages = ['dt']", "metric = 'max_jerk'\nmax = 6"),  # decides on pe and rw
+]
+
+
+@pytest.mark.parametrize(("first", "second"), EQUAL)
+def test_two_equal_gates_are_an_error_at_the_second_one(first: str, second: str, file: Path) -> None:
+    (finding,) = check_gates(write(file, gate(first) + gate(second)))
+    head = 3 + first.count("\n")  # of the second [[gate]]
+    assert (finding.code, finding.severity, finding.line) == ("dvp.gates.equal", "error", head)
+    assert "as in line 1, on stage " in finding.message
+    with pytest.raises(GateError, match="the same gate on "):
+        read_gates(file)
+
+
+@pytest.mark.parametrize(("first", "second"), DIFFERENT)
+def test_gates_that_differ_in_more_than_their_place_are_fine(first: str, second: str, file: Path) -> None:
+    assert check_gates(write(file, gate(first) + gate(second))) == ()
+    assert len(read_gates(file).gates) == 2
+
+
+def test_equal_bounds_of_a_model_are_found_as_well(file: Path) -> None:
+    (file.parent / "car.toml").write_text("")
+    text = gate("model = 'car.toml'\nrmse = { v = 0.3 }")
+    assert [finding.code for finding in check_gates(write(file, text + text))] == ["dvp.gates.equal"]
+
+
+@pytest.mark.parametrize(("bounds", "line"), [(("max = 2", "max = 1"), 1), (("max = 1", "max = 1.5\nmin = -9"), None)])
+def test_a_gate_that_can_never_decide_is_a_warning(bounds: tuple[str, str], line: int | None, file: Path) -> None:
+    text = "".join(gate(f"metric = 'tet'\n{bound}") for bound in bounds)
+    found = [(finding.code, finding.severity, finding.line) for finding in check_gates(write(file, text))]
+    assert found == ([("dvp.gates.never_decides", "warning", line)] if line is not None else [])
+    assert len(read_gates(file).gates) == 2  # a run takes it
+
+
 def test_all_defects_are_told_at_once(file: Path) -> None:
     text = gate('metric = "max_jrk"\nmax = 1') + gate('metric = "tet"\nmax = nan')
     assert [finding.line for finding in check_gates(write(file, text))] == [2, 6]
