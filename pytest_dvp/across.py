@@ -8,9 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from openscenario.storyboard.reading import USUAL
 from pytest_dvp.gap_command import gap_command
 from pytest_dvp.gate_model import STAGES, Gate, Stage
 from pytest_dvp.gates import Verdict, judge_between, overall, pairs_of
+from pytest_dvp.ini_file import changes_a_run
 from pytest_dvp.log import Log
 from pytest_dvp.paths import shown
 from pytest_dvp.reality_gap.asked_by import asked_differently
@@ -264,6 +266,15 @@ def replay(scenario: Path, options: Mapping[str, Any], stages: Sequence[str], se
     words += [word for folder in settings.library for word in ("--library", shown(folder))]
     words += ["--ego", settings.ego] if settings.ego is not None else []
     words += ["--duration", f"{settings.duration:g}"] if settings.duration is not None else []
+    words += ["--reading", settings.reading] if settings.reading != USUAL else []
+    words += ["--stack-process", settings.stack_process] if settings.stack_process is not None else []
+    usual = Settings()
+    for option, value, default in (
+        ("--tick-limit", settings.tick_limit, usual.tick_limit),
+        ("--after-collision", settings.after_collision, usual.after_collision),
+    ):
+        words += [option, f"{value:g}"] if value != default else []
+    words += ["--no-ini"] if changes_a_run(words, "rw") else []
     return shlex.join(words)
 
 

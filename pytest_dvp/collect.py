@@ -351,12 +351,17 @@ def header(items: Sequence[pytest.Item], settings: Settings) -> str:
     words = [f"dvp: {files} scenario{'s' if files != 1 else ''}", *_case_words(scenarios), f"stage {', '.join(stages)}"]
     words += [
         f"vehicle {_vehicles(stages, settings)}",
-        f"ADS {shown_name(settings.ads)}",
+        f"ADS {shown_name(settings.ads)}{_unasked(settings.origins.get('ads', '--ads'))}",
         f"seed {settings.seed}",
         f"model {', '.join(_models(scenarios, settings))}",
         *settings.set.words(),
     ]
     return ", ".join(words)
+
+
+def _unasked(origin: str) -> str:
+    """Where a setting stands that is not on the command line: ` (ini dvp_ads)`."""
+    return "" if origin.startswith("--") else f" ({origin})"
 
 
 def _models(scenarios: Sequence[ScenarioItem], settings: Settings) -> list[str]:

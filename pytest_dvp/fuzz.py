@@ -118,23 +118,24 @@ def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) ->
     One file a test: Hypothesis ends with the smallest failing variant, and that is the one that stays.
     """
     from openscenario.findings import ScenarioError
-    from pytest_dvp.run import replay_command
+    from pytest_dvp.run import AFTER_COLLISION, replay_command
 
     asked, duration = _request(variant, options), options.get("duration")
+    after = options.get("after_collision", AFTER_COLLISION)
     source = variant.scenario
     target = runs / "variants" / f"{re.sub(r'[^A-Za-z0-9_]+', '-', test).strip('-')[:60]}-{source.stem}.xosc"
     try:
         _write(asked, target)
     except (OSError, ValueError, ScenarioError):
         # A file that cannot be written must not hide the failure; the values alone replay it as well.
-        return replay_command(asked, duration)
+        return replay_command(asked, duration, after)
     library, gates = asked.library, asked.gates or source.with_name(f"{source.stem}.gates.toml")
     if asked.rootdir is None or not source.resolve().is_relative_to(asked.rootdir.resolve()):
         library = (*library, source.parent)
     written = dataclasses.replace(
         asked, path=target, parameters={}, gates=gates if gates.is_file() else None, library=library
     )
-    return replay_command(written, duration)
+    return replay_command(written, duration, after)
 
 
 def _request(variant: Variant, options: Mapping[str, Any]) -> Request:

@@ -18,6 +18,7 @@ from pytest_dvp.compute_delay import parse_delay
 from pytest_dvp.deadline import TICK_LIMIT
 from pytest_dvp.driving_stack import Ads, find_ads
 from pytest_dvp.gate_log import said_of as said_of_gate
+from pytest_dvp.ini_file import changes_a_run
 from pytest_dvp.log import Log
 from pytest_dvp.loop import TICK, Ending, Limits, Loop
 from pytest_dvp.paths import shown
@@ -44,6 +45,7 @@ DriverFactory: TypeAlias = (
 )
 
 DURATION = 60.0  # s, of a run that nothing else ends
+AFTER_COLLISION = 1.0  # s, from a collision to the end of the run
 DURATION_TO_GOAL = 300.0  # s, of a run that has a goal to reach
 
 
@@ -134,7 +136,7 @@ def run(
     tick_limit: float = TICK_LIMIT,
     stack_process: str | None = None,
     compute_delay: str | None = None,
-    after_collision: float = 1.0,
+    after_collision: float = AFTER_COLLISION,
     ads: DriverFactory | Ads | str | None = None,
     vehicle: str = SURROGATE,
     dbc: Path | None = None,
@@ -254,7 +256,7 @@ def run(
     ended = _ended(ending, limit, "default " if duration is None else "", wall_limit)
     if whole and ending == "timeout":
         ended = "the end of the recording"
-    again = replay_command(request, duration)
+    again = replay_command(request, duration, after_collision)
     return _judged(request, ready, (ending, ended), loop, again, log_dir, folder_name, single_file)
 
 
@@ -456,7 +458,7 @@ def assigned(request: Any) -> dict[str, str]:
     return named
 
 
-def replay_command(request: Any, duration: float | None) -> str:
+def replay_command(request: Any, duration: float | None, after_collision: float = AFTER_COLLISION) -> str:
     """The `dvp run` that does the same again, or why there is none."""
     if request.ads is not None and request.ads.word is None:
         return f"no command line can name the ADS {request.ads.name}; repeat the test or script that made it"
@@ -484,6 +486,8 @@ def replay_command(request: Any, duration: float | None) -> str:
     words += ["--stack-process", request.stack_process] if request.stack_process is not None else []
     words += ["--tick-limit", f"{request.tick_limit:g}"] if request.tick_limit != TICK_LIMIT else []
     words += ["--duration", f"{duration:g}"] if duration is not None else []
+    words += ["--after-collision", f"{after_collision:g}"] if after_collision != AFTER_COLLISION else []
+    words += ["--no-ini"] if changes_a_run(words, request.stage) else []
     return shlex.join(words)
 
 

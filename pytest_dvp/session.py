@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from pytest_dvp.fixtures import current_item, note, note_variant, settings_of
+from pytest_dvp.near_path import looked_for
 from pytest_dvp.paths import shown
 from pytest_dvp.settings import SettingError, is_users_mistake
 
@@ -204,14 +205,16 @@ class Session:
         if path.is_absolute():
             if path.is_file():
                 return path
-            raise SettingError(f"no scenario {path}")
+            raise SettingError(f"no scenario {path}{looked_for(path)}")
         home = current_item(self._config).path.parent
         folders = dict.fromkeys([home, self._settings.rootdir, *self._settings.scenarios])
         for folder in folders:
             if (folder / path).is_file():
                 return folder / path
         looked = ", ".join(str(folder) for folder in folders)
-        raise SettingError(f"no scenario {path}; looked in {looked}")
+        meant = (looked_for(folder / path).partition("did you mean ")[2] for folder in folders)
+        near = next((f"; did you mean {name}" for name in meant if name), "")
+        raise SettingError(f"no scenario {path}; looked in {looked}{near}")
 
 
 def run_key(path: Path, options: Mapping[str, Any]) -> str:

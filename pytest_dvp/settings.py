@@ -174,7 +174,7 @@ class Assignments:
 
 @dataclasses.dataclass(frozen=True)
 class Settings:
-    """The values in force. Times [s]; `runs` and `rootdir` absolute."""
+    """The values in force. Times [s]; `runs` and `rootdir` absolute; `origins` of those that were set, by key."""
 
     seed: int = 7
     ads: str = REFERENCE
@@ -209,6 +209,11 @@ class Settings:
     scenarios: tuple[Path, ...] = ()
     no_diagnosis: bool = False
     rootdir: Path = dataclasses.field(default_factory=Path.cwd)
+    origins: Mapping[str, str] = dataclasses.field(default_factory=dict, compare=False, repr=False)
+
+    def origin(self, name: str) -> str:
+        """Where a setting was set, for messages: `--ads`, `environment DVP_ADS`, `pytest.ini: dvp_ads`."""
+        return self.origins.get(name.replace("-", "_"), f"--{name}")
 
     @property
     def runs_folder(self) -> Path:
@@ -335,6 +340,7 @@ def from_sources(
     of a script that has no value must not be a run without its gates. Raises SettingError.
     """
     values: dict[str, Any] = {}
+    origins: dict[str, str] = {}
     for setting in settings:
         for lookup, name, base in sources:
             raw = lookup(setting)
@@ -342,8 +348,9 @@ def from_sources(
                 raise SettingError(f"{name(setting)} is empty, expected {setting.metavar or 'a value'}")
             if raw is not None and raw != "" and raw != []:
                 values[setting.key] = convert(setting, raw, name(setting), base)
+                origins[setting.key] = name(setting)
                 break
-    return Settings(rootdir=rootdir, **values)
+    return Settings(rootdir=rootdir, origins=origins, **values)
 
 
 def environment_lookup(environ: Mapping[str, str] = os.environ) -> Callable[[Setting], object]:
@@ -431,19 +438,25 @@ def possible_folder(path: Path, origin: str) -> Path:
     return path.absolute()
 
 
+def _missing(origin: str, what: str, path: Path) -> SettingError:
+    from pytest_dvp.near_path import looked_for
+
+    return SettingError(f"{origin}: {what} {path}{looked_for(path)}")
+
+
 def _file(path: Path, origin: str) -> Path:
     if not path.is_file():
-        raise SettingError(f"{origin}: no file {path}")
+        raise _missing(origin, "no file", path)
     return path.absolute()
 
 
 def _log(path: Path, origin: str) -> Path:
     if not path.is_file() and not (path / "log.mcap").is_file():
-        raise SettingError(f"{origin}: no log or run folder {path}")
+        raise _missing(origin, "no log or run folder", path)
     return path.absolute()
 
 
 def _folder(path: Path, origin: str) -> Path:
     if not path.is_dir():
-        raise SettingError(f"{origin}: no folder {path}")
+        raise _missing(origin, "no folder", path)
     return path.absolute()

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import argparse
-import configparser
 import os
-import shlex
-import tomllib
 from collections.abc import Collection, Iterable
 from pathlib import Path
 
 from pytest_dvp.budget import Budget
-from pytest_dvp.settings import BUDGET, LISTS, SETTINGS, Setting, Settings, environment_lookup, from_sources
+from pytest_dvp.ini_file import NAMES, find_ini
+from pytest_dvp.near_path import looked_for
+from pytest_dvp.settings import (
+    BUDGET,
+    LISTS,
+    PLUGIN_SETTINGS,
+    SETTINGS,
+    Setting,
+    SettingError,
+    Settings,
+    environment_lookup,
+    from_sources,
+    misspelt,
+)
 
-ROOT_MARKS = ("pytest.ini", ".pytest.ini", "pyproject.toml", "tox.ini", "setup.cfg", ".git")
-INI_SECTIONS = {"pytest.ini": "pytest", ".pytest.ini": "pytest", "tox.ini": "pytest", "setup.cfg": "tool:pytest"}
+ROOT_MARKS = (*NAMES, ".git")
 
 
 class WrongArgument(ValueError):
@@ -45,24 +54,37 @@ def add_report(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def settings_from(arguments: argparse.Namespace) -> Settings:
-    """Settings of a command: command line before environment, the folders of `dvp_library` also from the ini file.
+def settings_from(arguments: argparse.Namespace, ini: Collection[str] = ("library",)) -> Settings:
+    """Settings of a command: command line before environment before ini file.
 
-    Of an ini file nothing else counts here: what may be read belongs to a project, the rest to one run. Raises
-    SettingError.
+    ini   names of those that count in the ini file: what may be read, and, where a command drives, all it has. The ini
+          file is that of the folder in which the command stands: a scenario elsewhere brings no settings with it.
+
+    Raises SettingError, also for a key or a variable that is nearly one of ours.
     """
     here, root = Path.cwd(), root_here()
+    file = None if getattr(arguments, "no_ini", False) else find_ini(here)
+    known = SETTINGS + PLUGIN_SETTINGS
+    for wrong in (
+        misspelt((name for name in os.environ if name.startswith("DVP_")), [setting.environment for setting in known]),
+        misspelt((name for name in (file.keys if file else ()) if name.startswith("dvp_")), [one.ini for one in known]),
+    ):
+        if wrong:
+            raise SettingError(wrong)
 
     def given(setting: Setting) -> object:
         return getattr(arguments, setting.key, None)
+
+    def in_file(setting: Setting) -> object:
+        return None if file is None or setting.name not in ini else file.value(setting)
 
     sources = [
         (given, lambda setting: f"--{setting.name}", here),
         (environment_lookup(), lambda setting: f"environment {setting.environment}", here),
         (
-            lambda setting: _ini_folders(root, setting.ini) if setting.name == "library" else None,
-            lambda setting: f"ini {setting.ini}",
-            root,
+            in_file,
+            lambda setting: "" if file is None else file.origin(setting),
+            here if file is None else file.file.parent,
         ),
     ]
     return from_sources(SETTINGS, sources, root)
@@ -74,12 +96,18 @@ def add_budget(parser: argparse.ArgumentParser) -> None:
 
 
 def budget_from(arguments: argparse.Namespace) -> Budget:
-    """How large the logs of a command may be: options before environment. Raises SettingError."""
+    """How large the logs of a command may be: options before environment; of a run, the ini file after them.
+
+    Raises SettingError.
+    """
     here = Path.cwd()
+    file = find_ini(here) if getattr(arguments, "no_ini", None) is False else None
     sources = [
         (lambda setting: getattr(arguments, setting.key, None), lambda setting: f"--{setting.name}", here),
         (environment_lookup(), lambda setting: f"environment {setting.environment}", here),
     ]
+    if file is not None:
+        sources.append((file.value, file.origin, file.file.parent))
     return from_sources([setting for setting in SETTINGS if setting.name in BUDGET], sources, here).budget
 
 
@@ -93,27 +121,6 @@ def root_here() -> Path:
         if any((folder / mark).exists() for mark in ROOT_MARKS):
             return folder
     return here
-
-
-def _ini_folders(root: Path, key: str) -> list[str]:
-    """The folders that the configuration of pytest in `root` lists under `key`; none if it cannot be read."""
-    for name, section in INI_SECTIONS.items():
-        file = root / name
-        if not file.is_file():
-            continue
-        ini = configparser.ConfigParser(interpolation=None)
-        try:
-            ini.read(file, encoding="utf-8")
-        except (configparser.Error, UnicodeDecodeError):
-            continue  # pytest says what is wrong with it
-        if ini.has_section(section):
-            return shlex.split(ini.get(section, key, fallback=""))
-    try:
-        table = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
-        told = table["tool"]["pytest"]["ini_options"][key]
-    except (OSError, ValueError, KeyError, TypeError):
-        return []
-    return shlex.split(told) if isinstance(told, str) else [str(folder) for folder in told]
 
 
 def new_file(option: str, text: str, read: Iterable[str | Path] = ()) -> Path:
@@ -152,7 +159,7 @@ def existing(text: str, what: str) -> Path:
         if not text.strip():
             raise WrongArgument(f"no name, expected a {what}")
         if not path.exists():
-            raise WrongArgument(f"{text}: no such {what}")
+            raise WrongArgument(f"{text}: no such {what}{looked_for(path)}")
         if not path.is_file():
             raise WrongArgument(f"{text}: not a file, expected a {what}")
     except OSError as error:  # a name that is longer than names may be

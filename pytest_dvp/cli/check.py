@@ -16,6 +16,7 @@ from pytest_dvp.cli.doctor import add_log_options, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.found_files import Kind, files_of, kind_of
 from pytest_dvp.cli.runnable import runnable, said
+from pytest_dvp.near_path import looked_for
 from pytest_dvp.paths import shown
 from pytest_dvp.settings import Settings
 
@@ -39,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    settings = settings_from(arguments)
+    settings = settings_from(arguments, ini=("library", "ego"))  # of which a run takes the same
     options = log_options(arguments)
     paths = _with_gates([path for text in arguments.paths for path in _files(text)], settings)
     effects = effects_from(arguments) if arguments.effects else {}
@@ -125,7 +126,7 @@ def _files(text: str) -> list[Path]:
             )
         return found
     if not path.exists():
-        raise WrongArgument(f"{text}: no such file")
+        raise WrongArgument(f"{text}: no such file{looked_for(path)}")
     return [path]
 
 

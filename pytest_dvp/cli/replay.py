@@ -84,7 +84,7 @@ def _drive(words: list[str], place: Path) -> Path:
 
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
-        code = main([*words, "--runs", str(place)])
+        code = main([*words, "--no-ini", "--runs", str(place)])  # the words are all that the run was driven by
     logs = sorted(place.glob("*/log.mcap"))
     if code == 2 or not logs:
         raise WrongArgument("it could not be driven again; run it from the folder it was run from")

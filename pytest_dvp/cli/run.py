@@ -8,13 +8,15 @@ import dataclasses
 import json
 import sys
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import add_json, add_settings, existing, settings_from
+from pytest_dvp.cli.arguments import add_json, add_settings, settings_from
+from pytest_dvp.cli.named_scenarios import named_scenarios
+from pytest_dvp.paths import shown
 from pytest_dvp.plain_json import finite
-from pytest_dvp.settings import REFERENCE, STAGES, SettingError, Settings, is_users_mistake, unknown
+from pytest_dvp.settings import BUDGET, STAGES, SettingError, Settings, is_users_mistake, unknown
 from pytest_dvp.summary import BESIDE_VERDICTS
 
 if TYPE_CHECKING:
@@ -58,7 +60,7 @@ ON_THE_WIRE = "  still at it; a car of its own, beside the harness, may take a m
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scenarios", nargs="+", metavar="X.xosc")
+    parser.add_argument("scenarios", nargs="+", metavar="X.xosc", help="a scenario, or a folder: all that are in it")
     parser.add_argument(
         "--stage",
         default="dt",
@@ -72,14 +74,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--optional-event", action="append", metavar="EVENT", default=[],
         help="storyboard event that need not fire; without this a run in which one never fired does not pass",
     )  # fmt: skip
+    parser.add_argument("--no-ini", action="store_true", help="the dvp_ keys of the project's ini file do not count")
     add_settings(parser, SETTINGS)
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    named = [existing(text, "scenario") for text in arguments.scenarios]
-    settings = settings_from(arguments)
+    named = named_scenarios(arguments.scenarios)
+    settings = settings_from(arguments, ini=(*SETTINGS, *BUDGET))
     stages = _stages(arguments.stage)
+    _refuse_folders(arguments.scenarios, stages, settings)
     from pytest_dvp.driving_stack import find_ads
     from pytest_dvp.stages import StageError, check_asked
 
@@ -146,7 +150,7 @@ def execute(arguments: argparse.Namespace) -> int:
 class Job:
     """One run: a scenario with values for its parameters; `label`: which case of which distribution it is.
 
-    gates: the gate file of the distribution; folder_name: of its run folder
+    gates: the gate file of the distribution; folder_name: of its run folder; error: why there is nothing to drive
     """
 
     path: Path
@@ -155,6 +159,7 @@ class Job:
     label: str = ""
     gates: Path | None = None
     folder_name: str | None = None
+    error: Exception | None = None
 
 
 def _stdout_for_results(json_wanted: bool) -> contextlib.AbstractContextManager[object]:
@@ -187,6 +192,7 @@ def _not_used(arguments: argparse.Namespace, stages: Sequence[str]) -> list[str]
 
 def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str], ads: Ads) -> list[Job]:
     """The runs that the named files ask for: a distribution is all its cases, or a sample."""
+    from openscenario.findings import ScenarioError
     from pytest_dvp.cases import choose, is_distribution
 
     cases: dict[Path, list[Job]] = {}
@@ -195,7 +201,13 @@ def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str], ads:
             if list(stages) != ["dt"]:
                 text = f"{path} is a distribution, and its cases run on dt alone"
                 raise SettingError(f"--stage {','.join(stages)}: {text}")
-            chosen = choose(path, settings)
+            try:
+                chosen = choose(path, settings)
+            except ScenarioError as error:
+                if len(named) == 1:
+                    raise
+                cases[path] = [Job(path, {}, error=error)]  # the other files can still run
+                continue
             print(f"dvp run: {path}: {chosen.size} of {chosen.count} cases of {chosen.scenario}", file=sys.stderr)
             cases[path] = [
                 Job(
@@ -216,6 +228,19 @@ def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str], ads:
     return jobs
 
 
+def _refuse_folders(texts: Sequence[str], stages: Sequence[str], settings: Settings) -> None:
+    """A real car drives a scenario that a human has named, and not what happens to be in a folder."""
+    from pytest_dvp.stages import StageError, refuse_repetition
+
+    for text in texts:
+        if Path(text).is_dir():
+            for stage in stages:
+                try:
+                    refuse_repetition(f"{text}: a folder", stage, settings.vehicle)
+                except StageError as error:
+                    raise SettingError(str(error)) from None
+
+
 def _refuse_repetition(jobs: Sequence[Job], settings: Settings) -> None:
     """One scenario for each confirmation by a human."""
     from pytest_dvp.stages import StageError, is_real, refuse_repetition
@@ -232,9 +257,9 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
     from openscenario.findings import ScenarioError
     from pytest_dvp.run import run
 
-    ads = "" if settings.ads == REFERENCE else f", ADS {settings.ads}"
-    what = job.label or job.path
-    print(f"dvp run: {what}, stage {job.stage}, seed {settings.seed}{ads}", file=sys.stderr)
+    print(f"dvp run: {_banner(job, settings)}", file=sys.stderr)
+    if job.error is not None:
+        raise job.error
     _say_who_is_waited_for(job.stage, settings.vehicle)
     said = FIRST_RUN if job.stage == "dt" else ON_THE_WIRE
     notice = threading.Timer(PATIENCE, print, (said,), {"file": sys.stderr, "flush": True})
@@ -277,13 +302,23 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
     except ScenarioError as error:
         if settings.ego is None or [finding.code for finding in error.findings] != ["dvp.ego"]:
             raise
-        raise SettingError(f"--ego {settings.ego}: {error.findings[0].message}") from None
+        raise SettingError(f"{settings.origin('ego')} {settings.ego}: {error.findings[0].message}") from None
     finally:
         notice.cancel()
     for note in result.notes:
         if not note.startswith(BESIDE_VERDICTS):
             print(note, file=sys.stderr)
     return result
+
+
+def _banner(job: Job, settings: Settings) -> str:
+    """What is driven, by which stack, and what of this neither the command line nor a default says."""
+    file, colon, name = settings.ads.rpartition(":")
+    ads = f"{shown(Path(file))}:{name}" if colon and file.endswith(".py") else settings.ads
+    others = {key: origin for key, origin in settings.origins.items() if not origin.startswith("--")}
+    by = f" ({others.pop('ads')})" if "ads" in others else ""
+    words = [f"{job.label or job.path}", f"stage {job.stage}", f"seed {settings.seed}", f"ADS {ads}{by}"]
+    return ", ".join(words) + (f"; {', '.join(others.values())}" if others else "")
 
 
 def _say_who_is_waited_for(stage: str, vehicle: str) -> None:
@@ -371,17 +406,27 @@ def _shares(paths: Sequence[Path], settings: Settings, ads: Ads) -> list[dict[st
     from pytest_dvp.override import check_overrides, declared_names
 
     if len(paths) == 1 or not settings.set.scenario:
-        check_overrides(paths[0], settings.set, ads=ads)
+        check_overrides(paths[0], settings.set, settings.origin("set"), ads=ads)
         return [dict(settings.set.scenario) for _ in paths]
-    declared = [declared_names(path) for path in paths]
+    declared = [_none_if_broken(declared_names, path) for path in paths]
     known = {name for names in declared for name in names}
     for name in settings.set.scenario:
         if name not in known:
-            raise SettingError(f"--set: {unknown('parameter', name, known)}")
+            raise SettingError(f"{settings.origin('set')}: {unknown('parameter', name, known)}")
     shares = [{n: v for n, v in settings.set.scenario.items() if n in names} for names in declared]
     for path, share in zip(paths, shares, strict=True):
-        check_overrides(path, dataclasses.replace(settings.set, scenario=share), ads=ads)
+        check_overrides(path, dataclasses.replace(settings.set, scenario=share), settings.origin("set"), ads=ads)
     return shares
+
+
+def _none_if_broken(read: Callable[[Path], Iterable[str]], path: Path) -> tuple[str, ...]:
+    """The names that `read` finds in a file; of a broken one none: its own run says what is wrong with it."""
+    from openscenario.findings import ScenarioError
+
+    try:
+        return tuple(read(path))
+    except ScenarioError:
+        return ()
 
 
 def _check_gates(names: Sequence[str]) -> None:
@@ -405,10 +450,13 @@ def _check_events(optional: Sequence[str], jobs: Sequence[Job], settings: Settin
 
     names: list[str] = []
     for job in jobs:
-        scenario = read_scenario(
-            job.path, library=settings.library, rootdir=settings.rootdir, parameters=job.parameters
-        )
-        names += EventNames(scenario)
+
+        def events(path: Path, job: Job = job) -> EventNames:
+            return EventNames(
+                read_scenario(path, library=settings.library, rootdir=settings.rootdir, parameters=job.parameters)
+            )
+
+        names += events(job.path) if len(jobs) == 1 else _none_if_broken(events, job.path)
     check_optional(optional, list(dict.fromkeys(names)), "--optional-event")
 
 

@@ -25,7 +25,7 @@ def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings
     """
     from pytest_dvp.gate_beside import gates_of
 
-    files = [path for path in paths if path.suffix.lower() == ".xosc" and not _is_catalogue(path)]
+    files = [path for path in paths if path.suffix.lower() == ".xosc" and not is_catalogue(path)]
     wrong: dict[str, list[Mapping[str, Any]]] = {str(path): [] for path in files}
     errors_of: dict[Path, list[Mapping[str, Any]]] = {}
     for each in found:
@@ -72,7 +72,8 @@ def said(row: Mapping[str, Any]) -> str:
     return f"{place}: runs" if row["runs"] else f"{place}: refused: {row['why']}"
 
 
-def _is_catalogue(path: Path) -> bool:
+def is_catalogue(path: Path) -> bool:
+    """Whether a file is a catalogue; False for one that cannot be read: its reader says why."""
     from openscenario.findings import ScenarioError
     from openscenario.xml import read_xml
 

@@ -49,7 +49,7 @@ def test_an_ini_file_names_it_from_its_own_folder(own: pytest.Pytester, monkeypa
     monkeypatch.chdir(own.path / "below")
     result = own.runpytest_inprocess("../x.xosc", "-m", "dt")
     result.assert_outcomes(passed=1, deselected=2)
-    result.stdout.fnmatch_lines(["dvp: *, ADS my_stack.py:Stack, *"])
+    result.stdout.fnmatch_lines(["dvp: *, ADS my_stack.py:Stack (ini dvp_ads), *"])
 
 
 def test_a_stack_made_in_a_test_has_no_false_replay(own: pytest.Pytester) -> None:

@@ -249,3 +249,13 @@ def test_a_car_of_its_own_finds_our_packages_whatever_stands_beside(
     (tmp_path / "hidden.toml").write_text("[hidden.brake_gane]\ng = 0.8\n")
     with pytest.raises(StageError, match="brake_gain"):
         check_hidden(f"surrogate:{tmp_path / 'hidden.toml'}")
+
+
+def test_a_misspelt_scenario_of_a_test_is_told_with_the_nearest_and_where_it_was_looked_for(
+    pytester: pytest.Pytester,
+) -> None:
+    pytester.makeini("[pytest]\naddopts = -p no:cacheprovider")
+    write_scenario(pytester.path, "crossing.xosc")
+    pytester.makepyfile("def test_it(run):\n    run('crosing.xosc')\n")
+    said = pytester.runpytest_inprocess().stdout.str()
+    assert f"no scenario crosing.xosc; looked in {pytester.path}; did you mean 'crossing.xosc'?" in said

@@ -51,4 +51,4 @@ def test_the_library_of_the_ini_file_holds_for_the_command_as_well(
     assert main(["play", "x.xosc"]) == 0
     (project / "scenarios" / name).write_text(INI[name].format("../rods"))
     assert main(["play", "x.xosc"]) == 2
-    assert "ini dvp_library: no folder " in capsys.readouterr().err
+    assert f"{name}: dvp_library: no folder " in capsys.readouterr().err
