@@ -21,6 +21,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from pytest_dvp.near_path import looked_for
 from pytest_dvp.paths import shown
 from pytest_dvp.settings import REFERENCE, SettingError, unknown
 from pytest_dvp.stack_faults import AdsError, AdsFault, StackHung, one_line, place_of, what
@@ -88,14 +89,14 @@ def check_name(text: str, origin: str, base: Path) -> str:
     if text.startswith(REMOTE):
         path = (base / text.removeprefix(REMOTE)).absolute()
         if not path.is_file():
-            raise SettingError(f"{origin}: no file {path}")
+            raise SettingError(f"{origin}: no file {path}{looked_for(path)}")
         return f"{REMOTE}{path}"
     if text.endswith(".py"):
         raise SettingError(f"{origin}: {text} is a file; name the class in it, as in {text}:Stack")
     if colon and file.endswith(".py"):
         path = (base / file).absolute()
         if not path.is_file():
-            raise SettingError(f"{origin}: no file {path}")
+            raise SettingError(f"{origin}: no file {path}{looked_for(path)}")
         return f"{path}:{name}"
     if not colon:
         names = [REFERENCE, *_points()]

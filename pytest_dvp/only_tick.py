@@ -104,8 +104,8 @@ class OnlyTick:
             wrong = {name: value for name, value in fields.items() if not _is_number(value)}
             raise AdsFault(f"ADS {self._name}: {_with(wrong or fields)}, expected numbers") from None
         if not finite:
-            asked = {name: getattr(plain, name) for name in _FIELDS[1:]}
-            wrong = {name: value for name, value in asked.items() if not math.isfinite(value)}
+            given = {name: getattr(plain, name) for name in _FIELDS[1:]}
+            wrong = {name: value for name, value in given.items() if not math.isfinite(value)}
             raise AdsFault(f"ADS {self._name}: {_with(wrong)}, expected finite numbers")
         return plain
 

@@ -45,7 +45,7 @@ def test_check_finds_everything_in_a_folder(scenario: Write, capsys: pytest.Capt
 
 def test_check_of_a_missing_file_is_a_usage_error(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "nowhere.xosc"]) == 2
-    assert capsys.readouterr().err == "nowhere.xosc: no such file\n"
+    assert capsys.readouterr().err == f"nowhere.xosc: no such file; looked in {Path.cwd()}\n"
 
 
 def test_check_imports_neither_numba_nor_pandas(scenario: Write) -> None:

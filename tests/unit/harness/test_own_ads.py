@@ -85,6 +85,7 @@ def test_the_reference_stack_is_the_default_and_not_in_the_replay(scenario: Writ
         ("my_stack.py:Stak", "unknown class 'Stak', did you mean 'Stack'?"),
         ("my_stack.py", "name the class in it, as in my_stack.py:Stack"),
         ("nowhere.py:Stack", "--ads: no file"),
+        ("my_stak.py:Stack", "did you mean 'my_stack.py'?"),
         ("broken.py:Stack", "cannot be loaded: ZeroDivisionError: division by zero (broken.py:1)"),
     ],
 )

@@ -118,5 +118,5 @@ def test_a_wrong_file_is_one_line(tmp_path: Path, text: str, says: str) -> None:
 
 
 def test_a_file_that_is_not_there_is_one_line(scenario: Write) -> None:
-    with pytest.raises(SettingError, match=r"no file .*nowhere\.toml$"):
+    with pytest.raises(SettingError, match=r"no file .*nowhere\.toml; looked in "):
         run(scenario(), ads="ros2:nowhere.toml")
