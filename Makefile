@@ -66,6 +66,7 @@ unit: $(STAMP)
 nightly: $(STAMP)
 	DVP_FUZZ=$${DVP_FUZZ:-100000} $(BIN)/python -m pytest -q -n 2 tests/robust/test_mutated_scenarios.py \
 	    tests/robust/test_mutated_roads.py tests/property/test_written_models.py
+	DVP_MATRIX=all $(BIN)/python -m pytest -q -n 2 tests/unit/benchmarks/test_hidden_effects_subset.py
 	DVP_FAULTS=all DVP_CLEAN_SEEDS=$${DVP_CLEAN_SEEDS:-1000} $(BIN)/python -m pytest -q -n 2 tests/faults
 
 # The same scenarios on the surrogate car over ROS 2 messages, then the gates between stages: they pass with the twin that

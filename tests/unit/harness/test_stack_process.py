@@ -96,7 +96,7 @@ class HangingTrace(Straight):
     @property
     def trace(self):
         while True:
-            pass
+            time.sleep(0.001)
 
 class Offers:
     """All that a stack may offer, in kinds of numbers that are no floats."""
@@ -206,11 +206,11 @@ def test_what_no_interruption_reaches_is_ended_and_the_next_run_has_a_new_proces
 def test_a_stack_that_never_comes_to_be_is_one_line(scenario: Write) -> None:
     Path("endless.py").write_text("import time\nwhile True: time.sleep(0.001)\n")
     says = (
-        r"^ADS s.py:SleepsAtFirst: cannot be made: __init__ did not return within 1.8 s \(--tick-limit\) \(s.py:6\d\)$"
+        r"^ADS s.py:SleepsAtFirst: cannot be made: __init__ did not return within 1.2 s \(--tick-limit\) \(s.py:6\d\)$"
     )
     for how in ("on", "off"):
         with pytest.raises(AdsError, match=says):
-            run(scenario(), ads="s.py:SleepsAtFirst", tick_limit=0.3, stack_process=how)
+            run(scenario(), ads="s.py:SleepsAtFirst", tick_limit=0.2, stack_process=how)
         with pytest.raises(
             AdsError, match=r"cannot be loaded: import did not return within 0.3 s .* \(endless.py:2\)$"
         ):
@@ -219,10 +219,10 @@ def test_a_stack_that_never_comes_to_be_is_one_line(scenario: Write) -> None:
 
 def test_trace_and_close_cannot_hang_a_run_either(scenario: Write, capsys: pytest.CaptureFixture[str]) -> None:
     for how in ("on", "off"):
-        result = run(scenario(), ads="s.py:NeverCloses", duration=0.1, tick_limit=0.3, stack_process=how)
+        result = run(scenario(), ads="s.py:NeverCloses", duration=0.1, tick_limit=0.2, stack_process=how)
         assert result.error is None
-        assert "ADS s.py:NeverCloses: close did not return within 1.8 s (--tick-limit)\n" in capsys.readouterr().err
-    result = run(scenario(), ads="s.py:HangingTrace", tick_limit=0.3, stack_process="off")
+        assert "ADS s.py:NeverCloses: close did not return within 1.2 s (--tick-limit)\n" in capsys.readouterr().err
+    result = run(scenario(), ads="s.py:HangingTrace", tick_limit=0.2, stack_process="off")
     assert result.error is not None
     assert ", in trace\n" in result.error
 
@@ -284,7 +284,7 @@ def test_a_class_that_is_given_runs_here_and_its_python_code_is_interrupted(scen
                 time.sleep(1000.0)
             return Command(observation.t, 0.0, 0.0, 0.0, 0.0)
 
-    result = run(scenario(), ads=Hangs, tick_limit=0.3, stack_process="on")
+    result = run(scenario(), ads=Hangs, tick_limit=0.2, stack_process="on")
     assert result.log["ads.pid"][0] == os.getpid()
     assert result.error is not None
     assert "time.sleep(1000.0)" in result.error
