@@ -60,12 +60,14 @@ contract: $(STAMP)
 unit: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 tests scenarios
 
-# About an hour, most of it what `make test` does with 2,000 mutated scenarios, 300 roads and 750 random elements, with
+# About an hour, most of it what `make test` does with 800 mutated scenarios, 300 roads and 750 random elements, with
 # 100,000 of each. Killed, it goes on where it was (runs/fuzz); DVP_FUZZ=10000 takes fewer. Then every fault seeded into
 # the reference stack, and 1,000 seeds of the stack as it is.
 nightly: $(STAMP)
 	DVP_FUZZ=$${DVP_FUZZ:-100000} $(BIN)/python -m pytest -q -n 2 tests/robust/test_mutated_scenarios.py \
 	    tests/robust/test_mutated_roads.py tests/property/test_written_models.py
+	DVP_VARIANTS=$${DVP_VARIANTS:-100} $(BIN)/python -m pytest -q -n 2 tests/property/test_variants.py
+	DVP_NEES=100 $(BIN)/python -m pytest -q tests/unit/ads/test_ads_localization.py -k nees
 	DVP_MATRIX=all $(BIN)/python -m pytest -q -n 2 tests/unit/benchmarks/test_hidden_effects_subset.py
 	DVP_FAULTS=all DVP_CLEAN_SEEDS=$${DVP_CLEAN_SEEDS:-1000} $(BIN)/python -m pytest -q -n 2 tests/faults
 
@@ -77,6 +79,7 @@ stages: $(STAMP)
 	$(BIN)/python -m scripts.stage_twins
 	$(BIN)/python -m pytest -q -n 2 -m "pe or rw" scenarios --dvp-vehicle can
 	$(BIN)/python -m scripts.stage_twins --wire can
+	DVP_STAGES=all $(BIN)/python -m pytest -q tests/unit/harness/test_gates_between_stages.py
 
 # By the wall clock: deadlines, round trips, and how soon a dead car is noticed; writes docs/your-vehicle.md.
 real-time: $(STAMP)

@@ -12,6 +12,24 @@ pytest_plugins = ["pytester"]
 ROOT = Path(__file__).resolve().parents[1]
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Skipped tests take one line a folder and reason in the summary, not one a test: there would be sixty.
+
+    A reason that only one file of the folder has keeps the name of that file.
+    """
+    skipped = [report for report in terminalreporter.stats.get("skipped", []) if isinstance(report.longrepr, tuple)]
+    files: dict[tuple[Path, str], set[Path]] = {}
+    for report in skipped:
+        path, _, reason = report.longrepr
+        files.setdefault((Path(path).parent, reason), set()).add(Path(path))
+    for report in skipped:
+        path, _, reason = report.longrepr
+        folder = Path(path).parent
+        named = path if len(files[folder, reason]) == 1 else str(folder)
+        report.longrepr = (named, None, reason)
+
+
 @pytest.fixture(scope="session")
 def shared_dir() -> Path:
     """Folder of reference material beside the checkout; the product never depends on it."""

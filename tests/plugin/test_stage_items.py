@@ -57,12 +57,9 @@ def test_it_is_an_item_of_its_own_that_is_skipped_until_the_car_is_asked_for(sta
     result.stdout.fnmatch_lines(["SKIPPED*as rw-surrogate does: ask for both, -m 'dt or rw'"])
 
 
-@pytest.mark.parametrize("workers", [(), ("-n", "2")])
-def test_each_stage_is_driven_once_and_the_comparison_is_in_junit(
-    stages: pytest.Pytester, workers: tuple[str, ...]
-) -> None:
-    start = stages.runpytest_subprocess if workers else stages.runpytest_inprocess
-    result = start("-m", "dt or rw", *workers, "--junitxml=out.xml", "s.xosc")
+def test_with_workers_each_stage_is_driven_once_and_the_comparison_is_in_junit(stages: pytest.Pytester) -> None:
+    """With two of them, where a stage may be needed by both; the next tests have none."""
+    result = stages.runpytest_subprocess("-m", "dt or rw", "-n", "2", "--junitxml=out.xml", "s.xosc")
     result.assert_outcomes(passed=3)
     assert driven(stages) == ["s-dt", "s-dt-rw-surrogate", "s-rw-surrogate"]
     cases = {case.get("name"): case for case in ET.parse(stages.path / "out.xml").iter("testcase")}
@@ -84,6 +81,7 @@ def test_one_that_failed_is_run_again_by_lf(stages: pytest.Pytester) -> None:
     (stages.path / "s.gates.toml").write_text(GATES.format(most=1e-9))
     failed = stages.runpytest_inprocess("-m", "dt or rw", "s.xosc")
     failed.assert_outcomes(passed=2, failed=1)
+    assert driven(stages) == ["s-dt", "s-dt-rw-surrogate", "s-rw-surrogate"]
     failed.stdout.fnmatch_lines(
         [
             f"FAILED {ACROSS} - path_distance *",

@@ -1,10 +1,12 @@
 """Every variant within the declared ranges passes the gates of its scenario.
 
-A failing variant ends with the command that replays it. Few examples here, always the same ones; more are a matter of
-time: `pytest tests/property --hypothesis-seed=random`, or `@settings(max_examples=1000)`.
+A failing variant ends with the command that replays it. Few examples here, always the same ones; `make nightly` takes
+more (DVP_VARIANTS=100 for each scenario).
 """
 
 from __future__ import annotations
+
+import os
 
 from hypothesis import example, given, settings
 
@@ -12,8 +14,7 @@ from pytest_dvp import Variant, scenario_variants
 from pytest_dvp.fixtures import Gate, Run
 from scenarios import path
 
-FEW = settings(max_examples=12, derandomize=True, database=None)
-
+FEW = settings(max_examples=int(os.environ.get("DVP_VARIANTS", "4")), derandomize=True, database=None)
 
 PEDESTRIAN, OVERTAKING, URBAN = (path(f"{name}.xosc") for name in ("pedestrian_crossing", "overtaking", "urban"))
 
@@ -32,26 +33,26 @@ def test_the_standing_vehicle_is_passed_without_a_conflict(run: Run, gate: Gate,
     gate(run(variant))
 
 
-@settings(FEW, max_examples=6)
+@FEW
 @example(variant=Variant(URBAN, {"ego_speed": 3.0}))  # once met by traffic at 30 km/h in the bend
 @given(variant=scenario_variants("urban.xosc"))
 def test_the_whole_drive_is_safe(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
 
 
-@settings(FEW, max_examples=6)
+@FEW
 @given(variant=scenario_variants("follow.xosc"))
 def test_a_vehicle_that_stops_and_goes_is_followed_at_a_distance(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
 
 
-@settings(FEW, max_examples=6)
+@FEW
 @given(variant=scenario_variants("traffic_light.xosc"))
 def test_a_red_light_is_waited_for(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
 
 
-@settings(FEW, max_examples=6)
+@FEW
 @given(variant=scenario_variants("junction.xosc"))
 def test_who_comes_towards_us_is_let_pass(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 
 import msgspec
 import numpy as np
@@ -115,9 +116,11 @@ def nees(
 
 
 @pytest.mark.parametrize("car", [CAR, ASKEW], ids=["imu ahead", "imu beside the middle and askew"])
-def test_nees_of_the_pose_lies_within_95_percent_bounds_over_100_seeds(car: VehicleDescription):
-    low, high = chi2.ppf((0.025, 0.975), 3 * 100) / 100
-    assert low < nees(car, car, (0, 1, 2), 100) < high
+def test_nees_of_the_pose_lies_within_95_percent_bounds(car: VehicleDescription):
+    """Of as many drives as are made: 100 with `make nightly` (DVP_NEES)."""
+    seeds = int(os.environ.get("DVP_NEES", "30"))
+    low, high = chi2.ppf((0.025, 0.975), 3 * seeds) / seeds
+    assert low < nees(car, car, (0, 1, 2), seeds) < high
 
 
 def test_an_imu_that_is_taken_to_look_ahead_and_does_not_spoils_the_speed():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import signal
 from collections.abc import Callable
@@ -14,10 +15,11 @@ pytest.importorskip("cyclonedds")
 
 from pytest_dvp.run import RunResult, run
 from pytest_dvp.stages import StageError
+from tests.plugin.conftest import XOSC, write_scenario
 from tests.unit.harness.conftest import OneTrick, coast
 from tests.unit.harness.test_loop import WITH_TARGET
 from vehicle.adapters import process
-from vehicle.messages import Command, Observation
+from vehicle.messages import Command, LidarScan, Observation
 
 Write = Callable[..., Path]
 
@@ -26,9 +28,27 @@ def drive(path: Path, stage: str, **options: object) -> RunResult:
     return run(path, stage=stage, duration=1.5, **options)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("stage", ["pe", "rw"])
-def test_a_result_says_that_it_is_of_a_surrogate(scenario: Write, stage: str, tmp_path: Path) -> None:
-    result = drive(scenario(), stage, ads=OneTrick(coast), log_dir=tmp_path / "runs")
+@dataclasses.dataclass(frozen=True)
+class Rolled:
+    """A drive straight on towards the target, and what its stack saw."""
+
+    stage: str
+    result: RunResult
+    seen: list[Observation]
+
+
+@pytest.fixture(scope="module", params=["pe", "rw"])
+def rolled(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Rolled:
+    """Each car is a process that has to start, so that several tests look at one drive."""
+    folder, stack, text = tmp_path_factory.mktemp("rolled"), OneTrick(coast), XOSC
+    for old, new in WITH_TARGET:
+        text = text.replace(old, new)
+    result = drive(write_scenario(folder, text=text), request.param, ads=stack, log_dir=folder / "runs")
+    return Rolled(request.param, result, stack.seen)
+
+
+def test_a_result_says_that_it_is_of_a_surrogate(rolled: Rolled) -> None:
+    stage, result = rolled.stage, rolled.result
     assert (result.stage, result.log.meta["stage"]) == (f"{stage}-surrogate", f"{stage}-surrogate")
     assert result.folder is not None
     assert result.folder.name.endswith(f"-{stage}-surrogate")
@@ -36,6 +56,7 @@ def test_a_result_says_that_it_is_of_a_surrogate(scenario: Write, stage: str, tm
 
 @pytest.mark.parametrize("stage", ["pe", "rw"])
 def test_the_same_seed_gives_the_same_bytes(scenario: Write, stage: str, tmp_path: Path) -> None:
+    """With the reference stack, which makes much of the smallest difference."""
     path = scenario(*WITH_TARGET)
     results = [drive(path, stage, log_dir=tmp_path / "runs") for _ in range(2)]
     first, second = (result.folder and (result.folder / "log.mcap").read_bytes() for result in results)
@@ -43,18 +64,11 @@ def test_the_same_seed_gives_the_same_bytes(scenario: Write, stage: str, tmp_pat
     assert f" --stage {stage} " in results[0].replay
 
 
-@pytest.mark.parametrize("stage", ["pe", "rw"])
-def test_the_stack_sees_the_target_through_the_cars_sensors(scenario: Write, stage: str) -> None:
+def test_the_stack_sees_the_target_through_the_cars_sensors(rolled: Rolled) -> None:
     """In RW the surrogate's own LiDAR meets it; in PE it is rendered into the LiDAR of a car on an empty place."""
-    seen: list[Observation] = []
-
-    def watch(observation: Observation) -> Command:
-        seen.append(observation)
-        return coast(observation)
-
-    result = drive(scenario(*WITH_TARGET), stage, ads=OneTrick(watch))
+    result = rolled.result
     assert result.error is None
-    scans = [observation.lidar for observation in seen if observation.lidar is not None]
+    scans = scans_of(rolled.seen)
     assert len(scans) == 15  # 10 Hz for 1.5 s, 50 ms late
     target, ego = result.log.objects["Target"], result.log.columns
     scan = scans[-1]
@@ -62,8 +76,9 @@ def test_the_stack_sees_the_target_through_the_cars_sensors(scenario: Write, sta
     assert scan.points[:, 0].min() == pytest.approx(rear, abs=0.15)
 
 
-def test_the_mirror_follows_the_measured_pose_to_a_millimetre(scenario: Write) -> None:
-    log = drive(scenario(), "pe", ads=OneTrick(coast)).log
+@pytest.mark.parametrize("rolled", ["pe"], indirect=True)
+def test_the_mirror_follows_the_measured_pose_to_a_millimetre(rolled: Rolled) -> None:
+    log = rolled.result.log
     error, latency = log.columns["mirror_error"], log.columns["mirror_latency"]
     assert np.nanmax(latency) == pytest.approx(0.02)
     assert np.nanmax(error) < 0.001
@@ -121,19 +136,18 @@ def test_what_cannot_be_is_refused_before_anything_starts(
         drive(scenario(), "rw", **options)
 
 
-def test_what_is_hidden_in_the_cars_perception_is_in_what_the_stack_gets(scenario: Write, tmp_path: Path) -> None:
+@pytest.mark.parametrize("rolled", ["rw"], indirect=True)
+def test_what_is_hidden_in_the_cars_perception_is_in_what_the_stack_gets(
+    rolled: Rolled, scenario: Write, tmp_path: Path
+) -> None:
     """A detector that shows everything 1 m too far ahead: the LiDAR meets the target's rear 1 m later."""
-    rear = []
-    for text in ("", "[hidden.detection_offset]\nx = 1.0\n"):
-        seen: list[Observation] = []
+    stack = OneTrick(coast)
+    (tmp_path / "car.toml").write_text("[hidden.detection_offset]\nx = 1.0\n")
+    result = drive(scenario(*WITH_TARGET), "rw", ads=stack, vehicle=f"surrogate:{tmp_path / 'car.toml'}")
+    assert result.error is None
+    nothing_hidden, hidden = (float(scans_of(seen)[-1].points[:, 0].min()) for seen in (rolled.seen, stack.seen))
+    assert hidden - nothing_hidden == pytest.approx(1.0, abs=0.1)
 
-        def watch(observation: Observation, kept: list[Observation] = seen) -> Command:
-            kept.append(observation)
-            return coast(observation)
 
-        (tmp_path / "car.toml").write_text(text)
-        result = drive(scenario(*WITH_TARGET), "rw", ads=OneTrick(watch), vehicle=f"surrogate:{tmp_path / 'car.toml'}")
-        assert result.error is None
-        scans = [observation.lidar for observation in seen if observation.lidar is not None]
-        rear.append(float(scans[-1].points[:, 0].min()))
-    assert rear[1] - rear[0] == pytest.approx(1.0, abs=0.1)
+def scans_of(seen: list[Observation]) -> list[LidarScan]:
+    return [observation.lidar for observation in seen if observation.lidar is not None]
