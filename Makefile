@@ -57,8 +57,9 @@ types: $(STAMP)
 contract: $(STAMP)
 	$(BIN)/lint-imports
 
+# A file stays with one worker: what its tests share, such as a drive or a process, is then made once.
 unit: $(STAMP)
-	$(BIN)/python -m pytest -q -n 2 tests scenarios
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile tests scenarios
 
 # About an hour, most of it what `make test` does with 800 mutated scenarios, 300 roads and 750 random elements, with
 # 100,000 of each. Killed, it goes on where it was (runs/fuzz); DVP_FUZZ=10000 takes fewer. Then every fault seeded into

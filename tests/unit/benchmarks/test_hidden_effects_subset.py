@@ -1,7 +1,7 @@
 """A stratified part of the matrix of hidden effects, really asked: fails when the figures fall.
 
-The whole matrix is `python -m benchmarks.hidden_effects` (`make bench`). Here: the rich drive is fitted on, the urban one
-is held out; one case an effect, its value drawn over the typical range, mid noise. `make test` asks a few of each part
+The whole matrix is `python -m benchmarks.hidden_effects`. Here: the rich drive is fitted on, the urban one is held out;
+one case an effect, its value drawn over the typical range, mid noise. `make test` asks a few of each part
 of the car; `make nightly` asks with DVP_MATRIX=all, about 85 s of CPU.
 """
 

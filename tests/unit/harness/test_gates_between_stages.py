@@ -1,7 +1,7 @@
 """Gates between stages that ship: a twin that learnt from the car's logs passes, one that did not does not.
 
-The first 20 s of overtaking, with a bend in them; all scenarios to their ends, and more wrong twins: `make stages`. That
-also drives the car whose drive-by-wire is on CAN (DVP_STAGES=all runs it here, too).
+The first 20 s of overtaking, with a bend in them; all scenarios to their ends, and more wrong twins: `make stages`. It
+also asks for the car whose drive-by-wire is on CAN (DVP_STAGES=all).
 """
 
 from __future__ import annotations
