@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from pytest_dvp.cli import main
+from pytest_dvp.cli import main, runnable
+from pytest_dvp.settings import Settings
 from scenarios import path as shipped
 from tests.unit.harness.test_event_names import at, group
 
@@ -23,6 +24,16 @@ NEEDS_GOAL = '[[gate]]\nmetric = "goal_reached"\nmin = 1\n'
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(autouse=True)
+def asked_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What runs is asked in this process; test_check_runnable.py asks the process that a check starts for it."""
+
+    def ask(files: Sequence[str], settings: Settings) -> dict[str, tuple[str, int | None]]:
+        return {file: runnable._refusal(Path(file), settings) for file in files}
+
+    monkeypatch.setattr(runnable, "_ask", ask)
 
 
 @pytest.fixture
