@@ -62,12 +62,13 @@ unit: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile tests scenarios
 
 # About an hour, most of it what `make test` does with 800 mutated scenarios, 300 roads and 750 random elements, with
-# 100,000 of each. Killed, it goes on where it was (runs/fuzz); DVP_FUZZ=10000 takes fewer. Then every fault seeded into
-# the reference stack, and 1,000 seeds of the stack as it is.
+# 100,000 of each. Killed, it goes on where it was (runs/fuzz); DVP_FUZZ=10000 takes fewer. Then 12 variants of each
+# scenario, 100 drives for the filter's own accuracy, a hidden effect of each kind, every fault seeded into the reference
+# stack, and 1,000 seeds of the stack as it is. `make test` takes a few of each.
 nightly: $(STAMP)
 	DVP_FUZZ=$${DVP_FUZZ:-100000} $(BIN)/python -m pytest -q -n 2 tests/robust/test_mutated_scenarios.py \
 	    tests/robust/test_mutated_roads.py tests/property/test_written_models.py
-	DVP_VARIANTS=$${DVP_VARIANTS:-100} $(BIN)/python -m pytest -q -n 2 tests/property/test_variants.py
+	DVP_VARIANTS=$${DVP_VARIANTS:-12} $(BIN)/python -m pytest -q -n 2 tests/property/test_variants.py
 	DVP_NEES=100 $(BIN)/python -m pytest -q tests/unit/ads/test_ads_localization.py -k nees
 	DVP_MATRIX=all $(BIN)/python -m pytest -q -n 2 tests/unit/benchmarks/test_hidden_effects_subset.py
 	DVP_FAULTS=all DVP_CLEAN_SEEDS=$${DVP_CLEAN_SEEDS:-1000} $(BIN)/python -m pytest -q -n 2 tests/faults

@@ -1,7 +1,7 @@
 """Every variant within the declared ranges passes the gates of its scenario.
 
 A failing variant ends with the command that replays it. Few examples here, always the same ones; `make nightly` takes
-more (DVP_VARIANTS=100 for each scenario).
+more (DVP_VARIANTS=12 for each scenario).
 """
 
 from __future__ import annotations
