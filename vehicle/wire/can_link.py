@@ -98,11 +98,13 @@ class Link:
         deadline = time.monotonic() + timeout
         came: list[Stamped] = []
         while True:
-            frame = self._next(POLL)
+            message = self._recv(POLL)
+            frame = None if message is None else self._of_others(message)
             if frame is None:
                 if time.monotonic() > deadline:
                     raise Silence(f"nothing came for {timeout:g} s")
-                self._alive()
+                if message is None:  # else a frame of this end, handed back by the bus: no silence of the other
+                    self._alive()
                 continue
             self._got += 1
             if frame.id == TIME and frame.extended:
@@ -137,14 +139,17 @@ class Link:
         """Leave the bus."""
         self._bus.shutdown()
 
-    def _next(self, timeout: float) -> Frame | None:
+    def _recv(self, timeout: float) -> Any:
         import can
 
         try:
-            message = self._bus.recv(timeout)
+            return self._bus.recv(timeout)
         except can.CanError as error:
             raise BusError(f"CAN: {error}") from None
-        frame = None if message is None else _plain(message)
+
+    def _of_others(self, message: Any) -> Frame | None:
+        """The frame, unless this end has sent it or it carries no data."""
+        frame = _plain(message)
         return None if frame is None or (frame.id, frame.extended) in self._own else frame
 
 

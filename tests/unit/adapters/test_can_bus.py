@@ -9,12 +9,14 @@ import pytest
 
 pytest.importorskip("cantools")
 
+import can
+
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.can_bus import CanActuators
 from vehicle.messages import Command, Odometry
 from vehicle.surrogate.ecu import DriveByWire
 from vehicle.wire.can_codec import Frame
-from vehicle.wire.can_link import STEP, BusError, Link, open_bus
+from vehicle.wire.can_link import DONE, STEP, BusError, Link, open_bus
 from vehicle.wire.can_map import find_map
 
 MS = 1_000_000  # ns
@@ -156,6 +158,25 @@ def test_a_bus_that_loses_a_frame_is_found_out() -> None:
     sender.say(STEP, 1)
     with pytest.raises(BusError, match="the CAN bus lost 1 frames before step 1"):
         receiver.until(STEP, 1, 0.2)
+    sender.close()
+    receiver.close()
+
+
+def test_frames_of_its_own_that_come_back_are_no_reason_to_doubt_the_car() -> None:
+    """A bus between processes hands them to their sender, before the frames of the car."""
+
+    def doubted() -> None:
+        raise VehicleLost("it was asked for")
+
+    one, other = (open_bus("virtual:echo") for _ in range(2))
+    sender = Link(one, frozenset(), lambda: None, steps=False)
+    receiver = Link(other, frozenset({(1, False)}), doubted, steps=True)
+    for _ in range(20):
+        one.send(can.Message(arbitration_id=1, is_extended_id=False, data=b"\x01"))
+    sender.say(DONE, 1)
+    assert receiver.until(DONE, 1, 60.0) == []
+    with pytest.raises(VehicleLost, match="it was asked for"):  # silence is one
+        receiver.until(DONE, 2, 60.0)
     sender.close()
     receiver.close()
 

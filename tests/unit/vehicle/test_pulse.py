@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from itertools import count
 
 import pytest
 
-from vehicle.pulse import ASLEEP, WORKING, Life, Pulse, life
+from vehicle.pulse import APART, ASLEEP, WORKING, Life, Pulse, life
 
 
 def told(*lives: Life | None, steps: Iterator[int] | None = None) -> list[str]:
-    """What each look says of lives that follow one another, all in step 1 unless said otherwise."""
-    readings = iter(lives)
-    pulse = Pulse(1, lambda _: next(readings))
+    """What each look says of lives that follow one another in time, all in step 1 unless said otherwise."""
+    readings, times = iter(lives), count()
+    pulse = Pulse(1, lambda _: next(readings), lambda: 2.0 * APART * next(times))
     return [pulse.look(next(steps) if steps is not None else 1) for _ in lives]
 
 
@@ -25,6 +26,21 @@ def test_one_that_sleeps_and_never_wakes_hangs() -> None:
 
 def test_one_that_wakes_up_to_look_for_messages_is_waiting_however_long() -> None:
     assert not any(told(*[Life("S", k, 1.0) for k in range(1000)]))
+
+
+def test_many_looks_at_once_find_the_same_sleep_and_do_not_count() -> None:
+    """Frames of the harness's own that come back from a CAN bus had it look six times within a millisecond."""
+    looked_at = [0.0]
+    pulse = Pulse(1, lambda _: Life("S", 40, 1.0), lambda: looked_at[0])
+    said = []
+    for _ in range(100 * (ASLEEP - 1)):
+        looked_at[0] += APART / 100
+        said.append(pulse.look(1))
+    assert not any(said)
+    for _ in range(2 * ASLEEP):
+        looked_at[0] += 2.0 * APART
+        said.append(pulse.look(1))
+    assert said[-1].startswith("hangs: it is asleep")
 
 
 @pytest.mark.parametrize("state", ["R", "D", "T"])
