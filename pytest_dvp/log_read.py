@@ -26,6 +26,7 @@ from pytest_dvp.log import (
 from pytest_dvp.log_schemas import FORMAT
 from pytest_dvp.logs.account import Account, open_account
 from pytest_dvp.logs.mapped import Mapped, mapped
+from pytest_dvp.unfinished import PART, told_of
 
 MAGIC = bytes((137, 77, 67, 65, 80, 48, 13, 10))  # MCAP specification, "Magic"
 _FOOTER, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x02, 0x04, 0x05, 0x06, 0x0F  # MCAP specification, "Opcodes"
@@ -48,13 +49,15 @@ class _BrokenError(Exception):
 
 def load_log(path: Path, budget: Budget | None = None) -> Log:
     """Read a log that `Log.save` wrote. Raises LogError with one line."""
+    if path.name == PART:
+        raise LogError(told_of(path) or f"{path}: no such log", "log.unreadable")
     try:
         account = open_account(path, budget)
         data = mapped(path)
     except LogError as error:
         if error.code != "log.unreadable":
             raise
-        raise LogError(f"{error}{_of_a_comparison(path)}", error.code) from error
+        raise LogError(told_of(path) or f"{error}{_of_a_comparison(path)}", error.code) from error
     try:
         return _build(_messages(data, account), account)
     except (_BrokenError, LogError) as error:

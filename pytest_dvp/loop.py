@@ -7,6 +7,7 @@ So every condition and every sensor sees all things as they are at one instant.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 import time
@@ -35,7 +36,7 @@ TICK = 1 / RATE  # s
 STANDING = 0.05  # m/s
 SETTLING = 10.0  # s that a run waits at its goal for the ego to stand
 
-Ending = Literal["stop", "goal", "timeout", "collision", "wall", "fault"]
+Ending = Literal["stop", "goal", "timeout", "collision", "wall", "fault", "interrupt"]
 
 
 class Driver(Protocol):
@@ -75,15 +76,24 @@ class Limits:
     after_collision: float
 
 
+class Part(Protocol):
+    """Keeps what is recorded so far; `pytest_dvp.log_part.LogPart` is one."""
+
+    def reached(self, t: float) -> None: ...
+
+
 class Loop:
     """One run; `drive` runs it to its end and says which end that was.
 
+    part      is told how far the run has come: the log on disk
     error     the traceback of a stack or vehicle that broke, or the one line of what it did wrong, after a "fault"
     seconds   wall time [s] that each tick of the stack took
     commands  what the stack asked for beyond the car
     """
 
-    def __init__(self, ready: Ready, limits: Limits) -> None:
+    def __init__(self, ready: Ready, limits: Limits, part: Part | None = None) -> None:
+        self._part, self._t = part, 0.0
+        self._whole = ready.recorder.mark()  # what was recorded before the tick that is under way
         self._storyboard, self._ego, self._world = ready.storyboard, ready.ego, ready.world
         self._vehicle, self._driver, self._network = ready.vehicle, ready.driver, ready.network
         self._recorder, self._first, self._limits = ready.recorder, ready.first_row, limits
@@ -107,7 +117,19 @@ class Loop:
         self.commands = CommandRange(ready.vehicle.description)
 
     def drive(self) -> Ending:
-        """Run to the end."""
+        """Run to the end. An interruption (SIGINT) is one, too: the car is stopped, and the log so far is kept."""
+        try:
+            return self._drive()
+        except KeyboardInterrupt:
+            self.error = f"interrupted at t={self._t:.2f} s"
+            # The car may be gone, or have been interrupted in the middle of a word: it then stops by itself.
+            with contextlib.suppress(Exception):
+                self._vehicle.stop()
+            self._recorder.cut(self._whole)
+            self._recorder.event(self._t, "fault", "harness", "interrupted")
+            return self._end(self._t, "interrupt")
+
+    def _drive(self) -> Ending:
         rows = self._first
         deadline = time.monotonic() + self._limits.wall
         self._driver.end_by(deadline, self._limits.wall)
@@ -117,7 +139,10 @@ class Loop:
         if not self._unplaced:
             self._recorder.ego_rows(rows)
         for k in range(ticks + 1):
-            t = k / RATE  # the nearest double, not a sum of rounded steps
+            t = self._t = k / RATE  # the nearest double, not a sum of rounded steps
+            self._whole = self._recorder.mark()
+            if self._part is not None:
+                self._part.reached(t)
             rows = self._mirror.show(t, rows)
             state = rows[-1]
             self._place(state)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +14,23 @@ from pytest_dvp.signals import COMMAND_COLUMNS
 from vehicle.messages import OBJECT_KINDS, TRACE_COLUMNS, Command, Detection, Surroundings
 
 _SAME_TIME = 1e-6  # s: a tick and a row of the trace at the same time differ by rounding only
+
+
+class Recorded(msgspec.Struct, array_like=True):
+    """What a recorder got in a while, as plain data: arrays as their bytes, else as LogRecorder keeps it."""
+
+    ego: bytes
+    times: list[float]
+    commands: list[Command | None]
+    ads: list[dict[str, Any]]
+    held: list[dict[str, Any]]
+    names: list[tuple[str, ...]]
+    boxes: list[bytes]
+    kinds: list[bytes]
+    between: list[tuple[float, dict[str, float]]]
+    detections: list[tuple[float, list[Detection]]]
+    paths: list[tuple[float, bytes]]
+    events: list[LogEvent]
 
 
 class LogRecorder:
@@ -88,6 +106,62 @@ class LogRecorder:
     def event(self, t: float, kind: str, element: str, text: str = "", file: str = "", line: int | None = None) -> None:
         """Something happened; kinds as in LogEvent. `file` is relative to the scenario's folder."""
         self._events.append(LogEvent(t, kind, element, text, file, line))
+
+    def mark(self) -> tuple[int, ...]:
+        """Where `since` begins: how much of each kind is recorded."""
+        return tuple(len(kept) for kept in self._kept())
+
+    def since(self, mark: tuple[int, ...]) -> tuple[Recorded, tuple[int, ...]]:
+        """What was recorded since `mark`, and the mark from which to go on."""
+        ego, times, commands, ads, held, names, boxes, kinds, between, detections, paths, events = (
+            kept[begin:] for kept, begin in zip(self._kept(), mark, strict=True)
+        )
+        recorded = Recorded(
+            b"".join(rows.tobytes() for rows in ego),
+            times,
+            commands,
+            ads,
+            held,
+            names,
+            [rows.tobytes() for rows in boxes],
+            [np.asarray(numbers, dtype=np.int64).tobytes() for numbers in kinds],
+            [(t, dict(values)) for t, values in between],
+            [(t, list(found)) for t, found in detections],
+            [(t, points.tobytes()) for t, points in paths],
+            events,
+        )
+        return recorded, self.mark()
+
+    def cut(self, mark: tuple[int, ...]) -> None:
+        """Forget what was recorded since `mark`: an interrupted tick leaves half of what belongs together."""
+        for kept, end in zip(self._kept(), mark, strict=True):
+            del kept[end:]
+
+    def take(self, recorded: Recorded) -> None:
+        """Put back what `since` gave. Raises ValueError if its arrays are cut or do not belong together."""
+        rows = np.frombuffer(recorded.ego).reshape(-1, len(TRACE_COLUMNS))
+        boxes = [np.frombuffer(data).reshape(-1, _NO_BOXES.shape[1]) for data in recorded.boxes]
+        kinds = [np.frombuffer(data, dtype=np.int64) for data in recorded.kinds]
+        paths = [(t, np.frombuffer(data).reshape(-1, 2)) for t, data in recorded.paths]
+        ticks = {len(of) for of in (recorded.times, recorded.commands, recorded.ads, recorded.held, boxes, kinds)}
+        if ticks != {len(recorded.names)}:
+            raise ValueError("its ticks do not belong together")
+        for names, box, kind in zip(recorded.names, boxes, kinds, strict=True):
+            if not len(names) == len(box) == len(kind) or any(not 0 <= k < len(OBJECT_KINDS) for k in kind.tolist()):
+                raise ValueError("its road users do not belong together")
+        put = (
+            [rows], recorded.times, recorded.commands, recorded.ads, recorded.held, recorded.names, boxes, kinds,
+            recorded.between, recorded.detections, paths, recorded.events,
+        )  # fmt: skip
+        for kept, more in zip(self._kept(), put, strict=True):
+            kept.extend(more)
+
+    def _kept(self) -> tuple[list[Any], ...]:
+        """All lists, in the order of Recorded."""
+        return (
+            self._ego, self._times, self._commands, self._ads, self._held, self._names, self._boxes, self._kinds,
+            self._between, self._detections, self._paths, self._events,
+        )  # fmt: skip
 
     def finish(self) -> Log:
         """The Log of all that was recorded so far; can be called after a run broke off."""

@@ -1,4 +1,7 @@
-"""Run folders: runs/0042-overtaking-dt/ with log.mcap, result.json and report.html, whole or not there at all.
+"""Run folders: runs/0042-overtaking-dt/ with log.mcap, result.json and report.html, each whole or not there at all.
+
+While a run drives, its folder holds only `log.mcap.part` (`pytest_dvp.log_part`); what it leaves comes at the end, at
+once.
 
 The reports of a folder of runs share the library that draws (`reports/frame.py`), unless one file is asked for.
 """
@@ -20,8 +23,10 @@ from pytest_dvp.gates import Verdict, overall
 from pytest_dvp.log import Log
 from pytest_dvp.metrics import MetricValue, compute, known_metrics
 from pytest_dvp.metrics.base import REQUIRED
+from pytest_dvp.paths import shown
 from pytest_dvp.plain_json import finite
-from reports.whole_file import write_whole
+from pytest_dvp.unfinished import LOG, PART
+from reports.whole_file import WriteError, write_whole
 
 _NUMBERED = re.compile(r"\.?(\d{4,})[.-]")
 
@@ -48,11 +53,55 @@ class FinishedRun(Protocol):
     def as_dict(self) -> dict[str, Any]: ...
 
 
-def save_run(run: FinishedRun, root: Path | str, name: str | None = None, *, single_file: bool = False) -> Path:
+@dataclasses.dataclass(frozen=True)
+class Place:
+    """The numbered folder of a run that drives: `folder` where it will stand, `hidden` where it is filled."""
+
+    folder: Path
+    hidden: Path
+
+    @classmethod
+    def reserve(cls, root: Path | str, name: str, stage: str) -> Place:
+        """A new folder under `root`, NNNN-name-stage, empty yet. Raises ResultError if it cannot be made."""
+        token, number = _reserve(Path(root))
+        folder = Path(root) / f"{number:04d}-{_slug(name)}-{_slug(stage)}"
+        try:
+            folder.mkdir()
+        except OSError as error:
+            raise ResultError(_no_folder(Path(root), error)) from error
+        finally:
+            _remove(token)  # the folder holds the number from now on
+        return cls(folder, folder.with_name(f".{number:04d}.{os.getpid()}.part"))
+
+    def take_up(self) -> None:
+        """Put what was filled where it stands; a part of the log there is needed no more. Raises OSError."""
+        (self.folder / PART).unlink(missing_ok=True)
+        self.hidden.rename(self.folder)  # over an empty folder, at once
+        _sync_folder(self.folder.parent)
+
+    def give_up(self) -> None:
+        """Leave nothing but a part of the log, where there is one."""
+        _remove(self.hidden)
+        with contextlib.suppress(OSError):
+            self.folder.rmdir()
+
+
+def save_run(
+    run: FinishedRun,
+    root: Path | str,
+    name: str | None = None,
+    *,
+    place: Place | None = None,
+    report: bool = True,
+    single_file: bool = False,
+    lost: list[str] | None = None,
+) -> Path:
     """Write and return the numbered run folder of a finished run, called `name` or like the scenario: `write_run`."""
     more = {key: value for key, value in run.as_dict().items() if key not in ("folder", "metrics", "verdicts")}
-    called = name or Path(run.scenario).stem
-    return write_run(root, called, run.log, run.verdicts, status=run.status, more=more, single_file=single_file)
+    return write_run(
+        root, name or Path(run.scenario).stem, run.log, run.verdicts, status=run.status, more=more, place=place,
+        report=report, single_file=single_file, lost=lost,
+    )  # fmt: skip
 
 
 def measure(log: Log) -> dict[str, MetricValue]:
@@ -86,26 +135,51 @@ def write_run(
     *,
     status: str | None = None,
     more: Mapping[str, Any] | None = None,
+    place: Place | None = None,
     report: bool = True,
     single_file: bool = False,
+    lost: list[str] | None = None,
 ) -> Path:
     """Write a new run folder under `root` and return it: NNNN-name-stage, numbers never used twice.
 
     Everything is written into a hidden folder first and renamed at the end, each file synced: a run that dies leaves
     no folder that looks like a result. `more` is added to the result. `single_file`: the report carries the library
-    that draws. Raises ResultError or LogError, and then leaves no run folder behind.
+    that draws. `place`: the folder that was reserved for it when it began to drive. `lost`: with it, a result or a
+    report that cannot be written is left out, and one line a file is added to it.
+    Raises ResultError or LogError, and then leaves no run folder behind, or only the part of the log.
     """
 
     def fill(folder: Path) -> None:
-        log.save(folder / "log.mcap")
+        log.save(folder / LOG)
         metrics = measure(log)
         result = {**(more or {}), **result_of(log, verdicts, metrics, status=status)}
-        write_result(folder / "result.json", result)
+        with _left_out(folder, final, lost):
+            write_result(folder / "result.json", result)
         if report:
-            with _library(root, single_file) as library:
+            with _left_out(folder, final, lost), _library(root, single_file) as library:
                 write_report(folder / "report.html", log, result, library=library)
 
-    return _numbered(Path(root), name, str(log.meta.get("stage", "dt")), fill)
+    place = place or Place.reserve(root, name, str(log.meta.get("stage", "dt")))
+    final = place.folder
+    return _filled(place, fill)
+
+
+@contextlib.contextmanager
+def _left_out(folder: Path, final: Path, lost: list[str] | None) -> Iterator[None]:
+    """A file that cannot be written is a line in `lost`, by the name that it would have had."""
+    try:
+        yield
+    except OSError as error:
+        if lost is None:
+            raise
+        lost.append(unwritten(error).replace(str(folder), shown(final)))
+
+
+def unwritten(error: OSError | ValueError) -> str:
+    """One line: which file could not be written, and why."""
+    if not isinstance(error, OSError) or isinstance(error, WriteError):
+        return str(error)
+    return f"{error.filename or 'a file of the run'}: cannot be written: {error.strerror or error}"
 
 
 def write_across(
@@ -131,24 +205,30 @@ def write_across(
         with _library(root, single_file) as library:
             write_stages_report(folder / "report.html", result, courses, library)
 
-    return _numbered(Path(root), name, str(result["stage"]), fill)
+    return _filled(Place.reserve(root, name, str(result["stage"])), fill)
 
 
-def _numbered(root: Path, name: str, stage: str, fill: Callable[[Path], None]) -> Path:
-    """A new run folder with what `fill` writes, whole or not at all."""
-    hidden, number = _reserve(root)
+def _filled(place: Place, fill: Callable[[Path], None]) -> Path:
+    """A run folder with what `fill` writes, whole or not at all."""
     try:
-        fill(hidden)
-        final = root / f"{number:04d}-{_slug(name)}-{_slug(stage)}"
-        hidden.rename(final)
-        _sync_folder(root)
+        place.hidden.mkdir()
+        fill(place.hidden)
+        place.take_up()
     except OSError as error:
-        shutil.rmtree(hidden, ignore_errors=True)
-        raise ResultError(f"{root}: the run cannot be written: {error}") from error
+        place.give_up()
+        raise ResultError(f"{place.folder.parent}: the run cannot be written: {error}") from error
     except BaseException:
-        shutil.rmtree(hidden, ignore_errors=True)
+        place.give_up()
         raise
-    return final
+    return place.folder
+
+
+def _remove(folder: Path) -> None:
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _no_folder(root: Path, error: OSError) -> str:
+    return f"{root}: no run folder can be made: {error.strerror or error}"
 
 
 def write_result(path: Path, result: Mapping[str, Any]) -> None:
@@ -217,7 +297,7 @@ def _reserve(root: Path) -> tuple[Path, int]:
             hidden.rmdir()
             number += 1
     except OSError as error:
-        raise ResultError(f"{root}: no run folder can be made: {error.strerror or error}") from error
+        raise ResultError(_no_folder(root, error)) from error
 
 
 def _fields(record: Any) -> dict[str, Any]:

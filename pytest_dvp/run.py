@@ -19,6 +19,7 @@ from pytest_dvp.deadline import TICK_LIMIT
 from pytest_dvp.driving_stack import Ads, find_ads
 from pytest_dvp.gate_log import said_of as said_of_gate
 from pytest_dvp.ini_file import changes_a_run
+from pytest_dvp.kept import NOT_WRITTEN, Kept
 from pytest_dvp.log import Log
 from pytest_dvp.loop import TICK, Ending, Limits, Loop
 from pytest_dvp.paths import shown
@@ -191,7 +192,8 @@ def run(
 
     Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost: one
     line each about a user's file or value, before anything runs or is written. A stack or a car that breaks while it
-    drives is an ERROR verdict.
+    drives is an ERROR verdict. What cannot be written afterwards is a note: the verdicts stand. ResultError if no run
+    folder can be made; Interrupted, a KeyboardInterrupt, after SIGINT, with the car stopped and the log so far kept.
     """
     check_stage(stage, vehicle, require_real=require_real, dbc=dbc, fault=fault, clock=clock)
     delay = None if compute_delay is None else parse_delay(compute_delay)
@@ -245,19 +247,41 @@ def run(
     recorded = ready.gate_log.length if isinstance(ready.gate_log, ReplayLog) else float("inf")
     whole = recorded <= limit
     limit = min(limit, recorded)
+    kept: Kept | None = None
     try:
-        loop = Loop(ready, Limits(limit, wall_limit, after_collision))
+        kept = Kept.reserve(log_dir, folder_name or request.path.stem, ready.recorder, single_file=single_file)
+        loop = Loop(ready, Limits(limit, wall_limit, after_collision), None if kept is None else kept.part)
         with punctual() if live else contextlib.nullcontext(False) as first:
             ending = loop.drive()
         if timing := ready.gate_log.punctuality():
             ready.recorder.meta["timing"] = {**timing, "scheduling": "real time" if first else "ordinary"}
+    except BaseException:
+        if kept is not None:
+            kept.drop()
+        raise
     finally:
         ready.close()
     ended = _ended(ending, limit, "default " if duration is None else "", wall_limit)
     if whole and ending == "timeout":
         ended = "the end of the recording"
     again = replay_command(request, duration, after_collision)
-    return _judged(request, ready, (ending, ended), loop, again, log_dir, folder_name, single_file)
+    result = _judged(request, ready, (ending, ended), loop, again)
+    if kept is not None:
+        result = kept.finish(result, report=ending != "interrupt")
+    if ending == "interrupt":
+        raise Interrupted(result)
+    return result
+
+
+class Interrupted(KeyboardInterrupt):
+    """A run that SIGINT has ended: one line with when, and where its log is. `result`: of what it drove until then."""
+
+    def __init__(self, result: RunResult) -> None:
+        place = "no log was asked for" if result.folder is None else f"its log so far: {shown(result.folder)}"
+        unwritten = [note for note in result.notes if note.startswith(NOT_WRITTEN)]
+        where = "; ".join(unwritten) if unwritten else place
+        super().__init__(f"{result.scenario} [{result.stage}] {result.error}; {where}")
+        self.result = result
 
 
 def _needs_keys(request: Any) -> bool:
@@ -334,9 +358,6 @@ def _judged(
     end: tuple[Ending, str],
     loop: Loop,
     replay: str,
-    log_dir: Path | None,
-    folder_name: str | None,
-    single_file: bool,
 ) -> RunResult:
     from openscenario.no_effect import without_effect
     from pytest_dvp.gates import judge, never_fired, overall, unjudged
@@ -354,7 +375,7 @@ def _judged(
         verdicts = (_dry(), *verdicts)
     if error is not None:
         verdicts = (_broken(error, log.duration), *verdicts)
-    result = RunResult(
+    return RunResult(
         log=log,
         verdicts=verdicts,
         status=overall(verdicts),
@@ -389,11 +410,6 @@ def _judged(
         events=tuple(storyboard_events(log)[0]),
         never_fired=never_fired(ready.gates, log),
     )
-    if log_dir is None:
-        return result
-    from pytest_dvp.results import save_run
-
-    return dataclasses.replace(result, folder=save_run(result, log_dir, folder_name, single_file=single_file))
 
 
 def _note(finding: Finding) -> str:
@@ -410,6 +426,7 @@ def _ended(ending: Ending, limit: float, default: str, wall_limit: float) -> str
         "collision": "a collision",
         "wall": f"the limit of {wall_limit:g} s of wall time (--wall-limit)",
         "fault": "a fault",
+        "interrupt": "an interruption (SIGINT)",
     }[ending]
 
 

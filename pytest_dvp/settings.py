@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from pytest_dvp.budget import SIZE_FORM, Budget, parse_size
+from pytest_dvp.unfinished import told_of
 
 Kind = Literal[
     "int", "float", "size", "str", "path", "file", "flag", "ads", "delay", "assignments", "paths", "files", "logs"
@@ -451,6 +452,8 @@ def _file(path: Path, origin: str) -> Path:
 
 
 def _log(path: Path, origin: str) -> Path:
+    if unfinished := told_of(path):
+        raise SettingError(f"{origin}: {unfinished}")
     if not path.is_file() and not (path / "log.mcap").is_file():
         raise _missing(origin, "no log or run folder", path)
     return path.absolute()

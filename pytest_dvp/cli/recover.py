@@ -11,23 +11,29 @@ from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("log", metavar="LOG", help="a .csv or .mcap file that was cut or damaged, or a run's folder")
+    parser.add_argument(
+        "log",
+        metavar="LOG",
+        help="a .csv or .mcap file that was cut or damaged, or a run's folder, also of a run that was killed",
+    )
     parser.add_argument("--out", required=True, metavar="FILE", help="the new file, of the same kind")
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    from pytest_dvp.logs.recover import KINDS, recover
+    from pytest_dvp.logs.recover import KINDS, kind_of, recover
+    from pytest_dvp.unfinished import LOG, PART
 
     path, out = Path(arguments.log), Path(arguments.out)
-    if path.is_dir() and (path / "log.mcap").is_file():
-        path = path / "log.mcap"
+    if path.is_dir():
+        path = next((path / name for name in (LOG, PART) if (path / name).is_file()), path)
     existing(str(path), "log")
-    if path.suffix.lower() not in KINDS:
+    kind = kind_of(path)
+    if kind not in KINDS:
         raise WrongArgument(f"{path}: not a kind of log that can be recovered; allowed: {', '.join(KINDS)}")
     new_file("--out", arguments.out, [path])
-    if out.suffix.lower() != path.suffix.lower():
-        raise WrongArgument(f"--out {out}: the new file is of the same kind, {path.suffix}")
+    if out.suffix.lower() != kind:
+        raise WrongArgument(f"--out {out}: the new file is of the same kind, {kind}")
     found = recover(path, out)
     if arguments.json:
         print(json.dumps({"log": str(path), "out": str(out), **dataclasses.asdict(found)}, ensure_ascii=False))

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.cli.arguments import WrongArgument, add_json
+from pytest_dvp.unfinished import told_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -24,6 +25,8 @@ def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.run)
     from pytest_dvp.log_read import load_log
 
+    if unfinished := told_of(folder):
+        raise WrongArgument(unfinished)
     words = _command(folder)
     before = folder / "log.mcap"
     if not before.is_file():

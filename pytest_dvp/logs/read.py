@@ -18,6 +18,7 @@ from pytest_dvp.logs.names import canonical
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import build_log
 from pytest_dvp.logs.units import find_unit
+from pytest_dvp.unfinished import told_of
 
 KINDS = {
     **dict.fromkeys((".csv", ".txt", ".tsv"), "csv"),
@@ -54,6 +55,8 @@ def read_log(
 
 def kind_of(path: Path) -> str:
     """Format of a file or folder by its name. Raises LogError for none that is known."""
+    if unfinished := told_of(path):
+        raise LogError(unfinished, "log.unreadable")
     if path.is_dir():
         if (path / "log.mcap").is_file():
             return "run"

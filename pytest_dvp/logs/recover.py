@@ -13,6 +13,7 @@ from mcap.writer import CompressionType, Writer
 
 from pytest_dvp.budget import Budget
 from pytest_dvp.log import LogError
+from pytest_dvp.log_part import SCHEMA, is_part, log_of_part
 from pytest_dvp.log_read import MAGIC
 from pytest_dvp.logs.account import Account, open_account
 from pytest_dvp.logs.csv_file import EMPTY, normalised, number, read_head
@@ -27,6 +28,8 @@ from pytest_dvp.logs.units import find_unit
 from reports.whole_file import write_whole
 
 KINDS = (".csv", ".tsv", ".txt", ".mcap")
+PART = ".part"  # end of the name of a log of a run that was not finished
+NO_END = "the end of the file: nobody knows how much"
 _COMPRESSED = (b"\x04\x00\x00\x00zstd", b"\x03\x00\x00\x00lz4")  # length and name in the head of a chunk
 _NAME_AT = 9 + 28  # bytes from the start of a chunk's record to them
 
@@ -45,17 +48,23 @@ def recover(path: Path, out: Path, budget: Budget | None = None) -> Recovered:
     """Write to `out` all rows or messages of `path` that are whole.
 
     CSV: rows with a number or an empty field in each column, word for word. MCAP: the messages of every chunk that
-    passes its checksum, also behind a damaged place; of a log of dvp, the log of the rows that have a time.
+    passes its checksum, also behind a damaged place; of a log of dvp, the log of the rows that have a time; of the part
+    of a log that a run was writing when it was ended, the log so far.
     Limits: what a damaged row or chunk held is lost; a value that was changed into another number cannot be seen in a
     CSV; attachments and metadata of an MCAP file are not copied.
     budget: how large the log may be; None: the budget of the command or session.
     Raises LogError if nothing is left or the log is too large, WriteError if `out` cannot be written.
     """
-    if path.suffix.lower() != ".mcap":  # of that the first bytes may be what is damaged
+    if kind_of(path) != ".mcap":  # of that the first bytes may be what is damaged
         refuse_other_kind(path, "csv")
     account = open_account(path, budget)
     data = mapped(path)
-    return _mcap(data, path, out, account) if path.suffix.lower() == ".mcap" else _csv(data[:], path, out, account)
+    return _mcap(data, path, out, account) if kind_of(path) == ".mcap" else _csv(data[:], path, out, account)
+
+
+def kind_of(path: Path) -> str:
+    """The end of a log's name by which it is read: ".mcap" also of "log.mcap.part"."""
+    return (Path(path.stem) if path.suffix.lower() == PART else path).suffix.lower()
 
 
 def _csv(data: bytes, path: Path, out: Path, account: Account) -> Recovered:
@@ -126,9 +135,17 @@ def _mcap(data: Mapped, path: Path, out: Path, account: Account) -> Recovered:
     lost = _salvage(data, scan)
     if not scan.count:
         raise LogError(f"{path}: nothing can be recovered: no whole message in it", "log.too_short")
+    if not any(identity in scan.channels for identity, _ in kept):
+        why = "what says of which topics its messages are is lost"
+        raise LogError(f"{path}: nothing can be recovered: {why}", "log.corrupt")
     if scan.statistics is not None and scan.statistics > scan.count:
         lost.append(f"{scan.statistics - scan.count} of {scan.statistics} messages")
     topics = {channel.topic: channel for channel in scan.channels.values()}
+    if is_part(channel.topic for channel in topics.values() if channel.schema.name == SCHEMA):
+        log = log_of_part(by_topic(scan, kept), path)
+        account.table(len(log.t), len(log.columns))
+        log.save(out)
+        return Recovered(len(log.t), "rows", log.duration, (*_of_part(lost), "what came after the last whole second"))
     if "/meta" in topics and topics["/meta"].schema.name == "dvp.meta":
         log, rows = our_log(by_topic(scan, kept), path, account)
         if len(log.t) < rows:
@@ -137,6 +154,11 @@ def _mcap(data: Mapped, path: Path, out: Path, account: Account) -> Recovered:
         return Recovered(len(log.t), "rows", log.duration, tuple(lost))
     write_whole(out, _encoded(scan, kept))
     return Recovered(scan.count, "messages", scan.seconds, tuple(lost))
+
+
+def _of_part(lost: list[str]) -> list[str]:
+    """What is lost of a part: that its end is missing goes without saying."""
+    return [text for text in lost if text != NO_END]
 
 
 def _salvage(data: Mapped, scan: Scan) -> list[str]:
@@ -173,7 +195,7 @@ def _salvage(data: Mapped, scan: Scan) -> list[str]:
     if skipped:
         lost.append(f"{skipped} bytes that are no whole record")
     if not footer:
-        lost.append("the end of the file: nobody knows how much")
+        lost.append(NO_END)
     return lost
 
 
