@@ -19,6 +19,7 @@ from pytest_dvp.reality_gap.asked_by import asked_differently
 from pytest_dvp.settings import REFERENCE, Settings
 from pytest_dvp.stage_table import StageTable, stage_table
 from pytest_dvp.stages import STEPPED, SURROGATE
+from pytest_dvp.summary import NOT_WRITTEN
 
 if TYPE_CHECKING:
     from pytest_dvp.run import RunResult
@@ -141,10 +142,13 @@ def hold(
     )
     if log_dir is None:
         return result
-    from pytest_dvp.results import write_across
+    from pytest_dvp.results import ResultError, write_across
 
     name = Path(result.scenario).stem
-    folder = write_across(log_dir, name, result.as_dict(), logs, labels, single_file=single_file)
+    try:
+        folder = write_across(log_dir, name, result.as_dict(), logs, labels, single_file=single_file)
+    except ResultError as error:  # the verdicts stand, whatever becomes of their page
+        return dataclasses.replace(result, notes=(*result.notes, f"{NOT_WRITTEN}{error}"))
     return dataclasses.replace(result, folder=folder)
 
 

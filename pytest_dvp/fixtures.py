@@ -206,6 +206,8 @@ def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
     found += [(f"set.{name}", value) for name, value in sorted(result.get("set", {}).items())]
     found += [("compute_delay", result.get("compute_delay"))]
     found += [(f"tick_time.{name}", value) for name, value in result.get("tick_time", {}).items()]
+    from pytest_dvp.summary import page_of
+
     if result.get("findings"):
         from pytest_dvp.command_range import said_of
 
@@ -217,11 +219,10 @@ def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
         seen[name] = seen.get(name, 0) + 1
         again = f"-{seen[name]}" if seen[name] > 1 else ""  # the second bound on one metric, with other options
         found += [(f"{name}{again}.{key}", verdict.get(key)) for key in ("status", "value", "unit", "bound", "margin")]
-    folder = result.get("folder")
     if search := result.get("search"):
         found += [("variants", search["variants"])]
         found += [(f"never_fired.{name}", count) for name, count in search["never_fired"].items()]
-    found += [("report", f"{folder}/report.html" if folder else None), ("replay", result.get("replay"))]
+    found += [("report", page_of(result)), ("replay", result.get("replay"))]
     return [(name, value) for name, value in found if value is not None]
 
 

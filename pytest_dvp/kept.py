@@ -6,22 +6,19 @@ A disk that is full, or goes away, loses files and never a verdict.
 from __future__ import annotations
 
 import dataclasses
-import errno
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_dvp.log import LogError
-from pytest_dvp.unfinished import PART
+from pytest_dvp.paths import shown
+from pytest_dvp.summary import NOT_WRITTEN
+from pytest_dvp.unfinished import FULL, PART
 
 if TYPE_CHECKING:
     from pytest_dvp.log_part import LogPart
     from pytest_dvp.recorder import LogRecorder
     from pytest_dvp.results import Place
     from pytest_dvp.run import RunResult
-
-NOT_WRITTEN = "not written: "  # begins the note on a file that could not be written
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
-"""What a disk says that nobody could have known before: full, quota used up, broken."""
 
 
 class Kept:
@@ -51,9 +48,10 @@ class Kept:
             return cls(root, name, None, None, single_file=single_file)
         return cls(root, name, place, LogPart(place.folder / PART, recorder), single_file=single_file)
 
-    def finish(self, result: RunResult, *, report: bool = True) -> RunResult:
+    def finish(self, result: RunResult, *, brief: bool = False) -> RunResult:
         """The result with its folder, and a note for each file that could not be written; the verdicts are the same.
 
+        brief  log and verdicts alone, in a second even of a long run
         Without a log there is no folder: what is left is the part.
         """
         from pytest_dvp.results import ResultError, save_run
@@ -66,13 +64,15 @@ class Kept:
         folder = None
         try:
             folder = save_run(
-                result, self._root, self._name, place=self._place, report=report, single_file=self._single_file,
+                result, self._root, self._name, place=self._place, brief=brief, single_file=self._single_file,
                 lost=lost,
             )  # fmt: skip
         except (ResultError, LogError) as error:
             lost.append(str(error))
+            if self._place is not None:  # by the name that it would have had
+                lost[-1] = lost[-1].replace(str(self._place.hidden), shown(self._place.folder))
             if part is not None and part.path.is_file():
-                lost[-1] += f"; what there is of the log: dvp recover {part.path.parent} --out FILE.mcap"
+                lost[-1] += f"; what there is of the log: dvp recover {shown(part.path.parent)} --out FILE.mcap"
         notes = (*result.notes, *(f"{NOT_WRITTEN}{line}" for line in lost))
         return dataclasses.replace(result, folder=folder, notes=notes)
 

@@ -32,6 +32,7 @@ from pytest_dvp.settings import (
     misspelt,
     taken_for_root,
 )
+from pytest_dvp.unfinished import FULL
 
 if TYPE_CHECKING:
     from pytest_dvp.collect import ScenarioFile
@@ -162,6 +163,21 @@ def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Ite
     from pytest_dvp import collect
 
     return [collect.header(items, config.stash[SETTINGS_KEY])]
+
+
+@pytest.hookimpl(wrapper=True, trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> Generator[None, object, object]:
+    """A report of pytest's own (--junitxml) that a full disk does not take is a line; the exit code stays."""
+    try:
+        return (yield)
+    except OSError as error:
+        terminal = session.config.pluginmanager.get_plugin("terminalreporter")
+        if error.errno not in FULL or terminal is None:
+            raise
+        file = error.filename or session.config.getoption("xmlpath", None) or "a file of the session"
+        terminal.ensure_newline()
+        terminal.write_line(f"{file}: cannot be written: {error.strerror}")
+        return None
 
 
 @pytest.hookimpl(optionalhook=True)

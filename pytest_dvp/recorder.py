@@ -149,7 +149,7 @@ class LogRecorder:
         for names, box, kind in zip(recorded.names, boxes, kinds, strict=True):
             if not len(names) == len(box) == len(kind) or any(not 0 <= k < len(OBJECT_KINDS) for k in kind.tolist()):
                 raise ValueError("its road users do not belong together")
-        put = (
+        put: tuple[list[Any], ...] = (
             [rows], recorded.times, recorded.commands, recorded.ads, recorded.held, recorded.names, boxes, kinds,
             recorded.between, recorded.detections, paths, recorded.events,
         )  # fmt: skip

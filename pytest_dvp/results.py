@@ -92,7 +92,7 @@ def save_run(
     name: str | None = None,
     *,
     place: Place | None = None,
-    report: bool = True,
+    brief: bool = False,
     single_file: bool = False,
     lost: list[str] | None = None,
 ) -> Path:
@@ -100,7 +100,7 @@ def save_run(
     more = {key: value for key, value in run.as_dict().items() if key not in ("folder", "metrics", "verdicts")}
     return write_run(
         root, name or Path(run.scenario).stem, run.log, run.verdicts, status=run.status, more=more, place=place,
-        report=report, single_file=single_file, lost=lost,
+        brief=brief, single_file=single_file, lost=lost,
     )  # fmt: skip
 
 
@@ -137,6 +137,7 @@ def write_run(
     more: Mapping[str, Any] | None = None,
     place: Place | None = None,
     report: bool = True,
+    brief: bool = False,
     single_file: bool = False,
     lost: list[str] | None = None,
 ) -> Path:
@@ -144,18 +145,19 @@ def write_run(
 
     Everything is written into a hidden folder first and renamed at the end, each file synced: a run that dies leaves
     no folder that looks like a result. `more` is added to the result. `single_file`: the report carries the library
-    that draws. `place`: the folder that was reserved for it when it began to drive. `lost`: with it, a result or a
-    report that cannot be written is left out, and one line a file is added to it.
+    that draws. `place`: the folder that was reserved for it when it began to drive. `brief`: neither metrics nor a
+    report, for a run that must end at once. `lost`: with it, a result or a report that cannot be written is left out,
+    and one line a file is added to it.
     Raises ResultError or LogError, and then leaves no run folder behind, or only the part of the log.
     """
 
     def fill(folder: Path) -> None:
         log.save(folder / LOG)
-        metrics = measure(log)
+        metrics = {} if brief else measure(log)
         result = {**(more or {}), **result_of(log, verdicts, metrics, status=status)}
         with _left_out(folder, final, lost):
             write_result(folder / "result.json", result)
-        if report:
+        if report and not brief:
             with _left_out(folder, final, lost), _library(root, single_file) as library:
                 write_report(folder / "report.html", log, result, library=library)
 

@@ -19,7 +19,7 @@ from pytest_dvp.deadline import TICK_LIMIT
 from pytest_dvp.driving_stack import Ads, find_ads
 from pytest_dvp.gate_log import said_of as said_of_gate
 from pytest_dvp.ini_file import changes_a_run
-from pytest_dvp.kept import NOT_WRITTEN, Kept
+from pytest_dvp.kept import Kept
 from pytest_dvp.log import Log
 from pytest_dvp.loop import TICK, Ending, Limits, Loop
 from pytest_dvp.paths import shown
@@ -29,6 +29,7 @@ from pytest_dvp.replay_log import said_of as said_of_replay
 from pytest_dvp.result_file import read_result
 from pytest_dvp.settings import REFERENCE, Assignments
 from pytest_dvp.stages import REAL, REPLAY, STEPPED, SURROGATE, StageError, check_delay, check_stage, is_real, label
+from pytest_dvp.summary import NOT_WRITTEN
 from pytest_dvp.tick_time import said_of as said_of_ticks
 from pytest_dvp.tick_time import tick_time
 
@@ -265,12 +266,11 @@ def run(
     if whole and ending == "timeout":
         ended = "the end of the recording"
     again = replay_command(request, duration, after_collision)
-    result = _judged(request, ready, (ending, ended), loop, again)
-    if kept is not None:
-        result = kept.finish(result, report=ending != "interrupt")
     if ending == "interrupt":
-        raise Interrupted(result)
-    return result
+        result = _interrupted(request, ready, loop, ended, again)
+        raise Interrupted(result if kept is None else kept.finish(result, brief=True))
+    result = _judged(request, ready, (ending, ended), loop, again)
+    return result if kept is None else kept.finish(result)
 
 
 class Interrupted(KeyboardInterrupt):
@@ -350,6 +350,29 @@ def _same_test(folder: Path, stage: str, request: Any, rehearsed: Log) -> bool:
     same = all(meta.get(key) == rehearsed.meta.get(key) for key in ("scenario_sha256", "road_sha256"))
     same = same and meta.get("ads") == request.ads.name
     return same and (kept.get("status"), kept.get("stage"), kept.get("set")) == ("PASS", stage, assigned(request))
+
+
+def _interrupted(request: Any, ready: Any, loop: Loop, ended: str, replay: str) -> RunResult:
+    """The result of a run that SIGINT has ended: its log, and an ERROR. Nothing is measured: the user waits."""
+    log, error = ready.recorder.finish(), str(loop.error)
+    verdict = _broken(error, log.duration)
+    return RunResult(
+        log=log,
+        verdicts=(verdict,),
+        status=verdict.status,
+        folder=None,
+        scenario=shown(request.path),
+        line=ready.scenario.storyboard.at.line or 1,
+        stage=log.meta["stage"],
+        ads=log.meta["ads"],
+        seed=request.seed,
+        ending="interrupt",
+        ended=ended,
+        set=assigned(request),
+        replay=replay,
+        metrics={},
+        error=error,
+    )
 
 
 def _judged(

@@ -69,7 +69,8 @@ def key_of(*parts: object) -> str:
 def _keep(file: Path, result: RunResult, *, owned: bool) -> None:
     if result.folder is not None:
         plain = result.as_dict()
-        _write(file, {"owned": owned, "place": str(result.folder.absolute()), "result": plain})
+        with contextlib.suppress(OSError):  # of a disk that is full: who else needs the run drives it again
+            _write(file, {"owned": owned, "place": str(result.folder.absolute()), "result": plain})
 
 
 def _write(file: Path, entry: dict[str, Any]) -> None:

@@ -25,7 +25,9 @@ MAX_LINES = 20
 MAX_NOTES = 5
 FEW = 3  # gates that are named where they share a reason
 MAX_TABLES = 3
-BESIDE_VERDICTS = ("not judged:", "recording:", "command gate:")  # begins of notes without which they mislead
+NOT_WRITTEN = "not written: "  # begins the note on a file that could not be written
+BESIDE_VERDICTS = ("not judged:", "recording:", "command gate:", NOT_WRITTEN)
+"""Begins of notes without which verdicts mislead, or a user looks for files in vain."""
 DIFFERENT = " differ in "  # of a note that two drives were not the same test
 GOOD = ("PASS", NOT_ASKED)
 WHY = "what the twin lacks"  # before the command that says it
@@ -116,8 +118,8 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
     lines.append(f"  {passed} of {len(verdicts)} gates passed; {conditions(result)}")
     if result.get("ended"):
         lines.append(f"  ended by {clean(result['ended'])} at t={result['simulated']:.2f} s")
-    if result.get("folder"):
-        lines.append(f"  report: {clean(result['folder'])}/report.html")
+    if page := page_of(result):
+        lines.append(f"  report: {clean(page)}")
     lines += [f"  {WHY}: {clean(command)}" for command in result.get("why", ())]
     lines.append(f"  replay: {clean(result['replay'])}")
     return "\n".join(lines)
@@ -194,8 +196,8 @@ def stage_tables(results: Sequence[Result], limit: int = MAX_TABLES) -> list[str
         case = widest[name]
         out += ["", clean(f"{conditions({**case, 'stage': ', '.join(case['table']['stages'])})}")]
         out += [clean(line) for line in table_lines(case["table"])]
-        if case.get("folder"):
-            out.append(clean(f"page: {case['folder']}/report.html"))
+        if page := page_of(case):
+            out.append(clean(f"page: {page}"))
     if len(widest) > limit:
         out.append(f"... {len(widest) - limit} more tables in the run folders")
     return out[1:]
@@ -235,7 +237,7 @@ def vacuous(results: Sequence[Result], limit: int = MAX_NOTES) -> list[str]:
 def notes(results: Sequence[Result], limit: int = MAX_NOTES) -> list[str]:
     """What is bad and not judged, and what of the storyboards is doubtful; at most `limit` lines."""
     found = [(case, note) for case in results for note in case.get("notes", ())]
-    found.sort(key=lambda pair: not pair[1].startswith("not judged:"))
+    found.sort(key=lambda pair: (not pair[1].startswith(NOT_WRITTEN), not pair[1].startswith("not judged:")))
     said = list(dict.fromkeys(clean(f"{_name(case)}: {note}") for case, note in found))
     return said if len(said) <= limit else [*said[: limit - 1], f"... {len(said) - limit + 1} more notes"]
 
@@ -245,8 +247,15 @@ def action(results: Sequence[Result]) -> str:
     worst = results[0]
     if worst["status"] not in GOOD:
         return clean(f"replay the worst: {worst['replay']}")
-    folder = worst.get("folder")
-    return clean(f"see the tightest run: {folder}/report.html" if folder else f"see it again: {worst['replay']}")
+    page = page_of(worst)
+    return clean(f"see the tightest run: {page}" if page else f"see it again: {worst['replay']}")
+
+
+def page_of(result: Result) -> str | None:
+    """The report of a run; None if there is none, or it could not be written."""
+    folder = result.get("folder")
+    lost = any(note.startswith(NOT_WRITTEN) and "report.html:" in note for note in result.get("notes", ()))
+    return None if not folder or lost else f"{folder}/report.html"
 
 
 def github_annotations(results: Sequence[Result]) -> list[str]:

@@ -1,8 +1,12 @@
-"""What is left of a run that was ended before its log was written, and which command reads it."""
+"""What is left of a run that was ended before its log was written, and which command reads it; how a disk fails."""
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
+
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EIO)
+"""What a disk says that nobody could have known before: full, quota used up, broken."""
 
 LOG = "log.mcap"
 PART = "log.mcap.part"  # of the run's folder, while it drives: `pytest_dvp.log_part`

@@ -146,6 +146,8 @@ class GateProcess:
         deadline = time.monotonic() + answer
         while True:
             for head, body in bridge.receive(0.02):
+                if head["n"] != self._number:
+                    continue  # of a question that was interrupted
                 if "error" in head:
                     self._raise(head["error"], head["text"])
                 return body

@@ -130,8 +130,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(words, f"dvp: a file that was loaded ended the program: sys.exit({done.code!r})", 1)
     except (WrongArgument, SettingError) as error:
         return _complain(words, str(error), 2)
-    except KeyboardInterrupt:
-        return _complain(words, "dvp: interrupted", 130)
+    except KeyboardInterrupt as interrupt:
+        return _complain(words, f"dvp: {interrupt}" if str(interrupt) else "dvp: interrupted", 130)
     except BrokenPipeError:  # who read it has seen enough
         _leave_stdout()
         return 1

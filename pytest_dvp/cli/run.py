@@ -17,7 +17,7 @@ from pytest_dvp.cli.named_scenarios import named_scenarios
 from pytest_dvp.paths import shown
 from pytest_dvp.plain_json import finite
 from pytest_dvp.settings import BUDGET, STAGES, SettingError, Settings, is_users_mistake, unknown
-from pytest_dvp.summary import BESIDE_VERDICTS
+from pytest_dvp.summary import BESIDE_VERDICTS, NOT_WRITTEN
 
 if TYPE_CHECKING:
     from pytest_dvp.across import Across
@@ -386,7 +386,7 @@ def _across(
 
 def across_text(held: Across) -> str:
     """The gates between stages and the table, as text."""
-    from pytest_dvp.summary import WHY, clean, gathered, worst_first
+    from pytest_dvp.summary import WHY, clean, gathered, page_of, worst_first
 
     plain = held.as_dict()
     judged = "" if plain["verdicts"] else ", no gate is between them"
@@ -394,8 +394,8 @@ def across_text(held: Across) -> str:
     lines += [f"  {v['status']:<12} {_told(v)}" for v in gathered(worst_first(plain["verdicts"]))]
     lines += [clean(f"  !! {note}") for note in plain["notes"]]
     lines += ["", *(f"  {clean(line)}" for line in held.table.lines()), ""] if held.table is not None else []
-    if plain["folder"]:
-        lines.append(clean(f"  report: {plain['folder']}/report.html"))
+    if page := page_of(plain):
+        lines.append(clean(f"  report: {page}"))
     lines += [clean(f"  {WHY}: {command}") for command in plain["why"]]
     lines.append(clean(f"  replay: {plain['replay']}"))
     return "\n".join(lines)
@@ -473,14 +473,15 @@ def table(result: RunResult, only: Sequence[str] | None = None, optional: Sequen
     """The verdicts of a run as text, worst first, and where its report is; `only` those metrics decide, and the
     `optional` events need not fire."""
     from pytest_dvp.silent_events import missed
-    from pytest_dvp.summary import clean, on_condition, worst_first
+    from pytest_dvp.summary import clean, on_condition, page_of, worst_first
 
     plain = result.as_dict()
     said = f"{plain['scenario']} [{plain['stage']}]: {plain['status']}"
     lines = [clean(f"{said} after {plain['simulated']:.2f} s simulated, ended by {plain['ended']}")]
     lines += [f"  {v['status']:<12} {_told(v)}" for v in worst_first(plain["verdicts"])]
     beside = [note for note in plain["notes"] if note.startswith(BESIDE_VERDICTS)]
-    lines += [clean(f"  {'!! ' if note.startswith(BESIDE_VERDICTS[0]) else ''}{note}") for note in beside]
+    loud = (BESIDE_VERDICTS[0], NOT_WRITTEN)
+    lines += [clean(f"  {'!! ' if note.startswith(loud) else ''}{note}") for note in beside]
     if only is not None or optional:
         held = "holds" if _passes(result, only, optional) else "does not hold"
         what = [f"by {', '.join(only)} alone"] if only is not None else []
@@ -490,8 +491,8 @@ def table(result: RunResult, only: Sequence[str] | None = None, optional: Sequen
         lines.append(clean(f"  {', '.join(what)}: it {held}{why}"))
     if plain["error"]:
         lines += ["", *(clean(line) for line in plain["error"].strip().split("\n"))]
-    if plain["folder"]:
-        lines.append(clean(f"  report: {plain['folder']}/report.html"))
+    if page := page_of(plain):
+        lines.append(clean(f"  report: {page}"))
     replay = on_condition(plain["replay"], only or (), optional)
     lines.append(clean(f"  replay: {replay}"))
     return "\n".join(lines)

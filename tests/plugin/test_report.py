@@ -171,3 +171,35 @@ def test_notes_of_runs_are_shown_at_most_five_lines_what_is_not_judged_first(pro
     assert lines[start + 2] == "good.xosc::dt: x.xosc:0: event 'E0' never fired"
     assert lines[start + 5] == "... 5 more notes"
     assert lines[start + 6].startswith("see it again")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
+def test_a_junit_file_that_a_full_disk_does_not_take_changes_no_verdict(project: pytest.Pytester) -> None:
+    result = project.runpytest_inprocess("-m", "dt", "good.xosc", "bad.xosc", "--junitxml=/dev/full")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    assert "/dev/full: cannot be written: No space left on device" in result.outlines
+    result.assert_outcomes(passed=1, failed=1, deselected=4)
+    assert any(line.startswith("replay the worst") for line in result.outlines)
+
+
+def test_an_interrupted_run_ends_the_session_in_one_line(project: pytest.Pytester) -> None:
+    project.makepyfile(
+        """
+        from pytest_dvp.session import Session
+
+        def test_one(request, monkeypatch):
+            def interrupted(*_, **__):
+                raise KeyboardInterrupt("x.xosc [dt] interrupted at t=1.00 s; its log so far: runs/0001-x-dt")
+            monkeypatch.setattr("pytest_dvp.session.Session._run", interrupted)
+            Session(request.config)("good.xosc")
+
+        def test_two():
+            raise AssertionError("the session is over")
+        """
+    )
+    result = project.runpytest_inprocess()
+    assert result.ret == pytest.ExitCode.INTERRUPTED
+    said = [line for line in result.outlines if "interrupted at" in line]
+    assert len(said) == 1
+    assert "Exit: dvp: x.xosc [dt] interrupted at t=1.00 s; its log so far: runs/0001-x-dt" in said[0]
+    assert not any("Traceback" in line or "session.py" in line for line in result.outlines + result.errlines)
