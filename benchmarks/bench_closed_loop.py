@@ -12,8 +12,8 @@ import time
 from pathlib import Path
 
 from benchmarks.measure import Row
-from pytest_dvp.run import RunResult
-from pytest_dvp.run import run as drive
+from pytest_dvp.drive.run import RunResult
+from pytest_dvp.drive.run import run as drive
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"
 REPEATS = 3

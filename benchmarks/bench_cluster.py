@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.measure import Row, cpu_seconds
-from pytest_dvp.tuning.cluster import Cluster
-from pytest_dvp.tuning.job import Job
-from pytest_dvp.tuning.work import work
+from pytest_dvp.workers.dask_cluster import Cluster
+from pytest_dvp.workers.job import Job
+from pytest_dvp.workers.run_job import work
 from scenarios import path as shipped
 
 JOBS = 200

@@ -20,8 +20,8 @@ import numpy as np
 from benchmarks.measure import Row, cpu_seconds
 from vehicle.messages import VehicleState
 from vehicle.model.car import make_car
-from vehicle.model.model import Inputs, VehicleModel
 from vehicle.model.plant import Plant
+from vehicle.model.vehicle_model import Inputs, VehicleModel
 
 PEER = Path(__file__).with_name("commonroad_peer.py")
 PACKAGES = ("commonroad-vehicle-models==3.0.2", f"numpy=={np.__version__}", "scipy")

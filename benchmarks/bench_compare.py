@@ -9,13 +9,13 @@ import time
 import numpy as np
 
 from benchmarks.measure import Row, cpu_seconds
-from pytest_dvp.log import FloatArray, Log
-from pytest_dvp.reality_gap import iso18571
-from pytest_dvp.reality_gap.black_box import ModelSubject
-from pytest_dvp.reality_gap.compare import compare
-from pytest_dvp.reality_gap.segments import cut, measured_array, residuals
+from pytest_dvp.gap.compare import iso18571
+from pytest_dvp.gap.compare.compare import compare
+from pytest_dvp.gap.compare.compared_model import ModelSubject
+from pytest_dvp.gap.compare.segments import cut, measured_array, residuals
+from pytest_dvp.logs.log import FloatArray, Log
 from vehicle.model.model_file import parse_model
-from vehicle.model.replay import Replay
+from vehicle.model.open_loop import Replay
 
 MODEL = "[model]\nbase = 'kinematic_bicycle'\n[parameters]\nwheelbase = 2.45\ncg_to_front_axle = 1.15\nmass = 1150.0\n"
 SIGMA = np.array([0.02, 0.02, 0.005, 0.03, 0.005, 0.1, 0.1, np.inf])

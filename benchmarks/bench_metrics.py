@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from scipy.signal import correlate
 
 from benchmarks.measure import Row, cpu_seconds
-from pytest_dvp.log import Log
-from pytest_dvp.log_write import encode_log
+from pytest_dvp.drive.run_folder import measure
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.mcap_write import encode_log
+from pytest_dvp.logs.recorder import LogRecorder
 from pytest_dvp.metrics import known_metrics
-from pytest_dvp.metrics._boxes import time_to_collision
-from pytest_dvp.metrics.similarity import likeness
-from pytest_dvp.recorder import LogRecorder
-from pytest_dvp.results import measure
+from pytest_dvp.metrics._box_collision_time import time_to_collision
+from pytest_dvp.metrics.signal_similarity import likeness
 from vehicle.messages import Command, Detection, Surroundings
 
 PAIRS = 200_000

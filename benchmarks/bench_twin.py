@@ -14,11 +14,11 @@ from scipy.integrate import odeint
 from benchmarks.measure import Row, cpu_seconds
 from vehicle.messages import Command, Surroundings, VehicleState
 from vehicle.model.car import make_car
-from vehicle.model.catalogue import catalogue
-from vehicle.model.model import Inputs, VehicleModel
+from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.model_file import read_model
+from vehicle.model.open_loop import Replay
 from vehicle.model.plant import Plant
-from vehicle.model.replay import Replay
+from vehicle.model.vehicle_model import Inputs, VehicleModel
 from vehicle.sensors import default_sensors
 from vehicle.twin import Twin
 

@@ -1,6 +1,6 @@
 """Where machine code is kept: a folder for each function, named by the digest of what went into it.
 
-    PLACE / cpython-311-numba-0.68.1-1a2b3c4d / vehicle.model.maths.lag-SIGNATURE-DIGEST / the files that numba writes
+    PLACE / cpython-311-numba-0.68.1-1a2b3c4d / vehicle.model.step_maths.lag-SIGNATURE-DIGEST / files of numba
 
 PLACE is NUMBA_CACHE_DIR if the user has set it, else `__pycache__` of the function's package; where that cannot be
 written, numba's folder in the user's cache. Where nothing can be written each process compiles for itself.

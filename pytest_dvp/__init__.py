@@ -5,22 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pytest_dvp.assertions import assert_matches
-    from pytest_dvp.fuzz import scenario_variants
-    from pytest_dvp.log import Log
-    from pytest_dvp.run import RunResult, run
-    from pytest_dvp.variant import Variant
+    from pytest_dvp.campaigns.variant import Variant
+    from pytest_dvp.drive.run import RunResult, run
+    from pytest_dvp.gap.assert_matches import assert_matches
+    from pytest_dvp.logs.log import Log
+    from pytest_dvp.plugin.scenario_strategy import scenario_variants
 
 __all__ = ["Log", "RunResult", "Variant", "assert_matches", "run", "scenario_variants"]
 
 # pytest imports this package in every session that has the plugin installed, so nothing heavy may load here.
 _HOMES = {
-    "Log": "pytest_dvp.log",
-    "RunResult": "pytest_dvp.run",
-    "Variant": "pytest_dvp.variant",
-    "assert_matches": "pytest_dvp.assertions",
-    "run": "pytest_dvp.run",
-    "scenario_variants": "pytest_dvp.fuzz",
+    "Log": "pytest_dvp.logs.log",
+    "RunResult": "pytest_dvp.drive.run",
+    "Variant": "pytest_dvp.campaigns.variant",
+    "assert_matches": "pytest_dvp.gap.assert_matches",
+    "run": "pytest_dvp.drive.run",
+    "scenario_variants": "pytest_dvp.plugin.scenario_strategy",
 }
 
 
@@ -32,7 +32,7 @@ def __getattr__(name: str) -> Any:
     try:
         return getattr(importlib.import_module(_HOMES[name]), name)
     except ImportError:
-        from pytest_dvp.own_packages import hidden_package
+        from pytest_dvp.plugin.shadowed_packages import hidden_package
 
         hidden = hidden_package()
         if hidden is None:

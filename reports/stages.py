@@ -40,7 +40,7 @@ def write_stages_report(
     """Write the page; same input, same bytes. The file appears whole or not at all.
 
     result   {"status", "scenario", "stage", "seed", "verdicts": [mapping], "table": mapping or None, "logs": {stage:
-             place}, "notes": [str], "replay"} as Across.as_dict of pytest_dvp.across makes it
+             place}, "notes": [str], "replay"} as Across.as_dict of pytest_dvp.drive.stage_comparison makes it
     courses  columns of each drive by stage: equally long arrays t [s], x, y [m], v [m/s], ... NaN = not measured
     library  address of the drawing library relative to the page; None: in the page itself
 

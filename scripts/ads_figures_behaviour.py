@@ -17,7 +17,7 @@ import numpy as np
 import scenarios
 from ads.parameters import ITERATIONS, STAGES, preset
 from openscenario.read import read_declarations
-from pytest_dvp.run import run
+from pytest_dvp.drive.run import run
 
 SCENARIOS = ("overtaking", "pedestrian_crossing", "urban", "follow", "traffic_light", "junction")
 OF_THE_PAPER = SCENARIOS[:3]

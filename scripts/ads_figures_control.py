@@ -17,7 +17,7 @@ from ads.planning.route import Map
 from ads.planning.waypoints import STEP
 from ads.stack import Stack
 from benchmarks.bench_ads import SCENARIOS, mpc_seconds, tick_seconds
-from pytest_dvp.run import RunResult, run
+from pytest_dvp.drive.run import RunResult, run
 from scenarios import path
 from vehicle.messages import FloatArray, VehicleDescription
 

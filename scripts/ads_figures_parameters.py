@@ -11,10 +11,10 @@ from typing import Any
 
 from ads.parameters import DECLARATIONS
 from openscenario.findings import ScenarioError
-from pytest_dvp.run import run
+from pytest_dvp.drive.run import run
 from scenarios import path
 from scripts.ads_figures_faults import SCENARIOS, SEED
-from vehicle.model.parameters import S_PARAMETERS
+from vehicle.model.simulator_parameters import S_PARAMETERS
 
 Figure = dict[str, Any]
 LONGEST = 130.0  # s simulated; the longest scenario takes 116 s

@@ -46,9 +46,9 @@ def clean(scenario: str) -> dict[str, Any]:
 
 def cell(scenario: str, fault: str, without: Mapping[str, Any]) -> dict[str, Any]:
     """What became of one fault: JSON values."""
-    from pytest_dvp.gate_file import Gate
-    from pytest_dvp.gates import judge, overall
-    from pytest_dvp.wire_log import wire_verdict
+    from pytest_dvp.drive.wire_log import wire_verdict
+    from pytest_dvp.verdicts.gate_file import Gate
+    from pytest_dvp.verdicts.judging import judge, overall
 
     result = _run(scenario, fault=fault)
     strict = [*judge([Gate(STRICT, max=without["bound"])], result.log)]
@@ -122,7 +122,7 @@ def _count(every: Sequence[Mapping[str, Any]], key: str, value: object) -> int:
 
 
 def _run(scenario: str, **options: Any) -> Any:
-    from pytest_dvp.run import run
+    from pytest_dvp.drive.run import run
 
     return run(ROOT / "scenarios" / f"{scenario}.xosc", stage="rw", **options)
 

@@ -27,7 +27,7 @@ import pytest
 from scripts.mutate import Mutant, mutants
 
 ROOT = Path(__file__).resolve().parents[1]
-MODULES = ("vehicle.gate_messages", "vehicle.command_gate", "vehicle.arming")
+MODULES = ("vehicle.guard.messages", "vehicle.guard.guard", "vehicle.guard.arming")
 TESTS = sorted(str(path) for path in (ROOT / "tests/unit/vehicle").glob("test_command_gate*.py"))
 EQUIVALENT = Path(__file__).with_name("gate_equivalents.toml")
 LONGEST = 30  # s of CPU time; the tests take about two

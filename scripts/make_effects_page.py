@@ -8,9 +8,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from vehicle.model.bus import bus_table
-from vehicle.model.catalogue import catalogue
+from vehicle.model.command_inputs import INPUT_KEYS
 from vehicle.model.effect import SLOTS, Effect
-from vehicle.model.inputs import INPUT_KEYS
+from vehicle.model.effect_catalogue import catalogue
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "effects.md"
 
@@ -59,7 +59,7 @@ neutrally, so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every c
 
 ```python
 from vehicle.model.model_file import read_model
-from vehicle.model.replay import Replay
+from vehicle.model.open_loop import Replay
 
 replay = Replay(read_model("model.toml"), t, {"steer_cmd": steer_cmd, "accel_cmd": accel_cmd})
 rows = replay.run({("steer_delay", "T"): 0.21})  # (n, 8): x y yaw v yaw_rate ax ay steer
@@ -114,7 +114,7 @@ Slots run in this order:
 | body | `x.fy_front`, `x.fy_rear`, their tangents, `x.turning_inertia`, `x.yaw_moment` |
 | road | `x.grade`, `x.bank` |
 | sensor | `x.meas_...` |
-| perception | object tracks: a function of (tracks, p, rng), see `vehicle/model/perception.py` |
+| perception | object tracks: a function of (tracks, p, rng), see `vehicle/model/perception_effects.py` |
 
 """
 

@@ -28,7 +28,12 @@ from scripts.gate_mutants import Report, examine
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "reliability.md"
 KEPT = ROOT / "runs" / "reliability"
-FILES = ("vehicle/command_gate.py", "vehicle/gate_messages.py", "vehicle/arming.py", "vehicle/gated.py")
+FILES = (
+    "vehicle/guard/guard.py",
+    "vehicle/guard/messages.py",
+    "vehicle/guard/arming.py",
+    "vehicle/guard/guarded_vehicle.py",
+)
 TESTS = ("tests/unit/vehicle/test_command_gate*.py", "tests/unit/vehicle/test_gated_vehicle.py")
 STEPS = 40  # rules in each example of the state machine
 

@@ -12,8 +12,8 @@ import sys
 import time
 from pathlib import Path
 
-from pytest_dvp.tuning.job import Job
-from pytest_dvp.tuning.work import work
+from pytest_dvp.workers.job import Job
+from pytest_dvp.workers.run_job import work
 from scenarios import path as shipped
 
 KILLS = 20

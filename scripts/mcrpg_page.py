@@ -17,8 +17,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.tuning.bounds import DRIVE, EQUIVALENT, GAIN, LIKENESS
 from pytest_dvp.tuning.paper_result import TENTH
+from pytest_dvp.tuning.result_bounds import DRIVE, EQUIVALENT, GAIN, LIKENESS
 from scripts.mcrpg_kills import kills
 from scripts.mcrpg_searches import searches
 from scripts.real_cars import placed
@@ -54,7 +54,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def iterated(car: str, runs: Path, jobs: int) -> None:
     """One car: ledger, result.json and report.html below `runs`."""
-    from pytest_dvp.cli import main as dvp
+    from pytest_dvp.cli.command_line import main as dvp
 
     folder = ROOT / "scenarios" / "mcrpg"
     dvp([

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 from scripts.svg_curves import Curve, Panel, curves
 
 if TYPE_CHECKING:
-    from pytest_dvp.tuning.plan import Plan, State
+    from pytest_dvp.tuning.iteration_plan import Plan, State
     from pytest_dvp.tuning.tune import Tuning
-    from pytest_dvp.tuning.workers import Workers
+    from pytest_dvp.workers.pool import Workers
 
 CAR = "nominal"
 BUDGET_S = 300  # replays
@@ -24,13 +24,13 @@ SEARCHES = (("coordinate", "coordinate search"), ("cma", "CMA-ES"), ("tpe", "TPE
 
 def searches(runs: Path, jobs: int, docs: Path) -> str:
     """Tables as markdown; the figure is written to docs/mcrpg-searches.svg."""
-    from pytest_dvp.tuning.cache import Cache
-    from pytest_dvp.tuning.guard import guard
+    from pytest_dvp.tuning.implausible_values import guard
     from pytest_dvp.tuning.iterate import baked, beginning
-    from pytest_dvp.tuning.plan import drives
-    from pytest_dvp.tuning.plan_file import read_plan
-    from pytest_dvp.tuning.structure import look_for_structure
-    from pytest_dvp.tuning.workers import Workers
+    from pytest_dvp.tuning.iteration_plan import drives
+    from pytest_dvp.tuning.iteration_plan_file import read_plan
+    from pytest_dvp.tuning.structure_search import look_for_structure
+    from pytest_dvp.workers.cache import Cache
+    from pytest_dvp.workers.pool import Workers
     from scenarios import path as shipped
 
     hidden = shipped(f"mcrpg/cars/{CAR}.toml")
@@ -103,7 +103,7 @@ def _alignment(plan: Plan, state: State, model: Path, logs: Sequence[Path], sear
     from pytest_dvp.tuning.study import Study
     from pytest_dvp.tuning.tune import tune
     from vehicle.model.model_file import read_model
-    from vehicle.model.parameters import s_value
+    from vehicle.model.simulator_parameters import s_value
 
     twin, start, knobs = read_model(model), {}, []
     for knob in plan.S:
@@ -129,8 +129,8 @@ def _performance(plan: Plan, state: State, search: str, workers: Workers) -> Tun
 
 
 def _row(what: str, title: str, tuning: Tuning, twin: Path, held_out: Sequence[Path], workers: Workers) -> str:
-    from pytest_dvp.tuning.judge import log_chi2
-    from pytest_dvp.tuning.plausible import of_s
+    from pytest_dvp.tuning.held_out_judge import log_chi2
+    from pytest_dvp.tuning.plausible_ranges import of_s
 
     outside = []
     for knob in tuning.study.knobs:

@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from pytest_dvp.reality_gap.position_error import AHEAD, position_error
+from pytest_dvp.gap.compare.position_error import AHEAD, position_error
 
 if TYPE_CHECKING:
-    from pytest_dvp.log import Log
-    from pytest_dvp.reality_gap.diagnosis import Diagnosis
-    from vehicle.model.model import VehicleModel
+    from pytest_dvp.gap.diagnose.diagnosis import Diagnosis
+    from pytest_dvp.logs.log import Log
+    from vehicle.model.vehicle_model import VehicleModel
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "real-cars.md"
@@ -45,7 +45,7 @@ class Study:
 
     def logs(self, folder: Path, *, held_out: bool = False) -> dict[str, Log]:
         """The logs by name; `folder` holds the cars' folders. Raises LogError."""
-        from pytest_dvp.doctor.sound import read_sound
+        from pytest_dvp.doctor.checked_log import read_sound
 
         names = self.held_out if held_out else self.fitted
         return {name: read_sound(folder / self.folder / name)[0] for name in names}
@@ -80,7 +80,7 @@ STUDIES = (
 
 def tables(study: Study, found: Diagnosis, positions: tuple[float, float]) -> str:
     """The study as markdown. positions: position error on held-out data before and after, [m]."""
-    from pytest_dvp.reality_gap.segments import UNITS
+    from pytest_dvp.gap.compare.segments import UNITS
 
     before, after = found.ladder[0], found.ladder[-1]
     lines = [f"Fitted on {_files(study.fitted)}, held out {_files(study.held_out)}. Verdict: {found.verdict}.", ""]
@@ -131,9 +131,9 @@ def placed(page: str, name: str, text: str) -> str:
 
 
 def _studied(study: Study, folder: Path) -> str:
-    from pytest_dvp.logs.cut import cut_log
-    from pytest_dvp.reality_gap.diagnose import diagnose
-    from pytest_dvp.reality_gap.run_setup import end_of_beginning
+    from pytest_dvp.gap.diagnose.diagnose import diagnose
+    from pytest_dvp.gap.diagnose.run_setup import end_of_beginning
+    from pytest_dvp.logs.log_part import cut_log
 
     model, held_out = study.model(folder), study.logs(folder, held_out=True)
     found = diagnose(study.logs(folder), model, held_out)
@@ -148,13 +148,13 @@ def _studied(study: Study, folder: Path) -> str:
 
 
 def _with_setup(values: Values, run: Values | None) -> Values:
-    from pytest_dvp.reality_gap.diagnosis import SETUP
+    from pytest_dvp.gap.diagnose.diagnosis import SETUP
 
     return values if run is None else {k: v for k, v in values.items() if k[0] not in SETUP} | dict(run)
 
 
 def _effects(found: Diagnosis) -> Iterator[str]:
-    from pytest_dvp.reality_gap.diagnosis_words import interval
+    from pytest_dvp.gap.words.diagnosis import interval
 
     yield "| found | key | value | 95 % interval | unit | explains, fitted | chi²/N taken away, held out | rivals |"
     yield "|---|---|---|---|---|---|---|---|"

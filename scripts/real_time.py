@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pytest_dvp.run import RunResult, run
+from pytest_dvp.drive.run import RunResult, run
 from scenarios import path as shipped
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.live import live_surrogate

@@ -20,8 +20,8 @@ from math import radians
 from pathlib import Path
 
 from scenarios import path as shipped
-from vehicle.model.model import VehicleModel
 from vehicle.model.model_file import read_model, write_model
+from vehicle.model.vehicle_model import VehicleModel
 
 HIDDEN = """\
 [hidden.steer_delay]
@@ -103,9 +103,9 @@ class Held:
 
 def hold(twin: str, scenario: str, seed: int, over: str = "ros2") -> Held:
     """Drive both stages and judge."""
-    from pytest_dvp import across
-    from pytest_dvp.run import run
-    from pytest_dvp.summary import worst_first
+    from pytest_dvp.drive import stage_comparison
+    from pytest_dvp.drive.run import run
+    from pytest_dvp.plugin.session_summary import worst_first
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -117,9 +117,11 @@ def hold(twin: str, scenario: str, seed: int, over: str = "ros2") -> Held:
             stage: run(path, stage=stage, seed=seed, model=folder / "twin.toml", vehicle=vehicle)
             for stage in ("dt", "rw")
         }
-    drives = {stage: across.Driven(result.log) for stage, result in results.items()}
+    drives = {stage: stage_comparison.Driven(result.log) for stage, result in results.items()}
     about = {"scenario": f"{scenario}.xosc", "line": 1, "seed": seed, "replay": ""}
-    held = across.hold(drives, across.gates_between(path, None, shipped("stages.toml")), [("dt", "rw")], about)
+    held = stage_comparison.hold(
+        drives, stage_comparison.gates_between(path, None, shipped("stages.toml")), [("dt", "rw")], about
+    )
     bad = [verdict for verdict in held.verdicts if verdict.status != "PASS"]
     worst = worst_first([verdict.as_dict() for verdict in held.verdicts])[0]
     return Held(

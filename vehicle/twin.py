@@ -18,8 +18,8 @@ from vehicle.messages import (
 )
 from vehicle.model.errors import ModelError
 from vehicle.model.kernel import ACCELERATION, PEDALS
-from vehicle.model.model import VehicleModel
 from vehicle.model.plant import STEP, Plant, input_mode
+from vehicle.model.vehicle_model import VehicleModel
 from vehicle.sensors.suite import SensorSuite
 
 

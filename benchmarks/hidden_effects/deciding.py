@@ -23,15 +23,15 @@ import numpy as np
 from benchmarks.hidden_effects.case import Case
 from benchmarks.hidden_effects.detectable import body
 from benchmarks.hidden_effects.truth import question
-from pytest_dvp.log import Log
-from pytest_dvp.reality_gap.diagnose import diagnose
-from pytest_dvp.reality_gap.diagnosis import Diagnosis
-from pytest_dvp.reality_gap.manoeuvres.advise import advise
-from pytest_dvp.reality_gap.manoeuvres.catalogue import Manoeuvre
-from pytest_dvp.reality_gap.manoeuvres.choice import Choice
-from pytest_dvp.reality_gap.manoeuvres.driver import Wish
-from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
-from pytest_dvp.reality_gap.manoeuvres.perform import drive
+from pytest_dvp.gap.diagnose.diagnose import diagnose
+from pytest_dvp.gap.diagnose.diagnosis import Diagnosis
+from pytest_dvp.gap.manoeuvres.advice import advise
+from pytest_dvp.gap.manoeuvres.catalogue import Manoeuvre
+from pytest_dvp.gap.manoeuvres.choice import Choice
+from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
+from pytest_dvp.gap.manoeuvres.simulated_drive import drive
+from pytest_dvp.gap.manoeuvres.simulated_driver import Wish
+from pytest_dvp.logs.log import Log
 from tests.truth.car import FINE, N_STATE, PERIOD, SUBSTEPS, advance
 from tests.truth.effects import C_CF, C_CR, C_DYNAMIC, PLANT, Effects, FloatArray, TruthCar, checked, parameters
 from tests.truth.generate import Noise, add_noise, sensed

@@ -25,9 +25,9 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  
 from benchmarks.hidden_effects.case import Case, strata  # noqa: E402
 from benchmarks.hidden_effects.score import first_two_hold_it, names  # noqa: E402
 from benchmarks.hidden_effects.truth import question  # noqa: E402
-from pytest_dvp.reality_gap.diagnose import diagnose  # noqa: E402
-from pytest_dvp.reality_gap.extend import extend  # noqa: E402
-from vehicle.model.model import VehicleModel  # noqa: E402
+from pytest_dvp.gap.diagnose.diagnose import diagnose  # noqa: E402
+from pytest_dvp.gap.extend.extend import extend  # noqa: E402
+from vehicle.model.vehicle_model import VehicleModel  # noqa: E402
 
 OTHER_DRIVES = 900  # seed of the bare car's logs: not those of the cases
 

@@ -12,14 +12,14 @@ import numpy as np
 from benchmarks.hidden_effects.case import Case
 from benchmarks.hidden_effects.detectable import LEAST_GAIN, body, drives, gain
 from benchmarks.hidden_effects.ranges import draw, draw_on_top
-from pytest_dvp.log import DetectionTable, Log, ObjectTrack
+from pytest_dvp.logs.log import DetectionTable, Log, ObjectTrack
 from tests.truth.dirty import dirty
 from tests.truth.effects import FloatArray, TruthCar
 from tests.truth.generate import Noise, make_log
 from tests.truth.multibody import CARS, make_multibody_log
 from tests.truth.tracks import Tracks, make_tracks
 from vehicle.model.car import make_car
-from vehicle.model.model import Inputs, VehicleModel
+from vehicle.model.vehicle_model import Inputs, VehicleModel
 from vehicle.surrogate.car import Car
 from vehicle.surrogate.driver import Drive
 from vehicle.surrogate.hidden import Hidden

@@ -28,7 +28,7 @@ Diagnose = Callable[[Question], Mapping[str, Any]]
 
 def by_the_tool(asked: Question) -> Mapping[str, Any]:
     """The answer of `dvp diagnose --json`; logs that the doctor finds errors in are refused, as the command does."""
-    from pytest_dvp.reality_gap.diagnose import diagnose
+    from pytest_dvp.gap.diagnose.diagnose import diagnose
 
     for name, log in asked.logs.items():
         for finding in examine(log, file=name):

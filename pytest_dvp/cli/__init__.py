@@ -1,25 +1,19 @@
-"""The command `dvp`; `dispatch.py` has its commands and says what its exit codes mean."""
+"""The command line `dvp`: one file a command, and in `shared/` what several of them need.
+
+Begin with `command_line.py`.
+"""
 
 from __future__ import annotations
 
-import json
-import sys
-from collections.abc import Sequence
-
-from pytest_dvp.own_packages import hidden_package
+from typing import Any
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command; returns the exit code. Where a package of the user's hides one of ours, that is all it says.
+def __getattr__(name: str) -> Any:
+    if name != "main":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    import warnings
 
-    So nothing that imports those packages is loaded before it is known that they are ours.
-    """
-    hidden = hidden_package()
-    if hidden is None:
-        from pytest_dvp.cli.dispatch import main as dispatch
+    from pytest_dvp.cli.command_line import main
 
-        return dispatch(argv)
-    print(f"dvp: {hidden}", file=sys.stderr)
-    if "--json" in (sys.argv[1:] if argv is None else argv):
-        print(json.dumps({"error": hidden, "findings": []}, ensure_ascii=False))
-    return 2
+    warnings.warn("pytest_dvp.cli.main is pytest_dvp.cli.command_line.main now", DeprecationWarning, stacklevel=2)
+    return main

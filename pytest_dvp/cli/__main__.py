@@ -2,6 +2,6 @@
 
 import sys
 
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 
 sys.exit(main())

@@ -11,17 +11,17 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, settings_from
 from pytest_dvp.cli.doctor import add_log_options, log_options
 from pytest_dvp.cli.effects import add_effects, effects_from
-from pytest_dvp.cli.found_files import Kind, files_of, kind_of
-from pytest_dvp.cli.runnable import runnable, said
-from pytest_dvp.near_path import looked_for
-from pytest_dvp.paths import shown
-from pytest_dvp.settings import Settings
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_settings, settings_from
+from pytest_dvp.cli.shared.checkable_files import Kind, files_of, kind_of
+from pytest_dvp.cli.shared.runnable_scenarios import runnable, said
+from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.text.near_path import looked_for
+from pytest_dvp.text.paths import shown
 
 if TYPE_CHECKING:
-    from pytest_dvp.tuning.plan import Plan
+    from pytest_dvp.tuning.iteration_plan import Plan
     from pytest_dvp.tuning.study import Study
     from vehicle.model.effect import Effect
 
@@ -92,7 +92,7 @@ def _once(found: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 def _say_cases(path: Path, settings: Settings) -> None:
     """How many runs a distribution is: what its author wants to know, and no finding."""
-    from pytest_dvp.cases import is_distribution
+    from pytest_dvp.campaigns.cases import is_distribution
 
     if is_distribution(path):
         from openscenario.read import read_cases
@@ -132,7 +132,7 @@ def _files(text: str) -> list[Path]:
 
 def _with_gates(paths: Sequence[Path], settings: Settings) -> list[Path]:
     """The files, each scenario with the gate file beside it: a run reads that too, and refuses what is wrong in it."""
-    from pytest_dvp.gate_beside import gates_of
+    from pytest_dvp.verdicts.scenario_gates import gates_of
 
     named = {path.resolve() for path in paths}
     out: list[Path] = []
@@ -170,7 +170,7 @@ def _ego(path: Path, settings: Settings) -> Findings:
     from openscenario.findings import ScenarioError
     from openscenario.read import read_scenario
     from openscenario.xml import read_xml
-    from pytest_dvp.ego import find_ego
+    from pytest_dvp.drive.ego_task import find_ego
 
     root = read_xml(path).root
     entities = root.find("Entities")
@@ -197,8 +197,8 @@ def _road(path: Path, settings: Settings) -> Findings:
 
 
 def _gates(path: Path, settings: Settings) -> Findings:
-    from pytest_dvp.gate_beside import check_beside
-    from pytest_dvp.gates import check_gates
+    from pytest_dvp.verdicts.judging import check_gates
+    from pytest_dvp.verdicts.scenario_gates import check_beside
 
     beside = check_beside(path, library=settings.library, rootdir=settings.rootdir)
     return [finding.as_dict() for finding in (*check_gates(path), *beside)]
@@ -212,9 +212,9 @@ def _model(path: Path, settings: Settings, effects: Mapping[str, Effect] | None 
 
 def _study(path: Path, settings: Settings, plan: bool = False) -> Findings:
     from openscenario.findings import ScenarioError
-    from pytest_dvp.tuning.errors import TuneError
-    from pytest_dvp.tuning.plan_file import read_plan
+    from pytest_dvp.tuning.iteration_plan_file import read_plan
     from pytest_dvp.tuning.study_file import read_study
+    from pytest_dvp.workers.errors import TuneError
 
     try:
         found = read_plan(path) if plan else read_study(path)
@@ -227,8 +227,8 @@ def _study(path: Path, settings: Settings, plan: bool = False) -> Findings:
 
 def _of_what_it_names(found: Study | Plan, settings: Settings) -> Findings:
     """What its run would refuse of the scenarios, logs and hidden effects that a study or plan names."""
-    from pytest_dvp.stages import StageError, check_hidden
-    from pytest_dvp.tuning.plan import Plan
+    from pytest_dvp.drive.stages import StageError, check_hidden
+    from pytest_dvp.tuning.iteration_plan import Plan
 
     logs: tuple[Path, ...] = ()
     if isinstance(found, Plan):
@@ -254,8 +254,8 @@ def _error(code: str, file: str, line: int | None, message: str) -> dict[str, An
 
 def _log(path: Path, settings: Settings, options: Mapping[str, Any] | None = None) -> Findings:
     from pytest_dvp.doctor import examine
-    from pytest_dvp.log import LogError
-    from pytest_dvp.logs.read import read_log
+    from pytest_dvp.logs.log import LogError
+    from pytest_dvp.logs.read_log import read_log
 
     try:
         log = read_log(path, strict=False, **(options or {}))

@@ -12,18 +12,18 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, add_report, existing, new_file
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options, read_files
-from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
-from pytest_dvp.plain_json import finite
-from pytest_dvp.settings import unknown
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_report, existing, new_file
+from pytest_dvp.cli.shared.command_columns import driven_by
+from pytest_dvp.drive.run_spec import unknown
+from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
     from openscenario.findings import Finding
-    from pytest_dvp.log import Log
-    from pytest_dvp.reality_gap.black_box import Subject
-    from pytest_dvp.reality_gap.compare import Comparison
+    from pytest_dvp.gap.compare.compare import Comparison
+    from pytest_dvp.gap.compare.compared_model import Subject
+    from pytest_dvp.logs.log import Log
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,8 +48,8 @@ def execute(arguments: argparse.Namespace) -> int:
         existing_log(model)
     if arguments.report is not None:
         new_file("--report", arguments.report, [*read_files(arguments, arguments.logs), model])
-    from pytest_dvp.reality_gap.black_box import ModelSubject
-    from pytest_dvp.reality_gap.pooled import pooled
+    from pytest_dvp.gap.compare.compared_model import ModelSubject
+    from pytest_dvp.gap.words.pooled_comparison import pooled
 
     channels = _channels(arguments)
     subject, logs = _read_all(arguments)
@@ -76,7 +76,7 @@ def _read_all(arguments: argparse.Namespace) -> tuple[Subject, dict[str, tuple[L
     from rich.console import Console
 
     from pytest_dvp.doctor import read_sound, tell
-    from pytest_dvp.reality_gap.black_box import LogSubject, load_subject
+    from pytest_dvp.gap.compare.compared_model import LogSubject, load_subject
 
     options = log_options(arguments)
     logs: dict[str, tuple[Log, tuple[Finding, ...]]] = {}
@@ -96,7 +96,7 @@ def _compare_all(subject: Subject, logs: dict[str, Log], channels: list[str] | N
     """Comparisons by log as it was named; the status line on stderr is shown on terminals only."""
     from rich.console import Console
 
-    from pytest_dvp.reality_gap.compare import compare
+    from pytest_dvp.gap.compare.compare import compare
 
     found: dict[str, Comparison] = {}
     with Console(stderr=True).status("comparing") as status:
@@ -108,7 +108,7 @@ def _compare_all(subject: Subject, logs: dict[str, Log], channels: list[str] | N
 
 def _channels(arguments: argparse.Namespace) -> list[str] | None:
     """Those that are asked for. Raises WrongArgument for one that there is not."""
-    from pytest_dvp.reality_gap.segments import CHANNELS
+    from pytest_dvp.gap.compare.segments import CHANNELS
 
     if arguments.channels is None:
         return None
@@ -120,7 +120,7 @@ def _channels(arguments: argparse.Namespace) -> list[str] | None:
 
 
 def _page(name: str, comparison: Comparison) -> str:
-    from pytest_dvp.reality_gap.words import covered, headline, places, skipped, table
+    from pytest_dvp.gap.words.comparison import covered, headline, places, skipped, table
 
     left = skipped(comparison.not_compared)
     return "\n".join([
@@ -132,7 +132,7 @@ def _page(name: str, comparison: Comparison) -> str:
 
 
 def _report(path: str, found: dict[str, Comparison], findings: dict[str, tuple[Finding, ...]]) -> None:
-    from pytest_dvp.reality_gap.page import page_of
+    from pytest_dvp.gap.words.comparison_page import page_of
     from reports.compare import write_compare_report
 
     write_compare_report(path, [page_of(name, one, findings[name]) for name, one in found.items()])

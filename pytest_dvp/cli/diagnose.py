@@ -13,22 +13,22 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, add_report, existing, new_file
-from pytest_dvp.cli.carried import carried
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options, read_files
-from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
-from pytest_dvp.cli.judges import refuse_same_drive, refuse_same_path
-from pytest_dvp.cli.limits import add_limits, check_folder, limit_words, limits_from, with_manoeuvres
-from pytest_dvp.cli.looked_at import LookedAt, looked_at
-from pytest_dvp.cli.progress import progress
-from pytest_dvp.plain_json import finite
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_report, existing, new_file
+from pytest_dvp.cli.shared.command_columns import driven_by
+from pytest_dvp.cli.shared.forwarded_options import carried
+from pytest_dvp.cli.shared.held_out_logs import refuse_same_drive, refuse_same_path
+from pytest_dvp.cli.shared.manoeuvre_options import add_limits, check_folder, limit_words, limits_from, with_manoeuvres
+from pytest_dvp.cli.shared.progress import progress
+from pytest_dvp.cli.shared.selected_parts import LookedAt, looked_at
+from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
-    from pytest_dvp.log import Log
-    from pytest_dvp.reality_gap.diagnosis import Diagnosis
+    from pytest_dvp.gap.diagnose.diagnosis import Diagnosis
+    from pytest_dvp.logs.log import Log
     from vehicle.model.effect import Effect
-    from vehicle.model.model import VehicleModel
+    from vehicle.model.vehicle_model import VehicleModel
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,9 +63,9 @@ def execute(arguments: argparse.Namespace) -> int:
             raise WrongArgument("--plan: no name, expected a folder")
         check_folder("--plan", Path(arguments.plan))
     envelope = limits_from(arguments)
-    from pytest_dvp.reality_gap.diagnose import diagnose
-    from pytest_dvp.reality_gap.implied_wheelbase import wrong_wheelbase
-    from vehicle.model.catalogue import perceived
+    from pytest_dvp.gap.diagnose.diagnose import diagnose
+    from pytest_dvp.gap.diagnose.wheelbase_check import wrong_wheelbase
+    from vehicle.model.effect_catalogue import perceived
     from vehicle.model.model_file import read_model
 
     extra = effects_from(arguments)
@@ -103,7 +103,7 @@ def execute(arguments: argparse.Namespace) -> int:
             print(f"dvp diagnose: {text}", file=sys.stderr)
         print(json.dumps(finite(found.as_dict()), ensure_ascii=False, allow_nan=False))
         return 0
-    from pytest_dvp.reality_gap.diagnosis_words import extend_command, page, plan_command
+    from pytest_dvp.gap.words.diagnosis import extend_command, page, plan_command
 
     given = (own, arguments.model, fitted.texts, judged.texts)
     command = extend_command(*given, carried(arguments))
@@ -114,8 +114,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _report(arguments: argparse.Namespace, found: Diagnosis, own: Diagnosis, fitted: LookedAt, model: VehicleModel,
             judged: LookedAt, extra: tuple[Effect, ...]) -> None:  # fmt: skip
-    from pytest_dvp.reality_gap.diagnosis_page import diagnosis_page
-    from pytest_dvp.reality_gap.diagnosis_words import extend_command
+    from pytest_dvp.gap.words.diagnosis import extend_command
+    from pytest_dvp.gap.words.diagnosis_page import diagnosis_page
     from reports.diagnosis import write_diagnosis_report
 
     page = diagnosis_page(
@@ -146,7 +146,7 @@ def _twins(arguments: argparse.Namespace, logs: dict[str, Log]) -> dict[str, Log
 
 def _unjudged(logs: dict[str, Log], twins: dict[str, Log]) -> str:
     """What to give so that detections of simulated sensors are judged; "" if they are, or there are none."""
-    from pytest_dvp.reality_gap.perception_gap import simulated_sensors
+    from pytest_dvp.gap.perception.diagnose_perception import simulated_sensors
 
     open_ones = sorted({
         log.meta.get("scenario", "") for log in logs.values()

@@ -18,7 +18,6 @@ import warnings
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from pytest_dvp.budget import in_force
 from pytest_dvp.cli import (
     check,
     compare,
@@ -38,8 +37,9 @@ from pytest_dvp.cli import (
     stages,
     tune,
 )
-from pytest_dvp.cli.arguments import WrongArgument, add_budget, budget_from
-from pytest_dvp.settings import SettingError, is_users_mistake, nearest, unknown
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_budget, budget_from
+from pytest_dvp.drive.run_spec import SettingError, is_users_mistake, nearest, unknown
+from pytest_dvp.logs.budget import in_force
 from reports.whole_file import WriteError
 
 COMMANDS = (

@@ -9,14 +9,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
-from pytest_dvp.cli.driven_by import assumed, missing
 from pytest_dvp.cli.effects import add_effects, effects_from
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing
+from pytest_dvp.cli.shared.command_columns import assumed, missing
 
 if TYPE_CHECKING:
     from openscenario.findings import Finding
     from pytest_dvp.doctor import Excitation
-    from pytest_dvp.log import Log
+    from pytest_dvp.logs.log import Log
     from vehicle.model.effect import Effect
 
 
@@ -44,7 +44,7 @@ def log_options(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def read_files(arguments: argparse.Namespace, logs: Iterable[str]) -> list[Path]:
     """Every file that a command reads logs with, and those of a folder: what its output must not write over."""
-    from pytest_dvp.logs.cut import parse_argument
+    from pytest_dvp.logs.log_part import parse_argument
 
     paths = [parse_argument(text).path for text in logs]
     within = [file for path in paths if path.is_dir() for file in path.iterdir()]
@@ -66,9 +66,9 @@ def existing_log(text: str, *, parts: bool = True) -> str:
 
     Raises WrongArgument.
     """
-    from pytest_dvp.log import LogError
-    from pytest_dvp.logs.cut import parse_argument
-    from pytest_dvp.logs.read import kind_of
+    from pytest_dvp.logs.log import LogError
+    from pytest_dvp.logs.log_part import parse_argument
+    from pytest_dvp.logs.read_log import kind_of
 
     if not text.strip():
         raise WrongArgument("no name, expected a log")
@@ -110,8 +110,8 @@ def _told(
 ) -> tuple[dict[str, Any], tuple[Finding, ...], Excitation | None]:
     from openscenario.findings import Finding
     from pytest_dvp.doctor import examine, excitation
-    from pytest_dvp.log import LogError
-    from pytest_dvp.logs.read import read_log
+    from pytest_dvp.logs.log import LogError
+    from pytest_dvp.logs.read_log import read_log
 
     try:
         log = read_log(name, strict=False, **options)

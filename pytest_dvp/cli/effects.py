@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect, Key
@@ -60,7 +60,7 @@ def effects_from(arguments: argparse.Namespace) -> dict[str, Effect]:
     Raises WrongArgument for a missing file, ModelError (one line naming it) for one that fails, holds none, or takes a
     name that is taken.
     """
-    from vehicle.model.catalogue import effects_of_files
+    from vehicle.model.effect_catalogue import effects_of_files
 
     for text in arguments.effects:
         existing(text, "file of effects")
@@ -68,7 +68,7 @@ def effects_from(arguments: argparse.Namespace) -> dict[str, Effect]:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    from vehicle.model.catalogue import catalogue
+    from vehicle.model.effect_catalogue import catalogue
     from vehicle.model.errors import nearest_name
 
     if arguments.fields:

@@ -17,25 +17,25 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
 from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log, read_files
-from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
-from pytest_dvp.cli.extend_named import Named, named, of_the_run
-from pytest_dvp.cli.judges import refuse_same_drive, refuse_same_path
-from pytest_dvp.cli.looked_at import looked_at
-from pytest_dvp.cli.progress import progress
-from pytest_dvp.plain_json import finite
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing, new_file
+from pytest_dvp.cli.shared.command_columns import driven_by
+from pytest_dvp.cli.shared.held_out_logs import refuse_same_drive, refuse_same_path
+from pytest_dvp.cli.shared.named_effects import Named, named, of_the_run
+from pytest_dvp.cli.shared.progress import progress
+from pytest_dvp.cli.shared.selected_parts import looked_at
+from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
-    from pytest_dvp.gate_model import Gate
-    from pytest_dvp.log import Log
-    from pytest_dvp.reality_gap.diagnosis import Diagnosis
-    from pytest_dvp.reality_gap.extension import Extension
-    from pytest_dvp.reality_gap.gate_changes import GateChange
+    from pytest_dvp.gap.diagnose.diagnosis import Diagnosis
+    from pytest_dvp.gap.extend.extension import Extension
+    from pytest_dvp.logs.log import Log
+    from pytest_dvp.verdicts.gate import Gate
+    from pytest_dvp.verdicts.verdict_changes import GateChange
     from vehicle.model.effect import Effect
-    from vehicle.model.model import VehicleModel
+    from vehicle.model.vehicle_model import VehicleModel
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,10 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     _check(arguments)
-    from pytest_dvp.reality_gap.extend import extend
+    from pytest_dvp.gap.extend.extend import extend
     from reports.whole_file import write_whole
-    from vehicle.model.model_edit import edited_text
     from vehicle.model.model_file import model_text, read_model
+    from vehicle.model.model_file_edit import edited_text
 
     extra = effects_from(arguments)
     model = read_model(arguments.model, extra=extra)
@@ -141,13 +141,13 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _diagnosed(logs: Mapping[str, Log], model: VehicleModel, held_out: Mapping[str, Log], extra: Sequence[Effect],
                tick: Any) -> Diagnosis:  # fmt: skip
-    from pytest_dvp.reality_gap.diagnose import diagnose
+    from pytest_dvp.gap.diagnose.diagnose import diagnose
 
     return diagnose(logs, model, held_out=held_out, effects=extra, tick=tick)
 
 
 def _asked(found: Diagnosis) -> Named:
-    from pytest_dvp.reality_gap.diagnosis_words import page
+    from pytest_dvp.gap.words.diagnosis import page
 
     own = found.set_up
     of_car = [e for e in found.effects if e.name not in own]
@@ -183,7 +183,7 @@ def _not_written(arguments: argparse.Namespace, why: str) -> int:
 
 def provenance(text: str) -> str:
     """`name sha256:...` of a log argument: its bytes, of a folder those of its files in order of their names."""
-    from pytest_dvp.logs.cut import parse_argument
+    from pytest_dvp.logs.log_part import parse_argument
 
     path = parse_argument(text).path
     digest = hashlib.sha256()
@@ -196,8 +196,8 @@ def provenance(text: str) -> str:
 
 def _gates(arguments: argparse.Namespace) -> list[Gate]:
     """The gates on the model. Raises WrongArgument if a file has none, GateError if it is wrong."""
-    from pytest_dvp.gates import read_gates
-    from pytest_dvp.reality_gap.gate_changes import gates_on
+    from pytest_dvp.verdicts.judging import read_gates
+    from pytest_dvp.verdicts.verdict_changes import gates_on
 
     found: list[Gate] = []
     for text in arguments.gates:
@@ -212,14 +212,14 @@ def _changes(gates: Sequence[Gate], logs: Mapping[str, Log], model: VehicleModel
              extra: Sequence[Effect]) -> list[GateChange]:  # fmt: skip
     if not gates:
         return []
-    from pytest_dvp.reality_gap.black_box import ModelSubject
-    from pytest_dvp.reality_gap.gate_changes import gate_changes
+    from pytest_dvp.gap.compare.compared_model import ModelSubject
+    from pytest_dvp.verdicts.verdict_changes import gate_changes
 
     return gate_changes(gates, logs, ModelSubject(model, extra=extra), ModelSubject(extension.model, extra=extra))
 
 
 def _tell(arguments: argparse.Namespace, extension: Extension, changes: Sequence[GateChange]) -> None:
-    from pytest_dvp.reality_gap.extension_words import page
+    from pytest_dvp.gap.words.extension import page
 
     written = not extension.refusal
     if arguments.json:

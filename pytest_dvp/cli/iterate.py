@@ -10,13 +10,13 @@ import argparse
 import json
 import sys
 
-from pytest_dvp.cli.arguments import add_json, existing, new_file
-from pytest_dvp.cli.progress import progress
+from pytest_dvp.cli.shared.arguments import add_json, existing, new_file
+from pytest_dvp.cli.shared.progress import progress
+from pytest_dvp.cli.shared.worker_options import add_workers, check_workers, workers
 from pytest_dvp.cli.tune import folder_of
-from pytest_dvp.cli.workers import add_workers, check_workers, workers
-from pytest_dvp.paths import shown
-from pytest_dvp.plain_json import finite
-from pytest_dvp.settings import SettingError
+from pytest_dvp.drive.run_spec import SettingError
+from pytest_dvp.text.paths import shown
+from pytest_dvp.text.plain_json import finite
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,11 +36,11 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.iterations is not None and arguments.iterations < 1:
         raise SettingError(f"--iterations is {arguments.iterations}, expected a whole number >= 1")
     report = None if arguments.report is None else new_file("--report", arguments.report, [path])
-    from pytest_dvp.stages import StageError, check_stage
+    from pytest_dvp.drive.stages import StageError, check_stage
     from pytest_dvp.tuning.iterate import iterate
-    from pytest_dvp.tuning.outcome import command_of, document, text
-    from pytest_dvp.tuning.plan_file import read_plan
-    from pytest_dvp.tuning.reader import refuse_real_car
+    from pytest_dvp.tuning.iteration_plan_file import read_plan
+    from pytest_dvp.tuning.iteration_text import command_of, document, text
+    from pytest_dvp.tuning.toml_reader import refuse_real_car
     from reports.whole_file import write_whole
 
     plan = read_plan(
@@ -60,7 +60,7 @@ def execute(arguments: argparse.Namespace) -> int:
     told = finite(document(found))
     write_whole(out / "result.json", json.dumps(told, ensure_ascii=False, indent=1).encode() + b"\n")
     report = out / "report.html" if report is None else report
-    from pytest_dvp.tuning.page import iterate_page
+    from pytest_dvp.tuning.iteration_page import iterate_page
     from reports.mcrpg import write_mcrpg_report
 
     write_mcrpg_report(report, iterate_page(told))

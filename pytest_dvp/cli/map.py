@@ -6,8 +6,8 @@ import argparse
 import json
 from pathlib import Path
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, new_file
 from pytest_dvp.cli.doctor import existing_log, message_folders
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, new_file
 from reports.whole_file import write_whole
 
 
@@ -23,9 +23,9 @@ def execute(arguments: argparse.Namespace) -> int:
     folders = message_folders(arguments)
     out = None if arguments.out is None else new_file("--out", arguments.out, [path])
     from openscenario.findings import Findings
-    from pytest_dvp.log import Log
-    from pytest_dvp.logs.propose import mapping_text, propose
-    from pytest_dvp.logs.read import read_streams
+    from pytest_dvp.logs.log import Log
+    from pytest_dvp.logs.mapping_proposal import mapping_text, propose
+    from pytest_dvp.logs.read_log import read_streams
 
     findings = Findings()
     streams = read_streams(path, findings, folders)

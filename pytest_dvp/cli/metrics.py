@@ -6,7 +6,7 @@ import argparse
 import json
 import textwrap
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json
 
 DIRECTION = {True: "bigger is worse", False: "smaller is worse", None: "neither direction is worse"}
 
@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.metrics import MetricError, find_metric, known_metrics
-    from pytest_dvp.metrics.base import REQUIRED
+    from pytest_dvp.metrics.metric import REQUIRED
 
     try:
         chosen = [find_metric(name) for name in arguments.names] or [m for _, m in sorted(known_metrics().items())]

@@ -13,26 +13,26 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing
-from pytest_dvp.cli.carried import carried
 from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
-from pytest_dvp.cli.driven_by import driven_by
 from pytest_dvp.cli.effects import add_effects, effects_from
-from pytest_dvp.cli.judges import refuse_same_drive, refuse_same_path
-from pytest_dvp.cli.limits import add_limits, check_folder, limits_from, write_all
-from pytest_dvp.cli.looked_at import looked_at
-from pytest_dvp.cli.progress import progress
-from pytest_dvp.plain_json import finite
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing
+from pytest_dvp.cli.shared.command_columns import driven_by
+from pytest_dvp.cli.shared.forwarded_options import carried
+from pytest_dvp.cli.shared.held_out_logs import refuse_same_drive, refuse_same_path
+from pytest_dvp.cli.shared.manoeuvre_options import add_limits, check_folder, limits_from, write_all
+from pytest_dvp.cli.shared.progress import progress
+from pytest_dvp.cli.shared.selected_parts import looked_at
+from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
-    from pytest_dvp.log import Log
-    from pytest_dvp.reality_gap.diagnosis import Diagnosis
-    from pytest_dvp.reality_gap.manoeuvres.catalogue import Manoeuvre
-    from pytest_dvp.reality_gap.manoeuvres.choice import Choice
-    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
+    from pytest_dvp.gap.diagnose.diagnosis import Diagnosis
+    from pytest_dvp.gap.manoeuvres.catalogue import Manoeuvre
+    from pytest_dvp.gap.manoeuvres.choice import Choice
+    from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
+    from pytest_dvp.logs.log import Log
     from vehicle.model.effect import Effect
-    from vehicle.model.model import VehicleModel
+    from vehicle.model.vehicle_model import VehicleModel
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,8 +77,8 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.between or arguments.excite:
             found, choices = None, _asked(arguments, model, envelope, effects, manoeuvres)
         else:
-            from pytest_dvp.reality_gap.diagnose import diagnose
-            from pytest_dvp.reality_gap.manoeuvres.advise import advise
+            from pytest_dvp.gap.diagnose.diagnose import diagnose
+            from pytest_dvp.gap.manoeuvres.advice import advise
 
             measured, held_out = read_all(arguments.logs, arguments), read_all(arguments.held_out, arguments)
             refuse_same_drive(measured, held_out)
@@ -106,9 +106,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelope, effects: tuple[Effect, ...],
            manoeuvres: tuple[Manoeuvre, ...]) -> tuple[Choice, ...]:  # fmt: skip
-    from pytest_dvp.reality_gap.manoeuvres.advise import between
-    from pytest_dvp.reality_gap.manoeuvres.choice import PlanError, tried_on
-    from pytest_dvp.reality_gap.manoeuvres.excite import excite
+    from pytest_dvp.gap.manoeuvres.advice import between
+    from pytest_dvp.gap.manoeuvres.choice import PlanError, tried_on
+    from pytest_dvp.gap.manoeuvres.exciting_manoeuvres import excite
 
     for option, text in (("--between", arguments.between), ("--excite", arguments.excite)):
         try:
@@ -126,7 +126,7 @@ def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelop
 
 
 def _only(text: str | None) -> tuple[Manoeuvre, ...]:
-    from pytest_dvp.reality_gap.manoeuvres.catalogue import MANOEUVRES, chosen
+    from pytest_dvp.gap.manoeuvres.catalogue import MANOEUVRES, chosen
 
     if text is None:
         return MANOEUVRES
@@ -142,7 +142,7 @@ def _names(text: str) -> list[str]:
 
 def _document(found: Diagnosis | None, choices: tuple[Choice, ...], written: list[dict[str, str]],
               refused: tuple[str, ...]) -> dict[str, object]:  # fmt: skip
-    from pytest_dvp.reality_gap.manoeuvres.card import as_dict
+    from pytest_dvp.gap.manoeuvres.driver_card import as_dict
 
     return {
         "verdict": found.verdict if found is not None else None,
@@ -154,8 +154,8 @@ def _document(found: Diagnosis | None, choices: tuple[Choice, ...], written: lis
 def _page(arguments: argparse.Namespace, found: Diagnosis | None, choices: tuple[Choice, ...],
           written: list[dict[str, str]], refused: tuple[str, ...], model: VehicleModel, envelope: Envelope,
           noise: Mapping[str, float] | None) -> str:  # fmt: skip
-    from pytest_dvp.reality_gap.manoeuvres.card import card
-    from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE
+    from pytest_dvp.gap.manoeuvres.driver_card import card
+    from pytest_dvp.gap.manoeuvres.rehearsal import NOISE
 
     parts = []
     if found is not None:

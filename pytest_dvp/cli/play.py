@@ -16,7 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, existing, new_file, settings_from
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_settings, existing, new_file, settings_from
 from reports.whole_file import write_whole
 
 if TYPE_CHECKING:
@@ -41,8 +41,8 @@ def execute(arguments: argparse.Namespace) -> int:
     from openscenario.no_effect import without_effect
     from openscenario.read import read_scenario
     from openscenario.storyboard.play import play
-    from pytest_dvp.override import check_overrides
-    from pytest_dvp.prepare import network_of
+    from pytest_dvp.drive.parameter_checks import check_overrides
+    from pytest_dvp.drive.preparation import network_of
 
     check_overrides(path, settings.set)
     scenario = read_scenario(path, library=settings.library, rootdir=settings.rootdir, parameters=settings.set.scenario)
@@ -65,7 +65,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _summary(scenario: Scenario, played: Played) -> dict[str, Any]:
     """How it ended, the first start of each event (None: never), and each entity's way."""
-    from pytest_dvp.event_names import EventNames
+    from pytest_dvp.logs.event_names import EventNames
 
     names = EventNames(scenario)
     fired: dict[str, float | None] = dict.fromkeys(names)

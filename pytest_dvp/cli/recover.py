@@ -7,7 +7,7 @@ import dataclasses
 import json
 from pathlib import Path
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, new_file
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing, new_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,8 +21,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    from pytest_dvp.logs.recover import KINDS, kind_of, recover
-    from pytest_dvp.unfinished import LOG, PART
+    from pytest_dvp.logs.recovery import KINDS, kind_of, recover
+    from pytest_dvp.logs.unfinished_run import LOG, PART
 
     path, out = Path(arguments.log), Path(arguments.out)
     if path.is_dir():

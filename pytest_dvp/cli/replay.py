@@ -12,8 +12,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json
-from pytest_dvp.unfinished import told_of
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json
+from pytest_dvp.logs.unfinished_run import told_of
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.run)
-    from pytest_dvp.log_read import load_log
+    from pytest_dvp.logs.mcap_read import load_log
 
     if unfinished := told_of(folder):
         raise WrongArgument(unfinished)
@@ -49,8 +49,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _command(folder: Path) -> list[str]:
     """The words after `dvp` that drive it again. Raises WrongArgument if there are none, or a real car would move."""
-    from pytest_dvp.result_file import ResultFileError, read_result
-    from pytest_dvp.stages import StageError, refuse_repetition
+    from pytest_dvp.drive.result_file import ResultFileError, read_result
+    from pytest_dvp.drive.stages import StageError, refuse_repetition
 
     file = folder / "result.json"
     try:
@@ -83,7 +83,7 @@ def _command(folder: Path) -> list[str]:
 
 
 def _drive(words: list[str], place: Path) -> Path:
-    from pytest_dvp.cli import main
+    from pytest_dvp.cli.command_line import main
 
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
@@ -95,7 +95,7 @@ def _drive(words: list[str], place: Path) -> Path:
 
 
 def _difference(before: Path, now: Path) -> Any:
-    from pytest_dvp.log_difference import first_difference
-    from pytest_dvp.log_read import load_log
+    from pytest_dvp.logs.difference import first_difference
+    from pytest_dvp.logs.mcap_read import load_log
 
     return first_difference(load_log(before), load_log(now))

@@ -14,11 +14,11 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, existing, new_file, settings_from
-from pytest_dvp.paths import shown
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_settings, existing, new_file, settings_from
+from pytest_dvp.text.paths import shown
 
 if TYPE_CHECKING:
-    from pytest_dvp.log import Log
+    from pytest_dvp.logs.log import Log
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,8 +37,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         read = [path, stored, *([] if settings.gates is None else [settings.gates])]
         out = new_file("--out", arguments.out, read)
-    from pytest_dvp.log import Log, LogError
-    from pytest_dvp.results import report_library, write_report, write_result
+    from pytest_dvp.drive.run_folder import report_library, write_report, write_result
+    from pytest_dvp.logs.log import Log, LogError
 
     try:
         log = Log.load(path)
@@ -62,8 +62,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _result(log: Log, stored: Path, gates: Path | None) -> dict[str, Any]:
     """The verdicts of the run as they were given, or new ones by `gates`; metrics with their courses from the log."""
-    from pytest_dvp.gates import default_gates, judge, never_fired, read_gates, unjudged
-    from pytest_dvp.results import measure, result_of
+    from pytest_dvp.drive.run_folder import measure, result_of
+    from pytest_dvp.verdicts.judging import default_gates, judge, never_fired, read_gates, unjudged
 
     kept = _kept(stored) if stored.is_file() else {}
     log = dataclasses.replace(log, tick_time=kept.get("tick_time") or None)
@@ -86,7 +86,7 @@ def _result(log: Log, stored: Path, gates: Path | None) -> dict[str, Any]:
 
 
 def _kept(stored: Path) -> dict[str, Any]:
-    from pytest_dvp.result_file import ResultFileError, read_result
+    from pytest_dvp.drive.result_file import ResultFileError, read_result
 
     try:
         return read_result(stored)

@@ -12,17 +12,17 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import add_json, add_settings, settings_from
-from pytest_dvp.cli.named_scenarios import named_scenarios
-from pytest_dvp.paths import shown
-from pytest_dvp.plain_json import finite
-from pytest_dvp.settings import BUDGET, STAGES, SettingError, Settings, is_users_mistake, unknown
-from pytest_dvp.summary import BESIDE_VERDICTS, NOT_WRITTEN
+from pytest_dvp.cli.shared.arguments import add_json, add_settings, settings_from
+from pytest_dvp.cli.shared.named_scenarios import named_scenarios
+from pytest_dvp.drive.run_spec import BUDGET, STAGES, SettingError, Settings, is_users_mistake, unknown
+from pytest_dvp.plugin.session_summary import BESIDE_VERDICTS, NOT_WRITTEN
+from pytest_dvp.text.paths import shown
+from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
-    from pytest_dvp.across import Across
-    from pytest_dvp.driving_stack import Ads
-    from pytest_dvp.run import RunResult
+    from pytest_dvp.drive.run import RunResult
+    from pytest_dvp.drive.stack_host import Ads
+    from pytest_dvp.drive.stage_comparison import Across
 
 SETTINGS = (
     "ads",
@@ -84,8 +84,8 @@ def execute(arguments: argparse.Namespace) -> int:
     settings = settings_from(arguments, ini=(*SETTINGS, *BUDGET))
     stages = _stages(arguments.stage)
     _refuse_folders(arguments.scenarios, stages, settings)
-    from pytest_dvp.driving_stack import find_ads
-    from pytest_dvp.stages import StageError, check_asked
+    from pytest_dvp.drive.stack_host import find_ads
+    from pytest_dvp.drive.stages import StageError, check_asked
 
     for stage in stages:
         try:
@@ -95,13 +95,13 @@ def execute(arguments: argparse.Namespace) -> int:
     for text in _not_used(arguments, stages):
         print(f"dvp run: {text}", file=sys.stderr)
     if settings.stage_logs:
-        from pytest_dvp.log import Log
+        from pytest_dvp.logs.log import Log
 
         for path in settings.stage_logs:  # a damaged one is told before the first drive
             Log.load(path)
     _check_gates(arguments.gate or ())
     if len(stages) > 1 or settings.stage_logs:
-        from pytest_dvp.across import gates_between
+        from pytest_dvp.drive.stage_comparison import gates_between
 
         for path in named:  # a wrong file is told before the first drive
             gates_between(path, settings.gates, settings.stage_gates)
@@ -193,7 +193,7 @@ def _not_used(arguments: argparse.Namespace, stages: Sequence[str]) -> list[str]
 def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str], ads: Ads) -> list[Job]:
     """The runs that the named files ask for: a distribution is all its cases, or a sample."""
     from openscenario.findings import ScenarioError
-    from pytest_dvp.cases import choose, is_distribution
+    from pytest_dvp.campaigns.cases import choose, is_distribution
 
     cases: dict[Path, list[Job]] = {}
     for path in dict.fromkeys(named):
@@ -230,7 +230,7 @@ def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str], ads:
 
 def _refuse_folders(texts: Sequence[str], stages: Sequence[str], settings: Settings) -> None:
     """A real car drives a scenario that a human has named, and not what happens to be in a folder."""
-    from pytest_dvp.stages import StageError, refuse_repetition
+    from pytest_dvp.drive.stages import StageError, refuse_repetition
 
     for text in texts:
         if Path(text).is_dir():
@@ -243,7 +243,7 @@ def _refuse_folders(texts: Sequence[str], stages: Sequence[str], settings: Setti
 
 def _refuse_repetition(jobs: Sequence[Job], settings: Settings) -> None:
     """One scenario for each confirmation by a human."""
-    from pytest_dvp.stages import StageError, is_real, refuse_repetition
+    from pytest_dvp.drive.stages import StageError, is_real, refuse_repetition
 
     real = [job for job in jobs if is_real(job.stage, settings.vehicle)]
     if len(real) > 1:
@@ -255,7 +255,7 @@ def _refuse_repetition(jobs: Sequence[Job], settings: Settings) -> None:
 
 def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunResult:
     from openscenario.findings import ScenarioError
-    from pytest_dvp.run import run
+    from pytest_dvp.drive.run import run
 
     print(f"dvp run: {_banner(job, settings)}", file=sys.stderr)
     if job.error is not None:
@@ -323,7 +323,7 @@ def _banner(job: Job, settings: Settings) -> str:
 
 def _say_who_is_waited_for(stage: str, vehicle: str) -> None:
     """Of an adapter that can tell, where it looks for the car: nobody should wait a minute to learn that."""
-    from pytest_dvp.stages import REPLAY, VEHICLES, find_adapter
+    from pytest_dvp.drive.stages import REPLAY, VEHICLES, find_adapter
 
     name, _, argument = vehicle.partition(":")
     if stage == "dt" or name in (*VEHICLES, REPLAY):
@@ -342,19 +342,19 @@ def _across(
     settings: Settings,
 ) -> Across:
     """The stages of one scenario held against each other, with those of earlier logs. failed: why one did not begin."""
-    from pytest_dvp import across
+    from pytest_dvp.drive import stage_comparison
 
-    gates = across.gates_between(path, settings.gates, settings.stage_gates)
-    drives, missing = across.earlier(settings.stage_logs, path.name)
+    gates = stage_comparison.gates_between(path, settings.gates, settings.stage_gates)
+    drives, missing = stage_comparison.earlier(settings.stage_logs, path.name)
     missing |= {stage: why for stage, why in failed.items() if stage not in drives}
     for stage, result in results.items():
-        found = across.driven(result)
+        found = stage_comparison.driven(result)
         if isinstance(found, str):
             missing[stage] = found
         else:
             drives[stage] = found
             missing.pop(stage, None)
-    pairs = across.pairs_driven(gates, [*drives, *missing])
+    pairs = stage_comparison.pairs_driven(gates, [*drives, *missing])
     first = next(iter(results.values()))
     about = {
         "scenario": first.scenario,
@@ -362,15 +362,15 @@ def _across(
         "seed": first.seed,
         "ads": first.ads,
         "set": first.set,
-        "replay": across.replay(path, {"parameters": settings.set.scenario, "P": settings.set.P, "S": settings.set.S},
-                                stages, settings),
+        "replay": stage_comparison.replay(
+            path, {"parameters": settings.set.scenario, "P": settings.set.P, "S": settings.set.S}, stages, settings),
     }  # fmt: skip
     folder = None if arguments.no_report else settings.runs_folder
     for stage in STAGES:
         if stage not in drives:
             missing.setdefault(stage, f"stage {stage} was not asked for: --stage {','.join((*stages, stage))}")
-    unjudged = across.left_out(gates, pairs, [*results, *drives])
-    return across.hold(
+    unjudged = stage_comparison.left_out(gates, pairs, [*results, *drives])
+    return stage_comparison.hold(
         drives,
         gates,
         pairs,
@@ -386,7 +386,7 @@ def _across(
 
 def across_text(held: Across) -> str:
     """The gates between stages and the table, as text."""
-    from pytest_dvp.summary import WHY, clean, gathered, page_of, worst_first
+    from pytest_dvp.plugin.session_summary import WHY, clean, gathered, page_of, worst_first
 
     plain = held.as_dict()
     judged = "" if plain["verdicts"] else ", no gate is between them"
@@ -403,7 +403,7 @@ def across_text(held: Across) -> str:
 
 def _shares(paths: Sequence[Path], settings: Settings, ads: Ads) -> list[dict[str, str]]:
     """Of `--set` what each scenario declares; with several, a name must be declared by at least one of them."""
-    from pytest_dvp.override import check_overrides, declared_names
+    from pytest_dvp.drive.parameter_checks import check_overrides, declared_names
 
     if len(paths) == 1 or not settings.set.scenario:
         check_overrides(paths[0], settings.set, settings.origin("set"), ads=ads)
@@ -445,8 +445,8 @@ def _check_events(optional: Sequence[str], jobs: Sequence[Job], settings: Settin
     if not optional:
         return
     from openscenario.read import read_scenario
-    from pytest_dvp.event_names import EventNames
-    from pytest_dvp.silent_events import check_optional
+    from pytest_dvp.logs.event_names import EventNames
+    from pytest_dvp.logs.silent_events import check_optional
 
     names: list[str] = []
     for job in jobs:
@@ -461,8 +461,8 @@ def _check_events(optional: Sequence[str], jobs: Sequence[Job], settings: Settin
 
 
 def _passes(result: RunResult, only: Sequence[str] | None, optional: Sequence[str] = ()) -> bool:
-    from pytest_dvp.silent_events import without_optional
-    from pytest_dvp.summary import failure
+    from pytest_dvp.logs.silent_events import without_optional
+    from pytest_dvp.plugin.session_summary import failure
 
     if only is None and not optional:
         return result.status == "PASS"
@@ -472,8 +472,8 @@ def _passes(result: RunResult, only: Sequence[str] | None, optional: Sequence[st
 def table(result: RunResult, only: Sequence[str] | None = None, optional: Sequence[str] = ()) -> str:
     """The verdicts of a run as text, worst first, and where its report is; `only` those metrics decide, and the
     `optional` events need not fire."""
-    from pytest_dvp.silent_events import missed
-    from pytest_dvp.summary import clean, on_condition, page_of, worst_first
+    from pytest_dvp.logs.silent_events import missed
+    from pytest_dvp.plugin.session_summary import clean, on_condition, page_of, worst_first
 
     plain = result.as_dict()
     said = f"{plain['scenario']} [{plain['stage']}]: {plain['status']}"
@@ -500,7 +500,7 @@ def table(result: RunResult, only: Sequence[str] | None = None, optional: Sequen
 
 def _told(verdict: Mapping[str, Any]) -> str:
     """A verdict in one line; of one that is not PASS with the place of its gate."""
-    from pytest_dvp.summary import clean, reason
+    from pytest_dvp.plugin.session_summary import clean, reason
 
     if verdict["status"] != "PASS":
         return clean(verdict["message"])

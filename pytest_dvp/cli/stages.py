@@ -15,14 +15,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, add_settings, new_file, settings_from
-from pytest_dvp.plain_json import finite
-from pytest_dvp.settings import STAGES
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_settings, new_file, settings_from
+from pytest_dvp.drive.run_spec import STAGES
+from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
-    from pytest_dvp.across import Across, Driven
-    from pytest_dvp.gates import Gate
-    from pytest_dvp.log import Log
+    from pytest_dvp.drive.stage_comparison import Across, Driven
+    from pytest_dvp.logs.log import Log
+    from pytest_dvp.verdicts.judging import Gate
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,9 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    from pytest_dvp.across import read_between
     from pytest_dvp.cli.run import across_text
-    from pytest_dvp.log import Log
+    from pytest_dvp.drive.stage_comparison import read_between
+    from pytest_dvp.logs.log import Log
 
     settings = settings_from(arguments)
     logs = [Path(text) for text in (*arguments.logs, *([] if arguments.before is None else [arguments.before]))]
@@ -69,8 +69,8 @@ def execute(arguments: argparse.Namespace) -> int:
 def _by_scenario(names: Sequence[str]) -> dict[str, dict[str, Driven]]:
     """The drives by scenario and stage. Those of which there are no two stages of one scenario are one group: that
     they are not compared is for the verdicts to say."""
-    from pytest_dvp.across import Driven
-    from pytest_dvp.log import Log
+    from pytest_dvp.drive.stage_comparison import Driven
+    from pytest_dvp.logs.log import Log
 
     groups: dict[str, dict[str, Driven]] = {}
     for text in names:
@@ -102,8 +102,8 @@ def _say_left_out(log: str, why: str) -> None:
 
 
 def _held(drives: Mapping[str, Driven], gates: Sequence[Gate], before: Log | None, options: Sequence[str]) -> Across:
-    from pytest_dvp.across import hold, left_out, pairs_driven
-    from pytest_dvp.stage_table import stage_table
+    from pytest_dvp.drive.stage_comparison import hold, left_out, pairs_driven
+    from pytest_dvp.verdicts.stage_table import stage_table
 
     first = next(iter(drives.values())).log.meta
     about = {
@@ -125,7 +125,7 @@ def _held(drives: Mapping[str, Driven], gates: Sequence[Gate], before: Log | Non
 
 def _options(gates: Path | None, before: str | None) -> list[str]:
     """What a reader must add to see the same comparison again."""
-    from pytest_dvp.paths import shown
+    from pytest_dvp.text.paths import shown
 
     return [
         *(() if gates is None else ("--gates", str(shown(gates)))),

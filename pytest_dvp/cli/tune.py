@@ -14,14 +14,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.arguments import WrongArgument, add_json, existing, root_here
-from pytest_dvp.cli.progress import progress
-from pytest_dvp.cli.workers import add_workers, check_workers, workers
-from pytest_dvp.plain_json import finite
-from pytest_dvp.settings import SettingError, unknown
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing, root_here
+from pytest_dvp.cli.shared.progress import progress
+from pytest_dvp.cli.shared.worker_options import add_workers, check_workers, workers
+from pytest_dvp.drive.run_spec import SettingError, unknown
+from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
-    from pytest_dvp.tuning.command import Again
+    from pytest_dvp.tuning.repeat_commands import Again
     from pytest_dvp.tuning.tune import Tuning
 
 BEST_MODEL = "best.toml"  # an alignment's twin with the best S
@@ -45,7 +45,7 @@ def execute(arguments: argparse.Namespace) -> int:
         value = getattr(arguments, option)
         if value is not None and value < (1 if option == "budget" else 0):
             raise SettingError(f"--{option} is {value}, expected a whole number >= {1 if option == 'budget' else 0}")
-    from pytest_dvp.tuning.command import again
+    from pytest_dvp.tuning.repeat_commands import again
     from pytest_dvp.tuning.study import SEARCHES
     from pytest_dvp.tuning.study_file import read_study
     from pytest_dvp.tuning.tune import tune
@@ -81,7 +81,7 @@ def folder_of(text: str | None, name: str) -> Path:
 def write(found: Tuning, rows: Sequence[Again], out: Path) -> None:
     """result.json, trials.csv and `rows`, the commands that repeat the best point; of an alignment its twin, too. Each
     whole or not at all."""
-    from pytest_dvp.tuning.command import best_model
+    from pytest_dvp.tuning.repeat_commands import best_model
     from reports.whole_file import write_whole
 
     if found.study.objective.kind == "alignment":

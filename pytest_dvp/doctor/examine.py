@@ -7,14 +7,14 @@ import dataclasses
 import numpy as np
 
 from openscenario.findings import Finding, Findings
-from pytest_dvp.doctor.angles import check_angles
-from pytest_dvp.doctor.clock import check_commands, check_jumps, check_offsets, check_rate, check_stamps
-from pytest_dvp.doctor.missing import check_missing
-from pytest_dvp.doctor.motion import Motion, motion_of
-from pytest_dvp.doctor.scales import check_acceleration, check_speed, check_wishes
-from pytest_dvp.doctor.sensors import check_echoes, check_sensors
-from pytest_dvp.doctor.signs import check_turning
-from pytest_dvp.log import Log
+from pytest_dvp.doctor.angle_units import check_angles
+from pytest_dvp.doctor.missing_values import check_missing
+from pytest_dvp.doctor.redundant_motion import Motion, motion_of
+from pytest_dvp.doctor.sensor_faults import check_echoes, check_sensors
+from pytest_dvp.doctor.signs_and_axes import check_turning
+from pytest_dvp.doctor.speed_and_acceleration import check_acceleration, check_speed, check_wishes
+from pytest_dvp.doctor.time_base import check_commands, check_jumps, check_offsets, check_rate, check_stamps
+from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.table import findings_of
 
 

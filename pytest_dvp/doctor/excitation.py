@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from pytest_dvp.doctor.motion import Motion, motion_of
-from pytest_dvp.log import FloatArray, Log
+from pytest_dvp.doctor.redundant_motion import Motion, motion_of
+from pytest_dvp.logs.log import FloatArray, Log
 
 
 @dataclasses.dataclass(frozen=True)

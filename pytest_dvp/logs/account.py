@@ -5,7 +5,7 @@ from __future__ import annotations
 import stat
 from pathlib import Path
 
-from pytest_dvp.budget import (
+from pytest_dvp.logs.budget import (
     CONTAINER,
     FLOOR,
     HELD,
@@ -17,7 +17,7 @@ from pytest_dvp.budget import (
     shown_apart,
     shown_size,
 )
-from pytest_dvp.log import LogError
+from pytest_dvp.logs.log import LogError
 
 _WHOLE = frozenset((".csv", ".tsv", ".txt", ".mat"))  # files that are read as a whole
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from openscenario.findings import Findings
-from pytest_dvp.log import LogError
 from pytest_dvp.logs.account import Account
-from pytest_dvp.logs.mapped import mapped
+from pytest_dvp.logs.log import LogError
 from pytest_dvp.logs.mcap_scan import Scan, scan_mcap
+from pytest_dvp.logs.memory_map import mapped
 from pytest_dvp.logs.unpack import ZSTD_WINDOW, TooLargeError, unpack
 
 _CHUNK = 256 << 20  # bytes of an unpacked chunk or message; recorders begin a new chunk after 1 to 8 MB

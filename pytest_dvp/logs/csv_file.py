@@ -15,13 +15,13 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_dvp.budget import Budget
-from pytest_dvp.log import FloatArray, LogError
 from pytest_dvp.logs.account import open_account
-from pytest_dvp.logs.names import Header, parse_header
-from pytest_dvp.logs.stamps import seconds_of
+from pytest_dvp.logs.budget import Budget
+from pytest_dvp.logs.column_names import Header, parse_header
+from pytest_dvp.logs.log import FloatArray, LogError
+from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.table import RawColumn, Table
-from pytest_dvp.signals import SIGNALS
+from pytest_dvp.logs.text_times import seconds_of
 
 EMPTY = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "#n/a", "-nan", "nil"))
 LOGIC = {"true": 1.0, "false": 0.0}

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from openscenario.findings import Findings, listed, nearest
-from pytest_dvp.log import FloatArray, LogError
-from pytest_dvp.logs.names import Header, canonical
+from pytest_dvp.logs.column_names import Header, canonical
+from pytest_dvp.logs.log import FloatArray, LogError
+from pytest_dvp.logs.signals import SIGNALS, describe
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.time_column import clock_of
 from pytest_dvp.logs.units import find_unit, units_of
-from pytest_dvp.signals import SIGNALS, describe
 from vehicle.toml_file import TomlError, read_toml
 
 EARTH = 6378137.0  # WGS 84 semi-major axis [m]

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from pytest_dvp.budget import Budget
-from pytest_dvp.log import FloatArray, LogError
 from pytest_dvp.logs.account import open_account
-from pytest_dvp.logs.mapped import mapped
+from pytest_dvp.logs.budget import Budget
+from pytest_dvp.logs.column_names import canonical, parse_header
+from pytest_dvp.logs.log import FloatArray, LogError
 from pytest_dvp.logs.mat_scan import numbers_in
-from pytest_dvp.logs.names import canonical, parse_header
+from pytest_dvp.logs.memory_map import mapped
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.units import find_unit
 

@@ -10,7 +10,7 @@ import struct
 import zlib
 
 from pytest_dvp.logs.account import Account
-from pytest_dvp.logs.mapped import Mapped
+from pytest_dvp.logs.memory_map import Mapped
 
 _MATRIX, _COMPRESSED = 14, 15  # types of data elements
 _CELL, _STRUCT, _OBJECT, _CHAR, _SPARSE = 1, 2, 3, 4, 5  # array classes

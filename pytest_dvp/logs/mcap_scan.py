@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple, TypeAlias
 
 from openscenario.findings import Findings
-from pytest_dvp.log_read import LZ4_RATIO, MAGIC
 from pytest_dvp.logs.account import Account
-from pytest_dvp.logs.mapped import Mapped
+from pytest_dvp.logs.mcap_read import LZ4_RATIO, MAGIC
+from pytest_dvp.logs.memory_map import Mapped
 from pytest_dvp.logs.unpack import UnpackError, unpack
 
 OPCODES = {1: "Header", 2: "Footer", 3: "Schema", 4: "Channel", 5: "Message", 6: "Chunk", 7: "MessageIndex",

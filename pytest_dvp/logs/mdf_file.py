@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from pytest_dvp.budget import Budget
-from pytest_dvp.log import FloatArray, LogError
 from pytest_dvp.logs.account import open_account
-from pytest_dvp.logs.mapped import mapped
+from pytest_dvp.logs.budget import Budget
+from pytest_dvp.logs.log import FloatArray, LogError
 from pytest_dvp.logs.mdf_scan import charge_mdf
+from pytest_dvp.logs.memory_map import mapped
 from pytest_dvp.logs.stream import Stream
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from pytest_dvp.logs.account import Account
-from pytest_dvp.logs.mapped import Mapped
+from pytest_dvp.logs.memory_map import Mapped
 from pytest_dvp.logs.unpack import unpack
 
 _PIECE = 1 << 16

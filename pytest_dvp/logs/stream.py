@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from pytest_dvp.log import FloatArray
 from pytest_dvp.logs.account import Account
+from pytest_dvp.logs.log import FloatArray
 
 _MOST_FIELDS = 400  # a message with more is an image or a point cloud
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from openscenario.findings import Finding, Findings, listed, nearest
-from pytest_dvp.log import FloatArray, Log, LogError
-from pytest_dvp.logs.names import Header, canonical
+from pytest_dvp.logs.column_names import Header, canonical
+from pytest_dvp.logs.log import FloatArray, Log, LogError
+from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.units import Unit, find_unit, units_of
-from pytest_dvp.signals import SIGNALS
 
 EPOCH = 1e7
 """A first stamp above this [s] is a date, not a time since some start; the log then begins at 0."""

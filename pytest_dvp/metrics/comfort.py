@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_dvp.log import FloatArray, Log
-from pytest_dvp.metrics.base import Measured, Series, Undefined, metric
+from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
 
 CUTOFF = 1.0  # Hz; averages over about the 0.5 s over which UN R79 takes the mean of jerk (-3 dB at 0.89 Hz)
 OTHER_CUTOFFS = (0.5, 2.0, 5.0)  # Hz
@@ -33,7 +33,7 @@ def max_jerk(log: Log, *, cutoff: float = CUTOFF) -> Measured:
 
 
 def _jerk(v: FloatArray, step: float, cutoff: float) -> FloatArray:
-    from pytest_dvp.metrics._filter import low_pass
+    from pytest_dvp.metrics._low_pass import low_pass
 
     try:
         smooth = low_pass(v, step, cutoff)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from pytest_dvp.log import Log
-from pytest_dvp.metrics.base import Measured, Undefined, metric
-from pytest_dvp.silent_events import means
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.silent_events import means
+from pytest_dvp.metrics.metric import Measured, Undefined, metric
 
 
 @metric(name="event_started", unit="-", bigger_is_worse=True)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pytest_dvp.log import Log
-from pytest_dvp.metrics.base import Measured, Undefined, metric
+from pytest_dvp.logs.log import Log
+from pytest_dvp.metrics.metric import Measured, Undefined, metric
 
 if TYPE_CHECKING:
-    from pytest_dvp.reality_gap.compare import Comparison
+    from pytest_dvp.gap.compare.compare import Comparison
 
 _NOTE = "open loop on segments of about 5 s, start taken out"
 
@@ -42,8 +42,8 @@ def model_gain(log: Log, *, model: str, signal: str) -> Measured:
 
 
 def _measured(log: Log, model: str, signal: str, kind: str) -> Measured:
-    from pytest_dvp.reality_gap.bounds import judge_bounds
-    from pytest_dvp.reality_gap.words import sentence, worst_place
+    from pytest_dvp.gap.compare.match_bounds import judge_bounds
+    from pytest_dvp.gap.words.comparison import sentence, worst_place
 
     path = Path(model)
     stat = path.stat()
@@ -62,8 +62,8 @@ def _measured(log: Log, model: str, signal: str, kind: str) -> Measured:
 def _compared(log: Log, model: str, changed: int, size: int) -> Comparison:
     """The last comparison, as several bounds of one gate ask for it; `changed` and `size` tell a rewritten file."""
     from pytest_dvp.doctor import check_sound
-    from pytest_dvp.reality_gap.black_box import CompareError, load_subject
-    from pytest_dvp.reality_gap.compare import compare
+    from pytest_dvp.gap.compare.compare import compare
+    from pytest_dvp.gap.compare.compared_model import CompareError, load_subject
 
     check_sound(log)  # a wrong unit is no reality gap: LogError makes the verdict inconclusive
     try:

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from pytest_dvp.log import Log, LogError
-from pytest_dvp.metrics.base import REQUIRED, Metric, MetricError, MetricValue, Undefined
-from pytest_dvp.replay_log import commands_apart
+from pytest_dvp.drive.playback_log import commands_apart
+from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.metrics.metric import REQUIRED, Metric, MetricError, MetricValue, Undefined
 
 ENTRY_POINTS = "pytest_dvp.metrics"
 

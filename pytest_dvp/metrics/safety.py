@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_dvp.log import Log
-from pytest_dvp.metrics._ego import pair_boxes
-from pytest_dvp.metrics.base import Measured, Series, Undefined, metric
+from pytest_dvp.logs.log import Log
+from pytest_dvp.metrics._ego_box import pair_boxes
+from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
 
 
 @metric(name="collision", unit="-", bigger_is_worse=True)
@@ -16,7 +16,7 @@ def collision(log: Log) -> Measured:
     Counts both what the world reported (events "collision", whose element is the object) and boxes that overlap in the
     log, so that a measured log without a world is judged too. 0 in an empty world.
     """
-    from pytest_dvp.metrics._boxes import time_to_collision
+    from pytest_dvp.metrics._box_collision_time import time_to_collision
 
     first: dict[str, float] = {}
     for event in log.events:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pytest_dvp.log import Log
-from pytest_dvp.metrics.base import Measured, MetricError, Undefined, metric
+from pytest_dvp.logs.log import Log
+from pytest_dvp.metrics.metric import Measured, MetricError, Undefined, metric
 
 STATISTICS = ("median", "p99", "worst")
 

@@ -12,19 +12,19 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.plain_json import finite
-from pytest_dvp.tuning.gap import Figure, gap, mean_alike
-from pytest_dvp.tuning.guard import Suspicion, guard
-from pytest_dvp.tuning.judge import Judged, judge, log_chi2, rw_logs, stack_change, twin_change
-from pytest_dvp.tuning.knob import Point, changed
+from pytest_dvp.text.plain_json import finite
+from pytest_dvp.tuning.held_out_judge import Judged, judge, log_chi2, rw_logs, stack_change, twin_change
+from pytest_dvp.tuning.implausible_values import Suspicion, guard
+from pytest_dvp.tuning.iteration_plan import MOUNTS, STAGES, Plan, State, drives
 from pytest_dvp.tuning.ledger import Entry, write_ledger
-from pytest_dvp.tuning.plan import MOUNTS, STAGES, Plan, State, drives
 from pytest_dvp.tuning.proving_ground import Grounded, on_proving_ground
 from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
-from pytest_dvp.tuning.structure import Found, look_for_structure
+from pytest_dvp.tuning.stage_gap import Figure, gap, mean_alike
+from pytest_dvp.tuning.structure_search import Found, look_for_structure
 from pytest_dvp.tuning.study import Study
 from pytest_dvp.tuning.tune import Tuning, tune
-from pytest_dvp.tuning.workers import Workers
+from pytest_dvp.tuning.tuned_parameter import Point, changed
+from pytest_dvp.workers.pool import Workers
 from reports.whole_file import write_whole
 
 Tick = Callable[[str], None]
@@ -72,7 +72,7 @@ def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: N
 
 def beginning(plan: Plan, out: Path) -> State:
     """The twin of the data sheet with S of the preset set in it, and P of the preset, stage by stage."""
-    from vehicle.model.parameters import preset_s
+    from vehicle.model.simulator_parameters import preset_s
 
     S: dict[str, float] = preset_s(plan.preset or 10)  # type: ignore[arg-type]
     if plan.preset is None:
@@ -88,8 +88,8 @@ def _first_P(plan: Plan) -> dict[str, dict[str, float]]:
 
     if plan.ads is None:
         return {stage: preset(plan.preset or 10, stage).as_dict() for stage in STAGES}
-    from pytest_dvp.driving_stack import find_ads
-    from pytest_dvp.stack_parameters import as_plain, in_force
+    from pytest_dvp.drive.stack_host import find_ads
+    from pytest_dvp.drive.stack_parameters import as_plain, in_force
 
     ads = find_ads(plan.ads)
     return {stage: as_plain(in_force(ads, {}, stage)) for stage in STAGES}
@@ -98,7 +98,7 @@ def _first_P(plan: Plan) -> dict[str, dict[str, float]]:
 def baked(model: Path, S: Mapping[str, float], target: Path) -> Path:
     """A model file with parameters of S set in it; the same bytes leave the file as it is."""
     from vehicle.model.model_file import model_text, read_model
-    from vehicle.model.parameters import apply_s
+    from vehicle.model.simulator_parameters import apply_s
     from vehicle.sensors import default_sensors
 
     twin = read_model(model)
@@ -202,7 +202,7 @@ def _tuned_S(
 ) -> tuple[Tuning | None, Point, Path]:
     """S tuned on alignment and set in the twin, if there is anything of S to tune."""
     from vehicle.model.model_file import read_model
-    from vehicle.model.parameters import s_value
+    from vehicle.model.simulator_parameters import s_value
 
     twin = read_model(model)
     start, knobs = {}, []
@@ -310,7 +310,7 @@ def _told(tuning: Tuning | None) -> dict[str, Any]:
 
 def _entry(plan: Plan, number: int, state: State, judged: Judged, workers: Workers, **more: Any) -> Entry:
     from vehicle.model.model_file import read_model
-    from vehicle.model.parameters import S_PARAMETERS, s_value
+    from vehicle.model.simulator_parameters import S_PARAMETERS, s_value
 
     twin = read_model(state.model)
     S = {p.name: s_value(twin, p.name) for p in S_PARAMETERS}

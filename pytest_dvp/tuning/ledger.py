@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.plain_json import finite
+from pytest_dvp.text.plain_json import finite
 from reports.whole_file import write_whole
 
 

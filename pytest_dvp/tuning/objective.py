@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Literal, TypeAlias
 
-from pytest_dvp.tuning.errors import TuneError
+from pytest_dvp.workers.errors import TuneError
 
 Kind: TypeAlias = Literal["performance", "alignment"]
 Metrics: TypeAlias = Mapping[str, float | None]

@@ -10,19 +10,19 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.tuning.cache import Cache
-from pytest_dvp.tuning.job import Job, code_digest, file_digest
-from pytest_dvp.tuning.plan import Plan
-from pytest_dvp.tuning.pruned import ALLOWED, pruned
-from pytest_dvp.tuning.structure import thinned
-from pytest_dvp.tuning.workers import Workers
+from pytest_dvp.tuning.data_sheet_reset import ALLOWED, pruned
+from pytest_dvp.tuning.iteration_plan import Plan
+from pytest_dvp.tuning.structure_search import thinned
+from pytest_dvp.workers.cache import Cache
+from pytest_dvp.workers.job import Job, code_digest, file_digest
+from pytest_dvp.workers.pool import Workers
 from reports.whole_file import write_whole
 
 if TYPE_CHECKING:
-    from pytest_dvp.log import Log
-    from pytest_dvp.reality_gap.manoeuvres.choice import Choice
-    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
-    from vehicle.model.model import VehicleModel
+    from pytest_dvp.gap.manoeuvres.choice import Choice
+    from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
+    from pytest_dvp.logs.log import Log
+    from vehicle.model.vehicle_model import VehicleModel
 
 OPEN = ("AMBIGUOUS", "PARTIAL", "UNKNOWN", "NOT_EXCITED")
 """Verdicts of a diagnosis after which it is worth driving more."""
@@ -86,11 +86,11 @@ def _planned(
     logs: dict[str, Log], file: Path, plan: Plan, folder: Path, tick: Callable[[str], None], presets: bool,
     known: Sequence[str],
 ) -> tuple[str, dict[str, str]]:  # fmt: skip
-    from pytest_dvp.reality_gap.diagnose import diagnose
-    from pytest_dvp.reality_gap.manoeuvres.advise import advise
-    from pytest_dvp.reality_gap.manoeuvres.envelope import Envelope
-    from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE
-    from pytest_dvp.reality_gap.manoeuvres.write import write_plan
+    from pytest_dvp.gap.diagnose.diagnose import diagnose
+    from pytest_dvp.gap.manoeuvres.advice import advise
+    from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
+    from pytest_dvp.gap.manoeuvres.plan_folder import write_plan
+    from pytest_dvp.gap.manoeuvres.rehearsal import NOISE
     from vehicle.model.model_file import read_model
 
     model = pruned(read_model(file), read_model(plan.model), logs, math.inf if presets else ALLOWED).model
@@ -113,10 +113,10 @@ def _planned(
 
 def _declared(model: VehicleModel, wanted: Sequence[str], envelope: Envelope) -> list[Choice]:
     """Each manoeuvre of these names, of the size at which it shows the most of what it reveals."""
-    from pytest_dvp.reality_gap.manoeuvres.catalogue import chosen
-    from pytest_dvp.reality_gap.manoeuvres.choice import PlanError
-    from pytest_dvp.reality_gap.manoeuvres.excite import excite
-    from pytest_dvp.reality_gap.manoeuvres.rehearsal import NOISE
+    from pytest_dvp.gap.manoeuvres.catalogue import chosen
+    from pytest_dvp.gap.manoeuvres.choice import PlanError
+    from pytest_dvp.gap.manoeuvres.exciting_manoeuvres import excite
+    from pytest_dvp.gap.manoeuvres.rehearsal import NOISE
 
     found: list[Choice] = []
     for manoeuvre in chosen(wanted):

@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 
-from pytest_dvp.tuning.job import Job, pairs
-from pytest_dvp.tuning.knob import Knob, Point, split
 from pytest_dvp.tuning.objective import Objective
+from pytest_dvp.tuning.tuned_parameter import Knob, Point, split
+from pytest_dvp.workers.job import Job, pairs
 
 SEARCHES = ("coordinate", "cma", "tpe")
 

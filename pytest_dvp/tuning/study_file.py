@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.tuning.objective import Kind
-from pytest_dvp.tuning.reader import Reader
 from pytest_dvp.tuning.study import SEARCHES, Study
+from pytest_dvp.tuning.toml_reader import Reader
 
 _TOP = ("study", "scenario", "parameters", "fixed", "term", "constraint")
 _STUDY = ("objective", "search", "budget", "seed", "seeds", "stage", "model", "vehicle", "preset", "logs", "library",

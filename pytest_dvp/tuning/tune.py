@@ -6,11 +6,11 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
-from pytest_dvp.tuning.knob import Point, described
 from pytest_dvp.tuning.objective import Metrics, Score
-from pytest_dvp.tuning.search import make_searcher
+from pytest_dvp.tuning.searchers.search import make_searcher
 from pytest_dvp.tuning.study import Study
-from pytest_dvp.tuning.workers import Workers
+from pytest_dvp.tuning.tuned_parameter import Point, described
+from pytest_dvp.workers.pool import Workers
 
 Ended = Literal["nothing improves", "budget"]
 STALE = 20  # batches without a new point after which a searcher goes round in circles

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.reality_gap.compare import compare
-from pytest_dvp.reality_gap.page import page_of
+from pytest_dvp.gap.compare.compare import compare
+from pytest_dvp.gap.words.comparison_page import page_of
 from reports.compare import write_compare_report
 
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "unit" / "reality_gap")]
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "unit" / "gap")]
 from chromium import Browser, opened  # noqa: E402
 from gap_logs import baseline, drive  # noqa: E402
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.tuning.page import iterate_page
+from pytest_dvp.tuning.iteration_page import iterate_page
 from reports.mcrpg import write_mcrpg_report
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "unit" / "tuning")]

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pytest_dvp.tuning.page import iterate_page
+from pytest_dvp.tuning.iteration_page import iterate_page
 from reports.diagnosis import write_diagnosis_report
 from reports.html import write_run_report
 from reports.mcrpg import write_mcrpg_report

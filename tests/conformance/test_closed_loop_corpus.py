@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.run import RunResult, run
+from pytest_dvp.drive.run import RunResult, run
 
 CORPUS = "openscenario/corpus"
 CUT_IN = "esmini__esmini/resources/xosc/cut-in.xosc"

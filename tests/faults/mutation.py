@@ -28,8 +28,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from pytest_dvp.gates import Verdict
-from pytest_dvp.run import RunResult, run
+from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.verdicts.judging import Verdict
 from scenarios import path
 
 HERE = Path(__file__).parent

@@ -12,8 +12,8 @@ from ads.control.pedals import PiPedals
 from ads.parameters import Parameters
 from ads.planning.route import Map
 from ads.stack import Stack
-from pytest_dvp.gates import Verdict
-from pytest_dvp.run import run
+from pytest_dvp.drive.run import run
+from pytest_dvp.verdicts.judging import Verdict
 from scenarios import path
 from vehicle.messages import VehicleDescription
 

@@ -10,10 +10,10 @@ from scipy.integrate import solve_ivp
 from vehicle_models import CAR, model
 
 from vehicle.messages import FloatArray
-from vehicle.model.catalogue import catalogue
+from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.errors import ModelError
-from vehicle.model.model import VehicleModel
-from vehicle.model.replay import MEASURED_COLUMNS, Replay
+from vehicle.model.open_loop import MEASURED_COLUMNS, Replay
+from vehicle.model.vehicle_model import VehicleModel
 
 L = CAR["wheelbase"]
 X, Y, YAW, V, RATE, AX, AY, STEER = range(8)
@@ -192,7 +192,7 @@ def test_understeer_on_a_kinematic_car_is_its_definition(K: float, v: float) -> 
     held = {"steer_cmd": np.full(500, d), "v": np.full(500, v)}
     bare = {k: x for k, x in CAR.items() if not k.startswith("cornering")}
     from vehicle.model.car import make_car
-    from vehicle.model.model import Inputs
+    from vehicle.model.vehicle_model import Inputs
 
     base = VehicleModel("kinematic_bicycle", Inputs(longitudinal=("v",)), make_car(bare))
     rows = run({("understeer", "K"): K}, commands=held, base=base)
@@ -310,7 +310,7 @@ def test_the_blind_logs_replay_without_gaps(shared_dir: object) -> None:
 
 def test_a_car_restarted_in_a_turn_by_its_log_goes_on_turning() -> None:
     """Tyres in a turn slip; no log says how much. A start without slip would show 1 m/s^2 too little in ay."""
-    from pytest_dvp.reality_gap.segments import cut, measured_array
+    from pytest_dvp.gap.compare.segments import cut, measured_array
 
     car = model("dynamic_bicycle")
     replay = Replay(car, T, {"steer_cmd": np.full(500, 0.05), "accel_cmd": np.where(T < 3.0, 2.0, 0.0)})

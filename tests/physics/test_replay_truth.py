@@ -13,9 +13,9 @@ import pytest
 from tests.truth.effects import CATALOGUE, TYRE_EFFECTS, FloatArray, TruthCar, stiffnesses, typical
 from tests.truth.generate import MEASURED, SIGMA, make_log
 from vehicle.model.car import make_car
-from vehicle.model.catalogue import catalogue
-from vehicle.model.model import Inputs, VehicleModel
-from vehicle.model.replay import Replay
+from vehicle.model.effect_catalogue import catalogue
+from vehicle.model.open_loop import Replay
+from vehicle.model.vehicle_model import Inputs, VehicleModel
 
 SHOWN_ONLY = ("gnss_latency", "gnss_lever_arm", "heading_bias", "wheel_radius")  # these alter the pose that is logged
 SIGMAS = np.array([SIGMA[name] for name in MEASURED])

@@ -10,10 +10,10 @@ import pytest
 from vehicle_models import model
 
 from vehicle.messages import FloatArray, VehicleState
-from vehicle.model.catalogue import catalogue
 from vehicle.model.effect import Effect
-from vehicle.model.model import Base, VehicleModel
+from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.plant import Plant
+from vehicle.model.vehicle_model import Base, VehicleModel
 
 EFFECTS = [e for e in catalogue().values() if e.slot != "perception"]
 BASES: tuple[Base, ...] = ("kinematic_bicycle", "dynamic_bicycle")

@@ -9,7 +9,7 @@ import pytest
 from scipy.signal import lsim
 from vehicle_models import CAR, model
 
-from vehicle.model.replay import Replay
+from vehicle.model.open_loop import Replay
 
 T = np.arange(500) * 0.02
 V, AX, AY = 3, 5, 6

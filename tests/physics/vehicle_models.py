@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from vehicle.messages import VehicleState
 from vehicle.model.car import make_car
-from vehicle.model.model import Base, Inputs, VehicleModel
 from vehicle.model.plant import Plant
+from vehicle.model.vehicle_model import Base, Inputs, VehicleModel
 
 CAR = {
     "wheelbase": 2.5,

@@ -13,14 +13,14 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from pytest_dvp.run import run
+from pytest_dvp.drive.run import run
 from scenarios import path
 
 SCENARIO = "urban.xosc"  # everything at once: storyboard, SUMO, all sensors, both manoeuvres
 # The log only: the report has its own time, and DESIGN promises bytes for the log.
 DRIVE = f"""
 import sys
-from pytest_dvp.run import run
+from pytest_dvp.drive.run import run
 from scenarios import path
 run(path({SCENARIO!r}), seed=11, rootdir=path({SCENARIO!r}).parent).log.save(sys.argv[1])
 """

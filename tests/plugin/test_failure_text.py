@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.signals import SIGNALS
+from pytest_dvp.logs.signals import SIGNALS
 from tests.truth.generate import make_log
 
 CAR = "[parameters]\nwheelbase = 2.45\ncg_to_front_axle = 1.15\nmass = 1150.0\nyaw_inertia = 1400.0\n"
@@ -25,9 +25,9 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.gates import judge, overall, read_gates
-from pytest_dvp.logs.read import read_log
-from pytest_dvp.run import RunResult
+from pytest_dvp.verdicts.judging import judge, overall, read_gates
+from pytest_dvp.logs.read_log import read_log
+from pytest_dvp.drive.run import RunResult
 
 
 def test_gate(gate):
@@ -78,7 +78,7 @@ def test_assert_matches_names_the_effect_and_the_command(twin: pytest.Pytester) 
 
 
 def test_the_command_makes_the_test_pass(twin: pytest.Pytester, capsys: pytest.CaptureFixture[str]) -> None:
-    from pytest_dvp.cli import main
+    from pytest_dvp.cli.command_line import main
 
     assert main(COMMAND.format(log="drive.csv").split()[1:]) == 0
     twin.makepyfile(MATCHES.replace("car.toml", "car.extended.toml"))
@@ -104,7 +104,7 @@ def test_the_diagnosis_can_be_switched_off(
     twin: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, test: str, how: str
 ) -> None:
     twin.makepyfile(test)
-    monkeypatch.setattr("pytest_dvp.reality_gap.explanation._answer", None)
+    monkeypatch.setattr("pytest_dvp.gap.words.failure_explanation._answer", None)
     if how == "environment":
         monkeypatch.setenv("DVP_NO_DIAGNOSIS", "1")
     if how == "ini":
@@ -121,7 +121,7 @@ def test_a_diagnosis_that_breaks_leaves_a_failure(
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("of the diagnosis")
 
-    monkeypatch.setattr("pytest_dvp.reality_gap.explanation._answer", broken)
+    monkeypatch.setattr("pytest_dvp.gap.words.failure_explanation._answer", broken)
     twin.makepyfile(test)
     result = twin.runpytest_inprocess("-W", "error")
     result.assert_outcomes(failed=1)
@@ -130,7 +130,7 @@ def test_a_diagnosis_that_breaks_leaves_a_failure(
 
 def test_nothing_is_diagnosed_where_the_model_matches(twin: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[object] = []
-    monkeypatch.setattr("pytest_dvp.reality_gap.explanation._answer", asked.append)
+    monkeypatch.setattr("pytest_dvp.gap.words.failure_explanation._answer", asked.append)
     twin.makepyfile(MATCHES.replace("0.01", "1.0"))
     twin.runpytest_inprocess().assert_outcomes(passed=1)
     assert asked == []

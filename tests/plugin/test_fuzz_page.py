@@ -28,7 +28,7 @@ def code(page: str, title: str) -> str:
 
 
 def test_they_find_what_the_page_says_and_leave_the_file_and_command_that_replay_it(pytester: pytest.Pytester) -> None:
-    from pytest_dvp.cli import main
+    from pytest_dvp.cli.command_line import main
 
     shutil.copytree(scenarios.path("urban.xodr").parent, pytester.path / "scenarios", ignore=lambda _, n: [*_py(n)])
     (pytester.path / "lane_keeper.py").write_text(code("your-ads.md", "A lane follower"))

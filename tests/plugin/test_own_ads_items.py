@@ -10,7 +10,7 @@ import pytest
 import ads.stack  # noqa: F401
 import reports.html  # noqa: F401
 import vehicle.twin  # noqa: F401
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 from tests.plugin.conftest import XOSC, write_scenario
 
 STACK = """

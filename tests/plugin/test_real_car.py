@@ -8,9 +8,9 @@ import pytest
 
 # See conftest.py: what inner sessions would import must be here before them.
 import ads.stack  # noqa: F401
-import pytest_dvp.across
-import pytest_dvp.fuzz
-import pytest_dvp.prepare  # noqa: F401
+import pytest_dvp.drive.preparation
+import pytest_dvp.drive.stage_comparison
+import pytest_dvp.plugin.scenario_strategy  # noqa: F401
 import vehicle.twin  # noqa: F401
 from tests.plugin.conftest import write_scenario
 from tests.unit.harness.test_real_vehicle import CAR

@@ -185,12 +185,12 @@ def test_a_junit_file_that_a_full_disk_does_not_take_changes_no_verdict(project:
 def test_an_interrupted_run_ends_the_session_in_one_line(project: pytest.Pytester) -> None:
     project.makepyfile(
         """
-        from pytest_dvp.session import Session
+        from pytest_dvp.plugin.session import Session
 
         def test_one(request, monkeypatch):
             def interrupted(*_, **__):
                 raise KeyboardInterrupt("x.xosc [dt] interrupted at t=1.00 s; its log so far: runs/0001-x-dt")
-            monkeypatch.setattr("pytest_dvp.session.Session._run", interrupted)
+            monkeypatch.setattr("pytest_dvp.plugin.session.Session._run", interrupted)
             Session(request.config)("good.xosc")
 
         def test_two():

@@ -10,9 +10,9 @@ import pytest
 
 # See conftest.py: what inner sessions would import must be here before them.
 import ads.stack  # noqa: F401
-import pytest_dvp.fuzz
-import pytest_dvp.prepare
-import pytest_dvp.sumo  # noqa: F401
+import pytest_dvp.drive.preparation
+import pytest_dvp.drive.sumo_traffic
+import pytest_dvp.plugin.scenario_strategy  # noqa: F401
 import reports.html  # noqa: F401
 import vehicle.twin  # noqa: F401
 

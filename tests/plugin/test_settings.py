@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 PRINT_SEED = """
-from pytest_dvp.fixtures import settings_of
+from pytest_dvp.plugin.fixtures import settings_of
 
 def test_settings(request):
     settings = settings_of(request.config)
@@ -54,7 +54,7 @@ def test_reports_of_one_file_are_asked_for_by_option_and_ini(
 ) -> None:
     pytester.makeini(f"[pytest]\n{ini}")
     told = f"def test_settings(request):\n    assert settings_of(request.config).single_file is {alone}\n"
-    pytester.makepyfile(test_told=f"from pytest_dvp.fixtures import settings_of\n\n{told}")
+    pytester.makepyfile(test_told=f"from pytest_dvp.plugin.fixtures import settings_of\n\n{told}")
     pytester.runpytest_inprocess(*arguments).assert_outcomes(passed=1)
 
 

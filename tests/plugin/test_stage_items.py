@@ -11,10 +11,10 @@ pytest.importorskip("cyclonedds")
 
 # See conftest.py: what inner sessions would import must be here before them.
 import ads.stack  # noqa: F401
-import pytest_dvp.across
 import pytest_dvp.cli.run
-import pytest_dvp.prepare
-import pytest_dvp.shared_runs  # noqa: F401
+import pytest_dvp.drive.preparation
+import pytest_dvp.drive.stage_comparison
+import pytest_dvp.plugin.shared_runs  # noqa: F401
 import reports.html
 import reports.stages  # noqa: F401
 import vehicle.adapters.process

@@ -14,12 +14,12 @@ import pytest
 
 # See conftest.py: what inner sessions would import must be here before them.
 import ads.stack  # noqa: F401
-import pytest_dvp.fuzz
-import pytest_dvp.prepare
-import pytest_dvp.sumo  # noqa: F401
+import pytest_dvp.drive.preparation
+import pytest_dvp.drive.sumo_traffic
+import pytest_dvp.plugin.scenario_strategy  # noqa: F401
 import vehicle.twin  # noqa: F401
-from pytest_dvp.cli import main
-from pytest_dvp.stages import StageError, check_hidden
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.stages import StageError, check_hidden
 from tests.plugin.conftest import XOSC, write_scenario
 
 NAN_SPEED = XOSC.replace('AbsoluteTargetSpeed value="$ego_speed"', 'AbsoluteTargetSpeed value="NaN"')

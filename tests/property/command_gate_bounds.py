@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isfinite, tan
 
-from vehicle.gate_messages import Decision, Limits, Measured, Outcome, Output
+from vehicle.guard.messages import Decision, Limits, Measured, Outcome, Output
 
 LIMITS = Limits(0.35, 0.4, 2.5, 20.0, 2.5, 8.0, 4.0, area=((-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0)))
 ROUNDING = 1e-9

@@ -12,8 +12,8 @@ from math import inf, nan, nextafter, pi
 
 from command_gate_bounds import LIMITS, broken
 
-from vehicle.command_gate import Gate
-from vehicle.gate_messages import Decision, Measured, Outcome, Request
+from vehicle.guard.guard import Gate
+from vehicle.guard.messages import Decision, Measured, Outcome, Request
 
 COMMANDS = int(os.environ.get("DVP_COMMANDS", "6000"))
 DRIVE = 200  # commands, then a new gate

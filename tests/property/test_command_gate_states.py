@@ -9,8 +9,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from vehicle.command_gate import ArmingRefused, Gate
-from vehicle.gate_messages import Arming, Decision, Measured, Outcome, Output, Request, State
+from vehicle.guard.guard import ArmingRefused, Gate
+from vehicle.guard.messages import Arming, Decision, Measured, Outcome, Output, Request, State
 
 EXAMPLES = int(os.environ.get("DVP_STATE_EXAMPLES", "60"))
 floats = st.floats(allow_nan=True, allow_infinity=True)

@@ -11,7 +11,7 @@ import os
 from hypothesis import example, given, settings
 
 from pytest_dvp import Variant, scenario_variants
-from pytest_dvp.fixtures import Gate, Run
+from pytest_dvp.plugin.fixtures import Gate, Run
 from scenarios import path
 
 FEW = settings(max_examples=int(os.environ.get("DVP_VARIANTS", "4")), derandomize=True, database=None)

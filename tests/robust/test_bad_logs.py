@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from pytest_dvp.doctor import examine
-from pytest_dvp.log import Log, LogError
-from pytest_dvp.logs.read import read_log
-from pytest_dvp.logs.recover import recover
+from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.read_log import read_log
+from pytest_dvp.logs.recovery import recover
 
 MUTATIONS = int(os.environ.get("DVP_FUZZ", "2000"))
 HEADER = b"t [s],x [m],y [m],yaw [rad],v [m/s],steer_cmd [rad]\n"

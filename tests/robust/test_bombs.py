@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.budget import Budget
-from pytest_dvp.cli import main
-from pytest_dvp.log import Log, LogError
-from pytest_dvp.logs.read import read_log
-from pytest_dvp.logs.recover import recover
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.budget import Budget
+from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.read_log import read_log
+from pytest_dvp.logs.recovery import recover
 
 MB = 1 << 20
 ZEROS = bytes(4 * MB)

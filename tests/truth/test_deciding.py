@@ -7,13 +7,13 @@ import pytest
 from benchmarks.hidden_effects.case import Case
 from benchmarks.hidden_effects.deciding import ENVELOPE, advised, driven, sets
 from benchmarks.hidden_effects.truth import question
-from pytest_dvp.reality_gap.diagnose import diagnose
-from pytest_dvp.reality_gap.manoeuvres.advise import advise
-from pytest_dvp.reality_gap.manoeuvres.catalogue import MANOEUVRES, chosen
-from pytest_dvp.reality_gap.manoeuvres.perform import perform
+from pytest_dvp.gap.diagnose.diagnose import diagnose
+from pytest_dvp.gap.manoeuvres.advice import advise
+from pytest_dvp.gap.manoeuvres.catalogue import MANOEUVRES, chosen
+from pytest_dvp.gap.manoeuvres.simulated_drive import perform
 from tests.truth.effects import TruthCar
 from vehicle.model.car import make_car
-from vehicle.model.model import Inputs, VehicleModel
+from vehicle.model.vehicle_model import Inputs, VehicleModel
 
 
 def test_a_delay_taken_for_a_lag_in_town_is_alone_after_the_advised_drive() -> None:

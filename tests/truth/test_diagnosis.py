@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pytest_dvp.log import Log
-from pytest_dvp.reality_gap.diagnose import diagnose
-from pytest_dvp.reality_gap.diagnosis import Diagnosis
+from pytest_dvp.gap.diagnose.diagnose import diagnose
+from pytest_dvp.gap.diagnose.diagnosis import Diagnosis
+from pytest_dvp.logs.log import Log
 from tests.truth.effects import Effects, TruthCar, typical
 from tests.truth.generate import make_log
 from vehicle.model.model_file import parse_model

@@ -16,9 +16,9 @@ import pytest
 from tests.truth.car import SUBSTEPS
 from tests.truth.effects import CATALOGUE, Effects, TruthCar, typical
 from tests.truth.generate import FACTOR, SIGMA, fine_truth, make_log
-from vehicle.model.model import VehicleModel
 from vehicle.model.model_file import read_model
-from vehicle.model.replay import MEASURED_COLUMNS, Replay
+from vehicle.model.open_loop import MEASURED_COLUMNS, Replay
+from vehicle.model.vehicle_model import VehicleModel
 from vehicle.surrogate.driver import Drive
 
 CAR = TruthCar()

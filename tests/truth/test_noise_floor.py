@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pytest_dvp.log import FloatArray
-from pytest_dvp.reality_gap.compare import FINEST, noise_floor
-from pytest_dvp.reality_gap.noise import sigma
-from pytest_dvp.reality_gap.segments import CHANNELS
+from pytest_dvp.gap.compare.compare import FINEST, noise_floor
+from pytest_dvp.gap.compare.noise_floor import sigma
+from pytest_dvp.gap.compare.segments import CHANNELS
+from pytest_dvp.logs.log import FloatArray
 
 STEP = 0.02  # s
 AMPLITUDE, OMEGA = 3.0, 0.7  # of a slow motion, in rad/s

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pytest_dvp.log import Log
-from pytest_dvp.reality_gap.candidates import candidates
-from pytest_dvp.reality_gap.experiment import Campaign, campaign
-from pytest_dvp.reality_gap.fit import Coordinate, intervals
-from pytest_dvp.reality_gap.search import Search, Trial, _certain
+from pytest_dvp.gap.diagnose.candidates import candidates
+from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, intervals
+from pytest_dvp.gap.diagnose.search import Search, Trial, _certain
+from pytest_dvp.logs.log import Log
 from tests.truth.effects import TruthCar
 from tests.truth.generate import make_log
-from vehicle.model.catalogue import find_effect
+from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.model_file import parse_model
 
 CAR = TruthCar()

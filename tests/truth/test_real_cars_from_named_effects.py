@@ -12,13 +12,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from pytest_dvp.reality_gap.segments import cut, measured_array, residuals
+from pytest_dvp.gap.compare.segments import cut, measured_array, residuals
 from tests.truth.effects import Effects, FloatArray
 from tests.truth.generate import FACTOR, SIGMA, Noise
 from tests.truth.multibody import CARS, make_multibody_log
 from vehicle.model.car import make_car
-from vehicle.model.model import Inputs, VehicleModel
-from vehicle.model.replay import Replay
+from vehicle.model.open_loop import Replay
+from vehicle.model.vehicle_model import Inputs, VehicleModel
 from vehicle.surrogate.car import Car
 from vehicle.surrogate.driver import Drive
 from vehicle.surrogate.hidden import Hidden

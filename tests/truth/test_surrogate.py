@@ -308,7 +308,7 @@ def test_it_shares_nothing_with_the_kernel() -> None:
     """
     folder = Path(DoubleTrack.__module__.replace(".", "/")).parent
     root = Path(__file__).resolve().parents[2]
-    shared = ("vehicle.messages", "vehicle.bridge", "vehicle.child", "vehicle.toml_file")
+    shared = ("vehicle.messages", "vehicle.interpreter_bridge", "vehicle.child_process", "vehicle.toml_file")
     ours = [*(root / folder).glob("*.py"), *(root / "vehicle" / "wire").glob("*.py")]
     ours += [root / f"{module.replace('.', '/')}.py" for module in shared]
     for path in sorted(ours) + sorted((root / "tests" / "truth").glob("[!t]*.py")):

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 import scenarios
-from pytest_dvp.log import Log
-from pytest_dvp.reality_gap.diagnose import diagnose
-from pytest_dvp.reality_gap.experiment import campaign
-from vehicle.model.model import VehicleModel
+from pytest_dvp.gap.diagnose.diagnose import diagnose
+from pytest_dvp.gap.diagnose.experiment import campaign
+from pytest_dvp.logs.log import Log
 from vehicle.model.model_file import read_model
+from vehicle.model.vehicle_model import VehicleModel
 from vehicle.surrogate.hidden import Hidden
 from vehicle.surrogate.recorder import record
 

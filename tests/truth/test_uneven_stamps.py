@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pytest_dvp.log import FloatArray, Log
+from pytest_dvp.logs.log import FloatArray, Log
 from pytest_dvp.metrics import compute
 from pytest_dvp.metrics.comfort import uniform
 

@@ -193,7 +193,7 @@ def _module(python: str, path: list[str]) -> tuple[Any, Callable[[], None]]:
                 'or python = "..." in its file'
             ) from None
         return carla, lambda: None
-    from vehicle.bridge import Bridge
+    from vehicle.interpreter_bridge import Bridge
 
     bridge = Bridge(python or sys.executable, path, who="the bridge to CARLA", error=VehicleLost, silent=BUSY)
     try:

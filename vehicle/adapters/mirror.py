@@ -185,7 +185,7 @@ class SupervisedParallel(Parallel):
 
     @property
     def hands(self) -> Any:
-        """The driver's, as the car measures them (vehicle.gated.Hands)."""
+        """The driver's, as the car measures them (vehicle.guard.guarded_vehicle.Hands)."""
         return self._vehicle.hands  # type: ignore[attr-defined]
 
 

@@ -12,9 +12,9 @@ from typing import Any
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.can_bus import CanActuators
 from vehicle.adapters.ros2 import STEP_TIMEOUT, Ros2Vehicle
-from vehicle.child import Child, own_module, own_path
-from vehicle.gated import Hands
-from vehicle.pulse import Pulse
+from vehicle.child_process import Child, own_module, own_path
+from vehicle.guard.guarded_vehicle import Hands
+from vehicle.liveness import Pulse
 from vehicle.wire.can_map import SignalMap
 from vehicle.wire.dds import on_domain
 from vehicle.wire.end import End, Opener
@@ -65,7 +65,8 @@ class CarProcess(Ros2Vehicle):
     farewell  [s] that its process has to leave the wire before it is killed
 
     It leads a process group of its own, is killed with it, and ends by itself when this process does: its standard
-    input is a pipe from here. One that hangs is lost as soon as `vehicle.pulse` tells, at the latest after `timeout`.
+    input is a pipe from here. One that hangs is lost as soon as `vehicle.liveness` tells, at the latest after
+    `timeout`.
     Raises VehicleLost if it does not come.
     """
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.live import LiveCar, Punctuality
-from vehicle.gated import Hands
+from vehicle.guard.guarded_vehicle import Hands
 from vehicle.messages import VehicleDescription, VehicleState
 from vehicle.wire import topics
 from vehicle.wire.end import Opener

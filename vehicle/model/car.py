@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from vehicle.model.bus import GRAVITY
-from vehicle.model.declaration import Declaration
+from vehicle.model.declared_parameter import Declaration
 from vehicle.model.errors import ModelError, nearest_name
 
 STIFFNESS_PER_LOAD = 12.0  # 1/rad, cornering stiffness over axle load of a road tyre; Pacejka, 3rd ed., sec. 1.2: 5..25

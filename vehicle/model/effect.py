@@ -11,7 +11,7 @@
         x.drag -= p.c * x.mass_ref * x.vx
 
 `x` is the bus, `p` holds the effect's parameters by key, `m` its own memory (doubles, kept from step to step).
-The function is compiled on first use; it may call the helpers of `vehicle.model.maths` and `math`.
+The function is compiled on first use; it may call the helpers of `vehicle.model.step_maths` and `math`.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from typing import Any, Literal, TypeAlias
 
 from vehicle.model.bus import BUS_FIELDS
 from vehicle.model.errors import ModelError, nearest_name
-from vehicle.model.maths import DELAY_LINE
+from vehicle.model.step_maths import DELAY_LINE
 
 Slot: TypeAlias = Literal["command", "actuator", "force", "body", "road", "sensor", "perception"]
 SLOTS: tuple[Slot, ...] = ("command", "actuator", "force", "body", "road", "sensor", "perception")

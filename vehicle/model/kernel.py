@@ -3,7 +3,7 @@
 `run` is for the twin: many small steps, sensors after each. `replay` drives a log: steps as long as its samples; a row
 shows the motion at its stamp under the command that begins there.
 
-Effects are called by address in their slots (see `vehicle.model.compiled`).
+Effects are called by address in their slots (see `vehicle.model.effect_compiler`).
 
 Motion is a single-track model at the rear axle. Longitudinal: m v' = traction + drag + gravity -+ (brake + resistance),
 where brake and resistance are dry friction: they never push the car backward, and hold it at standstill. Lateral,

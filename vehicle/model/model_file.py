@@ -9,10 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vehicle.model.car import CAR_DECLARATIONS, make_car
-from vehicle.model.catalogue import find_effect
-from vehicle.model.effect import Effect
-from vehicle.model.errors import ModelError, nearest_name
-from vehicle.model.inputs import (
+from vehicle.model.command_inputs import (
     FULL_CURRENT,
     FULL_PRESSURE,
     LONGITUDINAL,
@@ -21,7 +18,10 @@ from vehicle.model.inputs import (
     Inputs,
     default_steer_scale,
 )
-from vehicle.model.model import BASES, AppliedEffect, Interval, VehicleModel, check_base
+from vehicle.model.effect import Effect
+from vehicle.model.effect_catalogue import find_effect
+from vehicle.model.errors import ModelError, nearest_name
+from vehicle.model.vehicle_model import BASES, AppliedEffect, Interval, VehicleModel, check_base
 from vehicle.toml_file import TomlError, parse_toml, read_toml
 
 __all__ = ["ModelError", "effect_text", "model_text", "parse_model", "read_model", "write_model"]

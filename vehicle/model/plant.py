@@ -8,8 +8,8 @@ import numpy as np
 
 from vehicle.messages import TRACE_COLUMNS, FloatArray, VehicleState
 from vehicle.model.kernel import COMMAND_COLUMNS, run
-from vehicle.model.layout import Layout, body_kind, bus_of, check_delay, input_mode
-from vehicle.model.model import VehicleModel
+from vehicle.model.kernel_layout import Layout, body_kind, bus_of, check_delay, input_mode
+from vehicle.model.vehicle_model import VehicleModel
 
 __all__ = ["STEP", "Plant", "input_mode"]
 

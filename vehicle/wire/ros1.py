@@ -21,7 +21,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from vehicle.bridge import Bridge
+from vehicle.interpreter_bridge import Bridge
 from vehicle.toml_file import TomlError, read_toml
 from vehicle.wire import topics
 from vehicle.wire.can_map import near

@@ -15,7 +15,7 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
-from vehicle import child
+from vehicle import child_process
 from vehicle.adapter import Vehicle, VehicleLost
 from vehicle.adapters.process import CarProcess, Lease, surrogate
 from vehicle.messages import Command, Surroundings, VehicleState
@@ -132,7 +132,7 @@ def test_a_stopped_car_is_found_out_at_once() -> None:
 
 
 def test_a_car_that_hangs_is_given_up_after_the_declared_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(child, "is_stopped", lambda pid: False)  # to the harness it only says nothing
+    monkeypatch.setattr(child_process, "is_stopped", lambda pid: False)  # to the harness it only says nothing
     car = surrogate(timeout=0.3)
     car.reset(START)
     os.kill(car.process.pid, signal.SIGSTOP)

@@ -15,8 +15,8 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
-from pytest_dvp.run import RunResult, run
-from pytest_dvp.stages import StageError
+from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.stages import StageError
 from tests.unit.harness.conftest import OneTrick, coast
 from tests.unit.harness.conftest import scenario as scenario
 from tests.unit.harness.test_loop import WITH_TARGET

@@ -20,8 +20,8 @@ pytest.importorskip("cyclonedds")
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.process import Lease
 from vehicle.adapters.topic_car import Ros1Car, Ros2Car
-from vehicle.gate_messages import Decision, State
-from vehicle.gated import Gated, Hands, limits_of
+from vehicle.guard.guarded_vehicle import Gated, Hands, limits_of
+from vehicle.guard.messages import Decision, State
 from vehicle.messages import Command, VehicleState, no_surroundings
 from vehicle.wire.dds import LOOPBACK
 

@@ -9,7 +9,7 @@ import pytest
 from ads_loop import TABBY
 
 from ads.planning.following import find_lead
-from pytest_dvp.run import run
+from pytest_dvp.drive.run import run
 from vehicle.messages import Detection
 
 

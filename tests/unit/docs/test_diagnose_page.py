@@ -10,9 +10,9 @@ from typing import get_args
 import pytest
 
 from pytest_dvp.cli.dispatch import build_parser
-from pytest_dvp.reality_gap.diagnosis import Verdict
-from pytest_dvp.settings import PLUGIN_SETTINGS
-from vehicle.model.catalogue import catalogue
+from pytest_dvp.drive.run_spec import PLUGIN_SETTINGS
+from pytest_dvp.gap.diagnose.diagnosis import Verdict
+from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.model_file import parse_model
 
 PAGE = (Path(__file__).parents[3] / "docs" / "diagnose.md").read_text(encoding="utf-8")

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.gates import read_gates
-from pytest_dvp.log import Log
+from pytest_dvp.logs.log import Log
 from pytest_dvp.metrics import Metric, known_metrics
-from pytest_dvp.metrics.base import REQUIRED
+from pytest_dvp.metrics.metric import REQUIRED
+from pytest_dvp.verdicts.judging import read_gates
 from scenarios import __file__ as scenarios_file
 
 DOCS = Path(__file__).parents[3] / "docs"

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.log import Log
-from pytest_dvp.logs.cut import cut_log
-from pytest_dvp.reality_gap.diagnosis import SETUP
-from pytest_dvp.reality_gap.experiment import campaign
-from pytest_dvp.reality_gap.run_setup import end_of_beginning
+from pytest_dvp.gap.diagnose.diagnosis import SETUP
+from pytest_dvp.gap.diagnose.experiment import campaign
+from pytest_dvp.gap.diagnose.run_setup import end_of_beginning
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_part import cut_log
 from vehicle.model.model_file import read_model
 
 real_cars = pytest.importorskip("scripts.real_cars", reason="scripts/ is not on the path")

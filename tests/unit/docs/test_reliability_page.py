@@ -28,8 +28,8 @@ def test_a_part_without_a_place_is_an_error() -> None:
 
 
 def test_the_page_names_the_file_of_the_gate() -> None:
-    assert (Path(__file__).parents[3] / "vehicle" / "command_gate.py").exists()
-    assert "`vehicle/command_gate.py`" in PAGE.read_text(encoding="utf-8")
+    assert (Path(__file__).parents[3] / "vehicle" / "guard" / "guard.py").exists()
+    assert "`vehicle/guard/guard.py`" in PAGE.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

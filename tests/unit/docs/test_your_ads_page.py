@@ -14,7 +14,7 @@ from openscenario.road.crosswalks import Crosswalk
 from openscenario.road.network import RoadNetwork, load_network
 from openscenario.road.positions import Pose, RoadPosition
 from openscenario.road.route import RouteLane
-from pytest_dvp.run import RunResult, run
+from pytest_dvp.drive.run import RunResult, run
 from vehicle import messages
 from vehicle.messages import Command, Observation, VehicleDescription
 

@@ -10,16 +10,16 @@ from pathlib import Path
 import pytest
 
 import scenarios
-from pytest_dvp.across import Driven, gates_between, hold, pair_name, pairs_driven, replay
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 from pytest_dvp.cli.run import across_text
-from pytest_dvp.gap_command import gap_command
-from pytest_dvp.gates import Gate, GateError, Stage
-from pytest_dvp.log import Log, LogError, LogEvent
-from pytest_dvp.run import RunResult, run
-from pytest_dvp.settings import Settings
-from pytest_dvp.shared_runs import SharedRuns, key_of
-from pytest_dvp.summary import failure
+from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.drive.stage_comparison import Driven, gates_between, hold, pair_name, pairs_driven, replay
+from pytest_dvp.logs.log import Log, LogError, LogEvent
+from pytest_dvp.plugin.session_summary import failure
+from pytest_dvp.plugin.shared_runs import SharedRuns, key_of
+from pytest_dvp.verdicts.diagnose_command import gap_command
+from pytest_dvp.verdicts.judging import Gate, GateError, Stage
 from tests.plugin.conftest import write_scenario
 from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.adapter import VehicleLost
@@ -229,7 +229,7 @@ def parked(monkeypatch: pytest.MonkeyPatch) -> None:
     def drives(*_: object, **__: object) -> None:
         raise AssertionError("it drove")
 
-    monkeypatch.setattr("pytest_dvp.run.run", drives)
+    monkeypatch.setattr("pytest_dvp.drive.run.run", drives)
 
 
 @pytest.mark.usefixtures("parked")
@@ -261,7 +261,7 @@ def test_a_stage_that_did_not_begin_is_missing_for_its_own_reason(
     def no_car(*_: object, **__: object) -> None:
         raise VehicleLost("the car is gone")
 
-    monkeypatch.setattr("pytest_dvp.prepare._car", no_car)
+    monkeypatch.setattr("pytest_dvp.drive.preparation._car", no_car)
     path = scenario()
     gates = path.with_name(f"{path.stem}.gates.toml")
     gates.write_text('[[gate]]\nmetric = "tet"\nbetween = ["dt", "rw"]\nmax_difference = 1\n')

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cases import choose
-from pytest_dvp.cli import main
-from pytest_dvp.settings import Settings
+from pytest_dvp.campaigns.cases import choose
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.run_spec import Settings
 
 Write = Callable[..., Path]
 

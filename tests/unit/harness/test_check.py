@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 
-from pytest_dvp.cli import main, runnable
-from pytest_dvp.settings import Settings
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.cli.shared import runnable_scenarios
+from pytest_dvp.drive.run_spec import Settings
 from scenarios import path as shipped
 from tests.unit.harness.test_event_names import at, group
 
@@ -31,9 +32,9 @@ def asked_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """What runs is asked in this process; test_check_runnable.py asks the process that a check starts for it."""
 
     def ask(files: Sequence[str], settings: Settings) -> dict[str, tuple[str, int | None]]:
-        return {file: runnable._refusal(Path(file), settings) for file in files}
+        return {file: runnable_scenarios._refusal(Path(file), settings) for file in files}
 
-    monkeypatch.setattr(runnable, "_ask", ask)
+    monkeypatch.setattr(runnable_scenarios, "_ask", ask)
 
 
 @pytest.fixture

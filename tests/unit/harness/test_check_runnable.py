@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 
 Write = Callable[..., Path]
 ROAD = '<RoadNetwork><LogicFile filepath="straight.xodr"/></RoadNetwork>'

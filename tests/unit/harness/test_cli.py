@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 
 Write = Callable[..., Path]
 UNKNOWN = ('<Private entityRef="Ego">', '<Private entityRef="Egon">')
@@ -52,7 +52,7 @@ def test_check_imports_neither_numba_nor_pandas(scenario: Write) -> None:
     path = scenario()
     path.with_name("x.gates.toml").write_text('[[gate]]\nmetric = "collision"\nmax = 0\n')
     code = (
-        "import sys; from pytest_dvp.cli import main; done = main(['check', '.']);"
+        "import sys; from pytest_dvp.cli.command_line import main; done = main(['check', '.']);"
         "assert not {'numba', 'pandas'} & set(sys.modules), 'heavy'; sys.exit(done)"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=path.parent, capture_output=True, text=True, check=False)

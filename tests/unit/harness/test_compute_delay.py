@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.compute_delay import ComputeDelay, Delayed, parse_delay
-from pytest_dvp.gate_log import obeyed
-from pytest_dvp.run import run
-from pytest_dvp.settings import SettingError
-from pytest_dvp.stages import StageError
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.compute_delay import ComputeDelay, Delayed, parse_delay
+from pytest_dvp.drive.guard_log import obeyed
+from pytest_dvp.drive.run import run
+from pytest_dvp.drive.run_spec import SettingError
+from pytest_dvp.drive.stages import StageError
 from tests.unit.harness.conftest import OneTrick
 from vehicle.messages import Command, FloatArray, Observation
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pytest_dvp.contact import ContactDetector
+from pytest_dvp.drive.contact import ContactDetector
 from vehicle.messages import FloatArray
 
 

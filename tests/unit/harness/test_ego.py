@@ -9,9 +9,9 @@ import pytest
 
 from openscenario.findings import ScenarioError
 from openscenario.read import read_scenario
-from pytest_dvp.body import fitted_model
-from pytest_dvp.ego import find_ego
-from pytest_dvp.run import run
+from pytest_dvp.drive.ego_model import fitted_model
+from pytest_dvp.drive.ego_task import find_ego
+from pytest_dvp.drive.run import run
 from tests.unit.harness.conftest import OneTrick, coast
 
 Write = Callable[..., Path]

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from openscenario.read import read_scenario
-from pytest_dvp.cli import main
-from pytest_dvp.event_names import EventNames
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.event_names import EventNames
 
 Write = Callable[..., Path]
 

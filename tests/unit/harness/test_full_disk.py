@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.log import Log, first_difference
-from pytest_dvp.run import RunResult, run
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.logs.log import Log, first_difference
 from tests.unit.harness.conftest import OneTrick, coast
 
 Write = Callable[..., Path]

@@ -12,7 +12,7 @@ from hypothesis.errors import NoSuchExample
 
 from openscenario.read import read_declarations, read_scenario
 from pytest_dvp import Variant, scenario_variants
-from pytest_dvp.fuzz import FuzzError, keep
+from pytest_dvp.plugin.scenario_strategy import FuzzError, keep
 
 Write = Callable[..., Path]
 QUIET = settings(database=None, derandomize=True, deadline=None, phases=[Phase.generate, Phase.shrink])

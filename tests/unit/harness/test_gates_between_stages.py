@@ -14,10 +14,10 @@ import pytest
 pytest.importorskip("cyclonedds")
 
 import scenarios
-from pytest_dvp.across import gates_between
-from pytest_dvp.gates import Verdict, judge_between
-from pytest_dvp.log import Log
-from pytest_dvp.run import run
+from pytest_dvp.drive.run import run
+from pytest_dvp.drive.stage_comparison import gates_between
+from pytest_dvp.logs.log import Log
+from pytest_dvp.verdicts.judging import Verdict, judge_between
 from scripts.stage_twins import HIDDEN, WIRES, twin_of
 from vehicle.model.model_file import write_model
 

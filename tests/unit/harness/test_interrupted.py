@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.log import Log
-from pytest_dvp.run import Interrupted, run
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.run import Interrupted, run
+from pytest_dvp.logs.log import Log
 from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.messages import Command, Observation
 from vehicle.twin import Twin
@@ -71,7 +71,7 @@ def test_an_interruption_in_the_middle_of_a_record_leaves_a_whole_log(
         original(recorder, *rest, **more)  # type: ignore[arg-type]
         recorder._boxes = Breaking()  # type: ignore[attr-defined]
 
-    from pytest_dvp.recorder import LogRecorder
+    from pytest_dvp.logs.recorder import LogRecorder
 
     original = LogRecorder.__init__
     monkeypatch.setattr(LogRecorder, "__init__", begun)
@@ -102,7 +102,7 @@ def test_a_second_interruption_leaves_the_part(
     def again(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pytest_dvp.results.write_run", again)
+    monkeypatch.setattr("pytest_dvp.drive.run_folder.write_run", again)
     with pytest.raises(KeyboardInterrupt):
         run(scenario(), ads=OneTrick(interrupted_at(2.0)), log_dir=tmp_path)
     assert main(["recover", str(tmp_path / "0001-x-dt"), "--out", str(tmp_path / "out.mcap")]) == 0

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.run import run
+from pytest_dvp.drive.run import run
 from scenarios import path
 from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.messages import Command, Observation, Task

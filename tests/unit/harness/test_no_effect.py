@@ -11,7 +11,7 @@ import pytest
 from openscenario.no_effect import NO_EFFECT, SENSORS, without_effect
 from openscenario.read import read_scenario
 from openscenario.storyboard.registry import action_factories
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 from vehicle.messages import SEEING
 
 Write = Callable[..., Path]

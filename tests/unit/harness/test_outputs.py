@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 
 CSV = "t [s],accel_cmd [m/s^2],steer_cmd [rad],x [m],y [m],yaw [rad],v [m/s]\n"
 LOG = CSV + "".join(f"{k / 50},0,0,{k / 10},0,0,5\n" for k in range(200))

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.driving_stack import AdsError, find_ads, make_driver
-from pytest_dvp.run import run
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.run import run
+from pytest_dvp.drive.stack_host import AdsError, find_ads, make_driver
 from vehicle.messages import Command, Observation
 
 Write = Callable[..., Path]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 from scenarios import path as shipped
 
 Write = Callable[..., Path]
@@ -43,7 +43,7 @@ def test_run_drives_a_model_with_an_effect_of_the_users_own(
     main(words)
     result = json.loads(capsys.readouterr().out)
     assert shlex.split(result["replay"])[-4:] == ["--effects", "mine.py", "--duration", "3"]
-    from pytest_dvp.log import Log
+    from pytest_dvp.logs.log import Log
 
     log = Log.load(Path(result["folder"]) / "log.mcap")
     assert log["v"][0] == pytest.approx(5.0, abs=0.1)

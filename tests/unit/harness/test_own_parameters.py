@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from ads.parameters import ParameterError, Parameters, preset
-from pytest_dvp.ads_node import received
-from pytest_dvp.cli import main
-from pytest_dvp.driving_stack import AdsError, find_ads, make_driver
-from pytest_dvp.remote_stack import RemoteStack
-from pytest_dvp.run import run
-from pytest_dvp.settings import SettingError
-from pytest_dvp.stack_parameters import check_parameters, in_force, known_of
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.remote_stack import RemoteStack
+from pytest_dvp.drive.run import run
+from pytest_dvp.drive.run_spec import SettingError
+from pytest_dvp.drive.stack_host import AdsError, find_ads, make_driver
+from pytest_dvp.drive.stack_parameters import check_parameters, in_force, known_of
+from pytest_dvp.drive.stack_server import received
 from vehicle.messages import Command, Observation
 
 Write = Callable[..., Path]

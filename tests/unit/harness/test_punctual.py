@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from pytest_dvp.punctual import punctual
+from pytest_dvp.drive.real_time_priority import punctual
 
 
 @pytest.fixture

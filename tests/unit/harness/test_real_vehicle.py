@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.run import run
-from pytest_dvp.stages import StageError, is_real, label, may_repeat, refuse_repetition
-from vehicle.command_gate import ArmingRefused
-from vehicle.envelope import EnvelopeError
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.run import run
+from pytest_dvp.drive.stages import StageError, is_real, label, may_repeat, refuse_repetition
+from vehicle.guard.envelope import EnvelopeError
+from vehicle.guard.guard import ArmingRefused
 from vehicle.messages import Command, Observation
 
 Write = Callable[..., Path]
@@ -21,7 +21,7 @@ Write = Callable[..., Path]
 CAR = """
 from msgspec import structs
 from scenarios import path
-from vehicle.gated import Hands
+from vehicle.guard.guarded_vehicle import Hands
 from vehicle.model.model_file import read_model
 from vehicle.sensors import default_sensors
 from vehicle.twin import Twin
@@ -323,7 +323,7 @@ def test_tuning_is_refused(told: list[Command], keys: dict[str, Path], capsys: p
 def test_a_wrong_envelope_is_told_before_anything_drives(
     told: list[Command], keys: dict[str, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sys.modules["pytest_dvp.run"], "_rehearse", lambda *_: pytest.fail("it drove"))
+    monkeypatch.setattr(sys.modules["pytest_dvp.drive.run"], "_rehearse", lambda *_: pytest.fail("it drove"))
     keys["envelope"].write_text("area = 1\n")
     for with_keys in (True, False):  # armed, and dry
         more = {} if with_keys else {"envelope": keys["envelope"]}

@@ -13,10 +13,10 @@ pytest.importorskip("cyclonedds")
 
 from ads.parameters import preset
 from openscenario.road.network import load_network
-from pytest_dvp.driving_stack import AdsError
-from pytest_dvp.remote_stack import RemoteStack
-from pytest_dvp.run import run
-from pytest_dvp.settings import SettingError
+from pytest_dvp.drive.remote_stack import RemoteStack
+from pytest_dvp.drive.run import run
+from pytest_dvp.drive.run_spec import SettingError
+from pytest_dvp.drive.stack_host import AdsError
 from tests.unit.adapters.test_recorded_vehicle import CAR
 from vehicle.messages import GnssFix, Observation, Odometry, Task
 
@@ -78,7 +78,9 @@ def test_a_stack_named_on_the_command_line_ends_with_its_run(scenario: Write) ->
     assert result.error is None
     assert result.ads == "ros2:reference.toml"
     assert f"--ads ros2:{REFERENCE}" in result.replay or "--ads ros2:tests/data/stacks/reference.toml" in result.replay
-    children = [path for path in Path("/proc").glob("[0-9]*/cmdline") if b"pytest_dvp.ads_node" in _read(path)]
+    children = [
+        path for path in Path("/proc").glob("[0-9]*/cmdline") if b"pytest_dvp.drive.stack_server" in _read(path)
+    ]
     ours = [path for path in children if f"\nPPid:\t{os.getpid()}\n".encode() in _read(path.with_name("status"))]
     assert len(ours) <= 1  # the one that other tests here keep
 

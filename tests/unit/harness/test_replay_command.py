@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.log import LogEvent
-from pytest_dvp.log_difference import first_difference
-from pytest_dvp.run import run
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.run import run
+from pytest_dvp.logs.difference import first_difference
+from pytest_dvp.logs.log import LogEvent
 from tests.unit.harness.conftest import OneTrick, coast
 
 Write = Callable[..., Path]

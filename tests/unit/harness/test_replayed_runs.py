@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.logs.read import read_log
-from pytest_dvp.results import measure
-from pytest_dvp.run import RunResult, run
-from pytest_dvp.stages import StageError
+from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.run_folder import measure
+from pytest_dvp.drive.stages import StageError
+from pytest_dvp.logs.read_log import read_log
 from tests.unit.harness.conftest import OneTrick, coast
 from tests.unit.harness.test_loop import WITH_TARGET
 from vehicle.adapter import VehicleLost

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 
 Write = Callable[..., Path]
 INI = {

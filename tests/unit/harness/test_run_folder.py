@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.ini_file import find_ini
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.ini_file import find_ini
 from tests.plugin.conftest import CATALOG
 
 Write = Callable[..., Path]

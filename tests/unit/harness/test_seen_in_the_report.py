@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from ads.planning.nets import NETS
-from pytest_dvp.log import Log
-from pytest_dvp.run import RunResult, run
+from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.logs.log import Log
 from scenarios import path
 from vehicle.messages import Command, Observation
 

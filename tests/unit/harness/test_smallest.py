@@ -10,7 +10,7 @@ import pytest
 from hypothesis import Phase, find, settings
 
 from pytest_dvp import Variant, scenario_variants
-from pytest_dvp.smallest import FURTHER, smallest
+from pytest_dvp.plugin.smallest_failure import FURTHER, smallest
 
 Write = Callable[..., Path]
 Values = Mapping[str, float]

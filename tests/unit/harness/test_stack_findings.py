@@ -10,11 +10,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.log import Log
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.run import run
+from pytest_dvp.drive.tick_time import tick_time
+from pytest_dvp.logs.log import Log
 from pytest_dvp.metrics import compute
-from pytest_dvp.run import run
-from pytest_dvp.tick_time import tick_time
 from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.messages import Command, Observation
 

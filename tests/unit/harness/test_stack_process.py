@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp import stack_process
-from pytest_dvp.cli import main
-from pytest_dvp.driving_stack import AdsError
-from pytest_dvp.run import RunResult, run
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive import stack_process
+from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.stack_host import AdsError
 from tests.unit.harness.test_loop import WITH_TARGET
 
 Write = Callable[..., Path]

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from pytest_dvp import summary
-from pytest_dvp.noted import Noted
+from pytest_dvp.plugin import session_summary
+from pytest_dvp.plugin.run_summary import Noted
 from reports.verdicts import SEVERITY, headline, rows
 
 
@@ -37,18 +37,18 @@ CRASH = result(
 
 def test_a_crash_is_the_headline_everywhere() -> None:
     harm_first = ["collision", "road_departure", "max_ttc_inverse", "jerk", "rmse"]
-    assert [each["metric"] for each in summary.worst_first(CRASH["verdicts"])] == harm_first
+    assert [each["metric"] for each in session_summary.worst_first(CRASH["verdicts"])] == harm_first
     table = rows(CRASH["verdicts"])
     assert [row.metric for row in table] == harm_first
     assert "Worst: collision 1" in headline("FAIL", table)
-    assert (summary.failure(CRASH) or "").startswith("collision 1 against 0")
-    assert "collision" in summary.lines([CRASH])[1]
-    assert "::collision 1 against 0" in summary.github_annotations([CRASH])[0]
+    assert (session_summary.failure(CRASH) or "").startswith("collision 1 against 0")
+    assert "collision" in session_summary.lines([CRASH])[1]
+    assert "::collision 1 against 0" in session_summary.github_annotations([CRASH])[0]
 
 
 def test_what_broke_the_run_itself_stands_before_a_crash() -> None:
     broken = verdict("", 0.0, 0.0, "FAIL", short="the car is lost")
-    assert (summary.failure(result(*CRASH["verdicts"], broken)) or "").startswith("the car is lost")
+    assert (session_summary.failure(result(*CRASH["verdicts"], broken)) or "").startswith("the car is lost")
 
 
 LEFT_OUT = result(
@@ -59,29 +59,29 @@ LEFT_OUT = result(
 def test_a_gate_that_a_passed_test_left_out_is_no_failure_and_the_replay_says_which_was_meant() -> None:
     noted = Noted(LEFT_OUT)
     noted.ask(["max_ttc_inverse"], passed=True)
-    lines = summary.lines([noted.told(failed=False)])
+    lines = session_summary.lines([noted.told(failed=False)])
     assert lines[0] == "1 run, 3 gates: 2 PASS, 1 NOT ASKED"
     assert lines[-2].startswith("NOT ASKED    x.xosc::dt collision 1 against 0")
     assert lines[-1] == "see it again: dvp run x.xosc --seed 7 --gate max_ttc_inverse"
-    assert summary.github_annotations([noted.told(failed=False)]) == []
+    assert session_summary.github_annotations([noted.told(failed=False)]) == []
 
 
 def test_a_passed_test_that_asks_for_no_gate_has_no_failures() -> None:
     told = Noted(LEFT_OUT).told(failed=False)
     assert told["status"] == "PASS"
-    assert summary.lines([told])[-1] == "see it again: dvp run x.xosc --seed 7"
+    assert session_summary.lines([told])[-1] == "see it again: dvp run x.xosc --seed 7"
 
 
 def test_a_failed_test_that_asks_for_no_gate_shows_what_its_gates_say() -> None:
     told = Noted(LEFT_OUT).told(failed=True)
-    assert summary.lines([told])[-1] == "replay the worst: dvp run x.xosc --seed 7"
+    assert session_summary.lines([told])[-1] == "replay the worst: dvp run x.xosc --seed 7"
 
 
 @pytest.mark.parametrize(("gate", "status"), [("run", "ERROR"), ("wire", "INCONCLUSIVE"), ("dry run", "INCONCLUSIVE")])
 def test_no_choice_of_gates_leaves_out_what_breaks_the_run_itself(gate: str, status: str) -> None:
     broken = verdict("", 0.0, 0.0, status, gate=gate, short=f"{gate} broke")
     run = result(broken, verdict("jerk", 1.0, 4.0, "PASS"))
-    assert (summary.failure(run, ["jerk"]) or "").startswith(f"{gate} broke")
+    assert (session_summary.failure(run, ["jerk"]) or "").startswith(f"{gate} broke")
     assert Noted(run).told(failed=False)["status"] == status
 
 
@@ -94,7 +94,7 @@ def test_the_tightest_of_a_passed_tests_runs_stands_for_all_and_the_last_of_a_fa
     noted.ask(["max_ttc_inverse"], passed=True)
     for each in (drive(0.36, 1.0, "b"), drive(0.2, 3.9, "c")):  # 90 % of what is asked for, and 97 % of what is not
         noted.drive(each)
-    lines = summary.lines([{**noted.told(failed=False), "nodeid": "test_x.py::test_fuzz"}])
+    lines = session_summary.lines([{**noted.told(failed=False), "nodeid": "test_x.py::test_fuzz"}])
     assert lines[0] == "3 runs, 2 gates: 2 PASS"
     assert lines[1].startswith("PASS         test_x.py::test_fuzz x (tightest of 3 runs) max_ttc_inverse 0.36")
     assert lines[-1] == "see it again: dvp run x.xosc --set lead=b --gate max_ttc_inverse"

@@ -9,7 +9,7 @@ from pathlib import Path
 import libsumo
 import pytest
 
-from pytest_dvp.sumo import Car, Mirrored, SumoTraffic, TrafficError
+from pytest_dvp.drive.sumo_traffic import Car, Mirrored, SumoTraffic, TrafficError
 
 Traffic = SumoTraffic
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from openscenario.road.network import RoadNetwork, load_network
-from pytest_dvp.run import run
-from pytest_dvp.terrain import Terrain
+from pytest_dvp.drive.run import run
+from pytest_dvp.drive.terrain import Terrain
 from tests.plugin.conftest import XODR, write_scenario
 from tests.unit.harness.conftest import OneTrick, coast
 

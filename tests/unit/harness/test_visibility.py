@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from pytest_dvp.run import run
+from pytest_dvp.drive.run import run
 from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.adapters.mirror import Parallel
 from vehicle.messages import Observation, Surroundings, VehicleState

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from drives import drive, write_csv
 
-from pytest_dvp.log import LogError
-from pytest_dvp.logs.names import parse_header
-from pytest_dvp.logs.read import read_log
+from pytest_dvp.logs.column_names import parse_header
+from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.read_log import read_log
 
 
 def csv(folder: Path, text: str) -> Path:
@@ -172,7 +172,7 @@ def test_reading_csv_imports_neither_pandas_nor_numba(tmp_path: Path) -> None:
 
     path = write_csv(tmp_path / "a.csv", drive(10.0))
     code = (
-        "import sys; from pytest_dvp.cli import main; main(['check', sys.argv[1]]); "
+        "import sys; from pytest_dvp.cli.command_line import main; main(['check', sys.argv[1]]); "
         "print([m for m in ('pandas', 'numba', 'scipy', 'asammdf', 'rosbags') if m in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)

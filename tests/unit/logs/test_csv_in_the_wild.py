@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pytest_dvp.doctor import examine
-from pytest_dvp.log import Log, LogError
-from pytest_dvp.logs.read import read_log
+from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.read_log import read_log
 
 ROWS = 50
 

@@ -9,7 +9,7 @@ import pytest
 from drives import Columns, drive, jittered, later, rows, scaled, swapped, two_runs, without
 
 from pytest_dvp.doctor import examine, excitation
-from pytest_dvp.log import Log
+from pytest_dvp.logs.log import Log
 
 DEGREES = 180.0 / np.pi
 
@@ -350,7 +350,7 @@ def test_without_a_command_nothing_between_command_and_wheel_can_show(sound: Col
 
 
 def test_every_effect_of_the_catalogue_is_judged(sound: Columns) -> None:
-    from vehicle.model.catalogue import catalogue
+    from vehicle.model.effect_catalogue import catalogue
 
     shown = excitation(log_of(sound))
     assert set(catalogue()) - set(shown.within_reach) - set(shown.hardly) - set(shown.out_of_reach) == set()

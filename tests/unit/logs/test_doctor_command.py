@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from drives import UNITS, drive, scaled, without, write_csv
 
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 from pytest_dvp.doctor import read_sound
-from pytest_dvp.log import LogError
+from pytest_dvp.logs.log import LogError
 
 
 def test_a_sound_log_is_answered_with_0(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from pytest_dvp.doctor import examine
-from pytest_dvp.log import Log
+from pytest_dvp.logs.log import Log
 from tests.truth.dirty import KINDS, dirty
 from tests.truth.effects import KNOWN
 from tests.truth.generate import make_log
-from vehicle.model.catalogue import catalogue
+from vehicle.model.effect_catalogue import catalogue
 
 # A late sensor and a clock that is off are one thing to a log.
 SAME_AS_A_CLOCK = {"gnss_latency": "column x, y, yaw", "yaw_rate_latency": "column yaw_rate"}

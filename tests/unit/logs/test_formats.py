@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.log import LogError
-from pytest_dvp.logs.read import read_log
+from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.read_log import read_log
 
 T = np.arange(0.0, 10.0, 0.02)
 V = 10.0 + np.sin(T)

@@ -9,9 +9,9 @@ import pytest
 from drives import drive, write_csv
 from mcaps import states, write_json
 
-from pytest_dvp.cli import main
-from pytest_dvp.log import Log, LogError
-from pytest_dvp.logs.read import read_log
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.read_log import read_log
 
 WHEEL = '[[signal]]\nname = "steer"\nfield = "wheel"\nratio = 16.0\n'
 

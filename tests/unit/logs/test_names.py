@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.logs.names import ALIASES, canonical, parse_header, resembling
-from pytest_dvp.logs.read import read_log
-from pytest_dvp.signals import SIGNALS
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.column_names import ALIASES, canonical, parse_header, resembling
+from pytest_dvp.logs.read_log import read_log
+from pytest_dvp.logs.signals import SIGNALS
 
 DOCS = Path(__file__).parents[3] / "docs" / "logs.md"
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 from drives import drive, write_csv
 
-from pytest_dvp.cli import main
-from pytest_dvp.log import LogError
-from pytest_dvp.logs.read import read_log, read_streams
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.read_log import read_log, read_streams
 
 TABLE = "t [s],v [m/s]\n" + "".join(f"{k / 10},{k}\n" for k in range(50))
 
@@ -132,7 +132,7 @@ def test_a_column_without_a_value_is_told_without_a_word_of_numpy(tmp_path: Path
 
 
 def test_the_folder_of_a_run_needs_no_mapping(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from pytest_dvp.log import Log
+    from pytest_dvp.logs.log import Log
 
     (tmp_path / "run").mkdir()
     Log(columns=dict(drive(2.0))).save(tmp_path / "run" / "log.mcap")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from drives import drive
 
-from pytest_dvp.cli import main
-from pytest_dvp.log import LogError
-from pytest_dvp.logs.read import read_log
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.read_log import read_log
 
 DEG = 180.0 / np.pi
 COLUMNS = {

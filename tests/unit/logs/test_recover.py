@@ -13,9 +13,9 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType
 from mcaps import states, write_json
 
-from pytest_dvp.cli import main
-from pytest_dvp.log import Log
-from pytest_dvp.logs.read import read_log
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.read_log import read_log
 
 
 def recovered(path: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, object]:

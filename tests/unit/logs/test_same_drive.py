@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pytest_dvp.log import Log
-from pytest_dvp.logs.cut import cut_log
-from pytest_dvp.logs.same_drive import shared_rows
+from pytest_dvp.cli.shared.same_drive import shared_rows
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_part import cut_log
 
 
 def log(seed: int, *, noise: float = 0.01, rows: int = 200) -> Log:

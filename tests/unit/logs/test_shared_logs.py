@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from drives import later, scaled, swapped
 
-from pytest_dvp.cli import main
+from pytest_dvp.cli.command_line import main
 from pytest_dvp.doctor import examine, excitation
-from pytest_dvp.log import Log
-from pytest_dvp.logs.read import read_log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.read_log import read_log
 
 # What is truly there: stamps of reception in one Vicon recording; Genesis: ax is filtered (its README) and comes late;
 # Putnam: yaw_rate agrees with x, y, yaw, v and the steering only when moved by a third of a second, ax by 1.5 s.

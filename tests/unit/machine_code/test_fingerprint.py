@@ -15,9 +15,10 @@ from machine_code.fingerprint import fingerprint
 
 ALL = """
 import sys
-import ads.stack, openscenario.road.index, pytest_dvp.contact, pytest_dvp.metrics._boxes, vehicle.model.kernel
+import ads.stack, openscenario.road.index, pytest_dvp.drive.contact, pytest_dvp.metrics._box_collision_time
+import vehicle.model.kernel
 from machine_code.fingerprint import fingerprint
-from vehicle.model.catalogue import catalogue
+from vehicle.model.effect_catalogue import catalogue
 
 for effect in catalogue().values():
     print(effect.name, fingerprint(effect.function, {}))

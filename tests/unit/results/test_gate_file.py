@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from results_logs import relaxed
 
-from pytest_dvp.gates import GateError, check_gates, read_gates
+from pytest_dvp.verdicts.judging import GateError, check_gates, read_gates
 from vehicle.messages import RoadPoint
 
 GOOD = """\

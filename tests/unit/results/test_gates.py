@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from results_logs import drive_straight, log_of, times, track
 
-from pytest_dvp.gates import Gate, GateFile, Verdict, default_gates, judge, judge_between, overall
-from pytest_dvp.log import Log, LogEvent
+from pytest_dvp.logs.log import Log, LogEvent
 from pytest_dvp.metrics import Measured, known_metrics, metric, registry
-from pytest_dvp.metrics.base import REQUIRED
+from pytest_dvp.metrics.metric import REQUIRED
+from pytest_dvp.verdicts.judging import Gate, GateFile, Verdict, default_gates, judge, judge_between, overall
 
 CLOSING = drive_straight(5.0, objects={"target": track(times()[::5], 62.0, 0.0)})
 """Greatest inverse TTC 5.0 / 7.3 = 0.685 1/s at t = 10 s."""

@@ -20,8 +20,8 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from results_logs import content, drive_straight, log_of, relaxed, rich_log, times, track
 
-from pytest_dvp.log import Log, LogError
-from pytest_dvp.log_write import encode_log
+from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.mcap_write import encode_log
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def test_same_log_gives_the_same_bytes() -> None:
 @pytest.mark.parametrize("hash_seed", ["0", "1"])
 def test_bytes_depend_on_neither_process_nor_hash_seed(hash_seed: str) -> None:
     code = (
-        "import hashlib; from results_logs import rich_log; from pytest_dvp.log_write import encode_log;"
+        "import hashlib; from results_logs import rich_log; from pytest_dvp.logs.mcap_write import encode_log;"
         "print(hashlib.sha256(encode_log(rich_log(3))).hexdigest())"
     )
     environment = {**os.environ, "PYTHONHASHSEED": hash_seed, "PYTHONPATH": str(Path(__file__).parent)}

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.log import Log, LogError, first_difference
-from pytest_dvp.log_part import PERIOD, LogPart
-from pytest_dvp.logs.recover import recover
-from pytest_dvp.recorder import LogRecorder
-from pytest_dvp.unfinished import PART
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.log import Log, LogError, first_difference
+from pytest_dvp.logs.partial_log import PERIOD, LogPart
+from pytest_dvp.logs.recorder import LogRecorder
+from pytest_dvp.logs.recovery import recover
+from pytest_dvp.logs.unfinished_run import PART
 from vehicle.messages import TRACE_COLUMNS, Command, Detection, Surroundings
 
 TICK = 0.05  # s
@@ -108,7 +108,7 @@ def test_a_full_disk_costs_the_part_alone(tmp_path: Path, monkeypatch: pytest.Mo
 
     recorder = new_recorder()
     part = LogPart(tmp_path / PART, recorder)
-    monkeypatch.setattr("pytest_dvp.log_part.os.write", full)
+    monkeypatch.setattr("pytest_dvp.logs.partial_log.os.write", full)
     for k in range(50):
         part.reached(k * TICK)
         record(recorder, k)

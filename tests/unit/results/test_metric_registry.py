@@ -10,7 +10,7 @@ import pytest
 from results_logs import drive_straight, log_of
 
 from pytest_dvp.metrics import Measured, MetricError, compute, find_metric, known_metrics, metric, registry
-from pytest_dvp.metrics.base import Metric
+from pytest_dvp.metrics.metric import Metric
 
 PAPER = {"max_ttc_inverse", "tet", "max_jerk", "max_yaw_rate", "completion_time", "lateral_rmse", "mncc", "lag", "gain"}
 OURS = {"lateral_rmse_path", "collision", "road_departure", "events_fired", "goal_reached", "scenario_ended"}

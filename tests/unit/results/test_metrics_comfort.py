@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from results_logs import log_of, relaxed, times
 from scipy.signal import butter, sosfiltfilt
 
-from pytest_dvp.log import Log
+from pytest_dvp.logs.log import Log
 from pytest_dvp.metrics import compute
-from pytest_dvp.metrics._filter import PAD, low_pass
+from pytest_dvp.metrics._low_pass import PAD, low_pass
 
 
 @relaxed

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from results_logs import drive_straight, log_of, times
 
-from pytest_dvp.log import DetectionTable, FloatArray, Log, LogEvent
+from pytest_dvp.logs.detected_tracks import matched, seen_tracks
+from pytest_dvp.logs.log import DetectionTable, FloatArray, Log, LogEvent
 from pytest_dvp.metrics import compute
-from pytest_dvp.seen_tracks import matched, seen_tracks
 
 WHEELBASE, SPEED, ANGLE = 2.5, 5.0, 0.1
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from results_logs import log_of, times
 
-from pytest_dvp.log import Log
+from pytest_dvp.logs.log import Log
 from pytest_dvp.metrics import compute
 
 T = times(40.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pytest_dvp.recorder import LogRecorder
+from pytest_dvp.logs.recorder import LogRecorder
 from vehicle.messages import TRACE_COLUMNS, Command, Detection, Surroundings
 
 

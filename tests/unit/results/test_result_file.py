@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pytest_dvp.result_file import ResultFileError, read_result
+from pytest_dvp.drive.result_file import ResultFileError, read_result
 
 VERDICT = {"gate": "collision <= 0", "metric": "collision", "status": "PASS", "message": "m", "short": "s"}
 RUN: dict[str, Any] = {"scenario": "x.xosc", "status": "PASS", "verdicts": [VERDICT], "more": [1]}

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from results_logs import content, drive_straight, log_of, times, track
 
-from pytest_dvp.gates import Gate, judge
-from pytest_dvp.log import Log, LogError
-from pytest_dvp.results import ResultError, write_run
+from pytest_dvp.drive.run_folder import ResultError, write_run
+from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.verdicts.judging import Gate, judge
 
 LOG = drive_straight(
     5.0, objects={"target": track(times()[::5], 62.0, 0.0)}, meta={"scenario": "overtaking.xosc", "seed": 7}
@@ -69,7 +69,7 @@ def test_run_that_fails_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_report_that_breaks_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pytest_dvp.results.write_report", _broken)
+    monkeypatch.setattr("pytest_dvp.drive.run_folder.write_report", _broken)
     with pytest.raises(RuntimeError):
         write_run(tmp_path, "overtaking", LOG, VERDICTS)
     assert list(tmp_path.iterdir()) == []

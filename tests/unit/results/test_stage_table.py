@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from results_logs import log_of, times
 
-from pytest_dvp.log import Log
-from pytest_dvp.stage_table import stage_table
+from pytest_dvp.logs.log import Log
+from pytest_dvp.verdicts.stage_table import stage_table
 
 T = times(40.0)
 

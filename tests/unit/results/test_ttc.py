@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from results_logs import drive_straight, log_of, relaxed, times, track
 
 from pytest_dvp.metrics import compute
-from pytest_dvp.metrics._boxes import time_to_collision
+from pytest_dvp.metrics._box_collision_time import time_to_collision
 
 Box = tuple[float, float, float, float, float, float, float]  # x, y, yaw, length, width, vx, vy
 

@@ -13,7 +13,7 @@ from ads.planning.behaviour import Behaviour
 from ads.planning.nets import NETS
 from ads.planning.route import Map
 from ads.stack import Stack
-from pytest_dvp.run import RunResult, run
+from pytest_dvp.drive.run import RunResult, run
 from vehicle.messages import VehicleDescription
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from openscenario.storyboard.reading import READINGS, USUAL
-from pytest_dvp.settings import SETTINGS, Settings
+from pytest_dvp.drive.run_spec import SETTINGS, Settings
 
 from .conftest import Make, at_time, condition, event, group, lane_position, log, run, speed, story, teleport
 from .test_actions import lane_offset

@@ -11,13 +11,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.tuning.cache import Cache
-from pytest_dvp.tuning.job import Job
-from pytest_dvp.tuning.knob import Knob
 from pytest_dvp.tuning.objective import Constraint, Objective, Term
 from pytest_dvp.tuning.study import Study, Variant
 from pytest_dvp.tuning.tune import Tuning, tune
-from pytest_dvp.tuning.workers import Workers
+from pytest_dvp.tuning.tuned_parameter import Knob
+from pytest_dvp.workers.cache import Cache
+from pytest_dvp.workers.job import Job
+from pytest_dvp.workers.pool import Workers
 
 BEST = {"P.LQR_q11": 30.0, "P.MPC_w": 3.0}
 

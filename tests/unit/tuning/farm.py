@@ -13,8 +13,8 @@ from typing import IO, Any
 
 import bowl
 
-from pytest_dvp.tuning.errors import TuneError
-from pytest_dvp.tuning.job import Job
+from pytest_dvp.workers.errors import TuneError
+from pytest_dvp.workers.job import Job
 
 DIES = "DVP_TEST_DIES"  # variable: a file that a worker makes when it dies
 DEATHS = 1  # of workers, that a job survives: distributed.scheduler.allowed-failures

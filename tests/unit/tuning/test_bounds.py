@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.tuning.bounds import DRIVE, EQUIVALENT, LIKENESS, Bound, bounds
-from pytest_dvp.tuning.gap import Figure, Gap, figure
-from pytest_dvp.tuning.judge import Judged
+from pytest_dvp.tuning.held_out_judge import Judged
+from pytest_dvp.tuning.iteration_plan import State
 from pytest_dvp.tuning.objective import Score
-from pytest_dvp.tuning.plan import State
+from pytest_dvp.tuning.result_bounds import DRIVE, EQUIVALENT, LIKENESS, Bound, bounds
+from pytest_dvp.tuning.stage_gap import Figure, Gap, figure
 
 JERK = "max jerk"  # its bound is 1.8 m/s^3: 2 % are 0.036
 TIME = "completion time"  # has none; 40 s here: 2 % are 0.8 s

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.tuning.cache import Cache
+from pytest_dvp.workers.cache import Cache
 
 
 @pytest.mark.parametrize("data", [b"", b'{"metrics": ', b"[]", b'{"metrics": 5}', b"\xff\xfe{", b'{"a":' * 100_000])

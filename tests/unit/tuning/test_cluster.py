@@ -17,18 +17,18 @@ sys.path[:0] = [str(Path(__file__).parent)]
 import bowl  # noqa: E402
 import farm  # noqa: E402
 
-from pytest_dvp.cli import main  # noqa: E402
-from pytest_dvp.settings import SettingError  # noqa: E402
-from pytest_dvp.tuning import cluster as cluster_module  # noqa: E402
-from pytest_dvp.tuning import job as job_module  # noqa: E402
-from pytest_dvp.tuning.cache import Cache  # noqa: E402
-from pytest_dvp.tuning.cluster import Cluster  # noqa: E402
-from pytest_dvp.tuning.errors import TuneError  # noqa: E402
-from pytest_dvp.tuning.installed import installed  # noqa: E402
-from pytest_dvp.tuning.job import Job  # noqa: E402
+from pytest_dvp.cli.command_line import main  # noqa: E402
+from pytest_dvp.drive.run_spec import SettingError  # noqa: E402
 from pytest_dvp.tuning.tune import tune  # noqa: E402
-from pytest_dvp.tuning.work import work  # noqa: E402
-from pytest_dvp.tuning.workers import Workers  # noqa: E402
+from pytest_dvp.workers import dask_cluster as cluster_module  # noqa: E402
+from pytest_dvp.workers import job as job_module  # noqa: E402
+from pytest_dvp.workers.cache import Cache  # noqa: E402
+from pytest_dvp.workers.dask_cluster import Cluster  # noqa: E402
+from pytest_dvp.workers.errors import TuneError  # noqa: E402
+from pytest_dvp.workers.installation import installed  # noqa: E402
+from pytest_dvp.workers.job import Job  # noqa: E402
+from pytest_dvp.workers.pool import Workers  # noqa: E402
+from pytest_dvp.workers.run_job import work  # noqa: E402
 from scenarios import path as shipped  # noqa: E402
 
 needs_distributed = pytest.mark.skipif(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from pytest_dvp.tuning.ensemble import Courses, mean_likeness
+from pytest_dvp.tuning.mean_drives import Courses, mean_likeness
 
 T = np.arange(0.0, 40.0, 0.01)  # s
 SEEN = np.arange(5.0, 15.0, 0.05)  # s

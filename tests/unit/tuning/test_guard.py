@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.log import Log
-from pytest_dvp.tuning.guard import guard
-from pytest_dvp.tuning.knob import Knob
-from pytest_dvp.tuning.pruned import chi2, pruned
+from pytest_dvp.logs.log import Log
+from pytest_dvp.tuning.data_sheet_reset import chi2, pruned
+from pytest_dvp.tuning.implausible_values import guard
+from pytest_dvp.tuning.tuned_parameter import Knob
 from tests.truth.generate import make_log
 from vehicle.model.model_file import read_model
-from vehicle.model.parameters import apply_s, preset_s
+from vehicle.model.simulator_parameters import apply_s, preset_s
 from vehicle.sensors import default_sensors
 
 CAR = "[parameters]\nwheelbase = 2.45\ncg_to_front_axle = 1.15\nmass = 730.0\nyaw_inertia = 900.0\n"

@@ -14,16 +14,16 @@ from typing import Any
 import pytest
 
 from pytest_dvp.tuning import iterate as iteration
-from pytest_dvp.tuning.cache import Cache
-from pytest_dvp.tuning.gap import Gap
-from pytest_dvp.tuning.job import Job
-from pytest_dvp.tuning.judge import Judged
+from pytest_dvp.tuning.held_out_judge import Judged
+from pytest_dvp.tuning.iteration_plan import Plan, State
+from pytest_dvp.tuning.iteration_plan_file import read_plan
 from pytest_dvp.tuning.objective import Score
-from pytest_dvp.tuning.plan import Plan, State
-from pytest_dvp.tuning.plan_file import read_plan
 from pytest_dvp.tuning.proving_ground import Grounded
-from pytest_dvp.tuning.structure import Found
-from pytest_dvp.tuning.workers import Workers
+from pytest_dvp.tuning.stage_gap import Gap
+from pytest_dvp.tuning.structure_search import Found
+from pytest_dvp.workers.cache import Cache
+from pytest_dvp.workers.job import Job
+from pytest_dvp.workers.pool import Workers
 from scenarios import path as shipped
 from vehicle.model.model_file import model_text, read_model
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.tuning import job as job_module
-from pytest_dvp.tuning.job import Job
+from pytest_dvp.workers import job as job_module
+from pytest_dvp.workers.job import Job
 
 
 @pytest.fixture

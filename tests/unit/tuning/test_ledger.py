@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.tuning.gap import figure
-from pytest_dvp.tuning.judge import stack_change, twin_change
-from pytest_dvp.tuning.knob import Knob
+from pytest_dvp.tuning.held_out_judge import stack_change, twin_change
 from pytest_dvp.tuning.ledger import Entry, write_ledger
 from pytest_dvp.tuning.objective import Objective, Score, Term
 from pytest_dvp.tuning.sensitivity import sensitivity
+from pytest_dvp.tuning.stage_gap import figure
 from pytest_dvp.tuning.study import Study
 from pytest_dvp.tuning.tune import Trial, Tuning
+from pytest_dvp.tuning.tuned_parameter import Knob
 
 
 def test_interval_is_that_of_student_over_the_repeats() -> None:

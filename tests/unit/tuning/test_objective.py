@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from pytest_dvp.tuning.errors import TuneError
-from pytest_dvp.tuning.judge import twin_change
-from pytest_dvp.tuning.knob import Knob
+from pytest_dvp.tuning.held_out_judge import twin_change
 from pytest_dvp.tuning.objective import ALIGNMENT, FORBIDDEN, Constraint, Objective, Term
+from pytest_dvp.tuning.tuned_parameter import Knob
+from pytest_dvp.workers.errors import TuneError
 
 
 def test_an_alignment_that_only_mncc_judges_is_refused() -> None:

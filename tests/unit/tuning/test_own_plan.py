@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from pytest_dvp.tuning.bounds import Bound
-from pytest_dvp.tuning.errors import TuneError
 from pytest_dvp.tuning.iterate import beginning
-from pytest_dvp.tuning.outcome import headline, table
-from pytest_dvp.tuning.plan import STAGES, Plan, drives
-from pytest_dvp.tuning.plan_file import read_plan
+from pytest_dvp.tuning.iteration_plan import STAGES, Plan, drives
+from pytest_dvp.tuning.iteration_plan_file import read_plan
+from pytest_dvp.tuning.iteration_text import headline, table
+from pytest_dvp.tuning.result_bounds import Bound
+from pytest_dvp.workers.errors import TuneError
 from vehicle.model.model_file import read_model
 
 CAR = """

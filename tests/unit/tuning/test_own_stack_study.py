@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.tuning.errors import TuneError
-from pytest_dvp.tuning.job import Job
+from pytest_dvp.cli.command_line import main
 from pytest_dvp.tuning.study_file import read_study
+from pytest_dvp.workers.errors import TuneError
+from pytest_dvp.workers.job import Job
 
 STACK = """
 from vehicle.messages import Command

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.tuning.page import iterate_page
-from pytest_dvp.tuning.plan import STAGES
+from pytest_dvp.tuning.iteration_page import iterate_page
+from pytest_dvp.tuning.iteration_plan import STAGES
 from reports.mcrpg import render_mcrpg_report, twin_figure, write_mcrpg_report
 
 SCRIPT = "</script><img src=x onerror=document.title='owned'>"

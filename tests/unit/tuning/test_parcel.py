@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.tuning import parcel as parcel_module
-from pytest_dvp.tuning.errors import TuneError
-from pytest_dvp.tuning.installed import first_difference, installed
-from pytest_dvp.tuning.job import Job
-from pytest_dvp.tuning.parcel import Packing, moved, placed, put_down
+from pytest_dvp.workers import file_transfer as parcel_module
+from pytest_dvp.workers.errors import TuneError
+from pytest_dvp.workers.file_transfer import Packing, moved, placed, put_down
+from pytest_dvp.workers.installation import first_difference, installed
+from pytest_dvp.workers.job import Job
 
 
 @pytest.fixture
@@ -125,5 +125,5 @@ def test_the_first_difference_is_named(there: dict[str, str], told: str) -> None
 def test_what_decides_a_result_is_compared(folder: Path) -> None:
     found = installed()
     assert {"Python", "processor", "system", "numpy", "numba", "scipy", "pytest-dvp"} <= set(found)
-    assert {"pytest_dvp/run.py", "pytest_dvp/tuning/work.py", "vehicle/wire/drive_by_wire.dbc"} <= set(found)
+    assert {"pytest_dvp/drive/run.py", "pytest_dvp/workers/run_job.py", "vehicle/wire/drive_by_wire.dbc"} <= set(found)
     assert not any("__pycache__" in name for name in found)

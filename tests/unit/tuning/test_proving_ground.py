@@ -12,12 +12,12 @@ from typing import Any
 import pytest
 
 from pytest_dvp.tuning import proving_ground
-from pytest_dvp.tuning.cache import Cache
-from pytest_dvp.tuning.errors import TuneError
-from pytest_dvp.tuning.job import Job
-from pytest_dvp.tuning.plan import Plan
-from pytest_dvp.tuning.plan_file import read_plan
-from pytest_dvp.tuning.workers import Workers
+from pytest_dvp.tuning.iteration_plan import Plan
+from pytest_dvp.tuning.iteration_plan_file import read_plan
+from pytest_dvp.workers.cache import Cache
+from pytest_dvp.workers.errors import TuneError
+from pytest_dvp.workers.job import Job
+from pytest_dvp.workers.pool import Workers
 from scenarios import path as shipped
 
 LIFT_OFFS = {

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.tuning.errors import TuneError
-from pytest_dvp.tuning.plan_file import read_plan
+from pytest_dvp.tuning.iteration_plan_file import read_plan
 from pytest_dvp.tuning.study_file import read_study
+from pytest_dvp.workers.errors import TuneError
 from scenarios import path as shipped
 
 SOUND = """[study]

@@ -14,8 +14,8 @@ import pytest
 sys.path[:0] = [str(Path(__file__).parent)]
 import bowl  # noqa: E402
 
-from pytest_dvp.tuning.job import Job  # noqa: E402
 from pytest_dvp.tuning.tune import Tuning  # noqa: E402
+from pytest_dvp.workers.job import Job  # noqa: E402
 
 SEARCHES = ("coordinate", "cma", "tpe")
 

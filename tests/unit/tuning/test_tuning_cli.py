@@ -9,11 +9,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pytest_dvp.cli import main
-from pytest_dvp.log import Log
-from pytest_dvp.signals import describe
-from pytest_dvp.tuning.job import Job
-from pytest_dvp.tuning.work import work
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.signals import describe
+from pytest_dvp.workers.job import Job
+from pytest_dvp.workers.run_job import work
 from scenarios import path as shipped
 
 STUDY = """[study]

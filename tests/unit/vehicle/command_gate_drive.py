@@ -7,8 +7,8 @@ from math import inf, nan
 
 import pytest
 
-from vehicle.command_gate import Gate
-from vehicle.gate_messages import Arming, Decision, Limits, Measured, Outcome, Output, Request
+from vehicle.guard.guard import Gate
+from vehicle.guard.messages import Arming, Decision, Limits, Measured, Outcome, Output, Request
 
 # 0.35 rad and 0.4 rad/s of the wheel, 2.5 m wheelbase, 20 m/s, 2.5 and 8 m/s^2; the stop profile brakes with half of it
 LIMITS = Limits(0.35, 0.4, 2.5, 20.0, 2.5, 8.0, stop_deceleration=4.0)

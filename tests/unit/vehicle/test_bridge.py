@@ -15,10 +15,10 @@ from pathlib import Path
 
 import pytest
 
-from vehicle import bridge as bridge_module
-from vehicle import child
+from vehicle import child_process
+from vehicle import interpreter_bridge as bridge_module
 from vehicle.adapter import VehicleLost
-from vehicle.bridge import SERVER, SILENT, Bridge
+from vehicle.interpreter_bridge import SERVER, SILENT, Bridge
 
 OLD = [*(f"python3.{minor}" for minor in range(6, 11)), "/usr/bin/python3"]
 
@@ -109,10 +109,10 @@ def test_one_that_dies_or_is_stopped_is_known_at_once(bridge: Bridge, how: signa
 
 def test_one_that_hangs_is_known_by_its_beats(bridge: Bridge, monkeypatch: pytest.MonkeyPatch) -> None:
     """Stopped, and not seen to be: for as long as beats may stay away nothing is said, then that it hangs."""
-    monkeypatch.setattr(child, "is_stopped", lambda pid: False)
+    monkeypatch.setattr(child_process, "is_stopped", lambda pid: False)
     clock = [0.0]
     os.kill(bridge.pid, signal.SIGSTOP)
-    while child.Path(f"/proc/{bridge.pid}/stat").read_text().rpartition(")")[2].split()[0] != "T":
+    while child_process.Path(f"/proc/{bridge.pid}/stat").read_text().rpartition(")")[2].split()[0] != "T":
         os.sched_yield()
     bridge.receive(0.0)  # beats of before
     real = bridge_module.select.select
@@ -140,7 +140,7 @@ def test_beats_that_nobody_listened_for_are_not_missed(bridge: Bridge, monkeypat
 
 def test_it_ends_with_the_process_that_started_it() -> None:
     started = (
-        "from vehicle.bridge import Bridge; import os, sys\n"
+        "from vehicle.interpreter_bridge import Bridge; import os, sys\n"
         "b = Bridge(who='the bridge', error=ValueError); print(b.pid); sys.stdout.flush(); os.kill(os.getpid(), 9)"
     )
     parent = subprocess.run([sys.executable, "-c", started], stdout=subprocess.PIPE, text=True, timeout=60, check=False)

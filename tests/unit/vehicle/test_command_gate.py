@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 from command_gate_drive import FIELD, KEY, LIMITS, NOT_NUMBERS, Drive, is_stop, near
 
-import vehicle.command_gate
-import vehicle.gate_messages
-from vehicle.gate_messages import Decision, Limits, Outcome, Output, Request, State, number
+import vehicle.guard.guard
+import vehicle.guard.messages
+from vehicle.guard.messages import Decision, Limits, Outcome, Output, Request, State, number
 
 # --- what it is made of
 
 
-@pytest.mark.parametrize("module", [vehicle.command_gate, vehicle.gate_messages])
+@pytest.mark.parametrize("module", [vehicle.guard.guard, vehicle.guard.messages])
 def test_it_needs_the_standard_library_only_and_fits_a_head(module: object) -> None:
     text = Path(str(module.__file__)).read_text(encoding="utf-8")
     imported = {n.module for n in ast.walk(ast.parse(text)) if isinstance(n, ast.ImportFrom)}
@@ -29,7 +29,7 @@ def test_it_needs_the_standard_library_only_and_fits_a_head(module: object) -> N
         "enum",
         "itertools",
         "math",
-        "vehicle.gate_messages",
+        "vehicle.guard.messages",
     }
     assert not [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Import)]
     assert len(text.splitlines()) <= 300

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from vehicle.arming import read, take
-from vehicle.command_gate import ArmingRefused
-from vehicle.gate_messages import Arming
+from vehicle.guard.arming import read, take
+from vehicle.guard.guard import ArmingRefused
+from vehicle.guard.messages import Arming
 
 GOOD = 'vehicle = "tabby"\nscenario = "overtaking.xosc"\n'
 

@@ -10,7 +10,7 @@ from math import atan, nan, tan
 import pytest
 from command_gate_drive import LIMITS, NOT_NUMBERS, Drive, is_stop, near
 
-from vehicle.gate_messages import Limits, Outcome, Output
+from vehicle.guard.messages import Limits, Outcome, Output
 
 # --- speed
 

@@ -8,8 +8,8 @@ from math import inf, nan
 import pytest
 from command_gate_drive import FIELD, KEY, LIMITS, Drive, is_stop, near
 
-from vehicle.command_gate import ArmingRefused, Gate
-from vehicle.gate_messages import Arming, Outcome, Output, State
+from vehicle.guard.guard import ArmingRefused, Gate
+from vehicle.guard.messages import Arming, Outcome, Output, State
 
 # --- driver
 

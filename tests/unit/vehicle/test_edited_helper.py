@@ -13,7 +13,7 @@ import pytest
 
 import machine_code
 import vehicle
-from vehicle.model.catalogue import effects_of_file
+from vehicle.model.effect_catalogue import effects_of_file
 from vehicle.model.model_file import parse_model
 from vehicle.model.plant import Plant
 
@@ -57,7 +57,7 @@ def test_an_edited_helper_of_effects_changes_the_motion(tmp_path: Path) -> None:
     for package in (vehicle, machine_code):
         folder = Path(package.__file__ or "").parent
         shutil.copytree(folder, tmp_path / folder.name)  # with what was compiled
-    helpers = tmp_path / "vehicle" / "model" / "maths.py"
+    helpers = tmp_path / "vehicle" / "model" / "step_maths.py"
     text = helpers.read_text()
     assert text.count("beta = dt / tau") == 1
     helpers.write_text(text.replace("beta = dt / tau", "beta = dt / (3.0 * tau)"))

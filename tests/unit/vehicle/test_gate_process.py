@@ -14,18 +14,18 @@ import numpy as np
 import pytest
 
 from vehicle.adapter import VehicleLost
-from vehicle.command_gate import ArmingRefused
-from vehicle.gate_host import Host
-from vehicle.gate_messages import Arming, Decision, Outcome, State
-from vehicle.gate_process import GateProcess
-from vehicle.gate_wire import Answer, Keys, Opening, pack, unpack
+from vehicle.guard.guard import ArmingRefused
+from vehicle.guard.host import Host
+from vehicle.guard.messages import Arming, Decision, Outcome, State
+from vehicle.guard.process import GateProcess
+from vehicle.guard.process_messages import Answer, Keys, Opening, pack, unpack
 from vehicle.messages import Command, FloatArray, Observation, VehicleState, no_surroundings
 from vehicle.wire.health import Trouble
 
 CAR = '''
 import json
 import numpy as np
-from vehicle.gated import Hands
+from vehicle.guard.guarded_vehicle import Hands
 from vehicle.messages import Imu, Observation, VehicleDescription
 from vehicle.wire.health import Trouble
 

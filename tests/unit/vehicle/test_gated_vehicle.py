@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from vehicle.adapter import Vehicle
-from vehicle.command_gate import ArmingRefused
-from vehicle.gate_messages import Arming, Decision, Outcome, State
-from vehicle.gated import Gated, Hands, limits_of
+from vehicle.guard.guard import ArmingRefused
+from vehicle.guard.guarded_vehicle import Gated, Hands, limits_of
+from vehicle.guard.messages import Arming, Decision, Outcome, State
 from vehicle.messages import (
     TRACE_COLUMNS,
     Command,

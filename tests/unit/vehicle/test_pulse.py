@@ -8,7 +8,7 @@ from itertools import count
 
 import pytest
 
-from vehicle.pulse import APART, ASLEEP, WORKING, Life, Pulse, life
+from vehicle.liveness import APART, ASLEEP, WORKING, Life, Pulse, life
 
 
 def told(*lives: Life | None, steps: Iterator[int] | None = None) -> list[str]:

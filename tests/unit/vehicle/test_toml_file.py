@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.gates import GateError, read_gates
-from pytest_dvp.log import LogError
+from pytest_dvp.drive.remote_stack import RemoteStack
+from pytest_dvp.logs.log import LogError
 from pytest_dvp.logs.mapping import read_mapping
-from pytest_dvp.remote_stack import RemoteStack
-from pytest_dvp.tuning.plan_file import read_plan
+from pytest_dvp.tuning.iteration_plan_file import read_plan
 from pytest_dvp.tuning.study_file import read_study
+from pytest_dvp.verdicts.judging import GateError, read_gates
 from vehicle.adapters.carla import _read as read_carla
-from vehicle.arming import read as read_arming
-from vehicle.command_gate import ArmingRefused
-from vehicle.envelope import read_envelope
+from vehicle.guard.arming import read as read_arming
+from vehicle.guard.envelope import read_envelope
+from vehicle.guard.guard import ArmingRefused
 from vehicle.surrogate.hidden import read_hidden
 from vehicle.toml_file import MOST, TomlError, parse_toml, read_toml
 from vehicle.wire.can_map import find_map

@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from vehicle.messages import Surroundings
-from vehicle.model.model import VehicleModel
 from vehicle.model.model_file import read_model
-from vehicle.model.parameters import S_PARAMETERS, apply_s, preset_s, scenario_parameters
-from vehicle.model.replay import Replay
+from vehicle.model.open_loop import Replay
+from vehicle.model.simulator_parameters import S_PARAMETERS, apply_s, preset_s, scenario_parameters
+from vehicle.model.vehicle_model import VehicleModel
 from vehicle.sensors import default_sensors
 
 # Table of Arango et al., Sensors 2026, 26, 1338: 1st | 5th | 10th iteration; PEDESTRIAN_speed of the 1st: DT; PE; RW.

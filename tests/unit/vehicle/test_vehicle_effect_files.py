@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from vehicle.messages import VehicleState
-from vehicle.model.catalogue import effects_of_file
+from vehicle.model.effect_catalogue import effects_of_file
 from vehicle.model.errors import ModelError
 from vehicle.model.model_file import parse_model
 from vehicle.model.plant import Plant
 
 MINE = """
 from vehicle.model.effect import Key, Memory, effect
-from vehicle.model.maths import clip
+from vehicle.model.step_maths import clip
 
 @effect(
     name="magnet", slot="force", physics="a magnet at the end of the road", equation="a = c t", source="none",
@@ -43,8 +43,8 @@ def test_a_users_effect_runs_again_in_the_next_process(tmp_path: Path) -> None:
     file.write_text(MINE, encoding="utf-8")
     code = (
         "from pathlib import Path\n"
-        "from vehicle.model.catalogue import effects_of_file\n"
-        "from vehicle.model.compiled import compiled\n"
+        "from vehicle.model.effect_catalogue import effects_of_file\n"
+        "from vehicle.model.effect_compiler import compiled\n"
         f"print(compiled(effects_of_file(Path({str(file)!r}))['magnet']).address > 0)\n"
     )
     for _ in range(2):
@@ -59,7 +59,7 @@ def test_an_installed_package_announces_its_effects(tmp_path: Path) -> None:
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: magnets\nVersion: 1.0\n", encoding="utf-8")
     (about / "entry_points.txt").write_text("[pytest_dvp.effects]\nmagnets = magnets\n", encoding="utf-8")
     code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n"
-    code += "from vehicle.model.catalogue import catalogue; print(catalogue()['magnet'].equation)"
+    code += "from vehicle.model.effect_catalogue import catalogue; print(catalogue()['magnet'].equation)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "a = c t"
 
@@ -117,7 +117,7 @@ def test_an_installed_package_that_does_not_load_is_named(tmp_path: Path) -> Non
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: broken-magnets\nVersion: 1.0\n", encoding="utf-8")
     (about / "entry_points.txt").write_text("[pytest_dvp.effects]\nm = broken_magnets\n", encoding="utf-8")
     code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n"
-    code += "from vehicle.model.catalogue import catalogue\n"
+    code += "from vehicle.model.effect_catalogue import catalogue\n"
     code += "try:\n    catalogue()\nexcept ValueError as error:\n    print(error)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.startswith("broken-magnets: broken_magnets: announced effects cannot be loaded")

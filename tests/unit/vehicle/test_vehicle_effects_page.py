@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from pytest_dvp.cli import main
-from vehicle.model.catalogue import catalogue
+from pytest_dvp.cli.command_line import main
+from vehicle.model.effect_catalogue import catalogue
 
 MINE = """
 from vehicle.model.effect import Key, effect
@@ -84,9 +84,9 @@ def test_a_missing_file_of_effects_is_named(capsys: pytest.CaptureFixture[str]) 
 def test_a_users_effect_replays_a_log_like_a_built_in_one(tmp_path: Path) -> None:
     import numpy as np
 
-    from vehicle.model.catalogue import effects_of_file
+    from vehicle.model.effect_catalogue import effects_of_file
     from vehicle.model.model_file import parse_model
-    from vehicle.model.replay import Replay
+    from vehicle.model.open_loop import Replay
 
     file = tmp_path / "my_effect.py"
     file.write_text(MINE, encoding="utf-8")

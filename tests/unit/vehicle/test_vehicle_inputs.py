@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vehicle.model.command_inputs import INPUT_KEYS, Inputs, command_table
 from vehicle.model.errors import ModelError
-from vehicle.model.inputs import INPUT_KEYS, Inputs, command_table
 from vehicle.model.model_file import model_text, parse_model
-from vehicle.model.replay import Replay
+from vehicle.model.open_loop import Replay
 
 T = np.arange(200) * 0.02
 AX, STEER = 5, 7

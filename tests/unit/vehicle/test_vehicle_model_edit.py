@@ -6,9 +6,9 @@ import dataclasses
 
 import pytest
 
-from vehicle.model.model import AppliedEffect, Interval, VehicleModel
-from vehicle.model.model_edit import edited_text
 from vehicle.model.model_file import parse_model
+from vehicle.model.model_file_edit import edited_text
+from vehicle.model.vehicle_model import AppliedEffect, Interval, VehicleModel
 
 FILE = """\
 # My car, weighed on Tuesday.

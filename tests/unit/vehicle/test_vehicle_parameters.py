@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from vehicle.model.errors import ModelError
-from vehicle.model.model import VehicleModel
 from vehicle.model.model_file import read_model
-from vehicle.model.parameters import S_PARAMETERS, apply_s, preset_s, scenario_parameters
+from vehicle.model.simulator_parameters import S_PARAMETERS, apply_s, preset_s, scenario_parameters
+from vehicle.model.vehicle_model import VehicleModel
 from vehicle.sensors import default_sensors
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from vehicle.messages import FloatArray
-from vehicle.model.catalogue import catalogue
-from vehicle.model.model import AppliedEffect
-from vehicle.model.perception import TRACK_COLUMNS, Tracks, perceived
+from vehicle.model.effect_catalogue import catalogue
+from vehicle.model.perception_effects import TRACK_COLUMNS, Tracks, perceived
+from vehicle.model.vehicle_model import AppliedEffect
 
 PERCEPTION = [e for e in catalogue().values() if e.slot == "perception"]
 

@@ -16,8 +16,8 @@ import pytest
 from vehicle.adapter import Vehicle
 from vehicle.messages import Command, Surroundings, Task, VehicleState, no_surroundings
 from vehicle.model.errors import ModelError
-from vehicle.model.model import VehicleModel
 from vehicle.model.model_file import read_model
+from vehicle.model.vehicle_model import VehicleModel
 from vehicle.sensors import default_sensors
 from vehicle.twin import Twin
 

@@ -1,1 +1,1 @@
-"""The effects that come with the product: one file each, found by `vehicle.model.catalogue`."""
+"""The effects that come with the product: one file each, found by `vehicle.model.effect_catalogue`."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vehicle.model.effect import Key, effect
-from vehicle.model.perception import TRACK_COLUMNS, Tracks
+from vehicle.model.perception_effects import TRACK_COLUMNS, Tracks
 
 REACH = 50.0  # m around the ego
 

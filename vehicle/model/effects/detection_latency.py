@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vehicle.model.effect import Key, effect
-from vehicle.model.perception import Tracks
+from vehicle.model.perception_effects import Tracks
 
 
 @effect(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vehicle.model.effect import Key, effect
-from vehicle.model.perception import Tracks
+from vehicle.model.perception_effects import Tracks
 
 
 @effect(

@@ -6,7 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import DELAY_MEMORY, Key, Memory, effect
-from vehicle.model.maths import arrived, delayed
+from vehicle.model.step_maths import arrived, delayed
 
 
 @effect(

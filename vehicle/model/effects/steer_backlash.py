@@ -6,7 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
-from vehicle.model.maths import clip
+from vehicle.model.step_maths import clip
 
 
 @effect(

@@ -7,7 +7,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
-from vehicle.model.maths import limit_rate
+from vehicle.model.step_maths import limit_rate
 
 
 @effect(

@@ -6,7 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import HISTORY_MEMORY, Key, Memory, effect
-from vehicle.model.maths import DELAY_LINE, recall, remember
+from vehicle.model.step_maths import DELAY_LINE, recall, remember
 
 
 @effect(

@@ -1,0 +1,1 @@
+"""What several commands share: options, printed commands, progress. Begin with `arguments.py`."""

@@ -1,0 +1,141 @@
+"""Which effects `dvp extend` is asked to add and to remove: by its options, or by the document of a diagnosis."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pytest_dvp.cli.shared.arguments import WrongArgument
+from pytest_dvp.drive.run_spec import unknown
+
+if TYPE_CHECKING:
+    from pytest_dvp.logs.log import Log
+    from vehicle.model.effect import Effect
+    from vehicle.model.vehicle_model import VehicleModel
+
+
+ACTIONS = ("add", "change", "remove")  # of an effect in the document of a diagnosis
+NOTHING = ("NOTHING_MISSING", "UNKNOWN", "NOT_EXCITED")  # verdicts of a diagnosis that names no effect
+
+
+class DiagnosisFileError(ValueError):
+    """A file of --from is no diagnosis, or names what cannot be added: one line."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Named:
+    """Names of effects to add (to fit again, where the model has them) and to remove.
+
+    left: what a diagnosis named beside them and why it is not for the model, a line each; diagnosed: by one, whose
+    verdict this is; nothing: why it names nothing for the model, one line, empty if it does.
+    """
+
+    add: tuple[str, ...] = ()
+    remove: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
+    diagnosed: bool = False
+    verdict: str = ""
+    nothing: str = ""
+
+    @property
+    def empty(self) -> bool:
+        return not self.add and not self.remove
+
+    def told(self, model: VehicleModel, file: str) -> Iterator[str]:
+        """What is to be known before anything is fitted, a line each."""
+        yield from self.left
+        again = [name for name in self.add if any(a.name == name for a in model.effects)]
+        if again:
+            them = "its value is" if len(again) == 1 else "their values are"
+            yield f"{file} has {', '.join(again)} already: {them} fitted again"
+
+    def shown_by(self, logs: Mapping[str, Log], model: VehicleModel) -> Named:
+        """Without the perception effects of a diagnosis whose values these logs alone do not tell.
+
+        Beside a run of the twin a diagnosis names what differs on top of its simulated sensors: no value of a model.
+        """
+        from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
+        from vehicle.model.effect_catalogue import perceived
+
+        sensed = perceived()
+        if not self.diagnosed or not sensed & {*self.add, *self.remove}:
+            return self
+        shown = {e.name: e.action == "remove" for e in diagnose_perceptions(logs.values(), model)}
+        add = _kept(self.add, sensed, {name for name, gone in shown.items() if not gone})
+        remove = _kept(self.remove, sensed, {name for name, gone in shown.items() if gone})
+        off = [name for name in (*self.add, *self.remove) if name not in (*add, *remove)]
+        left = self.left
+        if off:
+            left += (f"{', '.join(off)}: left, as the detections of the logs fitted on give no value for the model",)
+        return dataclasses.replace(self, add=add, remove=remove, left=left)
+
+
+def named(arguments: argparse.Namespace, model: VehicleModel, extra: Mapping[str, Effect]) -> Named:
+    """Effects named by options or a diagnosis. Raises WrongArgument, DiagnosisFileError."""
+    from vehicle.model.effect_catalogue import catalogue
+
+    known = {**catalogue(), **extra}
+    if arguments.diagnosis:
+        found = _of_file(arguments.diagnosis)
+        try:
+            _check(found, known, model, Path(arguments.model).name, ("", ""))
+        except WrongArgument as error:
+            raise DiagnosisFileError(f"{arguments.diagnosis}: {error}") from None
+        return found
+    asked = Named(tuple(dict.fromkeys(arguments.add)), tuple(dict.fromkeys(arguments.remove)))
+    _check(asked, known, model, Path(arguments.model).name, ("--add: ", "--remove: "))
+    return asked
+
+
+def _check(asked: Named, known: Mapping[str, Effect], model: VehicleModel, file: str, options: Sequence[str]) -> None:
+    present = [a.name for a in model.effects]
+    for option, names in zip(options, (asked.add, asked.remove), strict=True):
+        for name in names:
+            if name not in known:
+                raise WrongArgument(f"{option}{unknown('effect', name, known)} (dvp effects lists them)")
+    for name in asked.remove:
+        if name not in present:
+            raise WrongArgument(f"{options[1]}{file} does not have {name}; it has {', '.join(present) or 'no effects'}")
+
+
+def _kept(names: Sequence[str], sensed: Collection[str], shown: Collection[str]) -> tuple[str, ...]:
+    return tuple(name for name in names if name not in sensed or name in shown)
+
+
+def _of_file(name: str) -> Named:
+    """Names in the document of `dvp diagnose --json`, but those of the run. Raises DiagnosisFileError."""
+    try:
+        data = Path(name).read_bytes()  # a shell of Windows writes UTF-16
+        document = json.loads(data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"))
+        entries = [(str(entry["name"]), entry.get("action", "add")) for entry in document["effects"]]
+        of_run = _of_run(document)
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        raise DiagnosisFileError(f"{name}: not a document of `dvp diagnose --json`") from None
+    for effect, action in entries:
+        if action not in ACTIONS:
+            allowed = ", ".join(ACTIONS)
+            raise DiagnosisFileError(f"{name}: {effect}: action is {action!r}, allowed: {allowed}")
+    verdict = str(document.get("verdict", ""))
+    if not entries and verdict not in NOTHING:
+        raise DiagnosisFileError(f"{name}: this diagnosis names no effect ({verdict or 'no verdict'})")
+    own = [n for n, _ in entries if n in of_run]
+    left = (of_the_run(own),) if own else ()
+    return Named(
+        tuple(n for n, action in entries if action != "remove" and n not in of_run),
+        tuple(n for n, action in entries if action == "remove" and n not in of_run),
+        left, diagnosed=True, verdict=verdict,
+        nothing="" if len(own) < len(entries) else "; ".join([*([verdict] if verdict else []), *left]),
+    )  # fmt: skip
+
+
+def of_the_run(names: Sequence[str]) -> str:
+    """Why these effects are not for the model."""
+    return f"{', '.join(names)}: left, as of the run and not of the car; calibrate before each run"
+
+
+def _of_run(document: Mapping[str, Any]) -> frozenset[str]:
+    return frozenset(str(name) for name in document.get("set_up", {}).get("names", ()))

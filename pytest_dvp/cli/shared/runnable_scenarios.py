@@ -1,0 +1,131 @@
+"""Which scenario files of a folder run, and why the others do not: the last lines of `dvp check FOLDER`."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.text.paths import shown
+
+
+def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings: Settings) -> list[dict[str, Any]]:
+    """A row for each scenario and distribution: file, runs, why ("" if it runs), line of what is wrong (None where
+    that is in another file, which `why` then names). No catalogues.
+
+    Other than the findings this asks the storyboard itself, so an element that only it refuses shows. That loads what
+    drives on the road, which takes longer than a check should: for folders, and for what a study or plan drives, in a
+    process of its own.
+    """
+    from pytest_dvp.verdicts.scenario_gates import gates_of
+
+    files = [path for path in paths if path.suffix.lower() == ".xosc" and not is_catalogue(path)]
+    wrong: dict[str, list[Mapping[str, Any]]] = {str(path): [] for path in files}
+    errors_of: dict[Path, list[Mapping[str, Any]]] = {}
+    for each in found:
+        if each["severity"] == "error":
+            errors_of.setdefault(Path(each["file"]).resolve(), []).append(each)
+    for path in files:
+        wrong[str(path)] += errors_of.get(path.resolve(), ())
+        gates = gates_of(path, library=settings.library, rootdir=settings.rootdir)
+        if gates is not None:  # a run reads it as well
+            wrong[str(path)] += errors_of.get(gates.resolve(), ())
+    refused = _ask([file for file, errors in wrong.items() if not errors], settings)
+    rows = []
+    for file, errors in wrong.items():
+        first = errors[0] if errors else None
+        why, line = refused[file] if first is None else _why(file, first["file"], first["line"], first["message"])
+        more = f" (and {len(errors) - 1} more errors)" if len(errors) > 1 else ""
+        rows.append({"file": file, "runs": not why, "why": why + more, "line": line})
+    return rows
+
+
+def _ask(files: Sequence[str], settings: Settings) -> dict[str, tuple[str, int | None]]:
+    """Why each file is refused, and where; "" and None if it runs."""
+    if not files:
+        return {}
+    question = {
+        "files": files,
+        "library": [str(folder) for folder in settings.library],
+        "rootdir": str(settings.rootdir),
+        "ego": settings.ego,
+    }
+    from vehicle.child_process import own_module, own_path
+
+    words, there = own_module("pytest_dvp.cli.shared.runnable_scenarios"), {**os.environ, **own_path()}
+    child = subprocess.run(words, input=json.dumps(question), capture_output=True, text=True, check=False, env=there)
+    if child.returncode:
+        last = (child.stderr.strip().splitlines() or [f"exit code {child.returncode}"])[-1]
+        return dict.fromkeys(files, (f"it cannot be told: {last}", None))
+    return {file: (why, line) for file, (why, line) in json.loads(child.stdout).items()}
+
+
+def said(row: Mapping[str, Any]) -> str:
+    """`a.xosc: runs`, or `a.xosc:12: refused: the scenario names no road network`."""
+    place = row["file"] if row["line"] is None else f"{row['file']}:{row['line']}"
+    return f"{place}: runs" if row["runs"] else f"{place}: refused: {row['why']}"
+
+
+def is_catalogue(path: Path) -> bool:
+    """Whether a file is a catalogue; False for one that cannot be read: its reader says why."""
+    from openscenario.findings import ScenarioError
+    from openscenario.xml import read_xml
+
+    try:
+        return read_xml(path).root.find("Catalog") is not None
+    except ScenarioError:
+        return False
+
+
+def _refusal(path: Path, settings: Settings) -> tuple[str, int | None]:
+    """Why `dvp run` would refuse a file that has no error finding, and the line; empty if it would not."""
+    from openscenario.findings import ScenarioError
+    from openscenario.read import read_cases, read_scenario
+    from openscenario.storyboard.engine import Storyboard
+    from pytest_dvp.campaigns.cases import is_distribution
+    from pytest_dvp.drive.ego_task import find_ego
+    from pytest_dvp.drive.preparation import network_of
+
+    values: Mapping[str, str] = {}
+    driven = path
+    try:
+        if is_distribution(path):
+            cases = read_cases(path, library=settings.library, rootdir=settings.rootdir)
+            driven, values = cases.scenario or path, cases[0]
+        scenario = read_scenario(driven, library=settings.library, rootdir=settings.rootdir, parameters=values)
+        network = network_of(scenario)
+        Storyboard(scenario, network, external=[find_ego(scenario, settings.ego).name], seed=settings.seed)
+    except ScenarioError as error:
+        first = error.findings[0]
+        return _why(str(path), first.file, first.line, first.message)
+    return "", None
+
+
+def _why(file: str, place: str, line: int | None, message: str) -> tuple[str, int | None]:
+    """The reason and the line of `file`; a line of another file stands with that file, in the reason."""
+    if Path(place).resolve() == Path(file).resolve():
+        return message, line
+    where = shown(Path(place))
+    return f"{where if line is None else f'{where}:{line}'}: {message}", None
+
+
+def _answer() -> None:
+    """The child of `_ask`: question on stdin, answer on stdout."""
+    question = json.load(sys.stdin)
+    settings = dataclasses.replace(
+        Settings(),
+        library=tuple(Path(folder) for folder in question["library"]),
+        rootdir=Path(question["rootdir"]),
+        ego=question["ego"],
+    )
+    json.dump({file: _refusal(Path(file), settings) for file in question["files"]}, sys.stdout)
+
+
+if __name__ == "__main__":
+    _answer()

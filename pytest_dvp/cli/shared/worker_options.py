@@ -1,0 +1,55 @@
+"""Options of everything that simulates in parallel and keeps what it simulated: `dvp tune`, `dvp iterate`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pytest_dvp.cli.shared.arguments import root_here
+from pytest_dvp.drive.run_spec import SettingError
+
+if TYPE_CHECKING:
+    from pytest_dvp.workers.pool import Workers
+
+
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one a core. No result depends on it")
+    parser.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="tcp://host:8786 of a `dask scheduler`: its workers simulate, not this machine (extra cluster)",
+    )
+    parser.add_argument("--cache", metavar="DIR", help="kept simulations; default: ROOTDIR/runs/tuning/cache")
+
+
+def check_workers(arguments: argparse.Namespace) -> None:
+    """Raises SettingError for options that cannot be; connects to nothing."""
+    if arguments.jobs is not None and arguments.jobs < 1:
+        raise SettingError(f"--jobs is {arguments.jobs}, expected a whole number >= 1")
+    if arguments.jobs is not None and arguments.scheduler is not None:
+        raise SettingError(
+            f"--jobs {arguments.jobs} and --scheduler {arguments.scheduler}, expected one of them: --jobs counts "
+            "processes of this machine; how many each machine gives says `dask worker --nworkers N`"
+        )
+
+
+@contextmanager
+def workers(arguments: argparse.Namespace, tick: Callable[[str], None]) -> Iterator[Workers]:
+    """What was asked for: processes of this machine, or the workers of a scheduler. Raises SettingError."""
+    from pytest_dvp.workers.cache import Cache
+    from pytest_dvp.workers.pool import Workers
+
+    cache = Cache(Path(arguments.cache) if arguments.cache else root_here() / "runs" / "tuning" / "cache")
+    if arguments.scheduler is None:
+        with Workers(cache, arguments.jobs or os.cpu_count() or 1, tick) as found:
+            yield found
+        return
+    from pytest_dvp.workers.dask_cluster import Cluster
+
+    tick(f"connecting to {arguments.scheduler}")
+    with Cluster(arguments.scheduler) as cluster, Workers(cache, tick=tick, cluster=cluster) as found:
+        yield found

@@ -1,0 +1,279 @@
+"""The time base: rate, jitter, gaps, jumps of the state that time does not explain, and clocks that disagree."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from openscenario.findings import Findings
+from pytest_dvp.doctor.redundant_motion import Motion, best_lag, correlation
+from pytest_dvp.logs.log import FloatArray, Log
+
+SLOWEST = 0.5  # Hz: below, no manoeuvre of a car can be seen
+FASTEST = 20_000.0  # Hz: above, the stamps are in another unit
+JITTER = 0.04  # share of the sample interval: standard deviation that bends a derivative by as much
+GAP = 2.5  # sample intervals
+PARTED = 0.5  # share of the time without rows: no one recording any more
+OFFSET = 0.08  # [s]: least disagreement of two clocks that is told; two intervals if that is more
+LONGEST = 2.0  # [s] looked for
+
+# Two channels that tell one thing, the least standard deviation [SI] to judge them by, and the lag [s] that no clock is
+# needed for: a sensor ahead of the rear axle sees a turn d/v earlier, side slip moves ay against v * yaw_rate.
+PAIRS = (
+    ("turn", "yaw_rate", 0.02, OFFSET), ("path_turn", "turn", 0.03, 0.4), ("ay", "v*yaw_rate", 0.3, 0.16),
+    ("ax", "accel", 0.3, 0.15), ("path_speed", "v", 0.5, OFFSET),
+)  # fmt: skip
+_TOLERANCE = {(first, second): tolerance for first, second, _, tolerance in PAIRS}
+_CHANNELS = {
+    "turn": ("yaw",), "yaw_rate": ("yaw_rate",), "path_turn": ("x, y",), "ay": ("ay",), "v*yaw_rate": ("yaw_rate",),
+    "ax": ("ax",), "accel": ("v",), "path_speed": ("x, y",), "v": ("v",),
+}  # fmt: skip
+_ONE = (
+    ("yaw_rate",),
+    ("yaw",),
+    ("v",),
+    ("x, y",),
+    ("ay",),
+    ("ax",),
+    ("x, y", "yaw"),
+    ("ax", "ay"),
+    ("ax", "ay", "yaw_rate"),
+)
+_EXPLANATIONS: tuple[tuple[tuple[str, ...], ...], ...] = (
+    *((one,) for one in _ONE),
+    *((one, two) for i, one in enumerate(_ONE) for two in _ONE[i + 1 :] if not set(one) & set(two)),
+)
+
+
+def check_rate(log: Log, file: str, line: int | None, findings: Findings) -> bool:
+    """False if the stamps cannot be seconds."""
+    steps = np.diff(log.t)
+    median = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
+    ratio = _travel_ratio(log, median)
+    slow, fast = median > 1.0 / SLOWEST, 0 < median < 1.0 / FASTEST
+    if not (slow or fast or ratio > 100.0 or 0.0 < ratio < 0.01):
+        return True
+    guess = " milliseconds stored as seconds?" if 0.5 < median < 1e4 and (ratio > 100.0 or slow) else ""
+    against = f"; v * dt is {ratio:.3g} times the distance between positions" if ratio > 0.0 else ""
+    findings.add(
+        "log.implausible_rate",
+        file,
+        line,
+        "column t",
+        f"the stamps do not fit seconds:{guess or ' wrong unit'}{against}",
+        found=f"{median:.6g} s between rows, {1 / median if median else 0:.3g} Hz",
+        allowed=f"{SLOWEST} to {FASTEST:g} Hz",
+        hint='correct the unit of the column: `t [ms]`, or time_unit = "ms" in a mapping',
+    )
+    return False
+
+
+def _travel_ratio(log: Log, median: float) -> float:
+    """Distance by v over distance by x, y, row by row; 0 if it cannot be said."""
+    if not {"x", "y", "v"} <= log.columns.keys():
+        return 0.0
+    x, y, v = (log.columns[name] for name in "xyv")
+    told = v[np.isfinite(v)]
+    if not len(told) or (np.ptp(told) == 0.0 and abs(told[0]) < 0.5):
+        return 0.0  # a dead sensor says nothing of the clock
+    every = max(1, round(0.5 / median)) if median > 0 else 1
+    moved = np.hypot(np.diff(x[::every]), np.diff(y[::every]))
+    driven = np.abs(v[::every][1:]) * np.diff(log.t[::every])
+    known = np.isfinite(moved) & np.isfinite(driven) & (moved > 0) & (driven > 0)
+    return float(np.median(driven[known] / moved[known])) if np.count_nonzero(known) > 5 else 0.0
+
+
+def check_stamps(log: Log, file: str, findings: Findings) -> None:
+    """Jitter and gaps; duplicated and reversed stamps are the reader's findings."""
+    steps = np.diff(log.t)
+    steps = steps[steps > 0]
+    if len(steps) < 10:
+        return
+    median = float(np.median(steps))
+    gaps = np.flatnonzero(np.diff(log.t) > max(GAP * median, median + 0.02))
+    regular = steps[steps < 1.6 * median]  # without rows that are missing
+    share = float(np.std(regular)) / median
+    mixed = any(np.isnan(values).mean() > 0.2 for values in log.columns.values())
+    if share > JITTER and not mixed:
+        findings.add(
+            "log.jitter",
+            file,
+            None,
+            "column t",
+            "the sample interval scatters",
+            found=f"{100 * share:.1f} % of {median:.4g} s (standard deviation)",
+            allowed=f"up to {100 * JITTER:.0f} %",
+            hint="these are stamps of reception: record the sender's stamps, or allow for as much in every delay found",
+            severity="warning",
+        )
+    spans = np.diff(log.t)[gaps]
+    if mixed:  # topics of several rates: their common stamps are uneven
+        gaps = gaps[spans > max(1.0, 10.0 * median)]
+        spans = np.diff(log.t)[gaps]
+    if len(gaps):
+        lost, longest = float(np.sum(spans - median)), int(np.argmax(spans))
+        parted = lost > PARTED * log.duration
+        count = "a gap" if len(gaps) == 1 else f"{len(gaps)} gaps, {lost:.3g} s in all, the longest"
+        findings.add(
+            "log.gap",
+            file,
+            None,
+            "column t",
+            f"{count} of {spans[longest]:.3g} s at t = {log.t[gaps[longest]]:.6g} s"
+            + (": most of the time is missing, these are several recordings" if parted else ""),
+            hint="cut the log there: LOG@START:STOP",
+            severity="error" if parted else "warning",
+        )
+
+
+def check_jumps(log: Log, file: str, findings: Findings) -> None:
+    """A state that jumps farther than its rates allow: another run begins, or a position fix jumped."""
+    fixes = _fixes(log)
+    if fixes is None:
+        return
+    t, x, y, v, yaw = fixes
+    steps, top = np.diff(t), float(np.percentile(np.abs(v), 95))
+    moved = np.hypot(np.diff(x), np.diff(y))
+    beyond = moved - np.maximum(np.abs(v[1:]), np.abs(v[:-1])) * np.abs(steps)
+    usual = float(np.median(np.abs(beyond)))
+    jumps = np.flatnonzero(beyond > max(20.0 * usual, 0.25, 0.05 * top) + 0.5 * top * np.maximum(steps - 0.1, 0.0))
+    if not len(jumps):
+        return
+    row = int(jumps[np.argmax(beyond[jumps])])
+    turned = abs(float(np.angle(np.exp(1j * (yaw[row + 1] - yaw[row]))))) > max(0.15, 5.0 * abs(float(steps[row])))
+    faster = abs(v[row + 1] - v[row]) > 15.0 * abs(steps[row]) + 0.1 * top + 0.05
+    far = beyond[row] > max(1.5 * top, 5.0 if top > 3.0 else 0.0)
+    others = [name for name, jumped in (("yaw", turned), ("v", faster)) if jumped]
+    if far or (others and beyond[row] > 0.3 * top):
+        findings.add(
+            "log.concatenated", file, None, "column x",
+            f"{' and '.join(['x, y', *others])} jump by {beyond[row]:.3g} m at t = {t[row + 1]:.6g} s: "
+            "another run begins there", hint=f"split it: LOG@:{t[row + 1]:.6g} and LOG@{t[row + 1]:.6g}:",
+        )  # fmt: skip
+        return
+    findings.add(
+        "log.position_jump", file, None, "column x",
+        f"the position jumps {len(jumps)} times, most by {beyond[row]:.3g} m at t = {t[row + 1]:.6g} s, "
+        "while speed and heading go on", hint="a position fix that jumped, or two runs in one file: cut the log there",
+        severity="warning",
+    )  # fmt: skip
+
+
+def _fixes(log: Log) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray] | None:
+    """t, x, y and the speed and yaw at those times, where the position was measured; None without enough of them."""
+    if not {"x", "y", "v"} <= log.columns.keys():
+        return None
+    x, y, v = (log.columns[name] for name in "xyv")
+    seen, known = np.isfinite(x) & np.isfinite(y), np.isfinite(v)
+    if np.count_nonzero(seen) < 20 or np.count_nonzero(known) < 20:
+        return None
+    t = log.t[seen]
+    yaw = log.columns.get("yaw", np.zeros(len(x)))
+    turned = np.isfinite(yaw)
+    heading = np.interp(t, log.t[turned], np.unwrap(yaw[turned])) if np.count_nonzero(turned) > 1 else np.zeros(len(t))
+    return t, x[seen], y[seen], np.interp(t, log.t[known], v[known]), heading
+
+
+def check_commands(motion: Motion, file: str, findings: Findings) -> None:
+    """Steering and drive that answer equally late: two actuators, or one clock of the commands."""
+    turn = next((name for name in ("yaw_rate", "turn", "path_turn") if name in motion.of), None)
+    if turn is None or not motion.has("v", "steer_cmd", "accel_cmd"):
+        return
+    of, at = motion.of, motion.moving
+    steering, steered = best_lag(
+        np.where(at, of[turn], np.nan), np.where(at, of["steer_cmd"] * of["v"], np.nan), motion.step, 1.0, positive=True
+    )
+    drive, driven = best_lag(
+        np.where(at, of["accel"], np.nan), np.where(at, of["accel_cmd"], np.nan), motion.step, 1.0, positive=True
+    )
+    if min(steered, driven) < 0.8 or min(steering, drive) < 1.5 * OFFSET or abs(steering - drive) > 0.06:
+        return
+    findings.add(
+        "log.clock_offset", file, None, "column steer_cmd, accel_cmd",
+        f"steering and drive both answer {0.5 * (steering + drive):.2f} s after their commands",
+        hint="the clock of the commands is off, or both actuators are equally late, the data cannot say which: "
+        "look how the commands are stamped", severity="warning",
+    )  # fmt: skip
+
+
+def check_offsets(motion: Motion, median: float, file: str, findings: Findings) -> None:
+    """Channels whose clock disagrees with the others'."""
+    lags = pair_lags(motion)
+    allowed = {pair: max(_TOLERANCE[pair], 2.0 * median) for pair in lags}
+    # A place of the antenna moves the path's turn against yaw as a clock would: that pair only helps to tell channels.
+    off = {pair: lag for pair, lag in lags.items() if abs(lag) > allowed[pair] and pair[0] != "path_turn"}
+    if not off:
+        return
+    best: tuple[float, dict[tuple[str, ...], float]] | None = None
+    for sources in _EXPLANATIONS:
+        if best is not None and len(sources) > len(best[1]):
+            break  # one channel that explains all is better than two
+        delays = {source: _delay(source, sources, lags) for source in sources}
+        if any(abs(delay) <= 0.75 * OFFSET for delay in delays.values()):
+            continue
+        miss = [
+            (lag - sum(delays[source] * _sign(pair, source) for source in sources)) / (allowed[pair] + 0.25 * abs(lag))
+            for pair, lag in lags.items()
+        ]
+        score = float(np.sum(np.square(miss)))
+        if max(map(abs, miss)) <= 1.0 and (best is None or score < best[0] - 1e-9):
+            best = (score, delays)
+    if best is not None:
+        for source, delay in best[1].items():
+            _tell(", ".join(source), delay, "the other channels", file, findings)
+        return
+    for (first, second), lag in off.items():
+        _tell(", ".join(_CHANNELS[first]), lag, ", ".join(_CHANNELS[second]), file, findings)
+
+
+def _delay(source: tuple[str, ...], sources: tuple[tuple[str, ...], ...], lags: dict[tuple[str, str], float]) -> float:
+    """Delay of a source by the sharpest pair that it takes part in alone; 0 if there is none."""
+    own = [
+        (_TOLERANCE[pair], lag * _sign(pair, source))
+        for pair, lag in lags.items()
+        if _sign(pair, source) and not any(_sign(pair, other) for other in sources if other != source)
+    ]
+    return min(own, default=(0.0, 0.0), key=lambda entry: entry[0])[1]
+
+
+def pair_lags(motion: Motion) -> dict[tuple[str, str], float]:
+    """Lag [s] of each pair of channels that can be judged: both there, moving enough, and of one shape."""
+    of = dict(motion.of)
+    if motion.has("v", "yaw_rate"):
+        of["v*yaw_rate"] = of["v"] * of["yaw_rate"]
+    lags: dict[tuple[str, str], float] = {}
+    for first, second, least, _ in PAIRS:
+        if first not in of or second not in of:
+            continue
+        needs_motion = first in ("path_turn", "ay")
+        a = np.where(motion.moving, of[first], np.nan) if needs_motion else of[first]
+        b = of[second]
+        known = np.isfinite(a) & np.isfinite(b)
+        if np.count_nonzero(known) < 100 or min(np.std(a[known]), np.std(b[known])) < least:
+            continue
+        lag, top = best_lag(a, b, motion.step, LONGEST, positive=True)
+        if top < 0.6 or abs(lag) >= LONGEST - motion.step:
+            continue
+        if top**2 - correlation(a[known], b[known]) ** 2 < 0.05 * (1.0 - top**2):
+            lag = 0.0  # no better than together
+        lags[first, second] = lag
+    return lags
+
+
+def _sign(pair: tuple[str, str], source: tuple[str, ...]) -> int:
+    """+1 if the source is the pair's first channel alone, -1 if its second, 0 if both or none."""
+    first = any(channel in source for channel in _CHANNELS[pair[0]])
+    second = any(channel in source for channel in _CHANNELS[pair[1]])
+    return int(first) - int(second)
+
+
+def _tell(channel: str, lag: float, other: str, file: str, findings: Findings) -> None:
+    findings.add(
+        "log.clock_offset",
+        file,
+        None,
+        f"column {channel}",
+        f"{channel} comes {abs(lag):.2f} s {'later' if lag > 0 else 'earlier'} than {other} tell",
+        hint="a clock offset or a sensor's latency, the data cannot say which: "
+        "correct the stamps by `delay` in a mapping, or let the model have the latency",
+        severity="warning",
+    )

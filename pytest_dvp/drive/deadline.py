@@ -1,0 +1,179 @@
+"""A deadline on calls of a stack that runs in the harness's own process: its Python code is interrupted.
+
+In the main thread a signal interrupts what waits, too (a sleep, a socket, a lock). In another thread only Python code
+is interrupted, between two of its instructions. C code that never comes back is out of reach here: a stack that is
+given by name runs in a process of its own, which is ended (`pytest_dvp.drive.stack_process`).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import signal
+import sys
+import threading
+import time
+import traceback
+from collections.abc import Iterator
+from types import FrameType
+
+from pytest_dvp.drive.compile_time import COMPILING
+from pytest_dvp.drive.stack_faults import hung
+
+FIRST = 6.0  # times the limit: what a first tick, an import or a constructor has, as they may load or compile
+TICK_LIMIT = 10.0  # s of wall time; 200 times the cycle, so that a machine under load ends no healthy stack
+AGAIN = 0.2  # s until a stack that catches the interruption is interrupted again
+_NEVER = float("inf")
+_LONG = 3600.0  # s; the system does not wait for more than some centuries
+_SIGNAL = getattr(signal, "SIGURG", None)  # does nothing unless somebody asks for it
+
+
+class _Interrupted(BaseException):
+    """Raised in the stack's code; no Exception, so that `except Exception` there does not swallow it."""
+
+
+class Deadline:
+    """Interrupts what runs `within` it, in the thread that calls it.
+
+    name   of the stack, for messages
+    limit  [s] of wall time for a call; `math.inf` for none. Time in which numba compiles does not count.
+    wall   time (`time.monotonic`) at which the whole run must be over; `wall_limit` how long it had [s]
+    """
+
+    def __init__(self, name: str, limit: float = TICK_LIMIT) -> None:
+        self.name, self.limit = name, limit
+        self.wall, self.wall_limit = _NEVER, _NEVER
+        self._thread: threading.Thread | None = None
+        self._changed = threading.Condition()
+        self._closed = False
+        self._until = _NEVER  # of the call that runs now
+        self._compiled, self._wakes = 0.0, 0.0
+        self._target, self._by_signal = 0, False
+        self._old_handler: object = None
+        self._late = False
+        self._found: list[traceback.FrameSummary] = []  # where it was when its time was over
+
+    @contextlib.contextmanager
+    def within(self, call: str, *, first: bool = False) -> Iterator[None]:
+        """Raises StackHung if the code within does not return in time. `call`: what it is, as "tick"."""
+        limit = limit_of(self.limit, first=first)
+        if limit == self.wall == _NEVER:
+            yield
+            return
+        self._ensure_watched()
+        self._late, self._compiled = False, COMPILING.seconds
+        until = time.monotonic() + limit
+        try:
+            try:
+                self._arm(until)
+                yield
+            finally:
+                self._disarm()
+        except KeyboardInterrupt:
+            raise
+        except BaseException:  # whatever the stack made of the interruption
+            if not self._overdue:
+                raise
+        if self._overdue:
+            wall = self.wall <= until
+            line = overdue(self.name, call, limit, self.wall_limit if wall else None)
+            raise hung(line, self._found, wall=wall) from None
+
+    def close(self) -> None:
+        """End the watch; the signal is what it was before."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        if self._by_signal and threading.current_thread() is threading.main_thread():
+            signal.signal(_SIGNAL, self._old_handler)  # type: ignore[arg-type]
+        self._by_signal = False
+
+    def _ensure_watched(self) -> None:
+        me = threading.get_ident()
+        if self._thread is not None and self._target == me:
+            return
+        self.close()
+        self._target, self._closed = me, False
+        if threading.current_thread() is threading.main_thread() and _SIGNAL is not None:
+            self._old_handler = signal.getsignal(_SIGNAL)
+            if self._old_handler in (signal.SIG_DFL, signal.SIG_IGN):
+                signal.signal(_SIGNAL, self._strike)
+                self._by_signal = True
+        self._thread = threading.Thread(target=self._watch, daemon=True, name="dvp-deadline")
+        self._thread.start()
+
+    @property
+    def _overdue(self) -> bool:
+        return self._late
+
+    def _arm(self, until: float) -> None:
+        with self._changed:
+            self._until = until
+            if min(until, self.wall) < self._wakes:
+                self._changed.notify()
+
+    def _disarm(self) -> None:
+        """The call is over. What was asked for before and has not come yet must not come in the harness."""
+        while True:
+            try:
+                with self._changed:
+                    self._until = _NEVER
+                break
+            except _Interrupted:
+                continue
+        if self._late and not self._by_signal:
+            _raise_in(self._target, nothing=True)
+
+    def _watch(self) -> None:
+        """Wakes when a deadline may have passed, and not for each tick: a run in real time is not disturbed."""
+        with self._changed:
+            while not self._closed:
+                now = time.monotonic()
+                if self._until == _NEVER:
+                    wait = min(self.limit, _LONG)
+                else:
+                    wait = min(self._until + COMPILING.seconds - self._compiled, self.wall, now + _LONG) - now
+                if wait <= 0.0:
+                    self._interrupt()
+                    wait = AGAIN
+                self._wakes = now + wait
+                self._changed.wait(wait)
+
+    def _interrupt(self) -> None:
+        frame = sys._current_frames().get(self._target)
+        if frame is None:
+            return
+        if not self._late:
+            self._late = True
+            self._found = list(reversed(traceback.StackSummary.extract(traceback.walk_stack(frame))))
+        if self._by_signal and _SIGNAL is not None:
+            with contextlib.suppress(ProcessLookupError):
+                signal.pthread_kill(self._target, _SIGNAL)
+        else:
+            _raise_in(self._target)
+
+    def _strike(self, number: int, frame: FrameType | None) -> None:
+        """In the main thread: too late for a call that has returned meanwhile."""
+        if self._until != _NEVER and self._late:
+            raise _Interrupted
+
+
+def limit_of(limit: float, *, first: bool) -> float:
+    """Wall time [s] that a call has; `first`: the first tick, a constructor, an import."""
+    return FIRST * limit if first else limit
+
+
+def overdue(name: str, call: str, limit: float, wall_limit: float | None) -> str:
+    """The line that says so. `wall_limit` [s], if it is that of the run that is over."""
+    if wall_limit is not None:
+        return f"ADS {name}: {call} did not return before the wall limit of {wall_limit:g} s ended the run"
+    return f"ADS {name}: {call} did not return within {limit:g} s (--tick-limit)"
+
+
+def _raise_in(thread: int, *, nothing: bool = False) -> None:
+    """Let a thread raise `_Interrupted` at its next instruction, or take that back."""
+    what = None if nothing else ctypes.py_object(_Interrupted)
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), what)

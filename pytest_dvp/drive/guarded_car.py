@@ -1,0 +1,44 @@
+"""The car of stages pe and rw behind its command gate: in this process, or a real one by the wall clock in its own."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pytest_dvp.drive.stages import gate_apart, open_vehicle
+
+if TYPE_CHECKING:
+    from pytest_dvp.drive.guard_log import GateLog
+    from pytest_dvp.drive.preparation import Request
+    from vehicle.guard.envelope import Envelope
+    from vehicle.guard.guarded_vehicle import Gated
+    from vehicle.guard.process import GateProcess
+
+
+def behind_gate(request: Request, envelope: Envelope | None, gate_log: GateLog) -> Gated | GateProcess:
+    """The car that is asked for; `gate_log` gets what its gate decides. Raises VehicleLost if it does not come."""
+    name, _, argument = request.vehicle.partition(":")
+    max_speed, area = (None, None) if envelope is None else (envelope.max_speed, envelope.area)
+    scenario, apart = request.path.name, gate_apart(request.vehicle)
+    if apart is None:
+        from vehicle.guard.guarded_vehicle import Gated, limits_of
+
+        car, gate_log.punctuality = open_vehicle(
+            request.stage,
+            request.vehicle,
+            request.seed,
+            request.dbc,
+            request.fault,
+            clock=request.clock,
+            record=gate_log.wire.record,
+        )
+        limits = limits_of(car.description, max_speed=max_speed, area=area)
+        keys = request.arming is not None
+        return Gated(car, limits, name=name, scenario=scenario, record=gate_log.record, keys=keys)
+    from vehicle.guard.process import GateProcess
+    from vehicle.guard.process_messages import Opening
+
+    place, parallel = apart.place, request.stage == "pe"
+    opening = Opening(place, argument, parallel, request.seed, name, scenario, max_speed, area)
+    held = GateProcess(opening, record=gate_log.record, trouble=gate_log.wire.record)
+    gate_log.punctuality = held.punctuality
+    return held

@@ -1,0 +1,98 @@
+"""What a stack asked for beside what was asked for in the recording that is played to it: for the log, and the metrics.
+
+An event of the kind `replay` says when the two have gone apart; from then on nothing measured of the ego's motion says
+anything about the stack, so that metrics of a closed loop are invalid in such a log.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from pytest_dvp.drive.guard_log import GateLog, obeyed
+from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.signals import COMMAND_COLUMNS
+
+if TYPE_CHECKING:
+    from pytest_dvp.logs.recorder import LogRecorder
+    from pytest_dvp.metrics import MetricValue
+    from vehicle.adapters.replay import Difference
+
+REPLAY = "replay"
+ERRORS = ("replay_steer_error", "replay_accel_error")  # metrics
+
+
+class ReplayLog(GateLog):
+    """Takes every difference (`compare`) and hands what follows to a recorder once a tick.
+
+    length: of the recording [s]
+    """
+
+    def __init__(self, length: float) -> None:
+        from vehicle.adapters.replay import Judge
+
+        super().__init__()
+        self.length = length
+        self._judge = Judge()
+        self._newest: Difference | None = None
+        self._told: list[tuple[float, str]] = []
+
+    def compare(self, difference: Difference) -> None:
+        """Keep what was asked for at one instant."""
+        self._newest = difference
+        if self._judge.hear(difference) and self._judge.diverged is not None:
+            text = f"steering {difference.steer_off:+.3f} rad, acceleration {difference.accel_off:+.2f} m/s^2 off"
+            self._told.append((self._judge.diverged, text))
+
+    def drain(self, recorder: LogRecorder) -> None:
+        """An event `replay` when the two have gone apart."""
+        super().drain(recorder)
+        for t, text in self._told:
+            recorder.event(t, REPLAY, "apart", text)
+        self._told.clear()
+
+    @property
+    def output(self) -> dict[str, float]:
+        """What was asked for then: columns replay.steer_cmd [rad], replay.accel_cmd [m/s^2]."""
+        if self._newest is None:
+            return {}
+        return {"replay.steer_cmd": self._newest.steer, "replay.accel_cmd": self._newest.accel}
+
+
+def commands_apart(log: Log) -> float | None:
+    """When [s] the stack and the recording went apart; None if they did not, or nothing was replayed."""
+    return min((event.t for event in log.events if event.kind == REPLAY), default=None)
+
+
+def as_driven(log: Log) -> Log:
+    """A log with the commands that its car obeyed: of a replay those of the recording, not what this stack asked for,
+    else those that a command gate let out, where one stood before the car.
+
+    Raises LogError if the recording that was played holds no commands.
+    """
+    if log.meta.get("vehicle", {}).get("name") != REPLAY:
+        passed = {name: obeyed(log, name) for name in COMMAND_COLUMNS}
+        return dataclasses.replace(log, columns={**log.columns, **{n: c for n, c in passed.items() if c is not None}})
+    recorded = {name.removeprefix("replay."): values for name, values in log.columns.items() if "replay." in name}
+    if not recorded:
+        raise LogError("the recording that was played holds no commands")
+    kept = {name: values for name, values in log.columns.items() if name not in COMMAND_COLUMNS}
+    return dataclasses.replace(log, columns={**kept, **recorded})
+
+
+def said_of(log: Log, metrics: Mapping[str, MetricValue]) -> tuple[str, ...]:
+    """One line about what a stack asked for in a replay, whether a gate judges it or not; nothing for other runs.
+
+    metrics: those of the log by name
+    """
+    if log.meta.get("vehicle", {}).get("name") != REPLAY:
+        return ()
+    off = [metrics[name] for name in ERRORS]
+    if not all(each.valid for each in off):
+        return ("recording: it holds no commands; whether this stack would have driven so, nobody can tell",)
+    parts = [f"{each.value:.2g} {each.unit} (at most {each.extra['greatest']:.2g} at t={each.t:.2f} s)" for each in off]
+    line = f"recording: off its commands by {parts[0]}, {parts[1]}, root mean square"
+    apart = commands_apart(log)
+    more = "" if apart is None else f"; apart from t={apart:.2f} s on: metrics of the ego's motion are INVALID"
+    return (line + more,)

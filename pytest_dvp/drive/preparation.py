@@ -1,0 +1,426 @@
+"""Everything a run needs, read and checked before anything moves: scenario, road, task, vehicle, stack, traffic."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import hashlib
+import importlib.metadata
+import itertools
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+
+from openscenario.findings import Finding, ScenarioError
+from openscenario.model.entities import ScenarioObject
+from openscenario.model.scenario import Scenario
+from openscenario.read import read_scenario
+from openscenario.road.network import RoadNetwork, load_network
+from openscenario.road.route import RouteError
+from openscenario.storyboard.engine import Storyboard
+from openscenario.storyboard.reading import USUAL, Reading
+from pytest_dvp.drive.compute_delay import ComputeDelay, Delayed
+from pytest_dvp.drive.deadline import TICK_LIMIT, Deadline
+from pytest_dvp.drive.ego_model import fitted_model, told
+from pytest_dvp.drive.ego_task import EgoTask, find_ego, task_of
+from pytest_dvp.drive.guard_log import ARRIVED, GateLog
+from pytest_dvp.drive.guarded_car import behind_gate
+from pytest_dvp.drive.parameter_checks import declared_names
+from pytest_dvp.drive.stack_host import find_ads, make_driver
+from pytest_dvp.drive.stack_parameters import as_plain, in_force
+from pytest_dvp.drive.stages import CAN, REPLAY, ROS1, STEPPED, SURROGATE, VEHICLES, StageError, hidden_in, label
+from pytest_dvp.drive.world import World
+from pytest_dvp.logs.event_names import EventNames
+from pytest_dvp.logs.recorder import LogRecorder
+from pytest_dvp.text.paths import shown
+from pytest_dvp.verdicts.gate_references import unknown_names
+from pytest_dvp.verdicts.judging import GateError, GateFile, default_gates, read_gates
+from vehicle.adapter import Vehicle
+from vehicle.messages import Command, FloatArray, RoadPoint, VehicleDescription, VehicleState
+from vehicle.model.effect_catalogue import effects_of_files
+from vehicle.model.model_file import read_model
+
+if TYPE_CHECKING:
+    from ads.parameters import Parameters
+    from pytest_dvp.drive.loop import Driver
+    from pytest_dvp.drive.stack_host import Ads
+    from pytest_dvp.drive.stack_parameters import Own
+
+KEPT_LANE = 2000  # m of reference line ahead of an ego without a goal, a point every metre
+
+
+@dataclasses.dataclass(frozen=True)
+class Request:
+    """What was asked for; see `pytest_dvp.drive.run.run`."""
+
+    path: Path
+    stage: str
+    seed: int
+    parameters: Mapping[str, str | float | bool]
+    P: Mapping[str, str | float]
+    S: Mapping[str, str | float]
+    model: Path | None
+    gates: Path | None
+    library: tuple[Path, ...]
+    rootdir: Path | None
+    ego: str | None
+    ads: Ads | None = None  # None: the reference stack
+    effects: tuple[Path, ...] = ()
+    vehicle: str = SURROGATE  # of stages pe and rw
+    clock: str = "stepped"  # of stages pe and rw
+    arming: Path | None = None  # of a real car
+    envelope: Path | None = None  # of a real car
+    dbc: Path | None = None  # of a vehicle on CAN
+    fault: str | None = None  # put on the wire
+    gated: bool = False  # the twin behind the command gate, too
+    reading: Reading = USUAL  # of the scenario
+    tick_limit: float = TICK_LIMIT  # s of wall time for a tick of the stack
+    stack_process: str | None = None  # "on" or "off" where that was asked for
+    compute_delay: ComputeDelay | None = None  # of the stack's commands, on stage dt
+
+
+@dataclasses.dataclass(frozen=True)
+class Ready:
+    """A run that could start now."""
+
+    scenario: Scenario
+    network: RoadNetwork
+    gates: GateFile
+    ego: str
+    task: EgoTask
+    storyboard: Storyboard
+    world: World
+    vehicle: Vehicle
+    driver: Driver
+    recorder: LogRecorder
+    first_row: FloatArray  # (1, 12) TRACE_COLUMNS at t = 0
+    gate_log: GateLog = dataclasses.field(default_factory=GateLog)  # of stages pe and rw
+
+    def close(self) -> None:
+        self.vehicle.close()
+        self.world.close()
+        self.driver.close()
+
+
+def prepare(request: Request) -> Ready:
+    """Read and check everything. Raises what `pytest_dvp.drive.run.run` says."""
+    gates, gate_folder = _gates(request)
+    parameters = {**_of_the_scenario(request), **request.parameters}
+    scenario = read_scenario(request.path, library=request.library, rootdir=request.rootdir, parameters=parameters)
+    wrong = [name for name in unknown_names(gates, scenario, request.path.name) if name.severity == "error"]
+    if wrong:  # before the drive, which such a gate could not judge
+        raise GateError(wrong)
+    network = network_of(scenario)
+    ego = find_ego(scenario, request.ego)
+    ads = request.ads or find_ads()
+    P = in_force(ads, request.P, request.stage)
+    vehicle, about, gate_log = _vehicle(request, ego)
+    try:
+        ready = _ready(request, scenario, network, gates, gate_folder, ego, (ads, P), vehicle, about)
+        return dataclasses.replace(ready, gate_log=gate_log)
+    except BaseException:
+        vehicle.close()
+        raise
+
+
+def _ready(
+    request: Request,
+    scenario: Scenario,
+    network: RoadNetwork,
+    gates: GateFile,
+    gate_folder: Path,
+    ego: ScenarioObject,
+    stack: tuple[Ads, Parameters | Own],
+    vehicle: Vehicle,
+    about: Mapping[str, Any],
+) -> Ready:
+    """The run, its vehicle at its start."""
+    storyboard = Storyboard(scenario, network, external=[ego.name], seed=request.seed, reading=request.reading)
+    storyboard.start()
+    entity = storyboard.entities[ego.name]
+    asked = gates.task
+    task = task_of(entity, network, asked.start if asked else None, asked.goal if asked else None)
+    check_place(network, task.start, gates.file)
+    if task.goal is not None:
+        check_place(network, task.goal, gates.file)
+    state = VehicleState(t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed)
+    armed = _reset(vehicle, state, request)
+    chosen, P = stack
+    limit = math.inf if getattr(chosen.factory, "has_own_deadline", False) else request.tick_limit
+    watch = Deadline(chosen.name, limit)
+    driver: Driver = make_driver(chosen, P, network, _known(vehicle.description, request), watch)
+    try:
+        return _with_driver(
+            request, scenario, network, (gates, gate_folder), storyboard, (ego.name, task, state), stack, driver,
+            vehicle, about, armed,
+        )  # fmt: skip
+    except BaseException:
+        driver.close()
+        raise
+
+
+def _with_driver(
+    request: Request,
+    scenario: Scenario,
+    network: RoadNetwork,
+    judged: tuple[GateFile, Path],
+    storyboard: Storyboard,
+    ego: tuple[str, EgoTask, VehicleState],
+    stack: tuple[Ads, Parameters | Own],
+    driver: Driver,
+    vehicle: Vehicle,
+    about: Mapping[str, Any],
+    armed: bool | None,
+) -> Ready:
+    """The run, its stack made."""
+    (gates, gate_folder), (name, task, state), (chosen, P) = judged, ego, stack
+    meta = {
+        "scenario": request.path.name,
+        "scenario_sha256": scenario.sha256,
+        "road_sha256": _sha256(scenario.road_network.logic_file),
+        "parameters": {declared.name: declared.value for declared in scenario.parameter_declarations},
+        "P": as_plain(P),
+        "S": {name: str(value) for name, value in request.S.items()},
+        "ads": chosen.name,
+        "seed": request.seed,
+        "stage": label(request.stage, request.vehicle),
+        "versions": versions(),
+        "storyboard_events": list(EventNames(scenario)),
+        "collision_events": EventNames(scenario).of_collisions(name),
+        "task": _task_meta(task),
+        **about,
+    }
+    if request.reading != USUAL:
+        meta["reading"] = request.reading
+    if request.compute_delay is not None:
+        meta["compute_delay"] = str(request.compute_delay)
+    if armed is not None:
+        meta["vehicle"] = {**meta["vehicle"], "armed": armed}
+    if driver.nets:
+        meta["nets"] = driver.nets
+    road: list[dict[str, Any]] = [{"kind": border.kind, "points": border.points} for border in network.boundaries(1.0)]
+    road += [{"kind": "crosswalk", "points": crosswalk.outline} for crosswalk in network.crosswalks]
+    recorder = LogRecorder(meta, reference=_reference(network, task, gates.file), road=road)
+    traffic = None
+    if gates.traffic is not None:
+        from pytest_dvp.drive.sumo_traffic import SumoTraffic
+
+        traffic = SumoTraffic(gate_folder / gates.traffic.net, gate_folder / gates.traffic.routes, request.seed)
+    world = World(storyboard, name, vehicle.description, masses(scenario), traffic)
+    row = np.array([[0.0, state.x, state.y, state.z, state.yaw, state.v, state.vx, 0, 0, 0, 0, 0]], dtype=np.float64)
+    if request.compute_delay is not None:
+        vehicle = _delayed(vehicle, request, recorder, state)
+    return Ready(scenario, network, gates, name, task, storyboard, world, vehicle, driver, recorder, row)
+
+
+def _delayed(vehicle: Vehicle, request: Request, recorder: LogRecorder, state: VehicleState) -> Delayed:
+    """The vehicle behind the time that the stack takes; what arrives goes into the log, if no gate does so."""
+
+    def record(t: float, command: Command) -> None:
+        if not request.gated:
+            asked = {name: getattr(command, name) for name in ("steer", "accel", "throttle", "brake")}
+            recorder.hold(t, {f"{ARRIVED}{name}_cmd": value for name, value in asked.items()})
+
+    record(0.0, Command(0.0, state.steer, 0.0, 0.0, 0.0))  # before the first one arrives
+    assert request.compute_delay is not None
+    return Delayed(vehicle, request.compute_delay, request.seed, record)
+
+
+def network_of(scenario: Scenario) -> RoadNetwork:
+    """The road of a scenario. Raises ScenarioError if it names none or a broken one."""
+    file = scenario.road_network.logic_file
+    if file is None:
+        at = scenario.road_network.at
+        text = "the scenario names no road network (RoadNetwork/LogicFile)"
+        finding = Finding("dvp.no_road", "error", str(scenario.path), at.line or None, "RoadNetwork", text=text)
+        raise ScenarioError([finding])
+    stat = file.stat()
+    return _network(file, stat.st_mtime_ns, stat.st_size)
+
+
+@functools.lru_cache(maxsize=4)
+def _network(path: Path, changed: int, size: int) -> RoadNetwork:
+    """Networks are immutable, and the variants of one scenario share theirs."""
+    return load_network(path)
+
+
+def reference_line(network: RoadNetwork, task: EgoTask) -> FloatArray:
+    """Centre line (n, 2) of the task's route in driving direction; without a goal, of the lane as far as it leads."""
+    if task.goal is not None:
+        points = (task.start, *task.route, task.goal)
+        legs = [network.centreline(network.route(a, b))[:, :2] for a, b in itertools.pairwise(points)]
+        return np.concatenate([legs[0], *(leg[1:] for leg in legs[1:])])
+    pose = network.lane_pose(*task.start)
+    place = network.locate(pose.x, pose.y, pose.h)._replace(road=task.start.road, lane=task.start.lane, s=task.start.s)
+    line = [(pose.x, pose.y)]
+    while len(line) < KEPT_LANE and not network.dead_end(place):
+        place = network.advance(place._replace(offset=0.0), 1.0)
+        pose = network.lane_pose(place.road, place.lane, place.s)
+        line.append((pose.x, pose.y))
+    return np.array(line)
+
+
+def _reference(network: RoadNetwork, task: EgoTask, file: str) -> FloatArray:
+    try:
+        return reference_line(network, task)
+    except RouteError as error:
+        raise ScenarioError([Finding("dvp.task", "error", file, None, "task", text=str(error))]) from None
+
+
+def check_place(network: RoadNetwork, place: RoadPoint, file: str) -> None:
+    """Raises ScenarioError if a place of the task is not on the road."""
+    try:
+        network.lane_pose(place.road, place.lane, place.s)
+    except KeyError as error:
+        text = f"a place of the task is not on the road: {error.args[0]}"
+        raise ScenarioError([Finding("dvp.task", "error", file, None, "task", text=text)]) from None
+
+
+def masses(scenario: Scenario) -> dict[str, float]:
+    """Masses [kg] of the entities whose file states one."""
+    stated = {entity.name: getattr(entity.entity, "mass", None) for entity in scenario.entities}
+    return {name: float(mass) for name, mass in stated.items() if mass}
+
+
+@functools.cache
+def versions() -> dict[str, str]:
+    """Versions of what could change a result."""
+    return {name: importlib.metadata.version(name) for name in ("pytest-dvp", "numpy", "numba", "pymunk", "daqp")}
+
+
+def _gates(request: Request) -> tuple[GateFile, Path]:
+    path = request.gates
+    if path is None:
+        beside = request.path.with_name(f"{request.path.stem}.gates.toml")
+        path = beside if beside.is_file() else None
+    return (read_gates(shown(path)), path.parent) if path is not None else (default_gates(), request.path.parent)
+
+
+def _of_the_scenario(request: Request) -> dict[str, str]:
+    """Parameters S of the paper that the scenario declares: it is the scenario that moves the pedestrian."""
+    from vehicle.model.simulator_parameters import scenario_parameters
+
+    values = scenario_parameters(request.S)
+    declared = declared_names(request.path) if values else ()
+    return {name: repr(value) for name, value in values.items() if name in declared}
+
+
+def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
+    if request.stage != "dt":
+        return _car(request, ego)
+    from vehicle.model.simulator_parameters import apply_s
+    from vehicle.sensors import default_sensors
+    from vehicle.twin import Twin
+
+    model, about = fitted_model(request.model, ego, request.effects)
+    model, sensors = apply_s(model, default_sensors(car=model.car), request.S)
+    twin: Vehicle = Twin(model, sensors, request.seed)
+    gate_log = GateLog()
+    if request.gated:
+        from vehicle.guard.guarded_vehicle import Gated, limits_of
+
+        limits = limits_of(twin.description)
+        twin = Gated(twin, limits, name="twin", scenario=request.path.name, record=gate_log.record)
+    return twin, {"model": told(model, about), "ego": {"name": ego.name, **_size(twin.description)}}, gate_log
+
+
+def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
+    """The car of stages pe and rw behind the command gate; its body is its own, not the scenario's."""
+    from vehicle.guard.envelope import read_envelope
+    from vehicle.model.simulator_parameters import scenario_parameters
+
+    if request.vehicle.partition(":")[0] == REPLAY:
+        return _replayed(request, ego)
+    if refused := sorted(set(request.S) - set(scenario_parameters(request.S))):
+        raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.stage} is what it is")
+    envelope = None if request.envelope is None else read_envelope(request.envelope)  # before waiting for the car
+    gate_log = GateLog()
+    car = behind_gate(request, envelope, gate_log)
+    name = request.vehicle.partition(":")[0]
+    allowed = {} if envelope is None or envelope.max_speed is None else {"envelope_speed": envelope.max_speed}
+    if name not in VEHICLES:
+        about = {"name": request.vehicle, "clock": request.clock, **allowed}
+        return car, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
+    hidden = hidden_in(request.vehicle)
+    about = {"name": SURROGATE, "hidden_sha256": "" if hidden is None else _sha256(hidden)}
+    about |= allowed
+    about |= {"clock": request.clock} if request.clock != STEPPED else {}
+    if name == ROS1:
+        about |= {"wire": ROS1}
+    if name == CAN:
+        about |= {"wire": CAN, "dbc_sha256": _sha256(request.dbc) if request.dbc is not None else ""}
+    return car, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
+
+
+def _replayed(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
+    """A recording in the place of the car. No gate: nothing hangs on it that could move."""
+    from pytest_dvp.drive.playback_log import ReplayLog
+    from pytest_dvp.drive.playback_source import open_recording
+    from vehicle.adapters.mirror import Parallel
+    from vehicle.adapters.replay import Replay
+    from vehicle.sensors import default_sensors
+    from vehicle.twin import Twin
+
+    argument = request.vehicle.partition(":")[2]
+    model, _ = fitted_model(request.model, ego, request.effects)
+    recording, looks = open_recording(argument, Twin(model, default_sensors(car=model.car), request.seed).description)
+    replay_log = ReplayLog(recording.duration)
+    replay: Vehicle = Replay(recording, replay_log.compare)
+    if request.stage == "pe" or not looks:
+        replay = Parallel(replay, request.seed)
+    about = {"name": REPLAY, "log": Path(argument).name, "commands": len(recording.commands) > 0}
+    return replay, {"vehicle": about, "ego": {"name": ego.name, **_size(replay.description)}}, replay_log
+
+
+def _reset(vehicle: Vehicle, state: VehicleState, request: Request) -> bool | None:
+    """Put the vehicle at its start. Of a car that needs keys, whether it is armed: with both; with one a dry run.
+
+    Raises ArmingRefused.
+    """
+    from vehicle.guard.arming import take
+    from vehicle.guard.guarded_vehicle import Gated
+    from vehicle.guard.process import GateProcess
+
+    if not isinstance(vehicle, Gated | GateProcess) or not vehicle.needs_keys:
+        vehicle.reset(state)
+        return None
+    if request.arming is None:
+        vehicle.reset(state)
+    else:
+        vehicle.reset(state, named=request.vehicle.partition(":")[0], arming=take(request.arming))
+    return vehicle.armed
+
+
+def _known(car: VehicleDescription, request: Request) -> VehicleDescription:
+    """What the stack is told of the car: its data sheet; in pe and rw with the delays that the twin has learnt of it.
+
+    They were identified on that car's logs, so that the same stack drives twin and car.
+    """
+    if request.stage == "dt" or request.model is None:
+        return car
+    twin = read_model(request.model, extra=effects_of_files(request.effects)).description()
+    return msgspec.structs.replace(car, steer_delay=twin.steer_delay, drive_delay=twin.drive_delay)
+
+
+def _size(d: VehicleDescription) -> dict[str, float]:
+    return {"length": d.length, "width": d.width, "height": d.height, "center_x": d.center_x, "wheelbase": d.wheelbase}
+
+
+def _sha256(file: Path | None) -> str:
+    return "" if file is None else hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+def _task_meta(task: EgoTask) -> dict[str, Any]:
+    def place(point: RoadPoint) -> dict[str, Any]:
+        return {"road": point.road, "lane": point.lane, "s": point.s}
+
+    return {
+        "start": place(task.start),
+        "goal": None if task.goal is None else place(task.goal),
+        "route": [place(point) for point in task.route],
+        "set_speed": task.set_speed,
+    }

@@ -1,0 +1,82 @@
+"""Bounds on a comparison: what `assert_matches` and the gate kind `model` judge."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from typing import TypeAlias
+
+from pytest_dvp.gap.compare.compare import Comparison
+from pytest_dvp.gap.compare.segments import CHANNELS, UNITS
+
+Bound: TypeAlias = float | Mapping[str, float]
+
+KINDS = ("rmse", "mncc", "lag", "gain")
+"""What may be bounded. rmse, lag and gain from above (lag: |lag| [s]; gain: |gain - 1|), mncc from below."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Judged:
+    """One bound on one signal. value None: the signal was not compared or the figure is not defined, `reason` says
+    why; such a bound does not hold."""
+
+    kind: str
+    signal: str
+    value: float | None
+    bound: float
+    unit: str
+    holds: bool
+    reason: str = ""
+
+    def __str__(self) -> str:
+        name = f"{self.kind} of {self.signal}"
+        unit = "" if self.unit == "-" else f" {self.unit}"
+        if self.value is None:
+            return f"{name}: {self.reason}"
+        relation = ("<=" if self.holds else ">") if self.kind != "mncc" else (">=" if self.holds else "<")
+        value, bound = _apart(self.value, self.bound)
+        return f"{name} {value}{unit} {relation} {bound}{unit}"
+
+
+def _apart(value: float, bound: float) -> tuple[str, str]:
+    """Both with as few digits as keep them apart: a value that broke its bound must not read like it."""
+    for digits in range(4, 17):
+        one, two = f"{value:.{digits}g}", f"{bound:.{digits}g}"
+        if one != two or value == bound:
+            break
+    return one, two
+
+
+def judge_bounds(comparison: Comparison, bounds: Mapping[str, Bound | None]) -> list[Judged]:
+    """Each bound of each kind (see KINDS) held against a comparison, in order. A single number for lag or gain bounds
+    every signal that tells it: those with an MNCC of at least 0.5."""
+    return [_judged(comparison, *item) for item in _items(comparison, bounds)]
+
+
+def _items(comparison: Comparison, bounds: Mapping[str, Bound | None]) -> Iterator[tuple[str, str, float]]:
+    for kind in KINDS:
+        bound = bounds.get(kind)
+        if bound is None:
+            continue
+        if isinstance(bound, Mapping):
+            yield from ((kind, signal, float(value)) for signal, value in bound.items())
+            continue
+        for signal, score in comparison.signals.items():
+            # Positions are known only up to each segment's start: they tell neither lag nor gain
+            if kind in ("rmse", "mncc") or (signal not in ("x", "y") and (score.mncc or 0.0) >= 0.5):
+                yield kind, signal, float(bound)
+
+
+def _judged(comparison: Comparison, kind: str, signal: str, bound: float) -> Judged:
+    unit = {"rmse": UNITS.get(signal, "-"), "lag": "s"}.get(kind, "-")
+    score = comparison.signals.get(signal)
+    if score is None:
+        why = comparison.not_compared.get(signal, "no such signal; known: " + ", ".join(CHANNELS))
+        return Judged(kind, signal, None, bound, unit, False, f"not compared ({why})")
+    value = {"rmse": score.rmse, "mncc": score.mncc, "lag": score.lag, "gain": score.gain}[kind]
+    if value is None or value != value:
+        return Judged(kind, signal, None, bound, unit, False, "not defined: the signal is constant or has no samples")
+    if kind == "mncc":
+        return Judged(kind, signal, value, bound, unit, value >= bound)
+    value = {"rmse": value, "lag": abs(value), "gain": abs(value - 1.0)}[kind]
+    return Judged(kind, signal, value, bound, unit, value <= bound)

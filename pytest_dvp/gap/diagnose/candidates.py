@@ -1,0 +1,148 @@
+"""Which effects are tried on a log, and from where a fit of each begins."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterable
+from math import inf, isinf
+from typing import TypeAlias
+
+import numpy as np
+
+from pytest_dvp.gap.diagnose.least_squares import Coordinate
+from vehicle.model.effect import Effect, Key
+from vehicle.model.vehicle_model import VehicleModel
+
+_NEED_DATA = ("accel_controller", "motor_damping", "motor_inertia", "motor_torque")
+"""Parts of a drive train whose data sheet must be known: tried only on a model that has one of them."""
+_DETAILS = ("body_pitch", "body_roll", "cornering_compliance", "force_rise")
+"""What few logs can tell from plainer effects: tried only where none of those pays any more."""
+_FINER = ("lead", "inertia")  # keys that only a fit finds: no grid begins with them
+HOW = ("heading", "tau", "frequency", "damping", *_FINER)  # keys that say how, not how much
+_FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
+_LIMITS = 9  # points of a limit: between one that is never met and one always met the error has a narrow valley
+_COARSE = (3, 3, 2)
+_ROUGH = {"steer_stiction": 60}  # effects whose error has many valleys, and points to find the right one
+
+
+Point: TypeAlias = dict[tuple[str, str], float]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Candidate:
+    """An effect to be tried: its coordinates, and points (each a value for every key) from the strongest on.
+
+    coarse: fewer of them, for when the model is nearly right and the fit finds the rest. detail: tried only where
+    nothing plainer pays.
+    """
+
+    effect: Effect
+    coordinates: tuple[Coordinate, ...]
+    points: tuple[Point, ...]
+    coarse: tuple[Point, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.effect.name
+
+    @property
+    def detail(self) -> bool:
+        """See the class."""
+        return self.effect.name in _DETAILS
+
+    def weaker(self, point: Point, share: float) -> list[Point]:
+        """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit)."""
+        found = dict(point)
+        for c in self.coordinates:
+            if c.key.name in HOW:
+                continue
+            if isinf(c.key.neutral):
+                return []
+            found[c.name] = c.key.neutral + share * (point[c.name] - c.key.neutral)
+        return [found]
+
+
+def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = False) -> tuple[Candidate, ...]:
+    """What can be tried on a model, in the order of `effects`: those that suit its base and its inputs.
+
+    ay: lateral acceleration is measured. On a car whose tyres slip it matters where, and logs seldom say: both usual
+    places, rear axle and centre of gravity, are tried, unless the model names one.
+    """
+    places = (0.0, model.car.cg_to_rear_axle) if ay and model.car.ay_x == 0.0 else ()
+    present = {a.name for a in model.effects}
+    found = []
+    for effect in effects:
+        if effect.slot == "perception" or model.base not in effect.base:
+            continue
+        if effect.name in _NEED_DATA and not present & set(_NEED_DATA):
+            continue
+        if effect.name == "speed_controller" and model.inputs.longitudinal != ("speed_cmd",):
+            continue
+        coordinates = tuple(
+            Coordinate(effect.name, key, effect.name in _ROUGH, _samples_unsure(effect, key))
+            for key in effect.parameters
+        )
+        mounts = places if effect.tyres else ()
+        limit = len(coordinates) == 1 and isinf(coordinates[0].key.neutral)
+        fine, coarse = (
+            (count,) if (count := _ROUGH.get(effect.name)) else each
+            for each in ((_LIMITS,) if limit else _FINE, _COARSE)
+        )
+        found.append(
+            Candidate(effect, coordinates, _points(coordinates, fine, mounts), _points(coordinates, coarse, mounts))
+        )
+    return tuple(found)
+
+
+def _samples_unsure(effect: Effect, key: Key) -> float:
+    """Share of a sample by which a dead time is never known, 0 for what is none.
+
+    A yaw rate jumps with a held steering command: between two stamps nothing tells how old it is.
+    """
+    if key.name != effect.delay:
+        return 0.0
+    return 1.0 if effect.name == "yaw_rate_latency" else 0.1
+
+
+def _points(
+    coordinates: tuple[Coordinate, ...], counts: tuple[int, ...], places: tuple[float, ...]
+) -> tuple[Point, ...]:
+    count = counts[min(len(coordinates), len(counts)) - 1]
+    names = [c.name for c in coordinates]
+    points: list[Point] = [
+        dict(zip(names, values, strict=True)) for values in itertools.product(*(_line(c, count) for c in coordinates))
+    ]
+    points.sort(key=lambda p: -sum(_strength(c, p[c.name]) for c in coordinates))
+    if places:
+        points = [{**point, ("parameters", "ay_x"): place} for point in points for place in places]
+    return tuple(points)
+
+
+def _line(c: Coordinate, count: int) -> list[float]:
+    """Values spread over the range without the neutral one."""
+    if c.key.name in _FINER:
+        return [c.key.neutral]
+    if c.key.name == "heading":  # the slope has both signs, so half the way round is all round
+        return [np.pi * k / count for k in range(count)]
+    if c.key.neutral <= c.key.low or isinf(c.key.neutral):
+        first = 0.0 if c.key.low != c.key.neutral else 1.0 / count
+        return [c.value(float(u)) for u in np.linspace(first, 1.0, count)]
+    odd = count + 1 - count % 2
+    middle = [c.value((k + 0.5) / odd) for k in range(odd)]
+    return [value for value in middle if abs(value - c.key.neutral) > 1e-9]
+
+
+def _strength(c: Coordinate, value: float) -> float:
+    """How far a value is from doing nothing, 0..1."""
+    if c.key.neutral == inf:
+        return 1.0 - c.place(value)
+    return abs(c.place(value) - c.place(c.key.neutral)) if not isinf(c.key.neutral) else 0.0
+
+
+def least(key: Key, value: float) -> bool:
+    """True if a value is far enough from neutral to be worth naming."""
+    if isinf(key.neutral):
+        return True
+    return abs(value - key.neutral) >= key.least

@@ -1,0 +1,249 @@
+"""Which physical effect a model lacks, or that none is missing, or that these data cannot tell."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pytest_dvp.gap.diagnose.candidates import candidates
+from pytest_dvp.gap.diagnose.diagnosis import SETUP, Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
+from pytest_dvp.gap.diagnose.equation_error import votes
+from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
+from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, folds, own_setup, predicted, shows, step
+from pytest_dvp.gap.diagnose.input_scales import MAP_TIES, input_map
+from pytest_dvp.gap.diagnose.least_squares import intervals, widened
+from pytest_dvp.gap.diagnose.linear_algebra import square
+from pytest_dvp.gap.diagnose.residual_signature import signature
+from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, PRICE, Found, Search, Tick, Trial
+from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
+from pytest_dvp.logs.log import Log
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.vehicle_model import VehicleModel
+
+OWN = 0.01  # of max(1, chi^2/N), that a run's own set-up must gain on the rest of it
+SLIGHT = 0.01  # of what an effect gains where it is fitted: a smaller loss elsewhere is no veto
+
+
+def diagnose(
+    logs: Mapping[str, Log],
+    model: VehicleModel,
+    held_out: Mapping[str, Log] | None = None,
+    *,
+    effects: Sequence[Effect] = (),
+    twins: Mapping[str, Log] | None = None,
+    tick: Tick = lambda text: None,
+) -> Diagnosis:
+    """Try every effect of the catalogue (and `effects`, the user's own) on what the model leaves unexplained.
+
+    logs by name, fitted on; held_out: logs that have the last word on each effect. Without them each log is predicted
+    from the others, a single one its last 40 % from what came before. twins: runs of the twin by scenario, with whose
+    detections those of the same scenario are compared.
+
+    Raises CompareError or ModelError (one line): an input missing, nothing to judge.
+    """
+    from vehicle.model.effect_catalogue import catalogue
+
+    known = {**catalogue(), **{e.name: e for e in effects}}
+    tick("preparing")
+    target = campaign(logs, model, extra=effects)
+    nuisance, start = input_map(model)
+    tied = {name for c in nuisance for name in MAP_TIES.get(c.key.name, ())}
+    tried = [c for c in candidates(model, known.values(), ay="ay" in target.channels) if c.name not in tied]
+    removed = _removed(target, model)
+    while True:
+        search = Search(target, tried, nuisance=nuisance, start=start, fixed=removed, tick=tick)
+        found = search.run()
+        back = {name for name, _ in removed} & set(found.final.names)
+        if not back:
+            break
+        removed = {key: value for key, value in removed.items() if key[0] not in back}  # in the way of what was found
+    if removed and found.final.names:  # what is missing elsewhere can make an effect look as if it were too much
+        other = Search(target, tried, nuisance=nuisance, start=start, tick=tick)
+        kept = other.run()
+        if _price(kept, other.count, 0) <= _price(found, search.count, len({name for name, _ in removed})):
+            search, found, removed = other, kept, {}
+        target.settle(found.final.values)
+    tick("held-out data")
+    judges = folds(logs, held_out, model, effects)
+    found, vetoed, gains, judges = _veto(search, found, judges, lambda: own_setup(held_out, model, effects))
+    tick("ladder")
+    final = found.final
+    sure = intervals(final.found, search.starts, target.exact(final.values))
+    sure = widened(target, final.found, final.values, sure)
+    trials = _ladder(search, final)
+    gone = tuple(dict.fromkeys(name for name, _ in removed))
+    steps = [
+        *_given(search, gone, judges),
+        *(step(search, trial, judges, added=(trial.names or gone or ("",))[-1]) for trial in trials),
+    ]
+    excess = max(steps[0].chi2_per_n - 1.0, 1e-9) * search.count
+    present = {a.name for a in model.effects}
+    named = tuple(
+        NamedEffect(
+            name=after.names[-1],
+            parameters=_estimates(final, sure, after.names[-1]),
+            rivals=found.rivals.get(after.names[-1], ()),
+            gain=float(min(max((before.chi2 - after.chi2) / excess, 0.0), 1.0)),
+            action="change" if after.names[-1] in present else "add",
+            held_out_gain=gains.get(after.names[-1]),
+        )
+        for before, after in itertools.pairwise(trials)
+    ) + tuple(
+        _removal(known[name], (steps[k].chi2_per_n - steps[k + 1].chi2_per_n) * search.count / excess)
+        for k, name in enumerate(gone)
+    )
+    named += diagnose_perceptions(logs.values(), model, twins)
+    channels = target.by_channel(final.values)
+    verdict = _verdict(final.chi2 / search.count, channels, named, found, len(tried))
+    return Diagnosis(
+        verdict=verdict,
+        effects=named,
+        not_excited=found.not_excited,
+        ladder=tuple(steps),
+        noise_floor=target.noise(),
+        signature=signature(target, final.values) if verdict in ("PARTIAL", "UNKNOWN") else {},
+        vetoed=vetoed,
+        input_map=_estimates(final, sure, "inputs"),
+        votes=votes(logs, model),
+        car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
+        values=final.values,
+    )
+
+
+def _price(found: Found, count: int, removed: int) -> float:
+    """What a set leaves beyond the noise, and a price for each value fitted and each effect removed."""
+    chi2 = max(found.final.chi2, float(count))
+    return chi2 + PRICE * chi2 * (len(found.final.found.coordinates) + removed)
+
+
+def _verdict(left: float, channels: Mapping[str, float], named: Sequence[NamedEffect], found: Found,
+             tried: int) -> Verdict:  # fmt: skip
+    misfit = left > MISFIT or any(value > CHANNEL_MISFIT for value in channels.values())
+    if misfit:
+        return "PARTIAL" if named else "UNKNOWN"
+    if named:
+        return "AMBIGUOUS" if any(e.rivals for e in named) else "NAMED"
+    return "NOT_EXCITED" if 2 * len(found.not_excited) > tried else "NOTHING_MISSING"
+
+
+def _removed(target: Campaign, model: VehicleModel) -> dict[tuple[str, str], float]:
+    """Neutral values of the model's effects that the measurements do better without."""
+    off: dict[tuple[str, str], float] = {}
+    r = target.whitened({})
+    best, count = square(r), max(target.count, 1)
+    for applied in model.effects:
+        neutral = {(applied.name, k.name): k.neutral for k in applied.effect.parameters}
+        r = target.whitened(off | neutral)
+        left = square(r)
+        if best - left > PRACTICAL * max(count, left):
+            best = left
+            off |= neutral
+    return off
+
+
+def _veto(search: Search, found: Found, judges: tuple[Fold, ...], apart: Callable[[], tuple[Fold, ...]]
+          ) -> tuple[Found, tuple[str, ...], dict[str, float], tuple[Fold, ...]]:  # fmt: skip
+    """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there.
+
+    Where it is a run's set-up that loses, it may be another one there: the judges are then those of `apart`, which
+    have their own, as long as that gains.
+    """
+    vetoed: list[str] = []
+    given, tried_apart = judges, False
+    while True:
+        final = found.final
+        gains: dict[str, float] = {}
+        fitted: dict[str, float] = {}
+        for name in final.names:
+            less = search.without(final, name)
+            fitted[name] = (less.chi2 - final.chi2) / search.count
+            total, samples = 0.0, 0
+            for fold in judges:
+                if shows(search, fold, final, name):
+                    before, after = predicted(search, fold, less, without=name), predicted(search, fold, final)
+                    total += _chi2(fold, before) - _chi2(fold, after)
+                    samples += fold.judge.count
+            if samples:
+                gains[name] = total / samples
+        level = max(1.0, final.chi2 / search.count)
+        own = any(fold.setup for fold in judges)
+        if own and not set(SETUP) & set(final.names):
+            judges, tried_apart = given, True
+            continue
+        idle = [n for n in gains if own and n in SETUP and gains[n] < OWN * level]  # not even the run's own value helps
+        worst = min(idle or gains, key=lambda n: gains[n], default="")
+        if not worst or (not idle and gains[worst] > -max(ROUNDING * level, SLIGHT * fitted[worst])):
+            return found, tuple(vetoed), gains, judges
+        if worst in SETUP and not own and not tried_apart and (others := apart()):
+            judges = others
+            continue
+        vetoed.append(worst)
+        judges = tuple(dataclasses.replace(f, setup=f.setup and f.setup.less(worst)) for f in judges)
+        names = tuple(n for n in final.names if n != worst)
+        final = search.trial(names, final.values, zoom=True)
+        found = Found(final, {n: found.rivals.get(n, ()) for n in names}, found.not_excited)
+
+
+def _chi2(fold: Fold, trial: Trial) -> float:
+    return square(fold.judge.whitened(trial.values))
+
+
+def _ladder(search: Search, final: Trial) -> list[Trial]:
+    """The final set built up again, from the effect that would be missed most to the one that would be missed least.
+
+    Missed: what of the error comes back without it, though all the others may adapt. What an effect takes away first
+    would depend on those that come after it: alone, a detail of the tyres takes the share of a slow steering.
+    """
+    order = sorted(final.names, key=lambda name: search.without(final, name).chi2, reverse=True)
+    steps = [search.trial((), search.start)]
+    for name in order:
+        steps.append(search.trial((*steps[-1].names, name), final.values, like=final))
+    if len(steps) > 1:
+        last = search.trial(steps[-1].names, final.values)
+        steps[-1] = last if last.chi2 < steps[-1].chi2 else steps[-1]
+    return steps
+
+
+def _given(search: Search, gone: Sequence[str], judges: Sequence[Fold]) -> list[Step]:
+    """The model as given and without one more of its effects that the car lacks, up to the last of them."""
+    steps = []
+    for k in range(len(gone)):
+        off = {key: value for key, value in search.fixed.items() if key[0] in gone[:k]}
+        part = Search(search.target, (), nuisance=search.nuisance, start=search.start, fixed=off)
+        steps.append(step(part, part.trial((), part.start), judges, added=gone[k - 1] if k else ""))
+    return steps
+
+
+def _estimates(trial: Trial, sure: Mapping[tuple[str, str], tuple[float, float]], name: str) -> dict[str, Estimate]:
+    found = {}
+    for c in trial.found.coordinates:
+        if c.effect == name:
+            low, high = sure[c.name]
+            found[c.key.name] = Estimate(trial.found.values[c.name], low, high, c.key.unit)
+    if {"slope", "heading"} <= set(found):
+        return _folded(found)
+    return found
+
+
+def _folded(found: Mapping[str, Estimate]) -> dict[str, Estimate]:
+    """A slope along a heading is the opposite slope along the opposite one: of the two, the heading within 90 deg."""
+    slope, heading = found["slope"], found["heading"]
+    half_turns = round(heading.value / np.pi)
+    turn, sign = half_turns * np.pi, -1.0 if half_turns % 2 else 1.0
+    low, high = sorted((sign * slope.low, sign * slope.high))
+    return {
+        "slope": Estimate(sign * slope.value, low, high, slope.unit),
+        "heading": Estimate(heading.value - turn, heading.low - turn, heading.high - turn, heading.unit),
+    }
+
+
+def _removal(effect: Effect, gain: float) -> NamedEffect:
+    off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in effect.parameters}
+    action: Action = "remove"
+    return NamedEffect(name=effect.name, parameters=off, gain=min(max(gain, 0.0), 1.0), action=action)

@@ -1,0 +1,140 @@
+"""A second opinion: which effect explains most by regression of measured derivatives, without any simulation.
+
+Weaker than simulating, for noise is differentiated, but independent of the kernel, of its fits and of its search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pytest_dvp.gap.diagnose.regression_signals import Signals, signals
+from pytest_dvp.gap.diagnose.regressors import FORMS, Columns, Form, base
+from pytest_dvp.logs.log import FloatArray, Log
+
+if TYPE_CHECKING:
+    from vehicle.model.vehicle_model import VehicleModel
+
+_BLOCK = 5.0  # s
+_FOLDS = 5
+_WORTH = 0.05  # of max(1, chi^2/N left): a smaller gain names nothing
+_PLAIN = 0.004  # of the score, a further unknown must bring
+_LEAST_ROWS = 50
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # a model of quite another car: no vote then
+def votes(logs: Mapping[str, Log], model: VehicleModel) -> dict[str, Any]:
+    """What equation-error regression would name: {"first": name or None, "ranking": [[name, score], ...],
+    "not_judged": [names]}.
+
+    score: share of the misfit (chi^2 - N over all equations) that the effect alone takes away on blocks of 5 s which it
+    was not fitted on, less 0.004 for each further unknown; below 0 it makes things worse. One effect at a time: a car
+    with two effects may get a third one's vote. Not judged are effects without such a form, those whose signals were
+    not measured, and all of a model that has effects: the equations are those of an ideal car.
+
+    Raises CompareError if a command that drives the model is not in a log.
+    """
+    from vehicle.model.effect_catalogue import catalogue
+
+    tables = [_Table(signals(log, model)) for log in logs.values()]
+    tables = [t for t in tables if len(t.s.rows) >= _LEAST_ROWS]
+    names = [name for name, effect in catalogue().items() if effect.slot != "perception"]
+    if not tables or model.effects:
+        return {"first": None, "ranking": [], "not_judged": names}
+    count = sum(t.count for t in tables)
+    chi2 = sum(t.chi2 for t in tables)
+    excess = max(chi2 - count, 1e-9 * count)
+    scored = []
+    for form in FORMS:
+        gain = _gain(form, tables)
+        if gain is not None and np.isfinite(gain[0] / excess):
+            scored.append((gain[0] / excess - _PLAIN * (gain[1] - 1), form.name))
+    scored.sort(key=lambda pair: (-pair[0], pair[1]))
+    judged = {name for _, name in scored}
+    first = None
+    if scored and scored[0][0] * excess > _WORTH * max(float(count), chi2 - scored[0][0] * excess):
+        first = scored[0][1]
+    return {
+        "first": first,
+        "ranking": [[name, round(float(score), 4)] for score, name in scored],
+        "not_judged": [name for name in names if name not in judged],
+    }
+
+
+class _Table:
+    """The equations of a log in units of their noise."""
+
+    def __init__(self, s: Signals) -> None:
+        self.s = s
+        expected = base(s)
+        self.rest = {name: (s.measured[name] - expected[name]) / s.noise[name] for name in s.measured}
+        self.fold = (s.t[s.rows] // _BLOCK).astype(np.int64) % _FOLDS
+        self.count = sum(len(r) for r in self.rest.values())
+        self.chi2 = float(sum(r @ r for r in self.rest.values()))
+
+    def sums(self, columns: Columns) -> tuple[FloatArray, FloatArray] | None:
+        """Normal equations a (k, q, q), b (k, q) by fold; None if none of the series was measured."""
+        found: tuple[FloatArray, FloatArray] | None = None
+        for name, values in columns.items():
+            if name not in self.rest:
+                continue
+            phi = (values if values.ndim == 2 else values[:, None]) / self.s.noise[name]
+            if found is None:
+                q = phi.shape[1]
+                found = np.zeros((_FOLDS, q, q)), np.zeros((_FOLDS, q))
+            for k in range(_FOLDS):
+                own = self.fold == k
+                found[0][k] += phi[own].T @ phi[own]
+                found[1][k] += phi[own].T @ self.rest[name][own]
+        return found
+
+
+def _gain(form: Form, tables: Sequence[_Table]) -> tuple[float, int] | None:
+    """chi^2 that an effect takes away on blocks left out, and its number of unknowns."""
+    usable = [t for t in tables if all(getattr(t.s, name) is not None for name in form.needs)]
+    if not usable:
+        return None
+    if not form.grid:
+        found = _summed(form, usable, 0.0)
+        return None if found is None else (_linear(*found), found[1].shape[1])
+    gains = {p: _fixed(form, usable, p) for p in form.grid}
+    if any(g is None for g in gains.values()):
+        return None
+    known = {p: g for p, g in gains.items() if g is not None}
+    best = max(known, key=lambda p: float(known[p].sum()))
+    for ratio in (0.55, 0.75, 0.9, 1.1, 1.25, 1.6):
+        step = form.grid[-1] / form.grid[-2]
+        p = best * step ** (np.log(ratio) / np.log(2.0))
+        g = _fixed(form, usable, float(p))
+        if g is not None:
+            known[float(p)] = g
+    table = np.array(list(known.values()))
+    total = 0.0
+    for k in range(_FOLDS):
+        chosen = int(np.argmax(table.sum(axis=1) - table[:, k]))
+        total += float(table[chosen, k])
+    return total, 1
+
+
+def _summed(form: Form, tables: Sequence[_Table], p: float) -> tuple[FloatArray, FloatArray] | None:
+    pairs = [pair for t in tables if (pair := t.sums(form.of(t.s, p))) is not None]
+    if not pairs:
+        return None
+    return np.sum([a for a, _ in pairs], axis=0), np.sum([b for _, b in pairs], axis=0)
+
+
+def _fixed(form: Form, tables: Sequence[_Table], p: float) -> FloatArray | None:
+    """chi^2 taken away in each fold (k,)."""
+    found = _summed(form, tables, p)
+    return None if found is None else 2.0 * found[1][:, 0] - found[0][:, 0, 0]
+
+
+def _linear(a: FloatArray, b: FloatArray) -> float:
+    total, whole_a, whole_b = 0.0, a.sum(axis=0), b.sum(axis=0)
+    for k in range(_FOLDS):
+        scale = 1e-9 * float(np.trace(whole_a)) + 1e-300
+        theta = np.linalg.solve(whole_a - a[k] + scale * np.eye(a.shape[1]), whole_b - b[k])
+        total += float(2.0 * theta @ b[k] - theta @ a[k] @ theta)
+    return total

@@ -1,0 +1,205 @@
+"""A log set up so that a model with any effects can be tried on it: whitened residuals in about a millisecond."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+import numpy as np
+
+from machine_code import compiled
+from pytest_dvp.gap.compare.compare import judged_channels, noise_floor
+from pytest_dvp.gap.compare.compared_model import ModelSubject, commanded, held
+from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, measured_array, residuals, restarted
+from pytest_dvp.gap.compare.start_correction import IntArray
+from pytest_dvp.logs.log import FloatArray, Log
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.vehicle_model import VehicleModel
+
+FINE_STEP = 0.002  # s
+JUMP = 5.0  # standard deviations of the accelerometer's noise
+_AX = CHANNELS.index("ax")
+
+Values: TypeAlias = Mapping[tuple[str, str], float]
+"""(effect, key) -> value, over those of the model."""
+
+
+class Machine(Protocol):
+    """What answers commands with motion, with any values of any effects: a `vehicle.model.open_loop.Replay`."""
+
+    def run(self, values: Values | None = None, *, starts: IntArray | None = None,
+            states: FloatArray | None = None) -> FloatArray:  # fmt: skip
+        """The channels (n, 8) at the stamps; see Replay.run."""
+        ...
+
+
+class Experiment:
+    """One log and one model.
+
+    name   of the log; channels: those that are judged; sigma (8,) noise of each, inf where not judged
+    edges  (m + 1,) where the segments begin and end in the whitened residual
+    """
+
+    def __init__(self, name: str, log: Log, model: VehicleModel, *, extra: Iterable[Effect] = ()) -> None:
+        from vehicle.model.open_loop import Replay
+
+        subject = ModelSubject(model)
+        commands = {column: held(log, column, subject.name) for column in subject.inputs}
+        self.name, self.log, self.model = name, log, model
+        self.machine: Machine = Replay(model, log.t, commands, extra=extra)
+        fine = max(FINE_STEP, 2e-4 * float(np.diff(log.t).max(initial=0.0)))  # a long pause is not worth more steps
+        self._exact: Machine = Replay(model, log.t, commands, step=fine, extra=extra)
+        self.measured = measured_array(log.columns)
+        self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase, known=commanded(log, subject))
+        self._free_speed = "v" not in subject.held
+        if model.inputs.longitudinal == ("speed_cmd",):  # a controlled speed forgets where it started, a restarted one
+            states = self.segments.states.copy()  # upsets the controller's memory: it runs on
+            states[1:, 3] = np.nan
+            self.segments = dataclasses.replace(self.segments, states=states)
+            self._free_speed = False
+        self._first = self.segments
+        output = self.machine.run({}, starts=self.segments.starts, states=self.segments.states)
+        self.channels, _ = judged_channels(subject, self.measured, output, None)
+        self.sigma = noise_floor(log.t, self.measured, self.channels)
+        self.measured = _without_jumps(self.measured, commands.get("accel_cmd"), float(self.sigma[_AX]))
+        rough = self._residuals(output)
+        self.sigma = noise_floor(log.t, self.measured, self.channels, rough.values)
+        self.count = int(self._residuals(output).count.sum())
+        self.edges = np.append(self.segments.starts, len(log.t)).astype(np.int64) * len(CHANNELS)
+
+    def motion(self, values: Values) -> FloatArray:
+        """What the model would have shown (n, 8), each segment from its start."""
+        return self.machine.run(values, starts=self.segments.starts, states=self.segments.states)
+
+    def residuals(self, values: Values) -> Residuals:
+        """Measured - model with these values, the best start of each segment taken out."""
+        return self._residuals(self.motion(values))
+
+    def whitened(self, values: Values) -> FloatArray:
+        """Residuals in units of the noise, (n * 8,), row by row; 0 where nothing was compared."""
+        return _whitened(self.residuals(values).values, self.sigma)
+
+    def exact(self, values: Values) -> FloatArray:
+        """As `whitened`, with the model integrated in far smaller steps: what differs is not physics."""
+        output = self._exact.run(values, starts=self.segments.starts, states=self.segments.states)
+        return _whitened(self._residuals(output).values, self.sigma)
+
+    def settle(self, values: Values) -> None:
+        """From now on the segments begin where the model with these values would have had them begin."""
+        self.segments = self._first
+        self.segments = restarted(self._first, self.residuals(values))
+
+    def _residuals(self, output: FloatArray) -> Residuals:
+        return residuals(output, self.measured, self.log.t, self.sigma, self.segments, free_speed=self._free_speed)
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Campaign:
+    """Several experiments with one model, judged together."""
+
+    experiments: tuple[Experiment, ...]
+
+    @property
+    def count(self) -> int:
+        """Samples judged in all."""
+        return sum(e.count for e in self.experiments)
+
+    @property
+    def sample(self) -> float:
+        """Time between stamps [s], the longest of the usual ones of the logs."""
+        return max(float(np.median(np.diff(e.log.t))) for e in self.experiments)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels that are judged in one log at least, in the order of CHANNELS."""
+        return tuple(c for c in CHANNELS if any(c in e.channels for e in self.experiments))
+
+    def whitened(self, values: Values) -> FloatArray:
+        """Residuals of all experiments in units of their noise, one after the other."""
+        if len(self.experiments) == 1:
+            return self.experiments[0].whitened(values)
+        return np.concatenate([e.whitened(values) for e in self.experiments])
+
+    def exact(self, values: Values) -> FloatArray:
+        """See Experiment.exact."""
+        return np.concatenate([e.exact(values) for e in self.experiments])
+
+    def settle(self, values: Values) -> None:
+        """See Experiment.settle."""
+        for e in self.experiments:
+            e.settle(values)
+
+    def by_segment(self, whitened: FloatArray) -> FloatArray:
+        """Sum of squares (m,) of each segment of all experiments."""
+        return np.add.reduceat(whitened * whitened, self.starts())
+
+    def starts(self) -> IntArray:
+        """Where the segments (m,) begin in the whitened residual."""
+        found, offset = [], 0
+        for e in self.experiments:
+            found.append(e.edges[:-1] + offset)
+            offset += int(e.edges[-1])
+        return np.concatenate(found)
+
+    def by_channel(self, values: Values) -> dict[str, float]:
+        """chi^2/N of each channel over all experiments."""
+        sums: dict[str, list[float]] = {}
+        for e in self.experiments:
+            found = e.residuals(values)
+            for name in e.channels:
+                k = CHANNELS.index(name)
+                if found.count[k]:
+                    pair = sums.setdefault(name, [0.0, 0.0])
+                    pair[0] += float(found.chi2[k]) * float(found.count[k])
+                    pair[1] += float(found.count[k])
+        return {name: sums[name][0] / sums[name][1] for name in CHANNELS if name in sums}
+
+    def rmse(self, values: Values) -> dict[str, float]:
+        """RMSE of each channel in its unit, over all experiments, on segments of about 5 s."""
+        sums: dict[str, list[float]] = {}
+        for e in self.experiments:
+            found = e.residuals(values)
+            for name in e.channels:
+                rest = found.values[:, CHANNELS.index(name)]
+                pair = sums.setdefault(name, [0.0, 0.0])
+                pair[0] += float(np.nansum(rest * rest))
+                pair[1] += float(np.isfinite(rest).sum())
+        return {name: float(np.sqrt(sums[name][0] / max(sums[name][1], 1.0))) for name in CHANNELS if name in sums}
+
+    def noise(self) -> dict[str, float]:
+        """Noise sigma of each channel in its unit: root mean square over the experiments."""
+        found: dict[str, list[float]] = {}
+        for e in self.experiments:
+            for name in e.channels:
+                found.setdefault(name, []).append(float(e.sigma[CHANNELS.index(name)]))
+        return {name: float(np.sqrt(np.mean(np.square(found[name])))) for name in CHANNELS if name in found}
+
+
+def campaign(logs: Mapping[str, Log], model: VehicleModel, *, extra: Sequence[Effect] = ()) -> Campaign:
+    """Experiments of a model on logs by name. Raises CompareError or ModelError: an input missing, nothing to judge."""
+    return Campaign(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
+
+
+@compiled
+def _whitened(values: FloatArray, sigma: FloatArray) -> FloatArray:
+    n, m = values.shape
+    out = np.zeros(n * m)
+    for k in range(m):
+        if np.isfinite(sigma[k]) and sigma[k] > 0.0:
+            for i in range(n):
+                if np.isfinite(values[i, k]):
+                    out[i * m + k] = values[i, k] / sigma[k]
+    return out
+
+
+def _without_jumps(measured: FloatArray, command: FloatArray | None, sigma: float) -> FloatArray:
+    """Without ax at the stamps at which the commanded acceleration jumps: it has no value there. One logger shows it
+    before, the next after the jump, and half a sample of that looks like a dead time."""
+    if command is None or not np.isfinite(sigma):
+        return measured
+    found = measured.copy()
+    found[np.abs(np.diff(command, prepend=command[:1])) > JUMP * sigma, _AX] = np.nan
+    return found

@@ -1,0 +1,86 @@
+"""What effects would change on top of a set that is fitted, to first order in everything already found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from pytest_dvp.gap.diagnose.candidates import Candidate, Point
+from pytest_dvp.gap.diagnose.experiment import Campaign
+from pytest_dvp.gap.diagnose.linear_algebra import along, orthonormal, square
+
+if TYPE_CHECKING:
+    from pytest_dvp.gap.diagnose.search import Trial
+
+
+class Look:
+    """What effects would change on top of a set that is fitted. strongest: square of the largest that `at` saw."""
+
+    def __init__(self, target: Campaign, now: Trial) -> None:
+        self._target, self._values, self._rest = target, now.values, now.found.residual
+        self._basis = orthonormal(now.found.jacobian)
+        self._shadow = along(self._basis, self._rest)
+        self._before = square(self._rest) - square(self._shadow)
+        self._nothing = 1e-7 * target.count
+        self.strongest = 0.0
+
+    def at(self, candidate: Candidate, points: Sequence[Point]) -> list[tuple[float, Point]]:
+        """chi^2 left at the points (strongest first), and at one more that promises most."""
+        self.strongest = 0.0
+        options: list[tuple[float, Point]] = []
+        hoped: list[tuple[float, Point]] = []
+        for point in points:
+            raw, size, slope = self._step(point)
+            self.strongest = max(self.strongest, raw)
+            if raw < self._nothing:
+                if options:  # between the last point that shows and this one
+                    options += self._halved(candidate, options[-1][1], point)
+                break
+            options.append((self._before + 2.0 * slope + size, point))
+            share = -slope / size if size > 0.0 else 0.0  # of the change that would be best, were it in proportion
+            if 0.0 < share < 1.0:
+                hoped += [(self._before + share * slope, less) for less in candidate.weaker(point, share)]
+        if len(options) > 1 and len(candidate.coordinates) == 1:
+            options += self._beside(candidate, options)
+        if hoped:
+            less = min(hoped, key=lambda option: option[0])[1]
+            options.append((self._left(less), less))
+        return options
+
+    def _beside(self, candidate: Candidate, options: Sequence[tuple[float, Point]]) -> list[tuple[float, Point]]:
+        """Points halfway from the best one to its neighbours on the line: the valley of a limit may lie between two."""
+        (c,) = candidate.coordinates
+        best = min(options, key=lambda option: option[0])[1]
+        line = sorted({p[c.name] for _, p in options})
+        k = line.index(best[c.name])
+        near = [line[j] for j in (k - 1, k + 1) if 0 <= j < len(line)]
+        middles = [best | {c.name: c.value(0.5 * (c.place(best[c.name]) + c.place(value)))} for value in near]
+        return [(self._left(point), point) for point in middles]
+
+    def _halved(self, candidate: Candidate, strong: Point, weak: Point) -> list[tuple[float, Point]]:
+        """Points between one that shows and one that does not, halfway each time: where a limit begins to bite."""
+        found: list[tuple[float, Point]] = []
+        for _ in range(4):
+            middle = dict(weak)
+            for c in candidate.coordinates:
+                middle[c.name] = c.value(0.5 * (c.place(strong[c.name]) + c.place(weak[c.name])))
+            raw, size, slope = self._step(middle)
+            if raw < self._nothing:
+                weak = middle
+                continue
+            found.append((self._before + 2.0 * slope + size, middle))
+            if found[-1][0] < self._before:
+                break
+            strong = middle
+        return found
+
+    def _left(self, point: Point) -> float:
+        _, size, slope = self._step(point)
+        return self._before + 2.0 * slope + size
+
+    def _step(self, point: Point) -> tuple[float, float, float]:
+        """Squares of the change, in all and beyond what the others can do, and its product with what is there."""
+        change = self._target.whitened(self._values | point) - self._rest
+        turned = along(self._basis, change)
+        raw = square(change)
+        return raw, raw - square(turned), along(change[None, :], self._rest)[0] - float(self._shadow @ turned)

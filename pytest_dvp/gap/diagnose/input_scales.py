@@ -1,0 +1,33 @@
+"""Scales of a model's inputs that are no physical quantity: pedals, motor current, normalised steering."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from pytest_dvp.gap.diagnose.least_squares import Coordinate
+
+if TYPE_CHECKING:
+    from vehicle.model.vehicle_model import VehicleModel
+
+MAP_TIES: Mapping[str, tuple[str, ...]] = {
+    "steer_scale": ("steer_ratio",),
+    "full_throttle": ("drive_gain", "mass"),
+    "full_brake": ("brake_gain", "mass"),
+}
+"""What cannot be told from a scale of the input map that is fitted anyway."""
+
+
+def input_map(model: VehicleModel) -> tuple[tuple[Coordinate, ...], dict[tuple[str, str], float]]:
+    """What is fitted along with every set of effects, as nobody knows it before, and where that begins."""
+    from vehicle.model.command_inputs import INPUT_KEYS
+
+    inputs, wanted = model.inputs, []
+    if inputs.steer not in ("steer_cmd", "steer"):
+        wanted.append("steer_scale")
+    if inputs.longitudinal[0] in ("throttle_cmd", "motor_current"):
+        wanted.append("full_throttle")
+        if len(inputs.longitudinal) == 2 or inputs.longitudinal[0] == "motor_current":
+            wanted.append("full_brake")
+    keys = [k for k in INPUT_KEYS if k.name in wanted]
+    return tuple(Coordinate("inputs", k) for k in keys), {("inputs", k.name): getattr(inputs, k.name) for k in keys}

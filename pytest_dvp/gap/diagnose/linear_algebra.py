@@ -1,0 +1,78 @@
+"""Products of long vectors, in one thread: a threaded BLAS burns more time on waking up than these take."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from machine_code import compiled
+from pytest_dvp.logs.log import FloatArray
+
+
+@compiled
+def square(r: FloatArray) -> float:
+    """Sum of squares of r (N,)."""
+    total = 0.0
+    for i in range(len(r)):
+        total += r[i] * r[i]
+    return total
+
+
+@compiled
+def along(rows: FloatArray, r: FloatArray) -> FloatArray:
+    """Scalar products (p,) of r (N,) with each row of rows (p, N)."""
+    found = np.zeros(len(rows))
+    for k in range(len(rows)):
+        total = 0.0
+        for i in range(len(r)):
+            total += rows[k, i] * r[i]
+        found[k] = total
+    return found
+
+
+@compiled
+def gram(rows: FloatArray) -> FloatArray:
+    """Scalar products (p, p) of the rows of rows (p, N) with one another."""
+    p = len(rows)
+    found = np.zeros((p, p))
+    for j in range(p):
+        for k in range(j + 1):
+            total = 0.0
+            for i in range(rows.shape[1]):
+                total += rows[j, i] * rows[k, i]
+            found[j, k] = found[k, j] = total
+    return found
+
+
+@compiled
+def secant(rows: FloatArray, step: FloatArray, change: FloatArray) -> None:
+    """Turn derivatives rows (p, N) into ones that say of `step` (p,) that it makes `change` (N,), and of steps at right
+    angles to it what they said before.
+
+    Source: C. G. Broyden, Math. Comp. 19 (1965) 577.
+    """
+    length = 0.0
+    for k in range(len(step)):
+        length += step[k] * step[k]
+    if length <= 0.0:
+        return
+    for i in range(len(change)):
+        missing = change[i]
+        for k in range(len(step)):
+            missing -= step[k] * rows[k, i]
+        missing /= length
+        for k in range(len(step)):
+            rows[k, i] += missing * step[k]
+
+
+def orthonormal(rows: FloatArray) -> FloatArray:
+    """Rows (q, N) of length 1, at right angles, that span those of rows (p, N); q <= p."""
+    found: list[FloatArray] = []
+    for row in rows:
+        left = row.copy()
+        for _ in range(2):  # twice is enough: Parlett, The Symmetric Eigenvalue Problem
+            for done in found:
+                left -= along(done[None, :], left)[0] * done
+        length = square(left) ** 0.5
+        if length > 1e-6 * max(square(row) ** 0.5, 1e-300):
+            found.append(left / length)
+    return np.array(found) if found else np.zeros((0, rows.shape[1]))

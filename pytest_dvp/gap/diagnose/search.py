@@ -1,0 +1,391 @@
+"""The search for the effects that a model lacks: try all, fit the best few, add one, look again.
+
+Greedy choice is repaired afterwards: what no longer pays is dropped, and each effect must stand against every other one
+in its place. What does nearly as well in its place is its rival.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Callable, Collection, Iterable, Sequence
+from math import inf, isinf
+from typing import TypeAlias
+
+import numpy as np
+
+from pytest_dvp.gap.diagnose.candidates import HOW, Candidate, Point, least
+from pytest_dvp.gap.diagnose.experiment import Campaign, Values
+from pytest_dvp.gap.diagnose.first_order_gain import Look
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, fit, intervals
+from pytest_dvp.gap.diagnose.linear_algebra import along, orthonormal, square
+from pytest_dvp.logs.log import FloatArray
+
+MOST = 8  # effects added to one model, beside finer ones
+PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
+FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002
+SURE = 0.95  # share of bootstrap samples in which an effect must gain
+SLACK = 0.1  # of a gain that the draws without it may lose
+CLEAR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
+EVIDENT = 2.0  # times that: a gain that makes an effect worth its name, however small its value looks
+FAR = 0.8  # of what the best of the others leaves: a finer effect that leaves less comes before it
+MADE_UP = 0.2  # of what is lost with effects whose values mean nothing: as much may stay lost with others for them
+RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
+ROUGH = 2.0 * PRACTICAL  # of max(1, chi^2/N): a set further behind the best need not be fitted well
+PRICE = 0.005  # of max(1, chi^2/N), for a parameter
+_CONTAINS = {"steer_asymmetry": "steer_ratio"}  # effects that can do exactly what a simpler one does
+EQUAL = 5e-4  # of chi^2/N: sets that differ by less do the same
+MISFIT = 1.3  # chi^2/N over all channels, above which something is left
+CHANNEL_MISFIT = 1.5  # of one channel
+_RETURNS = 2  # times that a search begins again
+_REFITTED = 6  # candidates of a round that are fitted, the best of the grid
+_CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
+_VAGUE = 0.33  # of a limit's range: an interval wider than that says nothing
+_CLEAR_OF_NEUTRAL = 1.2  # half-widths of the 95 % interval, three standard deviations
+_DRAWS = 400
+_SEED = 7
+
+Tick: TypeAlias = Callable[[str], None]
+Ranked: TypeAlias = tuple[float, str, Point]  # chi^2 left, effect, point
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Trial:
+    """A set of effects, fitted jointly. values: all that make the model what it is, fitted or not; rest (m,): sum of
+    squares by segment."""
+
+    names: tuple[str, ...]
+    values: dict[tuple[str, str], float]
+    found: Fit
+    rest: FloatArray
+
+    @property
+    def chi2(self) -> float:
+        """Sum of squares."""
+        return self.found.chi2
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Found:
+    """Result of a search: the final set, rivals of each of its effects (best first), and effects of which not even the
+    strongest would have shown."""
+
+    final: Trial
+    rivals: dict[str, tuple[str, ...]]
+    not_excited: tuple[str, ...]
+
+
+class Search:
+    """One search. nuisance: coordinates that are fitted along with every set, from `start` on (the model's input map);
+    fixed: values of what is not searched."""
+
+    def __init__(self, target: Campaign, tried: Sequence[Candidate], *, nuisance: Sequence[Coordinate] = (),
+                 start: Values | None = None, fixed: Values | None = None, tick: Tick = lambda text: None,
+                 ) -> None:  # fmt: skip
+        self.target, self.tick = target, tick
+        self.tried = {c.name: c for c in tried}
+        self.nuisance, self.start, self.fixed = tuple(nuisance), dict(start or {}), dict(fixed or {})
+        self.count = max(target.count, 1)
+        self.starts = target.starts()
+        self._shown: dict[str, float] = {}
+        self._near: dict[str, tuple[str, ...]] = {}
+        self._whole: Trial | None = None
+        self._less: dict[str, Trial] = {}
+
+    def run(self) -> Found:
+        """Search until nothing pays any more; where much is left, begin again from what came second."""
+        base = self.trial((), self.start)
+        if self._within_noise(base):
+            self._scan(base, self.tried)
+            return Found(base, {}, self._hidden())
+        turns: list[Trial] = []
+        best, rivals = self._contest(grown := self._grown(base, turns))
+        contested = {frozenset(grown.names)}
+        if self.cost(best) > MISFIT * self.count:
+            turns = self._pairs(base) + turns
+        for turn in sorted(turns, key=self.cost)[:_RETURNS]:
+            if self.cost(best) < MISFIT * self.count:
+                break
+            self.target.settle(turn.values)
+            grown = self._grown(self.trial(turn.names, turn.values), [])
+            if frozenset(grown.names) in contested:  # it came to the same
+                continue
+            contested.add(frozenset(grown.names))
+            other, others_rivals = self._contest(grown)
+            if self.cost(other) < self.cost(best):
+                best, rivals = other, others_rivals
+        self.target.settle(best.values)
+        if frozenset(best.names) not in contested:  # what took the place of others may let more show
+            best = self._grown(best, [])
+        return Found(self._meant(self.trial(best.names, best.values, zoom=True, like=best)), rivals, self._hidden())
+
+    def _hidden(self) -> tuple[str, ...]:
+        return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
+
+    def _pairs(self, base: Trial) -> list[Trial]:
+        """The best set of two effects of tyres, if it pays: neither may show without the other (a tyre that slips late
+        and saturates)."""
+        tyres = [c for c in self.tried.values() if c.effect.tyres and not c.detail]
+        middle = [c.points[len(c.points) // 2] for c in tyres]
+        pairs = [
+            self.trial((a.name, b.name), base.values | p | q)
+            for (a, p), (b, q) in itertools.combinations(zip(tyres, middle, strict=True), 2)
+        ]
+        pairs = [t for t in sorted(pairs, key=self.cost)[:3] if self.pays(base, t)]
+        return [t for t in pairs if all(self.sound(t, name) for name in t.names)][:1]
+
+    def _grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = ()) -> Trial:
+        """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:
+        effects that are not tried."""
+        while True:
+            self.tick(f"effect {len(now.names) + 1}: trying {len(self.tried)}")
+            paying = self._next(now, barred)
+            if not paying:
+                break
+            turns += paying[1:2]
+            self.target.settle(paying[0].values)
+            now = self.trial(paying[0].names, paying[0].values, like=paying[0])
+        return now
+
+    def pays(self, without: Trial, with_it: Trial, *, count: int = 0) -> bool:
+        """True if the step to the other set is worth an effect: in size, and in nearly every draw of segments."""
+        count = count or self.count
+        gain = (without.chi2 - with_it.chi2) / count
+        worth = (PRACTICAL if without.names else FIRST) * max(1.0, with_it.chi2 / count)
+        if gain < worth:
+            return False
+        return gain > CLEAR * worth or self.sure(without.rest, with_it.rest, slack=SLACK) >= SURE
+
+    def cost(self, trial: Trial) -> float:
+        """chi^2 and a price for each parameter: of two sets that do alike the simpler one wins."""
+        limits = sum(isinf(c.key.neutral) for c in trial.found.coordinates)  # one that is always met is a gain
+        return (
+            trial.chi2
+            + PRICE * max(self.count, trial.chi2) * len(trial.found.coordinates)
+            + EQUAL * self.count * limits
+        )
+
+    def sure(self, worse: FloatArray, better: FloatArray, *, slack: float = 0.0) -> float:
+        """Share of draws of segments, with replacement, in which `better` is better, or worse by less than `slack` of
+        what it gains in all: draws without the one event in which an effect shows say nothing against it."""
+        rng = np.random.default_rng(_SEED)
+        m = len(worse)
+        draws = rng.multinomial(m, np.full(m, 1.0 / m), size=_DRAWS)
+        gain = worse - better
+        return float(np.mean(draws @ gain > -slack * max(float(gain.sum()), 0.0)))
+
+    def trial(self, names: Sequence[str], start: Values, *, zoom: bool = False, target: Campaign | None = None,
+              kept: Values | None = None, like: Trial | None = None, above: float = inf) -> Trial:  # fmt: skip
+        """A set of effects fitted jointly from `start` on, to the search's own data or to others.
+
+        kept: values of effects beside them that are not fitted. like: a trial of much the same, to begin with its
+        derivatives. above: a chi^2 beyond which the fit may stay rough. What `start` says of the car itself
+        ("parameters") is kept as it is, too.
+        """
+        target = target or self.target
+        coordinates = [*self.nuisance, *(c for name in names for c in self.tried[name].coordinates)]
+        enough = 2e-4 * target.count
+        fixed = (
+            self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"} | dict(kept or {})
+        )
+        found = fit(target, coordinates, start, fixed=fixed, enough=enough, zoom=zoom,
+                    known=like.found if like else None, above=above)  # fmt: skip
+        return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
+
+    def _next(self, now: Trial, barred: Collection[str] = ()) -> list[Trial]:
+        """Sets with one more effect that pays, best first. Finer effects only where a misfit is left, for what a
+        sensor's clock or a step of integration leaves looks like one, and after the others: if none of those pays, or
+        if a finer one does far better than the best of them."""
+        if self._within_noise(now):
+            return []
+        full = sum(not self.tried[name].detail for name in now.names) >= MOST
+        found: list[Trial] = []
+        for detail in (True,) if full else (False, True):
+            if detail and not self._misfit(found[0] if found else now):
+                break
+            ranking = self._scan(now, [n for n, c in self.tried.items() if c.detail == detail and n not in barred])
+            paying = [t for t in self._additions(now, ranking) if self.pays(now, t)]
+            if paying and not found and self._trifle(paying[0]):
+                return []  # what it is, is too small to be named, and no other effect should stand for it
+            paying = [t for t in paying if self.sound(t, t.names[-1])]
+            for trial in paying:
+                self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
+            if paying and (not found or self.cost(paying[0]) < FAR * self.cost(found[0])):
+                found = [*paying, *found]
+        return found
+
+    def _misfit(self, now: Trial) -> bool:
+        """True if more is left than noise, in all or in one channel."""
+        if now.chi2 > MISFIT * self.count:
+            return True
+        return max(self.target.by_channel(now.values).values(), default=0.0) > CHANNEL_MISFIT
+
+    def _within_noise(self, now: Trial) -> bool:
+        """True if no channel is off by more than its sensor is."""
+        return max(self.target.by_channel(now.values).values(), default=0.0) < 1.0
+
+    def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
+        """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""
+        trials = []
+        for _, name, point in ranking[:_REFITTED]:
+            above = lowest + ROUGH * max(self.count, lowest)
+            trials.append(self.trial((*now.names, name), now.values | point, like=now, above=above))
+            lowest = min(lowest, trials[-1].chi2)
+        return sorted(trials, key=self.cost)
+
+    def _scan(self, now: Trial, names: Iterable[str]) -> list[Ranked]:
+        """chi^2 that each effect would leave (the others adapt to first order), and the point where; best first."""
+        look = Look(self.target, now)
+        ranking: list[Ranked] = []
+        for name in names:
+            if name not in now.names:
+                candidate = self.tried[name]
+                options = look.at(candidate, candidate.coarse if now.names else candidate.points)
+                if not now.names:
+                    self._shown[name] = look.strongest / self.count
+                if options:
+                    left, point = min(options, key=lambda option: option[0])
+                    ranking.append((left, name, point))
+        return sorted(ranking, key=lambda entry: (entry[0], entry[1]))
+
+    def _trifle(self, trial: Trial) -> bool:
+        """True if the last effect is there, but smaller than is worth a name."""
+        return not self._matters(trial, trial.names[-1], self.target) and self.cost(trial) < MISFIT * self.count
+
+    def _matters(self, trial: Trial, name: str, target: Campaign) -> bool:
+        """True if the effect is as large as one needs to be to be worth a name, or small but clearly to be seen."""
+        mine = [c for c in trial.found.coordinates if c.effect == name]
+        if any(least(c.key, trial.values[c.name]) for c in _sizes(mine)):
+            return True
+        off = target.whitened(trial.values | {c.name: c.key.neutral for c in mine})
+        others = [k for k, c in enumerate(trial.found.coordinates) if c.effect != name]
+        basis = orthonormal(trial.found.jacobian[others])  # the others adapt to first order
+        change = off - trial.found.residual
+        gain = square(off) - trial.chi2 - square(along(basis, change))
+        return gain > EVIDENT * (PRACTICAL if trial.names[1:] else FIRST) * max(float(target.count), trial.chi2)
+
+    def sound(self, trial: Trial, name: str, target: Campaign | None = None) -> bool:
+        """True if the effect's values mean something: above the least size, certain, and not where the search ended."""
+        mine = [c for c in trial.found.coordinates if c.effect == name]
+        if any(c.edge(trial.values[c.name]) for c in mine):
+            return False
+        sure = intervals(trial.found, target.starts() if target else self.starts)
+        if not any(_certain(c, trial.values[c.name], sure[c.name]) for c in _sizes(mine)):
+            return False
+        return self._matters(trial, name, target or self.target)
+
+    def _contest(self, best: Trial) -> tuple[Trial, dict[str, tuple[str, ...]]]:
+        """Drop what no longer pays, exchange what another effect does better, and list what does nearly as well."""
+        rivals: dict[str, tuple[str, ...]] = {}
+        for _ in range(3):
+            best = self._simplified(self._pruned(best))
+            rivals, exchanged = {}, None
+            for name in sorted(best.names, key=lambda n: self.without(best, n).chi2):  # what is least needed first
+                self.tick(f"rivals of {name}")
+                without = self.without(best, name)
+                ranking = self._scan(without, [other for other in self._contestants(name) if other not in best.names])
+                trials = self._additions(without, ranking, best.chi2)
+                sound = [t for t in trials if self.sound(t, t.names[-1]) and not self._simpler(name, best, t)]
+                if sound and self.cost(sound[0]) < self.cost(best) - 1e-3 * self.count:
+                    exchanged = sound[0]
+                    break
+                rivals[name] = tuple(
+                    t.names[-1] for t in trials if self.alike(best, t) and _CONTAINS.get(t.names[-1]) != name
+                )
+            if exchanged is None:
+                return best, rivals
+            best = self.trial(exchanged.names, exchanged.values, zoom=True, like=exchanged)
+        return best, rivals
+
+    def _contestants(self, name: str) -> list[str]:
+        """What may take the place of an effect: what came near when it was named, what is often confused with it."""
+        near = dict.fromkeys(self._near.get(name, self.tried))
+        near |= dict.fromkeys(self.tried[name].effect.ties)
+        near |= dict.fromkeys(other for other, c in self.tried.items() if name in c.effect.ties)
+        return [other for other in near if other in self.tried]
+
+    def alike(self, best: Trial, other: Trial) -> bool:
+        """True if these data do not tell the two sets apart."""
+        gap = (other.chi2 - best.chi2) / self.count
+        worth = max(1.0, best.chi2 / self.count)
+        if gap < RIVAL * worth:
+            return True
+        return gap < PRACTICAL * worth and self.sure(other.rest, best.rest) < SURE
+
+    def _simplified(self, best: Trial) -> Trial:
+        """The set with the simpler one of two effects of which one contains the other, where that one does as well."""
+        for name in best.names:
+            simple = _CONTAINS.get(name)
+            if simple in self.tried and simple not in best.names:
+                rest = tuple(n for n in best.names if n != name)
+                point = min(
+                    (self.trial((*rest, simple), best.values | p, like=best) for p in self.tried[simple].coarse),
+                    key=self.cost,
+                )
+                if self._simpler(simple, point, best):
+                    best = point
+        return best
+
+    def _simpler(self, name: str, best: Trial, other: Trial) -> bool:
+        """True if the other set only has, in place of an effect, one that contains it, and is hardly better."""
+        contains = any(_CONTAINS.get(n) == name for n in set(other.names) - set(best.names))
+        return contains and best.chi2 - other.chi2 < PRACTICAL * max(self.count, other.chi2)
+
+    def without(self, best: Trial, name: str) -> Trial:
+        """The set without one effect, fitted anew; remembered while the set is the same."""
+        if self._whole is not best:
+            self._whole, self._less = best, {}
+        if name not in self._less:
+            kept = {k: v for k, v in best.values.items() if k[0] != name}
+            self._less[name] = self.trial([n for n in best.names if n != name], kept, like=best)
+        return self._less[name]
+
+    def _pruned(self, best: Trial) -> Trial:
+        """The set without effects that no longer pay."""
+        while len(best.names) > 1:
+            least_lost = min((self.without(best, name) for name in best.names), key=self.cost)
+            if self.pays(least_lost, best):
+                return best
+            best = least_lost
+        return best
+
+    def _meant(self, best: Trial) -> Trial:
+        """The set without effects that do not pay or whose value means nothing, and what takes the place of these, if
+        that makes up for them: a wind at the end of its range had stood for a drag."""
+        less = self._meaning(best)
+        if not self._misfit(less):
+            return less
+        other = self._meaning(best, refill=True)
+        if other.chi2 - best.chi2 < MADE_UP * (less.chi2 - best.chi2):
+            return other
+        self.target.settle(best.values)  # as it was before the others were tried
+        return less
+
+    def _meaning(self, best: Trial, *, refill: bool = False) -> Trial:
+        """The set without effects that do not pay or whose value means nothing, the last named first; refill: with
+        others in the place of these."""
+        barred: list[str] = []
+        while True:
+            best = self._pruned(best)
+            vague = [name for name in best.names if not self.sound(best, name)]
+            if not vague:
+                return best
+            barred.append(vague[-1])
+            best = self.trial([n for n in best.names if n != vague[-1]], best.values, like=best)
+            if refill and self._misfit(best):
+                best = self._grown(best, [], barred)
+
+
+def _sizes(coordinates: Sequence[Coordinate]) -> Sequence[Coordinate]:
+    """Those that say how much, not how; of an effect that only says how (a lag) all."""
+    return [c for c in coordinates if c.key.name not in HOW] or coordinates
+
+
+def _certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool:
+    """True if the interval is clear of the neutral value, for a limit if it is no wider than a third of its range."""
+    low, high = interval
+    if not low < high:  # nothing that was measured moves with it
+        return False
+    if isinf(c.key.neutral):
+        return c.place(high) - c.place(low) < _VAGUE
+    return abs(value - c.key.neutral) > _CLEAR_OF_NEUTRAL * 0.5 * (high - low)

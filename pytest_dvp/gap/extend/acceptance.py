@@ -1,0 +1,143 @@
+"""Whether an effect may stay in a model: what it explains where it is fitted, and what it does to data held out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, TypeAlias
+
+from pytest_dvp.gap.diagnose.candidates import Candidate
+from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
+from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, predicted, shows
+from pytest_dvp.gap.diagnose.least_squares import intervals, widened
+from pytest_dvp.gap.diagnose.linear_algebra import square
+from pytest_dvp.gap.diagnose.search import FIRST, PRACTICAL, Search, Trial
+from pytest_dvp.gap.words.diagnosis import figure
+
+if TYPE_CHECKING:
+    from vehicle.model.vehicle_model import VehicleModel
+
+DIGITS = 6  # significant, of a value in a model file
+
+Estimates: TypeAlias = dict[tuple[str, str], Estimate]
+"""(effect, key) -> value with interval."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Judged:
+    """An effect, why it must not stay as it is (empty if it may), and what is to be known."""
+
+    effect: NamedEffect
+    wrong: str = ""
+    note: str = ""
+
+
+def judge_addition(
+    search: Search, final: Trial, candidate: Candidate, judges: Sequence[Fold], model: VehicleModel, sure: Estimates
+) -> Judged:
+    """An effect beside all the others: it must pay where it is fitted and must not lose where it is not."""
+    name = candidate.name
+    rest = [n for n in final.names if n != name]
+    less = search.trial(rest, final.values)
+    mine = {key: value for (effect, key), value in sure.items() if effect == name}
+    changed = any(a.name == name for a in model.effects)
+    effect = NamedEffect(name=name, parameters=mine, action="change" if changed else "add")
+    gain = (less.chi2 - final.chi2) / search.count
+    if gain < (PRACTICAL if rest else FIRST) * max(1.0, final.chi2 / search.count):
+        beside = f" beside {', '.join(rest)}" if rest else ""
+        if changed:
+            fitted = ", ".join(f"{key} = {e.value:.4g} {e.unit}".rstrip(" -") for key, e in mine.items())
+            return Judged(effect, wrong=(
+                f"{name} is in the model already, and another value gains too little{beside}: chi²/N "
+                f"{figure(less.chi2 / search.count)} as it stands, {figure(final.chi2 / search.count)} with {fitted}; "
+                "it stays as it is: leave it out of what is added"
+            ))  # fmt: skip
+        return Judged(effect, wrong=(
+            f"{name} explains too little{beside} to be worth an effect: chi²/N {figure(less.chi2 / search.count)} "
+            f"without it, {figure(final.chi2 / search.count)} with it; leave it out, or drive what would show it: "
+            f"{candidate.effect.reveals}"
+        ))  # fmt: skip
+    before = after = 0.0
+    samples = 0
+    for fold in judges:
+        if not shows(search, fold, final, name):
+            continue  # what its own data do not show cannot be fitted, and so not judged
+        before += _left(fold, predicted(search, fold, less))
+        after += _left(fold, predicted(search, fold, final))
+        samples += fold.judge.count
+    if not samples:
+        return Judged(effect, note=(
+            f"{name} is not judged on held-out data: no part of the logs shows it without the rest; "
+            "name a log with --held-out"
+        ))  # fmt: skip
+    before, after = before / samples, after / samples
+    effect = dataclasses.replace(effect, held_out_gain=before - after)
+    if after - before > ROUNDING * max(1.0, before):
+        return Judged(effect, wrong=(
+            f"{f'the new value of {name}' if changed else name} loses on held-out data, chi²/N "
+            f"{figure(before)} -> {figure(after)} ({_percent(before, after)}), though it gains where it is fitted "
+            f"({_percent(less.chi2, final.chi2)}): leave it out, or fit on more logs"
+        ))  # fmt: skip
+    if before - after < ROUNDING * max(1.0, before):
+        return Judged(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")
+    return Judged(effect)
+
+
+def judge_removal(search: Search, final: Trial, name: str, model: VehicleModel, judges: Sequence[Fold]) -> Judged:
+    """An effect that was taken out must not be missed, neither in the logs fitted on nor in those held out."""
+    applied = next(a for a in model.effects if a.name == name)
+    off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in applied.effect.parameters}
+    effect = NamedEffect(name=name, parameters=off, action="remove")
+    back = {(name, key): value for key, value in applied.values.items()}
+    data = [("the data fitted on", search.target)]
+    data += [("held-out data", fold.judge) for fold in judges if fold.fitted is None]
+    for called, each in data:
+        count = max(each.count, 1)
+        with_it = square(each.whitened(final.values | back)) / count
+        without = square(each.whitened(final.values)) / count
+        effect = dataclasses.replace(effect, held_out_gain=with_it - without if each is not search.target else None)
+        if without - with_it > PRACTICAL * max(1.0, with_it):
+            return Judged(effect, wrong=(
+                f"without {name} the error on {called} grows, chi²/N {figure(with_it)} -> {figure(without)} "
+                f"({_percent(with_it, without)}): keep it"
+            ))  # fmt: skip
+    return Judged(effect)
+
+
+def worse_together(steps: Sequence[Step]) -> list[str]:
+    """Why the new model as a whole loses on the data held out; empty if it does not."""
+    before, after = steps[0].held_out_chi2_per_n, steps[-1].held_out_chi2_per_n
+    if before is None or after is None or after - before <= ROUNDING * max(1.0, before):
+        return []
+    return [
+        f"the new model loses on held-out data, chi²/N {figure(before)} -> {figure(after)} "
+        f"({_percent(before, after)}): fit on more logs, or fewer values"
+    ]
+
+
+def _left(fold: Fold, trial: Trial) -> float:
+    return square(fold.judge.whitened(trial.values))
+
+
+def _percent(before: float, after: float) -> str:
+    if before <= 0.0:
+        return "from nothing"
+    change = 100.0 * (after / before - 1.0)
+    return f"{change:+.0f} %" if abs(change) >= 10.0 else f"{change:+.2g} %"
+
+
+def estimates(final: Trial, search: Search) -> Estimates:
+    """Fitted values as they are written, with their 95 % intervals."""
+    sure = intervals(final.found, search.starts, search.target.exact(final.values))
+    sure = widened(search.target, final.found, final.values, sure)
+    found: Estimates = {}
+    for c in final.found.coordinates:
+        low, high = sure[c.name]
+        value = rounded(final.values[c.name])
+        found[c.name] = Estimate(value, min(rounded(low), value), max(rounded(high), value), c.key.unit)
+    return found
+
+
+def rounded(value: float) -> float:
+    """To DIGITS significant digits."""
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,258 @@
+"""Add effects to a vehicle model: fitted jointly, judged on data they were not fitted on, the error falling."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
+from pytest_dvp.gap.diagnose.diagnosis import Estimate, Step
+from pytest_dvp.gap.diagnose.experiment import Campaign, Values, campaign
+from pytest_dvp.gap.diagnose.held_out import Fold, folds, step
+from pytest_dvp.gap.diagnose.input_scales import MAP_TIES, input_map
+from pytest_dvp.gap.diagnose.least_squares import Coordinate
+from pytest_dvp.gap.diagnose.linear_algebra import square
+from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search, Trial
+from pytest_dvp.gap.extend.acceptance import estimates, judge_addition, judge_removal, rounded, worse_together
+from pytest_dvp.gap.extend.extension import Extension, Rung
+from pytest_dvp.gap.extend.perception import judge_perception
+from pytest_dvp.gap.words.comparison import NOTHING_LEFT
+from pytest_dvp.logs.log import Log
+from vehicle.model.errors import ModelError, nearest_name
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.vehicle_model import AppliedEffect, VehicleModel
+
+_BEGINNINGS = 3  # points of an effect's range from which a fit of it starts
+_ROUNDS = 5  # of fitting and of beginning the segments anew
+_ENOUGH = 2e-4  # of chi^2/N: a round that gains less is the last
+
+Tick = Callable[[str], None]
+
+
+def extend(
+    logs: Mapping[str, Log],
+    model: VehicleModel,
+    *,
+    add: Sequence[str] = (),
+    remove: Sequence[str] = (),
+    refit: bool = False,
+    held_out: Mapping[str, Log] | None = None,
+    effects: Sequence[Effect] = (),
+    start: Values | None = None,
+    fitted_on: Sequence[str] = (),
+    tick: Tick = lambda text: None,
+) -> Extension:
+    """A model with effects added to it or removed from it, fitted jointly to logs, and whether it may be taken.
+
+    logs by name, fitted on; held_out: logs that have the last word, without them as in `diagnose`. add: names of
+    effects; one that the model has is fitted again. refit: so are all the others it has. effects: the user's own.
+    start: values from which the fit begins, (effect, key) -> value, as a diagnosis found them. fitted_on: what the
+    model file says of the logs.
+
+    It may not be taken (`refusal`) if an effect explains nothing of the data fitted on, or loses on the data held out,
+    or if what was removed is missed there.
+
+    Raises ModelError or CompareError (one line): an unknown effect, one that does not suit the model, an input missing.
+    """
+    tick("preparing")
+    target = campaign(logs, model, extra=effects)
+    wanted = _wanted(model, add, effects)
+    chosen = _chosen(model, [e for e in wanted if e.slot != "perception"], target)
+    seen = [e for e in wanted if e.slot == "perception"]
+    gone = [_present(model, name) for name in remove]
+    lost = [a.name for a in gone if a.effect.slot != "perception"]
+    kept = _kept(model, {*add, *remove}) if refit else []
+    search = _search(target, model, [*kept, *chosen], lost)
+    begin = {**search.start, **_values(model), **dict(start or {})}
+    tick("fitting")
+    final = _fitted(search, begin, [c.name for c in kept], chosen)
+    tick("held-out data")
+    judges = folds(logs, held_out, model, effects)
+    ladder = tuple(_ladder(search, final, len(kept), lost, judges, {a.name for a in model.effects}))
+    sure = estimates(final, search)
+    done = [judge_addition(search, final, c, judges, model, sure) for c in chosen]
+    done += [judge_removal(search, final, name, model, judges) for name in lost]
+    blind = [a.name for a in gone if a.effect.slot == "perception"]
+    done += judge_perception(model, logs, held_out or {}, seen, blind)
+    sure |= {(d.effect.name, key): value for d in done for key, value in d.effect.parameters.items()
+             if d.effect.action != "remove"}  # fmt: skip
+    steps = [rung.step for rung in ladder]
+    shares = _shares(steps)
+    named = tuple(dataclasses.replace(d.effect, gain=shares.get(d.effect.name, d.effect.gain)) for d in done)
+    channels = target.by_channel(final.values)
+    left = (steps[-1].chi2_per_n, steps[-1].held_out_chi2_per_n or 0.0)
+    explained = max(left) <= NOTHING_LEFT and max(channels.values(), default=0.0) <= CHANNEL_MISFIT
+    wrong = [d.wrong for d in done if d.wrong]
+    # Logs that are predicted from the others may show nothing of an effect: those judge only what was fitted again
+    if not wrong and (kept or (held_out and chosen)):
+        wrong = worse_together(steps)
+    return Extension(
+        model=_extended(model, final, sure, remove, wanted, tuple(fitted_on)),
+        effects=named,
+        refitted={name: value for name, value in sure.items() if name[0] not in add},
+        ladder=ladder,
+        noise_floor=target.noise(),
+        refusal="; ".join(wrong),
+        notes=(*[d.note for d in done if d.note], *_edges(final), *_assumed(final, model)),
+        explained=explained,
+    )
+
+
+def _wanted(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect]) -> list[Effect]:
+    """The effects that are meant. Raises ModelError."""
+    from vehicle.model.effect_catalogue import find_effect
+    from vehicle.model.vehicle_model import check_base
+
+    found = [find_effect(name, {e.name: e for e in effects}) for name in dict.fromkeys(add)]
+    for effect in found:
+        check_base(effect, model.base)
+    return found
+
+
+def _chosen(model: VehicleModel, effects: Sequence[Effect], target: Campaign) -> list[Candidate]:
+    """What is to be fitted, each with its points of departure. Raises ModelError."""
+    found: list[Candidate] = []
+    for effect in effects:
+        suited = candidates(model, [effect], ay="ay" in target.channels)
+        if not suited:
+            inputs = f"{' + '.join(model.inputs.longitudinal)} and {model.inputs.steer}"
+            why = f"it needs other inputs than {inputs}, or a motor_torque whose data are known"
+            raise ModelError(f"cannot be fitted to this model: {why}", key=effect.name)
+        found += suited
+    return found
+
+
+def _present(model: VehicleModel, name: str) -> AppliedEffect:
+    names = [a.name for a in model.effects]
+    if name in names:
+        return model.effects[names.index(name)]
+    has = ", ".join(names) or "none"
+    raise ModelError("effect is not in the model", found=name, allowed=has, nearest=nearest_name(name, names))
+
+
+def _kept(model: VehicleModel, named: set[str]) -> list[Candidate]:
+    """The model's other effects, to be fitted again: their parameters that are switched on."""
+    found: list[Candidate] = []
+    for applied in model.effects:
+        on = [k for k in applied.effect.parameters if isfinite(applied.values[k.name])]
+        if applied.name not in named and on:
+            found += [
+                dataclasses.replace(c, coordinates=tuple(Coordinate(applied.name, k) for k in on))
+                for c in candidates(model, [applied.effect])
+            ]
+    return found
+
+
+def _search(target: Campaign, model: VehicleModel, tried: Sequence[Candidate], lost: Sequence[str]) -> Search:
+    """What fits the new model. Scales of the input map that nobody knows are fitted along, as `diagnose` does, but for
+    those that an effect repeats."""
+    names = {c.name for c in tried}
+    nuisance, start = input_map(model)
+    free = [] if not tried else [c for c in nuisance if not names & set(MAP_TIES.get(c.key.name, ()))]
+    off = {(a.name, key.name): key.neutral for a in model.effects if a.name in lost for key in a.effect.parameters}
+    return Search(target, tried, nuisance=free, start=start, fixed=off)
+
+
+def _values(model: VehicleModel) -> dict[tuple[str, str], float]:
+    """What the model's effects are set to, where a fit can begin."""
+    return {
+        (a.name, key.name): a.values[key.name] for a in model.effects for key in a.effect.parameters
+        if isfinite(a.values[key.name])
+    }  # fmt: skip
+
+
+def _fitted(search: Search, begin: Values, kept: Sequence[str], chosen: Sequence[Candidate]) -> Trial:
+    """All together, each effect begun where it takes away most beside those before it."""
+    now = search.trial(kept, begin)
+    for candidate in chosen:
+        known = {name: value for name, value in begin.items() if name[0] == candidate.name}
+        points = list(candidate.points)
+        if len(known) == len(candidate.coordinates):
+            car = {name: value for name, value in begin.items() if name[0] == "parameters"}
+            points.insert(0, {**known, **car})
+        left = [square(search.target.whitened(now.values | point)) for point in points]
+        best = [points[k] for k in np.argsort(left, kind="stable")[:_BEGINNINGS]]
+        trials = [search.trial((*now.names, candidate.name), now.values | point) for point in best]
+        now = min(trials, key=lambda t: t.chi2)
+        search.target.settle(now.values)
+    for _ in range(_ROUNDS):  # where the segments begin depends on the values, and the values on where they begin
+        before = now.chi2
+        now = search.trial(now.names, now.values, zoom=True)
+        search.target.settle(now.values)
+        if before - now.chi2 < _ENOUGH * search.count:
+            break
+    return search.trial(now.names, now.values, zoom=True)
+
+
+def _ladder(search: Search, final: Trial, kept: int, lost: Sequence[str], judges: Sequence[Fold],
+            present: Collection[str]) -> Iterator[Rung]:  # fmt: skip
+    """From the model as given to the final one: what is removed, what is fitted again, then effect after effect."""
+    plain = Search(search.target, ())
+    yield Rung("", step(plain, plain.trial((), {}), judges))
+    off: dict[tuple[str, str], float] = {}
+    for name in lost:
+        off |= {key: value for key, value in search.fixed.items() if key[0] == name}
+        without = Search(search.target, (), fixed=off)
+        yield Rung(f"- {name}", step(without, without.trial((), {}), judges, name))
+    if search.nuisance or kept:
+        yield Rung("~ fitted again", step(search, search.trial(final.names[:kept], final.values), judges))
+    for count in range(kept + 1, len(final.names) + 1):
+        names = final.names[:count]
+        trial = final if count == len(final.names) else search.trial(names, final.values)
+        yield Rung(f"{'~' if names[-1] in present else '+'} {names[-1]}", step(search, trial, judges, names[-1]))
+
+
+def _shares(steps: Sequence[Step]) -> dict[str, float]:
+    """Share of the excess error (chi^2/N above 1) that each step took away, 0..1; less than the noise is no gain."""
+    left = [max(step.chi2_per_n, 1.0) for step in steps]
+    excess = max(left[0] - 1.0, 1e-9)
+    return {
+        step.added: float(min(max((before - after) / excess, 0.0), 1.0))
+        for step, (before, after) in zip(steps[1:], itertools.pairwise(left), strict=True)
+    }
+
+
+def _edges(final: Trial) -> Iterator[str]:
+    for c in final.found.coordinates:
+        if c.edge(final.values[c.name]):
+            value = f"{c.effect}.{c.key.name} = {final.values[c.name]:.4g} {c.key.unit}"
+            yield f"{value} stands where the search ends: no estimate; something else may be missing"
+
+
+def _assumed(final: Trial, model: VehicleModel) -> Iterator[str]:
+    given = model.car.values()
+    for (effect, key), value in final.values.items():
+        if effect == "parameters" and abs(value - given[key]) > 1e-9:
+            yield f"[parameters] {key} is {rounded(value):g} in the new model instead of {given[key]:g}: fits better"
+
+
+def _extended(
+    model: VehicleModel, final: Trial, sure: Mapping[tuple[str, str], Estimate], remove: Sequence[str],
+    added: Sequence[Effect], fitted_on: tuple[str, ...],
+) -> VehicleModel:  # fmt: skip
+    from vehicle.model.vehicle_model import AppliedEffect, Interval
+
+    for name in remove:
+        model = model.without_effect(name)
+    scales: dict[str, Any] = {key: value.value for (effect, key), value in sure.items() if effect == "inputs"}
+    car = {key: rounded(value) for (effect, key), value in final.values.items() if effect == "parameters"}
+    model = dataclasses.replace(model, inputs=dataclasses.replace(model.inputs, **scales)).with_car(car)
+    present = {a.name: a for a in model.effects}
+    for effect in [*(a.effect for a in model.effects), *(e for e in added if e.name not in present)]:
+        fits = {key: value for (name, key), value in sure.items() if name == effect.name}
+        if fits:
+            old = dict(present[effect.name].values) if effect.name in present else {}
+            present[effect.name] = AppliedEffect(
+                effect,
+                effect.complete({**old, **{key: value.value for key, value in fits.items()}}),
+                {key: Interval(value.low, value.high) for key, value in fits.items()},
+                fitted_on,
+            )
+    return dataclasses.replace(model, effects=tuple(present.values()))

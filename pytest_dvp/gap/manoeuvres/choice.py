@@ -1,0 +1,111 @@
+"""What is advised, and what the choice is made from."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
+from pytest_dvp.gap.diagnose.experiment import Values
+from pytest_dvp.gap.diagnose.search import PRACTICAL
+from pytest_dvp.gap.manoeuvres.catalogue import Manoeuvre
+from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
+from pytest_dvp.gap.manoeuvres.rehearsal import Hypothesis, Rehearsal
+from pytest_dvp.gap.manoeuvres.simulated_drive import Drive
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.vehicle_model import VehicleModel
+
+ENOUGH = 3.0 * PRACTICAL  # gap in chi^2/N to be had: three times what a diagnosis needs
+MOST_REPEATS = 5
+TIE = 0.9  # of the largest gap: as good, so that the shorter drive is taken
+
+
+class PlanError(ValueError):
+    """No manoeuvre can be advised; one line that says why."""
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Sign:
+    """By what two are told apart: at `time` [s] `channel` of the other differs by `difference` in its unit.
+
+    gap: chi^2/N of the drive's log by which they differ; `truth` is empty where the other is to be seen at all.
+    """
+
+    truth: str
+    other: str
+    gap: float
+    channel: str
+    time: float
+    difference: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Choice:
+    """The manoeuvre that is advised.
+
+    gap: chi^2/N of its log by which the least distinct pair differs after a refit (deciding), or by which the least
+    visible effect changes it (exciting); `effects` it is about; `signs` by what they show, the least first; `ranking`:
+    what each manoeuvre would bring, to first order; repeats: how often it is to be driven; weak: it is the best there
+    is in this envelope, and yet too little; not_shown: effects that nothing of the catalogue shows.
+    """
+
+    effects: tuple[str, ...]
+    exciting: bool
+    drive: Drive
+    gap: float
+    signs: tuple[Sign, ...]
+    ranking: Mapping[str, float]
+    repeats: int
+    weak: bool
+    not_shown: tuple[str, ...] = ()
+
+    @property
+    def manoeuvre(self) -> Manoeuvre:
+        """What is driven."""
+        return self.drive.manoeuvre
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Asked:
+    """What every rehearsal shares: the model, the noise by channel, the limits, what is known beside, own effects."""
+
+    model: VehicleModel
+    noise: Mapping[str, float]
+    envelope: Envelope
+    shared: Mapping[tuple[str, str], float]
+    effects: tuple[Effect, ...]
+
+    def rehearse(self, drive: Drive, truth: Values) -> Rehearsal:
+        """The log of a drive with an effect as the truth."""
+        return Rehearsal(drive, self.model, truth, self.noise, shared=self.shared, extra=self.effects)
+
+
+def sign_of(rehearsal: Rehearsal, truth: str, other: Hypothesis, gap: float) -> Sign:
+    """Where an effect shows itself most against the truth of a rehearsal."""
+    shares = rehearsal.channels(other.values)
+    channel = max(shares, key=lambda name: shares[name])
+    time, difference = rehearsal.largest(other.values, channel)
+    return Sign(truth, other.name, gap, channel, time, difference)
+
+
+def tried_on(model: VehicleModel, names: Sequence[str], effects: Sequence[Effect] = ()) -> dict[str, Candidate]:
+    """The effects of these names as a fit begins with them.
+
+    Raises PlanError: no effect of that name, or none that acts on this model's motion.
+    """
+    from vehicle.model.effect_catalogue import catalogue
+    from vehicle.model.errors import nearest_name
+
+    every = {**catalogue(), **{e.name: e for e in effects}}
+    found = {c.name: c for c in candidates(model, every.values())}
+    for name in names:
+        if name not in every:
+            near = nearest_name(name, every)
+            hint = f", did you mean {near!r}?" if near else " (dvp effects lists them)"
+            raise PlanError(f"no effect called {name!r}{hint}")
+        if name not in found:
+            raise PlanError(f"{name} cannot be planned for: it does not act on this model, or not on its motion")
+    return found

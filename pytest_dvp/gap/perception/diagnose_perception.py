@@ -1,0 +1,302 @@
+"""Which perception effect a model lacks, judged on detected boxes against the objects that were there.
+
+Every effect here has a likelihood of its own, so nothing is simulated: positions give latency, offset and noise, frames
+without a box give misses and range, boxes without an object give false objects, each counted once when it appears.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+from math import inf, isfinite, isinf, log
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import chi2 as chi2_distribution
+from scipy.stats import t as student
+
+from pytest_dvp.gap.compare.start_correction import BoolArray
+from pytest_dvp.gap.diagnose.diagnosis import Action, Estimate, NamedEffect
+from pytest_dvp.gap.perception.detection_pairs import Frames, Pairs, frames, paired
+from pytest_dvp.gap.perception.position_fit import BLOCK, Positions
+from pytest_dvp.logs.log import FloatArray, Log
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.vehicle_model import VehicleModel
+
+LEAST_PAIRS = 50
+FIRST_GATE = (4.0, 0.05)  # m and its growth with distance, wide enough for half a second of latency at town speed
+_GATE = 5.0  # standard deviations of the noise, later on
+_LEAST_GATE = 0.5  # m
+_ROUNDS = 5
+_STRAY = 0.005  # chance that a box beyond the range is taken for the object
+_BEYOND = 0.05  # share of frames beyond a border in which an object is seen all the same, at most
+_RIVAL = 2.0  # difference of log-likelihood per block below which two effects are not told apart
+_ONE = 2.0  # m, how well one object shows a range: a car that comes at 10 m/s is believed some 0.2 s sooner or later
+_BORDER = 3.0  # log-likelihood: 95 % for a border, whose likelihood falls off exponentially
+_ORDER = ("latency", "offset", "range", "misses", "false", "noise")
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Perceived:
+    """Values of all perception effects in a log: (effect, key) -> (value, low, high), 95 % intervals; an effect that
+    these data could not show is left out. worth: log-likelihood that each effect brings. rivals: by effect."""
+
+    values: Mapping[tuple[str, str], tuple[float, float, float]]
+    worth: Mapping[str, float]
+    rivals: Mapping[str, tuple[str, ...]]
+
+
+def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None = None) -> tuple[NamedEffect, ...]:
+    """The perception effects in which a model differs from the detections of a log, what explains most first.
+
+    Compared with the values of the model's own perception effects or, given a `twin`, the log of its run, with what its
+    detections show. An effect is named if its value differs by at least Key.least and outside the 95 % interval
+    (intervals of both logs with a `twin`): clustered by object and block of 5 s; range by profile likelihood and by
+    objects left out; false
+    objects by the exact Poisson interval. gain: share of the log-likelihood of all effects named.
+
+    () for a run of a stage without a `twin`, for its detections come from simulated sensors, with all that those do to
+    them; also for a log without detections or objects, or with fewer than 50 pairs of them.
+    Objects in directions in which the detector hardly ever sees one do not count as missed; hidden ones do, for a log
+    does not say what hides what.
+    """
+    if twin is None and simulated_sensors(measured):
+        return ()
+    found = perceived_in(measured)
+    if found is None:
+        return ()
+    from vehicle.model.effect_catalogue import catalogue
+
+    other = perceived_in(twin) if twin is not None else None
+    named = []
+    for part in _ORDER:
+        name = f"detection_{part}"
+        effect = catalogue()[name]
+        keys = [k for k in effect.parameters if (name, k.name) in found.values]
+        if keys and any(_differs(found, other, model, effect, k.name) for k in keys):
+            named.append(name)
+    total = max(sum(found.worth[name] for name in named), 1e-9)
+    named.sort(key=lambda name: (-found.worth[name], name))
+    return tuple(_named(name, found, model, catalogue()[name], found.worth[name] / total) for name in named)
+
+
+def simulated_sensors(measured: Log) -> bool:
+    """Whether the detections of a log are of simulated sensors: of a run of any stage whose objects are known."""
+    return bool(measured.meta.get("stage"))
+
+
+def diagnose_perceptions(
+    logs: Iterable[Log], model: VehicleModel, twins: Mapping[str, Log] | None = None
+) -> tuple[NamedEffect, ...]:
+    """The same of several logs; an effect that several show is told as the log with the narrowest interval has it.
+    twins: by scenario, as meta["scenario"] has it."""
+    best: dict[str, NamedEffect] = {}
+    for measured in logs:
+        twin = (twins or {}).get(measured.meta.get("scenario", ""))
+        for effect in diagnose_perception(measured, model, twin=twin):
+            if effect.name not in best or _width(effect) < _width(best[effect.name]):
+                best[effect.name] = effect
+    return tuple(sorted(best.values(), key=lambda e: (-e.gain, e.name)))
+
+
+def _width(effect: NamedEffect) -> float:
+    return max(e.high - e.low if isfinite(e.value) else inf for e in effect.parameters.values())
+
+
+def _differs(found: Perceived, twin: Perceived | None, model: VehicleModel, effect: Effect, key: str) -> bool:
+    value, low, high = found.values[effect.name, key]
+    declared = effect.key(key)
+    if twin is not None and (effect.name, key) in twin.values:
+        base, base_low, base_high = twin.values[effect.name, key]
+    else:
+        given = model.value(effect.name, key)
+        base = base_low = base_high = declared.neutral if given is None else given
+    if isinf(value) or isinf(base):  # no border was found: it is beyond what was seen, which `low` tells
+        return isinf(value) != isinf(base) and (low > base_high + declared.least or high + declared.least < base_low)
+    return abs(value - base) >= declared.least and (low > base_high or high < base_low)
+
+
+def _named(name: str, found: Perceived, model: VehicleModel, effect: Effect, gain: float) -> NamedEffect:
+    estimates = {k.name: Estimate(*found.values[name, k.name], k.unit) for k in effect.parameters
+                 if (name, k.name) in found.values}  # fmt: skip
+    present = any(a.name == name for a in model.effects)
+    off = all(_near_neutral(effect, key, e) for key, e in estimates.items())
+    action: Action = "remove" if present and off else "change" if present else "add"
+    return NamedEffect(name=name, parameters=estimates, rivals=found.rivals.get(name, ()), gain=gain, action=action)
+
+
+def _near_neutral(effect: Effect, key: str, e: Estimate) -> bool:
+    declared = effect.key(key)
+    return e.value == declared.neutral or abs(e.value - declared.neutral) < declared.least
+
+
+def perceived_in(measured: Log) -> Perceived | None:
+    """What the detections of a log show; None without enough of them."""
+    if not len(measured.detections.t) or not measured.objects or not {"x", "y", "yaw"} <= set(measured.columns):
+        return None
+    f = frames(measured)
+    if f is None:
+        return None
+    place = np.zeros(3)  # latency, offset x, y
+    noise = np.array([0.3, 0.0])
+    gate = FIRST_GATE
+    for _ in range(_ROUNDS):
+        pairs = paired(f, float(place[0]), (float(place[1]), float(place[2])), gate)
+        if int(pairs.seen.sum()) < LEAST_PAIRS:
+            return None
+        fitted = Positions(f, pairs, noise)
+        place = place + fitted.step
+        place[0] = min(max(float(place[0]), 0.0), 2.0)
+        noise = fitted.noise
+        gate = (_LEAST_GATE + _GATE * float(noise[0]), _GATE * float(noise[1]))
+    return _Seen(f, pairs, fitted, place).perceived()
+
+
+class _Seen:
+    """Range, misses and false boxes, and everything put together."""
+
+    def __init__(self, f: Frames, p: Pairs, fitted: Positions, place: FloatArray) -> None:
+        self.f, self.p, self.fitted, self.place = f, p, fitted, place
+        rows = p.looked_at()
+        frame, thing = np.nonzero(rows)
+        order = np.argsort(p.distance[rows], kind="stable")
+        self.far = p.distance[rows][order]
+        self.seen = p.seen[rows][order]
+        self.block = ((f.t[frame] // BLOCK).astype(np.int64) * 1000 + thing)[order]
+        self.thing = thing[order]
+
+    def perceived(self) -> Perceived:
+        """All of it."""
+        z, q = self.fitted, self.place
+        values: dict[tuple[str, str], tuple[float, float, float]] = {}
+        worth: dict[str, float] = {}
+
+        blocks = len(np.unique(z.blocks))
+
+        def put(name: str, key: str, value: float, spread: float, least: float = -inf, of: int = blocks) -> None:
+            wide = _t(of) * spread
+            values[name, key] = (value, max(value - wide, least), value + wide)
+
+        if np.isfinite(z.spread[0]):
+            put("detection_latency", "T", float(q[0]), float(z.spread[0]), 0.0)
+        put("detection_offset", "x", float(q[1]), float(z.spread[1]))
+        put("detection_offset", "y", float(q[2]), float(z.spread[2]))
+        put("detection_noise", "sigma0", float(z.noise[0]), float(z.noise_spread[0]), 0.0)
+        put("detection_noise", "slope", float(z.noise[1]), float(z.noise_spread[1]), 0.0)
+        worth["detection_latency"], worth["detection_offset"] = z.loss(q, (0,)), z.loss(q, (1, 2))
+        worth["detection_noise"] = z.noise_worth()
+        rivals = self._position_rivals()
+        reach, low, high, gained, alone = self._range()
+        values["detection_range", "R"] = (reach, low, high)
+        worth["detection_range"] = gained
+        rate, spread, missed = self._misses(reach)
+        put("detection_misses", "rate", rate, spread, 0.0, len(np.unique(self.block[self.far <= reach])))
+        worth["detection_misses"] = missed
+        if 0.0 < gained < _RIVAL + alone and rate > 0.0:
+            rivals["detection_range"] = ("detection_misses",)
+        values["detection_false", "rate"] = _poisson(self.p.false, self.f.duration)
+        expected = max(values["detection_false", "rate"][0], 1e-9)
+        worth["detection_false"] = self.p.false * log(max(expected / 1e-3, 1.0))
+        return Perceived(values, worth, rivals)
+
+    def _position_rivals(self) -> dict[str, tuple[str, ...]]:
+        """Latency and offset are told apart only by objects that move in different ways."""
+        z = self.fitted
+        found: dict[str, tuple[str, ...]] = {}
+        if not np.isfinite(z.spread[0]):
+            return {"detection_offset": ("detection_latency",)}
+        both = z.loss(self.place, (0, 1, 2))
+        blocks = len(np.unique(z.blocks))
+        for name, other, without in (("latency", "offset", (0,)), ("offset", "latency", (1, 2))):
+            lost = z.loss(self.place, without)
+            if both > 20.0 and lost < 0.02 * both and lost / blocks < _RIVAL:
+                found[f"detection_{name}"] = (f"detection_{other}",)
+        return found
+
+    def _range(self) -> tuple[float, float, float, float, float]:
+        """Range [m] with its interval, the log-likelihood that it brings, and that of misses without a range.
+
+        Without a border the range is inf, from the farthest that was seen on. One object shows a border no better than
+        to where it is first believed to be there, so the interval is as wide as the borders of the others let it be.
+        """
+        n = len(self.far)
+        likelihood = _likelihood(self.seen)
+        best = int(np.argmax(likelihood))
+        never = 0.5 * float(likelihood[-1] - n * log(0.5)) if n else 0.0
+        gained = float(likelihood[best] - likelihood[-1]) if n else 0.0
+        # A range is a border with hardly anything seen beyond it, and enough not seen in several blocks
+        unseen = len(np.unique(self.block[best:][~self.seen[best:]])) if best < n else 0
+        if best == 0 or best == n or gained < 10.0 or unseen < 2:
+            return inf, float(self.far[self.seen].max(initial=0.0)), inf, 0.0, never
+        likely = np.flatnonzero(likelihood > likelihood[best] - _BORDER)
+        low, high = self.far[max(int(likely[0]) - 1, 0)], self.far[min(int(likely[-1]), n - 1)]
+        reach = 0.5 * (self.far[best - 1] + self.far[best])
+        unsure = self._between_objects(float(reach))
+        return float(reach), float(min(low, reach - unsure)), float(max(high, reach + unsure)), gained, 0.0
+
+    def _between_objects(self, reach: float) -> float:
+        """Half of a 95 % interval [m] of the range from how it moves with each object left out (jackknife); of a border
+        that one object alone has crossed _ONE."""
+        things = np.unique(self.thing)
+        crossed = [k for k in things.tolist() if self._crosses(k, reach)]
+        if len(crossed) < 2:
+            return _ONE
+        moved = []
+        for k in crossed:
+            others = self.thing != k
+            far, likelihood = self.far[others], _likelihood(self.seen[others])
+            best = min(max(int(np.argmax(likelihood)), 1), len(far) - 1)
+            moved.append(0.5 * (far[best - 1] + far[best]))
+        m = len(moved)
+        return 1.96 * float(np.sqrt((m - 1) / m * np.sum((np.array(moved) - np.mean(moved)) ** 2)))
+
+    def _crosses(self, thing: int, reach: float) -> bool:
+        """Whether an object was there on both sides of the border."""
+        far = self.far[self.thing == thing]
+        return bool(far.min() < reach < far.max())
+
+    def _misses(self, reach: float) -> tuple[float, float, float]:
+        """Share of frames missed within the range, its standard deviation by blocks, and its log-likelihood."""
+        inside = self.far <= reach
+        missed = ~self.seen[inside]
+        if not len(missed):
+            return 0.0, inf, 0.0
+        rate = float(missed.mean())
+        index = np.unique(self.block[inside], return_inverse=True)[1]
+        scores = np.bincount(index, weights=missed - rate)
+        blocks = len(scores)
+        spread = float(np.sqrt((scores @ scores) * blocks / max(blocks - 1, 1))) / len(missed)
+        spread = max(spread, float(np.sqrt(max(rate * (1.0 - rate), 1.0 / len(missed)) / len(missed))))
+        count = float(missed.sum())
+        gained = count * log(max(rate, 1e-9) / _STRAY) + (len(missed) - count) * log(max(1.0 - rate, 1e-9))
+        return rate, spread, max(gained, 0.0) if count else 0.0
+
+
+def _likelihood(seen: BoolArray) -> FloatArray:
+    """Log-likelihood of a border before each row and after the last, rows in the order of their distance (n + 1,);
+    -inf where too much is seen beyond it for a border."""
+    n = len(seen)
+    hit = np.concatenate([[0], np.cumsum(seen)]).astype(np.float64)
+    rows = np.arange(n + 1, dtype=np.float64)
+    miss = rows - hit
+    share = np.clip(miss / np.maximum(rows, 1.0), 1e-4, 1.0 - 1e-4)
+    beyond_hit, beyond_miss = hit[-1] - hit, miss[-1] - miss
+    likely = (
+        hit * np.log(1.0 - share) + miss * np.log(share) + beyond_hit * log(_STRAY) + beyond_miss * log(1.0 - _STRAY)
+    )
+    likely[beyond_hit > _BEYOND * (n - rows)] = -inf
+    return np.asarray(likely)
+
+
+def _t(blocks: int) -> float:
+    """Standard deviations of a 95 % interval whose errors are known from so many independent blocks (Student)."""
+    return float(student.ppf(0.975, max(blocks - 1, 1)))
+
+
+def _poisson(count: int, duration: float) -> tuple[float, float, float]:
+    """Rate [1/s] with its exact interval (Garwood 1936)."""
+    low = float(chi2_distribution.ppf(0.025, 2 * count)) / 2.0 if count else 0.0
+    high = float(chi2_distribution.ppf(0.975, 2 * count + 2)) / 2.0
+    return count / duration, low / duration, high / duration

@@ -1,0 +1,264 @@
+"""A diagnosis as text for a terminal."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+
+from pytest_dvp.gap.compare.segments import UNITS
+from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step
+from pytest_dvp.gap.diagnose.error_shares import Share, percents, shares
+from pytest_dvp.gap.words.comparison import CAUSES, NOTHING_LEFT
+from pytest_dvp.gap.words.residual_signature import signature_lines
+
+SHOWN = 3  # signals whose own error the ladder shows
+_SIGNS = {"add": "+", "change": "~", "remove": "-"}
+SLIGHT = 0.01  # of the error: what explains less is told apart
+WIDTH = 112  # of a line, about
+
+
+def page(found: Diagnosis, *, model: str = "the model", command: str = "", plan: str = "") -> str:
+    """The whole answer: verdict, effects, ladder, what the data could not show, and what to do next.
+
+    `model` as the user named it; `command` adds what was found, see `extend_command`; `plan` finds the drive that
+    decides, see `plan_command`.
+    """
+    lines = [f"{found.verdict}: {headline(found, model)}"]
+    if found.effects:
+        lines += ["", *_effects(found)]
+    lines += ["", *_ladder(found)]
+    lines += _notes(found)
+    drives = [f"to tell {e.name} from its rivals, drive {e.deciding_manoeuvre}" for e in found.effects
+              if e.rivals and e.deciding_manoeuvre]  # fmt: skip
+    after = [f"next: {command}"] if command else []
+    before = drives or ([f"what to drive to know more: {plan}"] if plan else [])
+    return "\n".join([*lines, "", *before, *after]).rstrip()
+
+
+def headline(found: Diagnosis, model: str = "the model") -> str:
+    """One sentence that a reader understands who knows nothing of the method."""
+    first, last = found.ladder[0].chi2_per_n, found.ladder[-1].chi2_per_n
+    if found.verdict == "NOTHING_MISSING":
+        return f"{model} lacks nothing that these data show: what is left is sensor noise (chi²/N {figure(last)})"
+    if found.verdict == "NOT_EXCITED":
+        many = len(found.not_excited)
+        return f"nothing was found missing in {model}, but this drive could not have shown {many} of the effects"
+    left = f"chi²/N {figure(last)}{_worst(found)}"
+    if found.verdict == "UNKNOWN":
+        return f"{model} misses something that no effect of the catalogue explains ({left})"
+    lacks = _lacks(found, model)
+    if found.verdict == "PARTIAL" and len(found.ladder) == 1:
+        return f"{lacks}; what is left no effect of the catalogue explains ({left})"
+    if found.verdict == "PARTIAL":
+        (share,) = percents([1.0 - (last - 1.0) / max(first - 1.0, 1e-9)])
+        return f"{lacks}, which explains {share} of the error; the rest no effect of the catalogue explains ({left})"
+    if len(found.ladder) == 1:  # nothing but effects on detections
+        return f"{lacks}; apart from that only sensor noise is left (chi²/N {figure(last)})"
+    return f"{lacks}; after that only sensor noise is left (chi²/N {figure(first)} -> {figure(last)})"
+
+
+def extend_command(
+    found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = (), options: Sequence[str] = ()
+) -> str:
+    """The command that adds what was found of the car; empty if there is nothing to add. options: its further words,
+    such as `--map F`, without which the logs cannot be read."""
+    own = found.set_up
+    add = [e.name for e in found.effects if e.action != "remove" and e.name not in own]
+    remove = [e.name for e in found.effects if e.action == "remove"]
+    if not add and not remove:
+        return ""
+    words = ["dvp", "extend", "--model", model]
+    for option, values in (("--add", add), ("--remove", remove), ("--fit", logs), ("--held-out", held_out)):
+        words += [option, *values] if values else []
+    return shlex.join([*words, "--out", f"{Path(model).stem}.extended.toml", *options])
+
+
+def plan_command(
+    found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = (), options: Sequence[str] = ()
+) -> str:
+    """The command that finds the drive which decides between rivals, or shows what these data could not.
+
+    Empty if nothing is open, or the drive is known already.
+    """
+    undecided = any(e.rivals and not e.deciding_manoeuvre for e in found.effects)
+    if not undecided and found.verdict != "NOT_EXCITED":
+        return ""
+    judges = [word for log in held_out for word in ("--held-out", log)]
+    return shlex.join(["dvp", "plan", *logs, *judges, "--model", model, *options])
+
+
+def step_label(found: Diagnosis, step: Step) -> str:
+    """ "+ steer_delay", "~ mass", "- aero_drag", or the model as given."""
+    action = next((e.action for e in found.effects if e.name == step.added), "add")
+    return f"{_SIGNS[action]} {step.added}" if step.added else "model as given"
+
+
+def value(estimate: Estimate) -> str:
+    """ "0.252" with as many digits as its interval gives meaning."""
+    return f"{estimate.value:.{_digits(estimate)}f}"
+
+
+def interval(estimate: Estimate) -> str:
+    """ "0.250 to 0.255"."""
+    digits = _digits(estimate)
+    return f"{estimate.low:.{digits}f} to {estimate.high:.{digits}f}"
+
+
+def causes(step: Step, limit: int = SHOWN) -> list[str]:
+    """Signals with the most error at a step, those first that others follow from."""
+
+    off = any(level > NOTHING_LEFT for level in step.channels.values())
+
+    def order(name: str) -> tuple[bool, float]:
+        return not (name in CAUSES and (step.channels[name] > NOTHING_LEFT or not off)), -step.channels[name]
+
+    return sorted(step.channels, key=order)[:limit]
+
+
+def _lacks(found: Diagnosis, model: str) -> str:
+    """ "car.toml lacks a and one of b, c"."""
+    parts = []
+    wanted = [e for e in found.effects if e.action == "add"]
+    if wanted:  # a reader with a deadline adds what matters; the rest is in the table
+        chief = [e for e in wanted if e.gain >= SLIGHT] or wanted
+        few = [_choice(e) if len(wanted) - len(chief) < 3 else e.name for e in wanted if e not in chief]
+        parts.append(f"lacks {_and([_choice(e) for e in chief])}{f', and by far less {_and(few)}' if few else ''}")
+    changed = [e.name for e in found.effects if e.action == "change"]
+    if changed:
+        parts.append(f"has another {_and(changed)} than the car")
+    removed = [e.name for e in found.effects if e.action == "remove"]
+    if removed:
+        parts.append(f"has {_and(removed)}, which the car does not")
+    return f"{model} {_and(parts)}"
+
+
+def _choice(effect: NamedEffect) -> str:
+    if not effect.rivals:
+        return effect.name
+    return f"{effect.name} (or {' or '.join(effect.rivals)}: these data cannot tell)"
+
+
+def _and(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _worst(found: Diagnosis) -> str:
+    channels = found.ladder[-1].channels
+    if not channels:
+        return ""
+    name = max(channels, key=lambda c: channels[c])
+    return f", worst {name} {figure(channels[name])}"
+
+
+def _effects(found: Diagnosis) -> list[str]:
+    fit, held = shares(found.ladder), shares(found.ladder, held_out=True)
+    rows = [("effect", "", "value", "95 % interval", "unit", "explains", "held out", "cannot be told from")]
+    for effect in found.effects:
+        name = f"{_SIGNS[effect.action]} {effect.name}"
+        rivals = ", ".join(effect.rivals) or ("the car does not have it" if effect.action == "remove" else "-")
+        last = (_share(fit.get(effect.name)), _share(held.get(effect.name)), rivals)
+        if effect.action == "remove":
+            rows.append((name, "", "-", "-", "", *last))
+            continue
+        for key, one in effect.parameters.items():
+            row = (name, key, value(one), interval(one), one.unit)
+            rows.append((*row, *last))
+            name, last = "", ("", "", "")
+    return _table(rows, "llrllrrl")
+
+
+def _ladder(found: Diagnosis) -> list[str]:
+    steps = found.ladder
+    names = causes(steps[0])
+    held = steps[0].held_out_chi2_per_n is not None
+    head = ("error after each step", "chi²/N", *(("held out",) if held else ()), *(f"{n} [{UNITS[n]}]" for n in names))
+    rows = [head]
+    for step in steps:
+        rest = (figure(step.held_out_chi2_per_n),) if held else ()
+        label = step_label(found, step)
+        rows.append((label, figure(step.chi2_per_n), *rest, *(three(step.rmse[n]) for n in names)))
+    rows.append(("sensor noise", "1", *(("1",) if held else ()), *(three(found.noise_floor[n]) for n in names)))
+    return _table(rows, "l" + "r" * (len(head) - 1))
+
+
+def _notes(found: Diagnosis) -> list[str]:
+    lines = []
+    if found.input_map:
+        fitted = ", ".join(f"{k} = {value(e)} {e.unit}".rstrip(" -") for k, e in found.input_map.items())
+        lines.append(f"fitted along: {fitted}")
+    lines += setup_lines(found)
+    if found.vetoed:
+        lines.append(f"not {', '.join(found.vetoed)}: fits, but loses on data it was not fitted on")
+    lines += [f"what is left, {aspect}: {text}" for aspect, text in signature_lines(found.signature)]
+    lines += _second_opinion(found)
+    if found.not_excited:
+        lines += _wrapped("these data cannot show: ", found.not_excited)
+    return ["", *lines] if lines else []
+
+
+def setup_lines(found: Diagnosis) -> list[str]:
+    """What differs from run to run, and what the beginning of each held-out run says of it."""
+    if not found.set_up:
+        return []
+    lines = [
+        f"{_and(found.set_up)}: of the run, not of the car (other values held out); calibrate before each run. A "
+        "held-out run's own are taken from its first 30 %, the rest of it judges"
+    ]
+    for run in found.ladder[-1].held_out_setups:
+        values = ", ".join(f"{name}.{key} = {three(one)}" for (name, key), one in run.items())
+        lines.append(f"held out: {values or 'none of them'}")
+    return lines
+
+
+def _second_opinion(found: Diagnosis) -> list[str]:
+    """What regression of measured derivatives says, if it says something else."""
+    first = found.votes.get("first")
+    if first is None or any(first == e.name or first in e.rivals for e in found.effects):
+        return []
+    score = dict(found.votes["ranking"])[first]
+    instead = f" before {found.effects[0].name}" if found.effects else ""
+    return [f"second opinion: regression without simulation votes for {first}{instead} ({100.0 * score:.0f} %)"]
+
+
+def _wrapped(start: str, words: Sequence[str]) -> list[str]:
+    lines = [start]
+    for k, word in enumerate(words):
+        piece = word + (", " if k < len(words) - 1 else "")
+        if len(lines[-1]) + len(piece) > WIDTH:
+            lines.append(" " * 4)
+        lines[-1] += piece
+    return [line.rstrip() for line in lines]
+
+
+def _table(rows: Sequence[Sequence[str]], sides: str) -> list[str]:
+    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    lines = []
+    for row in rows:
+        cells = [c.ljust(w) if s == "l" else c.rjust(w) for c, w, s in zip(row, widths, sides, strict=True)]
+        lines.append("  " + "  ".join(cells).rstrip())
+    return lines
+
+
+def _digits(estimate: Estimate) -> int:
+    """Decimals that show the interval's half width, of four figures at most."""
+    width = 0.5 * (estimate.high - estimate.low)
+    first = math.floor(math.log10(abs(estimate.value))) if estimate.value else 0
+    most = min(max(3 - first, 0), 6)
+    return next((digits for digits in range(most) if width * 10.0**digits >= 0.95), most)
+
+
+def three(number: float) -> str:
+    """Three figures, zeros too."""
+    return f"{number:#.3g}".rstrip(".")
+
+
+def _share(share: Share | None) -> str:
+    return "-" if share is None else share.shown
+
+
+def figure(number: float | None) -> str:
+    if number is None:
+        return "-"
+    return f"{number:.2f}" if number < 9.995 else f"{number:.1f}" if number < 99.95 else f"{number:.0f}"

@@ -1,0 +1,182 @@
+"""read_log: any log file -> Log. The one entrance; a format is one module that is imported when its file comes."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from openscenario.findings import Finding, Findings, listed
+from pytest_dvp.logs.budget import Budget
+from pytest_dvp.logs.column_names import canonical
+from pytest_dvp.logs.file_kind import refuse_other_kind
+from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log_part import cut_log, parse_argument
+from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.table import build_log
+from pytest_dvp.logs.unfinished_run import told_of
+from pytest_dvp.logs.units import find_unit
+
+KINDS = {
+    **dict.fromkeys((".csv", ".txt", ".tsv"), "csv"),
+    **dict.fromkeys((".mf4", ".mdf", ".dat"), "mdf"),
+    **dict.fromkeys((".bag", ".db3"), "bag"),
+    ".mat": "mat",
+    ".mcap": "mcap",
+}
+"""Format by file name ending."""
+
+
+def read_log(
+    argument: str | Path, *, mapping: Path | None = None, msg_dirs: Sequence[Path] = (), strict: bool = True,
+    partial: bool = False, budget: Budget | None = None,
+) -> Log:  # fmt: skip
+    """The log that `argument` names: a file, a bag's folder, or a part of one, `LOG@0:285` (seconds).
+
+    mapping   TOML file that says which field of the file is which signal (see `dvp map`); needed for what names no unit
+    msg_dirs  folders with the .msg files of custom ROS types
+    partial   the mapping was made for another file: what fits is used, the rest recognised
+    budget    how large the log may be; None: the budget of the command or session
+    strict    False (the doctor): keep errors of the time base as findings instead of raising
+
+    `meta["import"]` of the result says what was converted, aliased and kept unknown, and holds the warnings.
+    Raises LogError: one line with file, line, column and code; all findings in `.findings`.
+    """
+    part = parse_argument(argument)
+    try:
+        log = _whole(part.path, mapping, msg_dirs, strict, partial, budget)
+    except MemoryError:
+        raise LogError(f"{part.path}: the log does not fit into memory", "log.too_large") from None
+    return log if part.whole else cut_log(log, part.start, part.stop, str(part.path))
+
+
+def kind_of(path: Path) -> str:
+    """Format of a file or folder by its name. Raises LogError for none that is known."""
+    if unfinished := told_of(path):
+        raise LogError(unfinished, "log.unreadable")
+    if path.is_dir():
+        if (path / "log.mcap").is_file():
+            return "run"
+        if (path / "metadata.yaml").is_file():
+            return "bag"
+        raise LogError(
+            f"{path}: a folder, but neither a run (log.mcap) nor a ROS 2 bag (metadata.yaml)", "log.unreadable"
+        )
+    if not path.exists():
+        raise LogError(f"{path}: no such log", "log.unreadable")
+    kind = KINDS.get(path.suffix.lower())
+    if kind is None:
+        raise LogError(
+            f"{path}: not a kind of log; allowed: {listed(list(KINDS))}, a ROS bag's folder", "log.unknown_kind"
+        )
+    return kind
+
+
+def read_streams(
+    path: Path, findings: Findings, msg_dirs: Sequence[Path] = (), budget: Budget | None = None
+) -> list[Stream] | Log:
+    """What a file holds before any mapping; a log of ours, or what is left of one, is a Log already."""
+    kind = kind_of(path)
+    if kind == "run":
+        path, kind = path / "log.mcap", "mcap"
+    refuse_other_kind(path, kind)
+    if kind == "csv":
+        from pytest_dvp.logs.csv_file import read_csv
+
+        table = read_csv(path, budget)
+        if not table.columns:
+            findings.add("log.no_numbers", str(path), table.header_line, "", "no column of numbers in it")
+            raise LogError.of(findings.in_order())
+        findings.found.extend(table.findings.found)
+        fields = {column.header.name: column.values for column in table.columns}
+        units = {column.header.name: column.header.unit for column in table.columns if column.header.unit}
+        clock = next((c for c in table.columns if canonical(c.header.name) == "t"), None)
+        if clock is None:
+            receive = np.full(len(next(iter(fields.values()))), np.nan)  # a mapping says which column it is
+        else:
+            unit = find_unit(clock.header.unit or "s")
+            receive = clock.values * (unit.scale if unit is not None else 1.0)
+        return [Stream("", "", receive, fields, units)]
+    if kind == "mcap":
+        from pytest_dvp.logs.foreign_mcap import read_mcap
+
+        return read_mcap(path, findings, msg_dirs, budget)
+    if kind == "mat":
+        from pytest_dvp.logs.mat_file import read_mat
+
+        return read_mat(path, budget)
+    if kind == "mdf":
+        from pytest_dvp.logs.mdf_file import read_mdf
+
+        return read_mdf(path, budget)
+    from pytest_dvp.logs.ros_bag import read_bag
+
+    return read_bag(path, findings, msg_dirs, budget)
+
+
+def _whole(
+    path: Path, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool, partial: bool, budget: Budget | None
+) -> Log:
+    kind = kind_of(path)
+    if kind == "run":
+        path, kind = path / "log.mcap", "mcap"
+    refuse_other_kind(path, kind)
+    if kind == "mcap" and mapping is None:
+        try:
+            return Log.load(path, budget)
+        except LogError as error:
+            if error.code not in ("log.foreign", "log.truncated", "log.corrupt", "log.record_too_long", "log.not_mcap"):
+                raise
+    if kind == "csv" and mapping is None:
+        from pytest_dvp.logs.csv_file import read_csv
+
+        log = build_log(read_csv(path, budget), strict=strict)
+    else:
+        log = _mapped(path, kind, mapping, msg_dirs, strict, partial, budget)
+    if path.is_file():
+        log.meta["import"] |= {"file": path.name, "sha256": sha256(path)}
+    return log
+
+
+def _mapped(
+    path: Path, kind: str, mapping: Path | None, msg_dirs: Sequence[Path], strict: bool, partial: bool,
+    budget: Budget | None,
+) -> Log:  # fmt: skip
+    from pytest_dvp.logs.mapping import fitting, read_mapping, table_of
+    from pytest_dvp.logs.mapping_proposal import certain, completed
+
+    findings = Findings()
+    chosen = read_mapping(mapping) if mapping is not None else None
+    found = read_streams(path, findings, msg_dirs, budget)
+    if isinstance(found, Log):
+        if chosen is not None and not partial:
+            findings.add(
+                "log.mapping_unused", str(path), None, "", "a log of dvp names its signals: the mapping is not used",
+                severity="warning",
+            )  # fmt: skip
+        told = [dataclasses.asdict(finding) for finding in findings.in_order()]
+        found.meta["import"] = {"format": kind, "unknown": [], "findings": told}
+        return found
+    if chosen is not None and partial:
+        chosen = fitting(chosen, found, str(path))
+        if not chosen.signals:
+            return _whole(path, None, msg_dirs, strict, partial, budget)
+    try:
+        whole = completed(chosen, found, str(path), kind) if chosen is not None else certain(found, str(path))
+        table = table_of(found, whole, str(path), kind, findings)
+    except LogError as error:
+        if error.findings or not findings.found:
+            raise
+        last = Finding(error.code, "error", str(path), None, "", text=str(error))
+        raise LogError(str(error), error.code, (*findings.in_order(), last)) from None  # the damage is told too
+    table.notes["recognised"] = [signal.name for signal in whole.signals[len(chosen.signals) if chosen else 0 :]]
+    return build_log(table, strict=strict)
+
+
+def sha256(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

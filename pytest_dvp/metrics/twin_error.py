@@ -1,0 +1,78 @@
+"""How well the twin of one stage answers the commands of another stage's drive: the open-loop error, in metres."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pytest_dvp.drive.playback_log import as_driven
+from pytest_dvp.logs.log import Log
+from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
+
+if TYPE_CHECKING:
+    from pytest_dvp.gap.compare.compare import Comparison
+
+POSITION = "position"
+
+
+@metric(
+    name="twin_error",
+    unit="m",
+    bigger_is_worse=True,
+    note="open loop on segments of about 5 s, start taken out",
+    open_loop=True,
+)
+def twin_error(model: Log, measured: Log, *, signal: str = POSITION) -> Measured:
+    """RMSE between the measured drive and what the twin of the other log makes of its commands, open loop.
+
+    `signal` is "position" (distance in the plane) or a column as in `dvp compare`, then in its unit. Two drives that
+    a driving stack steers to the same line are alike whatever the car; the commands that this took are not, and they
+    show here. Of a recording that was played to a stack, its own commands count. Undefined if the first log is not of
+    a twin: only such a log holds its model.
+    """
+    from pytest_dvp.gap.words.comparison import sentence, worst_place
+
+    found = _compared(model, measured)
+    names = ("x", "y") if signal == POSITION else (signal,)
+    for name in names:
+        if name not in found.signals:
+            raise Undefined(f"{name} is not compared: {found.not_compared.get(name, 'no such signal')}")
+    rest = np.sqrt(sum(np.square(found.residuals[name]) for name in names))
+    known = np.isfinite(rest)
+    if not known.any():
+        raise Undefined(f"{signal} is known nowhere")
+    worst = int(np.argmax(np.where(known, rest, -1.0)))
+    place = worst_place(found.where, names[0])
+    unit = found.signals[names[0]].unit
+    return Measured(
+        math.sqrt(float(np.mean(rest[known] ** 2))),
+        float(found.t[worst]),
+        sentence(place) if place else "",
+        Series(found.t, rest),
+        {"greatest": float(rest[worst])},
+        unit,
+    )
+
+
+@functools.lru_cache(maxsize=2)
+def _compared(model: Log, measured: Log) -> Comparison:
+    """The last comparisons, as several bounds ask for one."""
+    from pytest_dvp.doctor import check_sound
+    from pytest_dvp.gap.compare.compare import compare
+    from pytest_dvp.gap.compare.compared_model import CompareError
+    from vehicle.model.errors import ModelError
+    from vehicle.model.model_file import parse_model
+
+    about = model.meta.get("model")
+    text = about.get("toml") if isinstance(about, dict) else None
+    if not isinstance(text, str):
+        raise Undefined("the log it is compared with is not of a twin, or of an older version: it holds no model")
+    measured = as_driven(measured)
+    check_sound(measured)  # a wrong unit is no reality gap
+    try:
+        return compare(measured, parse_model(text))
+    except (CompareError, ModelError) as error:
+        raise Undefined(str(error)) from error

@@ -1,0 +1,245 @@
+"""The fixtures `run` and `gate`, and what a test's runs leave in its report.
+
+Imports the standard library and pytest only; a session without scenarios loads nothing more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import pytest
+
+from pytest_dvp.drive.run_spec import SettingError, Settings
+from pytest_dvp.plugin.run_summary import Noted, metrics_of
+
+if TYPE_CHECKING:
+    from pytest_dvp.campaigns.variant import Variant
+    from pytest_dvp.drive.run import RunResult
+    from pytest_dvp.drive.stage_comparison import Across
+
+SETTINGS_KEY = pytest.StashKey[Settings]()
+BROKEN_KEY = pytest.StashKey[list[bool]]()  # a collection error each: whether a scenario file is to blame
+ITEM_KEY = pytest.StashKey[pytest.Item]()
+VARIANT_KEY = pytest.StashKey["tuple[Variant | None, Mapping[str, Any]]"]()
+SHARED_KEY = pytest.StashKey[Path]()  # folder of the runs that several items of a session need
+RESULTS_KEY = pytest.StashKey[dict[tuple[str, str], Noted]]()
+
+
+class GateFailed(AssertionError):
+    """A run whose verdict is not PASS. The first line says why in one sentence, the last how to replay it."""
+
+    def __init__(self, message: str, result: Mapping[str, Any]) -> None:
+        super().__init__(message)
+        self.result = dict(result)
+
+
+class Undecided(GateFailed):
+    """A run whose verdict is INCONCLUSIVE: nothing failed, and it proves nothing."""
+
+
+class Run(Protocol):
+    """What the fixture `run` gives: a factory of finished runs."""
+
+    def __call__(self, scenario: str | Path | Variant, **options: Any) -> RunResult: ...
+
+    def across(self, scenario: str | Path, pair: tuple[str, str]) -> Across: ...
+
+
+class Gate(Protocol):
+    """What the fixture `gate` gives: raises GateFailed unless every verdict of the run is PASS."""
+
+    def __call__(
+        self,
+        result: RunResult | Across,
+        metrics: Sequence[str] | None = None,
+        optional_events: Sequence[str] = (),
+    ) -> None: ...
+
+
+# Session scope: the factory keeps nothing between calls, and so `@given` may use it without complaint.
+@pytest.fixture(scope="session")
+def run(request: pytest.FixtureRequest) -> Run:
+    """Factory: `run("overtaking.xosc", parameters={...})` drives the scenario and returns its RunResult.
+
+    A relative path starts at the test's own folder, else at the rootdir, else at a folder of `dvp_scenarios`. Takes
+    every option of `pytest_dvp.run`; the session's `--dvp-*` settings are the defaults.
+    """
+    from pytest_dvp.plugin.shadowed_packages import hidden_package
+
+    hidden = hidden_package()
+    if hidden is not None:
+        pytest.fail(hidden, pytrace=False)
+    from pytest_dvp.plugin.session import Session
+
+    return Session(request.config)
+
+
+@pytest.fixture(scope="session")
+def gate(request: pytest.FixtureRequest) -> Gate:
+    """Judge: `gate(result)` raises unless all verdicts are PASS; `metrics=[...]` looks at those gates only.
+
+    Whatever metrics are asked, a run in which an event of the storyboard never fired is INCONCLUSIVE. The exceptions
+    are the events of `optional_events=[...]` and those that the gate file lets be; an unknown name is a SettingError.
+    """
+    config = request.config
+
+    def judge(
+        result: RunResult | Across, metrics: Sequence[str] | None = None, optional_events: Sequence[str] = ()
+    ) -> None:
+        __tracebackhide__ = True
+        from pytest_dvp.logs.silent_events import check_optional, without_optional
+        from pytest_dvp.plugin.session_summary import failure, on_condition, undecided
+
+        given = result.as_dict()
+        if isinstance(metrics, str):
+            raise SettingError(f"metrics: found {metrics!r}, expected a list of names: metrics=[{metrics!r}]")
+        check_optional(optional_events, given.get("events", ()))
+        plain = without_optional(given, optional_events)
+        message = failure(plain, metrics)
+        _ask(current_item(config), given, metrics, optional_events, passed=message is None)
+        if message is not None:
+            names = [] if metrics is None else metrics_of(metrics, plain["verdicts"])
+            plain["replay"] = on_condition(plain["replay"], names, optional_events)
+            plain["explanation"] = _explanation(result, plain["verdicts"], metrics)
+            kind = Undecided if undecided(plain, metrics) else GateFailed
+            raise kind(failure(plain, metrics) or message, plain)
+
+    return judge
+
+
+def _explanation(
+    result: RunResult | Across, verdicts: Sequence[Mapping[str, Any]], metrics: Sequence[str] | None
+) -> list[str]:
+    """What the model of a failed gate lacks: only then, as it costs seconds, and not for each run of a search."""
+    from pytest_dvp.verdicts.model_gate import METRICS
+
+    chosen = [v for v in verdicts if metrics is None or v["metric"] in metrics or v["gate"] in metrics]
+    if not any(v["status"] == "FAIL" and v["metric"] in METRICS.values() for v in chosen) or result.folder is None:
+        return []
+    from pytest_dvp.drive.stage_comparison import Across
+
+    if isinstance(result, Across):  # two logs: its gates are not on a model file
+        return []
+    from pytest_dvp.drive.run_spec import diagnosis_wanted
+    from pytest_dvp.text.paths import shown
+
+    if not diagnosis_wanted():
+        return []
+    from pytest_dvp.gap.words.failure_explanation import gate_explanation
+
+    return gate_explanation(result.log, chosen, shown(result.folder / "log.mcap"))
+
+
+def settings_of(config: pytest.Config) -> Settings:
+    """The session's settings, as the plugin read them."""
+    return config.stash[SETTINGS_KEY]
+
+
+def current_item(config: pytest.Config) -> pytest.Item:
+    """The test that runs now."""
+    return config.stash[ITEM_KEY]
+
+
+def note(node: pytest.Item, result: Mapping[str, Any]) -> None:
+    """Remember a run of this test; of those of one scenario and stage one stands for all (Hypothesis runs many)."""
+    from pytest_dvp.campaigns.variant import searching
+
+    known, key = node.stash.setdefault(RESULTS_KEY, {}), (result["scenario"], result["stage"])
+    if key in known:
+        known[key].drive(result)
+    else:
+        known[key] = Noted(dict(result))
+    if searching():
+        known[key].count(result)
+
+
+def _ask(
+    node: pytest.Item,
+    result: Mapping[str, Any],
+    metrics: Sequence[str] | None,
+    optional: Sequence[str],
+    *,
+    passed: bool,
+) -> None:
+    """Remember which gates of a run the test asked for; the run that fails it is the one to tell of."""
+    known, key = node.stash.setdefault(RESULTS_KEY, {}), (result["scenario"], result["stage"])
+    noted = known.get(key)
+    if noted is None:
+        noted = known[key] = Noted(dict(result))
+    if not passed:
+        noted.last = dict(result)
+    noted.ask(metrics, optional, passed=passed)
+
+
+def note_variant(node: pytest.Item, variant: Variant | None, options: Mapping[str, Any]) -> None:
+    """Remember the variant this test drives now, and the options of its run.
+
+    The last one of a failing test is the smallest Hypothesis found.
+    """
+    node.stash[VARIANT_KEY] = (variant, options)
+
+
+def attach(item: pytest.Item, report: pytest.TestReport) -> None:
+    """Put the numbers of a test's runs into its report: scalars for JUnit, the verdicts for the summary."""
+    if report.when != "call":
+        return
+    results = [noted.told(failed=not report.passed) for noted in item.stash.get(RESULTS_KEY, {}).values()]
+    if report.failed and not hasattr(item, "dvp_stage"):
+        _say_how_to_replay(item, report, results)
+    if not results:
+        return
+    report.dvp = results  # type: ignore[attr-defined]
+    for result in results:
+        head = f"{Path(result['scenario']).stem}." if len(results) > 1 else ""
+        item.user_properties.extend((head + name, value) for name, value in properties(result))
+    report.user_properties[:] = item.user_properties
+
+
+def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
+    """What JUnit holds of a run: verdict, conditions, all metrics, and unit, bound and margin of each gate's."""
+    found: list[tuple[str, object]] = [
+        (name, result.get(name)) for name in ("verdict", "seed", "stage", "ads", "ended")
+    ]
+    found[0] = ("verdict", result["status"])
+    found += [(f"set.{name}", value) for name, value in sorted(result.get("set", {}).items())]
+    found += [("compute_delay", result.get("compute_delay"))]
+    found += [(f"tick_time.{name}", value) for name, value in result.get("tick_time", {}).items()]
+    from pytest_dvp.plugin.session_summary import page_of
+
+    if result.get("findings"):
+        from pytest_dvp.drive.command_range import said_of
+
+        found += [(f"finding.{f['code']}.{f['field']}", said_of(f)) for f in result["findings"]]
+    found += sorted(result["metrics"].items())
+    seen: dict[str, int] = {}
+    for verdict in result["verdicts"]:
+        name = verdict.get("name") or verdict["metric"] or verdict["gate"] or "gate"
+        seen[name] = seen.get(name, 0) + 1
+        again = f"-{seen[name]}" if seen[name] > 1 else ""  # the second bound on one metric, with other options
+        found += [(f"{name}{again}.{key}", verdict.get(key)) for key in ("status", "value", "unit", "bound", "margin")]
+    if search := result.get("search"):
+        found += [("variants", search["variants"])]
+        found += [(f"never_fired.{name}", count) for name, count in search["never_fired"].items()]
+    found += [("report", page_of(result)), ("replay", result.get("replay"))]
+    return [(name, value) for name, value in found if value is not None]
+
+
+def _say_how_to_replay(item: pytest.Item, report: pytest.TestReport, results: Sequence[Mapping[str, Any]]) -> None:
+    """End a failure with a command; Hypothesis and notes add lines below the message, so it is a section of its own."""
+    variant, options = item.stash.get(VARIANT_KEY, (None, {}))
+    if variant is not None:
+        from pytest_dvp.plugin.scenario_strategy import keep
+        from pytest_dvp.plugin.session_summary import condition_of
+
+        replay = keep(variant, options, settings_of(item.config).runs_folder, item.name)
+        if results and replay.startswith("dvp run "):  # of a gate(..., metrics=[...], optional_events=[...])
+            replay += condition_of(results[-1]["replay"])
+    elif results:
+        replay = results[-1]["replay"]
+    else:
+        return
+    add = getattr(report.longrepr, "addsection", None)
+    if add is not None:
+        add("replay", replay)

@@ -1,0 +1,288 @@
+"""Variants of a scenario as a Hypothesis strategy, and a failing one as a file that runs."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from hypothesis import strategies as st
+
+from pytest_dvp.campaigns.variant import Value, Variant
+
+if TYPE_CHECKING:
+    from openscenario.model.declarations import ParameterDeclaration, ValueConstraint, ValueConstraintGroup
+    from pytest_dvp.drive.preparation import Request
+
+_STEPS = 50  # least number of values between the ends of a range: fine enough to find, coarse enough to read
+_STRINGS = ("string", "dateTime", "boolean")
+
+
+__all__ = ["FuzzError", "Variant", "keep", "scenario_variants"]
+
+
+class FuzzError(ValueError):
+    """A scenario that cannot be varied; one line."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Range:
+    """Allowed values of a number: low to high, both included; `whole` for integers."""
+
+    low: float
+    high: float
+    whole: bool
+
+
+@dataclasses.dataclass(frozen=True)
+class Grid:
+    """Values of a number: round steps from its nominal value (or the end of the range nearest to it), with both ends.
+
+    first, last  steps of the two ends; step 0 is the value where it starts
+    """
+
+    allowed: Range
+    home: float
+    step: float
+    first: int
+    last: int
+
+    @classmethod
+    def of(cls, allowed: Range, nominal: float) -> Grid:
+        home = min(max(nominal, allowed.low), allowed.high)
+        step = 1.0 if allowed.whole else _round_step((allowed.high - allowed.low) / _STEPS)
+        if step <= 0.0:
+            return cls(allowed, home, 0.0, 0, 0)
+        first = -math.ceil((home - allowed.low) / step - 1e-9)
+        return cls(allowed, home, step, first, math.ceil((allowed.high - home) / step - 1e-9))
+
+    def value(self, k: int) -> Value:
+        """The value `k` steps from the start."""
+        raw = min(max(self.home + k * self.step, self.allowed.low), self.allowed.high)
+        if self.allowed.whole:
+            return round(raw)
+        digits = max(0, -math.floor(math.log10(self.step))) if self.step else 0
+        rounded = round(raw, digits)
+        return rounded if k and self.allowed.low <= rounded <= self.allowed.high else raw
+
+    def step_of(self, value: float) -> int | None:
+        """The step that has this value, None if none has."""
+        near = round((value - self.home) / self.step) if self.step else 0
+        around = range(max(near - 1, self.first), min(near + 1, self.last) + 1)
+        return next((k for k in around if self.value(k) == value), None)
+
+
+@dataclasses.dataclass(frozen=True)
+class Course:
+    """The values of a grid from one of them on, away from the nominal value; the nearest first, the last is the end."""
+
+    grid: Grid
+    start: int
+    side: int
+
+    def __len__(self) -> int:
+        return abs((self.grid.last if self.side > 0 else self.grid.first) - self.start)
+
+    def __getitem__(self, index: int) -> Value:
+        return self.grid.value(self.start + self.side * (index + 1))
+
+
+def scenario_variants(scenario: str | Path, only: Sequence[str] | None = None) -> st.SearchStrategy[Variant]:
+    """Strategy over the declared parameters of a scenario that have constraint groups; shrinks to the nominal variant.
+
+    scenario: a path; a relative one is looked for beside the calling test, in the current folder, and among the
+    scenarios that ship. only: names of the parameters to vary; default all. Values of a constrained number lie on a
+    round grid around its nominal value, which is the simplest one.
+
+    Raises FuzzError when drawn from: no such file, nothing to vary, a name in `only` that is not declared.
+    """
+    caller = sys._getframe(1).f_globals.get("__file__")
+    beside = Path(caller).parent if caller else Path.cwd()
+
+    def build() -> st.SearchStrategy[Variant]:
+        path = _find(Path(scenario), beside)
+        strategies, nominal = _strategies(path, only)
+        return st.fixed_dictionaries(strategies).map(lambda values: _variant(path, values, nominal))
+
+    return st.deferred(build)
+
+
+def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) -> str:
+    """Write the variant as a runnable .xosc below the folder `runs` and return the command that replays it.
+
+    options: those of `pytest_dvp.drive.run.run` it was driven with.
+    One file a test: Hypothesis ends with the smallest failing variant, and that is the one that stays.
+    """
+    from openscenario.findings import ScenarioError
+    from pytest_dvp.drive.run import AFTER_COLLISION, replay_command
+
+    asked, duration = _request(variant, options), options.get("duration")
+    after = options.get("after_collision", AFTER_COLLISION)
+    source = variant.scenario
+    target = runs / "variants" / f"{re.sub(r'[^A-Za-z0-9_]+', '-', test).strip('-')[:60]}-{source.stem}.xosc"
+    try:
+        _write(asked, target)
+    except (OSError, ValueError, ScenarioError):
+        # A file that cannot be written must not hide the failure; the values alone replay it as well.
+        return replay_command(asked, duration, after)
+    library, gates = asked.library, asked.gates or source.with_name(f"{source.stem}.gates.toml")
+    if asked.rootdir is None or not source.resolve().is_relative_to(asked.rootdir.resolve()):
+        library = (*library, source.parent)
+    written = dataclasses.replace(
+        asked, path=target, parameters={}, gates=gates if gates.is_file() else None, library=library
+    )
+    return replay_command(written, duration, after)
+
+
+def _request(variant: Variant, options: Mapping[str, Any]) -> Request:
+    from pytest_dvp.drive.compute_delay import parse_delay
+    from pytest_dvp.drive.deadline import TICK_LIMIT
+    from pytest_dvp.drive.preparation import Request
+    from pytest_dvp.drive.stack_host import find_ads
+
+    parameters = {**variant.values, **(options.get("parameters") or {})}
+    model, gates = options.get("model"), options.get("gates")
+    return Request(
+        path=variant.scenario,
+        stage=options.get("stage", "dt"),
+        seed=options["seed"],
+        parameters={name: _text(value) for name, value in parameters.items()},
+        P=options.get("P") or {},
+        S=options.get("S") or {},
+        model=None if model is None else Path(model),
+        gates=None if gates is None else Path(gates),
+        library=tuple(options.get("library") or ()),
+        rootdir=options.get("rootdir"),
+        effects=tuple(options.get("effects") or ()),
+        ego=options.get("ego"),
+        ads=find_ads(
+            options.get("ads"),
+            [rootdir] if (rootdir := options.get("rootdir")) is not None else [],
+            process=options.get("stack_process"),
+            tick_limit=options.get("tick_limit"),
+        ),
+        tick_limit=options.get("tick_limit") or TICK_LIMIT,
+        stack_process=options.get("stack_process"),
+        compute_delay=None if (delay := options.get("compute_delay")) is None else parse_delay(delay),
+    )
+
+
+def _write(asked: Request, target: Path) -> None:
+    from openscenario.read import read_scenario
+    from openscenario.write import write_scenario
+
+    scenario = read_scenario(asked.path, library=asked.library, rootdir=asked.rootdir, parameters=asked.parameters)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    write_scenario(scenario, target)
+
+
+def _variant(path: Path, values: Mapping[str, Value], nominal: Mapping[str, Value]) -> Variant:
+    return Variant(path, {name: value for name, value in values.items() if value != nominal[name]})
+
+
+def _find(scenario: Path, beside: Path) -> Path:
+    for folder in (beside, Path.cwd()):
+        if (folder / scenario).is_file():
+            return folder / scenario
+    from scenarios import path
+
+    try:
+        return path(scenario.as_posix())
+    except FileNotFoundError:
+        raise FuzzError(f"no scenario {scenario}; looked in {beside}, {Path.cwd()} and what ships") from None
+
+
+def _strategies(path: Path, only: Sequence[str] | None) -> tuple[dict[str, st.SearchStrategy[Any]], dict[str, Value]]:
+    from openscenario.read import read_declarations
+    from pytest_dvp.drive.run_spec import unknown
+
+    declared = {declaration.name: declaration for declaration in read_declarations(path)}
+    for name in only or ():
+        if name not in declared:
+            raise FuzzError(f"{path.name}: {unknown('parameter', name, declared)}")
+        if not declared[name].constraint_groups:
+            raise FuzzError(f"{path.name}: {name} has no ConstraintGroup, so there is no range to vary it in")
+    varied = [d for d in declared.values() if d.constraint_groups and (only is None or d.name in only)]
+    if not varied:
+        raise FuzzError(f"{path.name}: no parameter has a ConstraintGroup, so there is nothing to vary")
+    strategies: dict[str, st.SearchStrategy[Any]] = {}
+    nominal: dict[str, Value] = {}
+    for declaration in varied:
+        nominal[declaration.name], strategies[declaration.name] = _values(declaration)
+    return strategies, nominal
+
+
+def _values(declaration: ParameterDeclaration) -> tuple[Value, st.SearchStrategy[Any]]:
+    """Nominal value and strategy of one parameter; its nominal value is what the strategy shrinks to."""
+    if declaration.parameter_type in _STRINGS:
+        words = [c.value for group in declaration.constraint_groups for c in group.value_constraints]
+        return declaration.value, st.sampled_from(list(dict.fromkeys([declaration.value, *words])))
+    nominal, grids = _grids(declaration)
+    # integers shrink towards 0, and 0 is the nominal value; one_of shrinks to its first.
+    return nominal, st.one_of([st.integers(grid.first, grid.last).map(grid.value) for grid in grids])
+
+
+def _grids(declaration: ParameterDeclaration) -> tuple[Value, list[Grid]]:
+    """Nominal value and the grids of a number, that of the group which holds the nominal value first."""
+    whole = declaration.parameter_type not in ("double", "float")
+    nominal: Value = int(declaration.value) if whole else float(declaration.value)
+    ranges = [_range(group, whole, declaration) for group in declaration.constraint_groups]
+    home = [r for r in ranges if r.low <= float(nominal) <= r.high]
+    return nominal, [Grid.of(r, float(nominal)) for r in home + [r for r in ranges if r not in home]]
+
+
+def course(path: Path, name: str, value: Value) -> Course | None:
+    """Where a number among a scenario's parameters can go from `value`, within the same range; None for a word."""
+    from openscenario.read import read_declarations
+
+    declaration = next(d for d in read_declarations(path) if d.name == name)
+    if declaration.parameter_type in _STRINGS or not declaration.constraint_groups:
+        return None
+    for grid in _grids(declaration)[1]:
+        k = grid.step_of(float(value))
+        if k is not None:
+            return Course(grid, k, 1 if k > 0 or (k == 0 and grid.last > 0) else -1)
+    return None
+
+
+def _range(group: ValueConstraintGroup, whole: bool, declaration: ParameterDeclaration) -> Range:
+    low, high = -math.inf, math.inf
+    for constraint in group.value_constraints:
+        value = float(constraint.value)
+        inside = 1.0 if whole else max(abs(value), 1.0) * 1e-9  # the nearest value that a strict bound allows
+        low, high = _narrowed(constraint, value, inside, low, high)
+    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+        at = declaration.at
+        raise FuzzError(f"{at.file}:{at.line}: constraints of {declaration.name} bound no range: {low:g} to {high:g}")
+    return Range(low, high, whole)
+
+
+def _narrowed(constraint: ValueConstraint, value: float, inside: float, low: float, high: float) -> tuple[float, float]:
+    match constraint.rule:
+        case "equalTo":
+            return max(low, value), min(high, value)
+        case "greaterOrEqual":
+            return max(low, value), high
+        case "greaterThan":
+            return max(low, value + inside), high
+        case "lessOrEqual":
+            return low, min(high, value)
+        case "lessThan":
+            return low, min(high, value - inside)
+    return low, high  # notEqualTo takes one point out of a range; drawing it is as good as impossible
+
+
+def _round_step(step: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above `step`."""
+    if step <= 0.0:
+        return 0.0
+    power = 10.0 ** math.floor(math.log10(step))
+    return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= step * (1 + 1e-12))
+
+
+def _text(value: Value) -> str:
+    return str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, float) else str(value)

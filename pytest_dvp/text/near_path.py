@@ -1,0 +1,45 @@
+"""What to say of a path that leads nowhere: where it was looked for, and the nearest name that is there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pytest_dvp.drive.run_spec import nearest
+from pytest_dvp.text.paths import shown
+
+
+def looked_for(path: Path) -> str:
+    """`; looked in /home/me/scenarios; did you mean 'scenarios/overtaking.xosc'?` for a path that is not there."""
+    there, rest = _as_far_as_it_leads(path.absolute())
+    where = f"looked in {there}" if len(rest) == 1 else f"no folder {there / rest[0]}"
+    meant = _meant(there, rest)
+    return f"; {where}" + ("" if meant is None else f"; did you mean {str(shown(meant))!r}?")
+
+
+def _as_far_as_it_leads(path: Path) -> tuple[Path, tuple[str, ...]]:
+    """The last folder on the way to a path, and the names after it, one at least."""
+    there = path.parent
+    while not there.is_dir() and there != there.parent:
+        there = there.parent
+    return there, path.relative_to(there).parts
+
+
+def _meant(there: Path, rest: tuple[str, ...]) -> Path | None:
+    """The nearest of what is in a folder; for a file one of its kind, or one of its name in a folder below."""
+    name, ending = rest[0], Path(rest[0]).suffix.lower()
+    try:
+        entries = sorted(there.iterdir())
+    except OSError:  # a folder that may not be read
+        return None
+    folders = [entry for entry in entries if entry.is_dir()]
+    if len(rest) > 1:
+        near = nearest(name, (folder.name for folder in folders))
+        if near is None:
+            return None
+        whole = there.joinpath(near, *rest[1:])
+        return whole if whole.exists() else _meant(there / near, rest[1:])
+    of_its_kind = [entry.name for entry in entries if entry.suffix.lower() == ending]
+    near = nearest(name, [known for known in of_its_kind if known != name])
+    if near is not None:
+        return there / near
+    return next((folder / name for folder in folders if (folder / name).is_file()), None)

@@ -1,0 +1,98 @@
+"""The judge: drives that nothing was learnt from, and whether a change of twin or stack is for the better on them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from pytest_dvp.tuning.iteration_plan import Drive, Plan, State, drives
+from pytest_dvp.tuning.objective import Score
+from pytest_dvp.tuning.stage_gap import Gap, gap
+from pytest_dvp.workers.job import Job
+from pytest_dvp.workers.pool import Workers
+
+TWIN_GAIN = 0.01  # of log10(chi^2/N): 2 % of the error
+STACK_GAIN = 0.005  # of the score of the performance
+Change: TypeAlias = Literal["better", "alike", "worse"]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Judged:
+    """A state on held-out drives: performance of the stack on the car, chi^2/N and position error of the twin on its
+    logs (log10 of the geometric mean over logs; [m] RMS over logs, and the noise of the position [m]), the gap."""
+
+    state: State
+    performance: Score
+    log_chi2: float
+    position: float
+    position_noise: float
+    gap: Gap
+    logs: tuple[Path, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        return {
+            "performance": self.performance.value,
+            "parts": dict(self.performance.parts),
+            "broken": list(self.performance.broken),
+            "chi2_per_n": 10.0**self.log_chi2,
+            "position_at_2s": self.position,
+            "position_noise": self.position_noise,
+            **self.gap.as_dict(),
+        }
+
+
+def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs: Path) -> Judged:
+    """Drive the held-out variants on all stages and look at them."""
+    from pytest_dvp.tuning.structure_search import thinned
+
+    asked = drives(plan, state, plan.held_out, tuple(seeds), logs)
+    results = workers.run([drive.job for drive in asked])
+    on_car = [(drive, result) for drive, result in zip(asked, results, strict=True) if drive.stage == "rw"]
+    files = tuple(drive.log for drive, _ in on_car)
+    position, noise = _position(state.model, {file.name: thinned(file) for file in files})
+    return Judged(
+        state=state,
+        performance=plan.performance.score([result["metrics"] for _, result in on_car]),
+        log_chi2=log_chi2(state.model, files, workers),
+        position=position,
+        position_noise=noise,
+        gap=gap(asked),
+        logs=files,
+    )
+
+
+def log_chi2(model: Path, logs: Sequence[Path], workers: Workers) -> float:
+    """Mean over logs of log10(chi^2/N) of a twin driven by their commands; infinite if one cannot be compared."""
+    results = workers.run([Job("", model=str(model), log=str(log)) for log in logs])
+    values = [result["metrics"].get("log10.chi2_per_n") for result in results]
+    return math.inf if any(value is None for value in values) else sum(values) / len(values)
+
+
+def _position(model: Path, logs: Mapping[str, Any]) -> tuple[float, float]:
+    from pytest_dvp.gap.compare.position_error import position_error
+    from pytest_dvp.gap.diagnose.experiment import campaign
+    from vehicle.model.model_file import read_model
+
+    twin = read_model(model)
+    noise = campaign(logs, twin).noise()
+    return position_error(logs, twin, {}), math.hypot(noise.get("x", math.nan), noise.get("y", math.nan))
+
+
+def twin_change(old: float, new: float) -> Change:
+    """Of log10(chi^2/N) on the same logs; within the noise of the sensors all twins are alike."""
+    old, new = max(old, 0.0), max(new, 0.0)
+    return "better" if new < old - TWIN_GAIN else "worse" if new > old + TWIN_GAIN else "alike"
+
+
+def stack_change(old: float, new: float) -> Change:
+    """Of the score of the performance on the same variants and seeds."""
+    margin = STACK_GAIN * abs(old)
+    return "better" if new < old - margin else "worse" if new > old + margin else "alike"
+
+
+def rw_logs(asked: Sequence[Drive]) -> list[Path]:
+    """The car's logs of a set of drives."""
+    return [drive.log for drive in asked if drive.stage == "rw"]

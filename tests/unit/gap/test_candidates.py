@@ -1,0 +1,118 @@
+"""Which effects are tried on a model, and from where."""
+
+from __future__ import annotations
+
+import itertools
+from math import isinf, pi
+
+import pytest
+from gap_logs import baseline
+
+from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, least
+from vehicle.model.effect import Key
+from vehicle.model.effect_catalogue import catalogue
+from vehicle.model.model_file import parse_model
+from vehicle.model.vehicle_model import VehicleModel
+
+CAR = "[parameters]\nwheelbase = 2.5\ncg_to_front_axle = 1.2\nmass = 1200.0\n"
+
+
+def tried(model: VehicleModel | None = None, *, ay: bool = False) -> dict[str, Candidate]:
+    return {c.name: c for c in candidates(model or baseline(), catalogue().values(), ay=ay)}
+
+
+def test_effects_of_the_perception_are_not_for_a_replay() -> None:
+    assert not [c.name for c in tried().values() if c.effect.slot == "perception"]
+
+
+def test_effects_of_the_plain_catalogue_are_all_tried() -> None:
+    assert {
+        "drive_gain",
+        "brake_limit",
+        "road_grade",
+        "steer_delay",
+        "understeer",
+        "gyro_bias",
+        "gnss_lever_arm",
+    } <= set(tried())
+
+
+def test_a_controller_of_speed_is_tried_only_where_a_speed_is_commanded() -> None:
+    by_speed = parse_model(f"[model]\nname = 'car'\n[inputs]\nlongitudinal = 'speed_cmd'\n{CAR}")
+    assert "speed_controller" not in tried()
+    assert "speed_controller" in tried(by_speed)
+
+
+def test_parts_of_a_drive_train_are_tried_only_where_the_model_has_one() -> None:
+    effect = "[[effect]]\nname = 'motor_inertia'\nparameters = {J = 0.05}\n"
+    has_one = parse_model(f"[model]\nname = 'car'\n{CAR}{effect}")
+    assert not {"motor_torque", "motor_damping", "motor_inertia"} & set(tried())
+    assert {"motor_torque", "motor_damping", "motor_inertia"} <= set(tried(has_one))
+
+
+@pytest.mark.parametrize("name", sorted(tried()))
+def test_points_give_every_key_a_value_that_does_something_and_stays_in_its_range(name: str) -> None:
+    candidate = tried()[name]
+    for point in (*candidate.points, *candidate.coarse):
+        assert set(point) == {(name, key.name) for key in candidate.effect.parameters}
+        for key in candidate.effect.parameters:
+            value = point[name, key.name]
+            if key.name != "heading":
+                assert key.low - 1e-12 <= value <= key.high + 1e-12
+        # none of the points is the effect switched off
+        assert any(point[name, key.name] != key.neutral for key in candidate.effect.parameters)
+    assert len(candidate.coarse) <= len(candidate.points)
+
+
+@pytest.mark.parametrize("name", ["brake_limit", "steer_rate_limit", "drive_lag", "steer_delay", "rolling_resistance"])
+def test_the_strongest_point_comes_first(name: str) -> None:
+    (key,) = catalogue()[name].parameters
+    values = [point[name, key.name] for point in tried()[name].points]
+    strongest_first = sorted(values, reverse=not isinf(key.neutral))  # a limit is the stronger the lower
+    assert values == strongest_first
+    assert values[0] == pytest.approx(key.low if isinf(key.neutral) else key.high)
+
+
+def test_both_sides_of_a_neutral_value_within_the_range_are_tried() -> None:
+    values = {point["steer_ratio", "g"] for point in tried()["steer_ratio"].points}
+    assert min(values) < 1.0 < max(values)
+    assert 1.0 not in values
+
+
+def test_a_slope_is_tried_up_and_down_along_headings_half_the_way_round() -> None:
+    points = tried()["road_grade"].points
+    slopes = {point["road_grade", "slope"] for point in points}
+    headings = sorted({point["road_grade", "heading"] for point in points})
+    assert min(slopes) < 0.0 < max(slopes)
+    steps = [b - a for a, b in itertools.pairwise(headings)] + [headings[0] + pi - headings[-1]]
+    assert steps == pytest.approx([pi / len(headings)] * len(headings))
+
+
+def test_a_weaker_point_is_nearer_to_neutral_and_a_limit_has_none() -> None:
+    ratio = tried()["steer_ratio"]
+    assert ratio.weaker({("steer_ratio", "g"): 1.2}, 0.25) == [{("steer_ratio", "g"): pytest.approx(1.05)}]
+    limit = tried()["brake_limit"]
+    assert limit.weaker({("brake_limit", "limit"): 2.0}, 0.25) == []
+
+
+def test_how_an_effect_acts_does_not_weaken_with_how_much() -> None:
+    (point,) = tried()["road_grade"].weaker({("road_grade", "slope"): 0.04, ("road_grade", "heading"): 1.0}, 0.5)
+    assert point == {("road_grade", "slope"): pytest.approx(0.02), ("road_grade", "heading"): 1.0}
+
+
+def test_lateral_acceleration_of_a_car_that_slips_may_be_that_of_either_place() -> None:
+    """Rear axle or centre of gravity, 1.3 m ahead of it: a log seldom says which."""
+    place = ("parameters", "ay_x")
+    assert sorted({point[place] for point in tried(ay=True)["understeer"].points}) == pytest.approx([0.0, 1.3])
+    assert not any(place in point for point in tried(ay=True)["steer_delay"].points)
+    assert not any(place in point for point in tried(ay=False)["understeer"].points)
+    named = parse_model(f"[model]\nname = 'car'\n{CAR}ay_x = 0.9\n")
+    assert not any(place in point for point in tried(named, ay=True)["understeer"].points)
+
+
+def test_a_value_is_worth_naming_from_its_least_size_on() -> None:
+    key = Key("g", "-", 0.7, 1.3, neutral=1.0, least=0.01)
+    assert least(key, 0.99)
+    assert least(key, 1.02)
+    assert not least(key, 1.005)
+    assert least(Key("limit", "-", 1.0, 9.0, neutral=float("inf"), least=0.1), 8.0)

@@ -1,0 +1,184 @@
+"""Least squares over parameters: closed forms where the model is linear, and what has no derivative."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import cast
+
+import numpy as np
+import pytest
+from gap_logs import baseline, drive
+
+from pytest_dvp.gap.compare.start_correction import IntArray
+from pytest_dvp.gap.diagnose.experiment import Campaign, Values, campaign
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, fit, intervals
+from pytest_dvp.logs.log import FloatArray
+from vehicle.model.effect import Key
+from vehicle.model.effect_catalogue import catalogue
+
+SLOPE = Coordinate("line", Key("slope", "-", -5.0, 5.0, neutral=0.0, least=0.1))
+HEIGHT = Coordinate("line", Key("height", "-", -5.0, 5.0, neutral=0.0, least=0.1))
+
+
+class Line:
+    """Stands in for a campaign: whitened residual of y = slope x + height at x from 0 to 1, in `parts` segments."""
+
+    def __init__(self, noise: FloatArray, *, parts: int = 20, slope: float = 2.0, height: float = -1.0) -> None:
+        self.x = np.linspace(0.0, 1.0, len(noise))
+        self.y = slope * self.x + height + noise
+        self.parts = parts
+
+    def whitened(self, values: Values) -> FloatArray:
+        return self.y - values["line", "slope"] * self.x - values["line", "height"]
+
+    def starts(self) -> IntArray:
+        return np.arange(self.parts, dtype=np.int64) * (len(self.x) // self.parts)
+
+    def fitted(self) -> Fit:
+        return fit(cast(Campaign, self), (SLOPE, HEIGHT), {SLOPE.name: 0.0, HEIGHT.name: 0.0})
+
+    def covariance(self) -> FloatArray:
+        """Of the two values, for white noise of sigma 1."""
+        design = np.column_stack([self.x, np.ones_like(self.x)])
+        return np.asarray(np.linalg.inv(design.T @ design))
+
+
+def half(interval: tuple[float, float]) -> float:
+    return 0.5 * (interval[1] - interval[0])
+
+
+def test_a_linear_model_is_fitted_as_the_normal_equations_say() -> None:
+    line = Line(np.random.default_rng(1).normal(size=400))
+    (slope, height), rest, *_ = np.linalg.lstsq(np.column_stack([line.x, np.ones(400)]), line.y, rcond=None)
+    found = line.fitted()
+    assert found.values[SLOPE.name] == pytest.approx(slope, abs=1e-4)
+    assert found.values[HEIGHT.name] == pytest.approx(height, abs=1e-4)
+    assert found.chi2 == pytest.approx(float(rest[0]), rel=1e-6)
+    assert found.chi2 == pytest.approx(float(found.residual @ found.residual))
+
+
+def test_the_interval_under_white_noise_is_that_of_the_textbook_or_half_as_wide_again() -> None:
+    """1.96 sigma; more where experience with coloured noise asks for it, but not so much that it says nothing."""
+    line = Line(np.random.default_rng(2).normal(size=20_000), parts=400)
+    sigma = np.sqrt(np.diag(line.covariance()))
+    sure = intervals(line.fitted(), line.starts())
+    for place, name in enumerate((SLOPE.name, HEIGHT.name)):
+        assert 0.95 * 1.96 * sigma[place] < half(sure[name]) < 1.5 * 1.96 * sigma[place]
+
+
+def test_twice_the_noise_twice_the_interval() -> None:
+    noise = np.random.default_rng(6).normal(size=2000)
+    once, twice = Line(noise), Line(2.0 * noise)
+    ratio = half(intervals(twice.fitted(), twice.starts())[SLOPE.name]) / half(
+        intervals(once.fitted(), once.starts())[SLOPE.name]
+    )
+    assert ratio == pytest.approx(2.0, rel=0.01)
+
+
+def coverage(sluggish: float, draws: int = 150) -> float:
+    """Share of 95 % intervals that hold the truth, under noise with a constant part of its own in each segment."""
+    rng = np.random.default_rng(3)
+    hits = 0
+    for _ in range(draws):
+        noise = rng.normal(size=2000) + sluggish * np.repeat(rng.normal(size=40), 50)
+        line = Line(noise, parts=40)
+        low, high = intervals(line.fitted(), line.starts())[SLOPE.name]
+        hits += low <= 2.0 <= high
+    return hits / draws
+
+
+@pytest.mark.parametrize("sluggish", [0.0, 1.0])
+def test_19_of_20_intervals_hold_the_truth_even_under_noise_that_is_coloured_within_segments(sluggish: float) -> None:
+    # binomial, 150 draws: three sigma are 5 %; an interval for white noise would hold it in 4 of 10 cases
+    assert 0.90 <= coverage(sluggish) <= 1.0
+
+
+def test_what_the_step_of_integration_moves_is_part_of_the_interval() -> None:
+    line = Line(np.random.default_rng(4).normal(size=400))
+    found = line.fitted()
+    plain = intervals(found, line.starts())
+    # integrated exactly, the residual has 0.3 x less: the slope would come out 0.3 lower
+    moved = intervals(found, line.starts(), found.residual - 0.3 * line.x)
+    assert half(moved[SLOPE.name]) == pytest.approx(half(plain[SLOPE.name]) + 0.3, abs=1e-3)
+    assert half(moved[HEIGHT.name]) == pytest.approx(half(plain[HEIGHT.name]), abs=1e-3)
+
+
+def test_an_interval_ends_where_the_equation_ends() -> None:
+    never_negative = Coordinate("line", Key("slope", "-", 0.0, 5.0, neutral=0.0, least=0.1, minimum=0.0))
+    line = Line(np.random.default_rng(5).normal(size=40), slope=0.02, parts=8)
+    start = {never_negative.name: 1.0, HEIGHT.name: 0.0}
+    found = fit(cast(Campaign, line), (never_negative, HEIGHT), start)
+    assert found.values[never_negative.name] >= 0.0
+    assert intervals(found, line.starts())[never_negative.name][0] == 0.0
+
+
+def test_what_is_fixed_stays() -> None:
+    line = Line(np.zeros(100))
+    found = fit(cast(Campaign, line), (SLOPE,), {SLOPE.name: 0.0}, fixed={HEIGHT.name: 0.0})
+    assert set(found.values) == {SLOPE.name}
+    # the best line through the origin on y = 2 x - 1: 2 - (mean x) / (mean x^2)
+    assert found.values[SLOPE.name] == pytest.approx(2.0 - line.x.mean() / (line.x**2).mean(), abs=1e-4)
+
+
+def test_derivatives_of_another_fit_do_not_decide_where_a_fit_ends() -> None:
+    """Lent ones may be wrong by any factor; the last round of a fit has its own."""
+    line = Line(np.random.default_rng(1).normal(size=400))
+    own = line.fitted()
+    wrong = dataclasses.replace(own, jacobian=np.ascontiguousarray(-3.0 * own.jacobian[::-1]))
+    lent = fit(cast(Campaign, line), (SLOPE, HEIGHT), {SLOPE.name: 0.0, HEIGHT.name: 0.0}, known=wrong)
+    assert lent.chi2 == pytest.approx(own.chi2, rel=1e-6)
+    assert lent.jacobian == pytest.approx(own.jacobian, abs=1e-6)
+
+
+def test_no_coordinate_no_fit() -> None:
+    line = Line(np.ones(100), slope=0.0, height=0.0)
+    found = fit(cast(Campaign, line), (), {}, fixed={SLOPE.name: 0.0, HEIGHT.name: 0.0})
+    assert (found.values, found.chi2) == ({}, 100.0)
+    assert intervals(found, line.starts()) == {}
+
+
+@pytest.mark.parametrize(("low", "high", "by_ratio"), [(0.05, 1.0, True), (0.7, 1.3, False), (-2.0, 2.0, False)])
+def test_a_place_is_0_to_1_over_the_range(low: float, high: float, by_ratio: bool) -> None:
+    c = Coordinate("any", Key("k", "-", low, high, neutral=0.0, least=0.01))
+    assert c.by_ratio is by_ratio
+    assert c.value(0.0) == pytest.approx(low)
+    assert c.value(1.0) == pytest.approx(high)
+    middle = np.sqrt(low * high) if by_ratio else 0.5 * (low + high)
+    assert c.value(0.5) == pytest.approx(middle)
+    for u in (-0.2, 0.3, 1.2):
+        assert c.place(c.value(u)) == pytest.approx(u)
+        assert c.slope(u) == pytest.approx((c.value(u + 1e-3) - c.value(u - 1e-3)) / 2e-3, rel=1e-4)
+
+
+def test_a_lag_may_be_as_small_as_is_worth_a_name() -> None:
+    """Typically 0.1 to 0.8 s, looked for by ratio; 0.03 s is the least that is worth a name."""
+    tau = Coordinate("lag", Key("tau", "s", 0.1, 0.8, neutral=0.0, least=0.03, minimum=0.0))
+    assert not tau.edge(0.04)
+    assert tau.edge(0.03)
+    assert tau.value(tau.within(tau.place(0.01))) == pytest.approx(0.03)
+
+
+def test_a_value_far_outside_its_range_stands_at_the_edge() -> None:
+    c = Coordinate("any", Key("k", "-", 1.0, 3.0, neutral=0.0, least=0.01))
+    assert not c.edge(3.0)
+    assert not c.edge(3.4)
+    assert c.edge(3.5)
+    assert c.edge(0.5)
+
+
+def test_a_delay_is_found_to_a_fraction_of_the_sample_though_it_has_no_derivative() -> None:
+    """Commands come at 50 Hz; the truth is late by whole samples, the start is 60 ms away."""
+    target = campaign({"log": drive(steer_delay=0.14)}, baseline())
+    (key,) = catalogue()["steer_delay"].parameters
+    found = fit(target, (Coordinate("steer_delay", key),), {("steer_delay", "T"): 0.2}, zoom=True)
+    assert found.values["steer_delay", "T"] == pytest.approx(0.14, abs=0.004)
+    assert found.chi2 / target.count == pytest.approx(1.0, abs=0.08)
+
+
+def test_a_fit_is_never_worse_than_its_start() -> None:
+    target = campaign({"log": drive(drive_gain=0.9)}, baseline())
+    (key,) = catalogue()["steer_backlash"].parameters
+    here = {("steer_backlash", "half_width"): 0.003}
+    before = target.whitened(here)
+    found = fit(target, (Coordinate("steer_backlash", key),), here)
+    assert found.chi2 <= float(before @ before)

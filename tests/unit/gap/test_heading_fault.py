@@ -1,0 +1,39 @@
+"""A heading that its yaw rate contradicts does not count; a late or biased yaw rate is no such fault."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pytest_dvp.gap.compare.heading_check import heading_faults
+from pytest_dvp.gap.compare.start_correction import BoolArray
+from pytest_dvp.logs.log import FloatArray
+
+T = np.arange(0.0, 60.0, 0.02)
+STARTS = np.arange(0, len(T), 250)
+ENDS = np.append(STARTS[1:], len(T))
+RATE = 0.3 * np.sin(0.7 * T)  # rad/s
+YAW = -0.3 / 0.7 * np.cos(0.7 * T)  # rad, its integral
+
+
+def faults(yaw: FloatArray, rate: FloatArray) -> BoolArray:
+    return heading_faults(T, yaw, rate, STARTS, ENDS, np.ones(len(T), dtype=np.bool_))
+
+
+def test_a_heading_that_aligns_itself_while_the_car_sets_off_is_one() -> None:
+    """It turns by a radian between 2 and 4 s, which the gyroscope did not see."""
+    found = faults(YAW - np.clip(0.5 * (4.0 - T), 0.0, 1.0), RATE)
+    assert np.flatnonzero(found).tolist() == [0]
+
+
+@pytest.mark.parametrize(
+    ("rate", "why"),
+    [
+        (0.3 * np.sin(0.7 * (T - 0.4)), "0.4 s late"),
+        (RATE + 0.06, "biased by 0.06 rad/s: 0.3 rad in each segment"),
+        (1.5 * RATE, "half as much again"),
+        (np.full(len(T), np.nan), "not measured"),
+    ],
+)
+def test_what_every_segment_has_is_none(rate: FloatArray, why: str) -> None:
+    assert not faults(YAW, rate).any(), why

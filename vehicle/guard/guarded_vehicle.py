@@ -1,0 +1,188 @@
+"""Any vehicle behind the command gate: a Vehicle that wraps a Vehicle.
+
+    car = Gated(adapter, limits_of(adapter.description), name="tabby", scenario="overtaking.xosc", record=log.append)
+    car.reset(state)                                    # a vehicle that is not real is armed by this
+    car.reset(state, arming=take(Path("arming.toml")), named="tabby")   # a real one; without keys: a dry run
+    car.observe(...); car.apply(command); car.step(0.05)                # as with any vehicle
+
+Nobody else holds the adapter. `step` passes time in cycles of 20 ms at most and asks the gate in each, so that the
+watchdog acts within one cycle. In a dry run nothing is handed to the adapter but `reset`, `observe` and `step`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from vehicle.adapter import Vehicle
+from vehicle.guard.guard import CYCLE, ArmingRefused, Gate
+from vehicle.guard.messages import Area, Arming, Decision, Limits, Measured, Request, State, numbers
+from vehicle.messages import (
+    TRACE_COLUMNS,
+    Command,
+    FloatArray,
+    Observation,
+    Surroundings,
+    VehicleDescription,
+    VehicleState,
+    brake_first,
+)
+
+STEER_RATE = 0.4  # rad/s; CommonRoad vehicle models (Althoff, Wuersching 2020), all cars
+
+
+class Hands(NamedTuple):
+    """The driver: `override`, a hand or foot that takes over; `emergency_stop`, the button."""
+
+    override: bool
+    emergency_stop: bool
+
+
+@runtime_checkable
+class Supervised(Protocol):
+    """What a vehicle with a driver also has; a real one without it is never armed."""
+
+    @property
+    def hands(self) -> Hands:
+        """As last measured."""
+
+
+def limits_of(
+    car: VehicleDescription, *, max_speed: float | None = None, area: Area | None = None, steer_rate: float = STEER_RATE
+) -> Limits:
+    """Limits from a data sheet; `max_speed` [m/s] below the car's own, `steer_rate` [rad/s] of the road wheel."""
+    speed = car.max_speed if max_speed is None else min(max_speed, car.max_speed)
+    return Limits(
+        car.max_steer, steer_rate, car.wheelbase, speed, car.max_acceleration, car.max_deceleration,
+        stop_deceleration=car.max_deceleration, area=area,
+    )  # fmt: skip
+
+
+class Gated:
+    """A vehicle that obeys the gate only. `record` gets every decision; arguments are those of Gate.
+
+    keys  asks a vehicle that is not real for both keys and an area as well: a rehearsal of what a real one needs
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        limits: Limits,
+        *,
+        name: str,
+        scenario: str,
+        record: Callable[[Decision], None],
+        keys: bool = False,
+    ) -> None:
+        self._vehicle = vehicle
+        self._keys = keys or vehicle.is_real
+        self._gate = Gate(limits, vehicle=name, scenario=scenario, record=record, real=self._keys)
+        self._sequence = 0
+        self._motion: Measured | None = None
+        self._t = 0.0
+        self._asked: float | None = None  # when the gate was asked last
+
+    @property
+    def description(self) -> VehicleDescription:
+        """The vehicle's."""
+        return self._vehicle.description
+
+    @property
+    def is_real(self) -> bool:
+        """The vehicle's."""
+        return self._vehicle.is_real
+
+    @property
+    def needs_keys(self) -> bool:
+        """Whether it is armed by both keys only: a real car, or a rehearsal of one."""
+        return self._keys
+
+    @property
+    def armed(self) -> bool:
+        """False in a dry run: nothing reaches the actuators."""
+        return self._gate.state is not State.DRY
+
+    def reset(self, state: VehicleState, *, named: str | None = None, arming: Arming | None = None) -> None:
+        """Reset the vehicle, then arm the gate: a vehicle that needs no keys at once, any other with both.
+
+        One without any key stays dry. Raises ArmingRefused if keys were given and do not fit.
+        """
+        self._gate.disarm()
+        self._vehicle.reset(state)
+        self._t, self._sequence, self._asked = state.t, 0, None
+        self._motion = self._with_hands(state.t, state.x, state.y, state.yaw, state.v, state.steer)
+        if self._keys and named is None and arming is None:
+            return
+        self.arm(named, arming)
+
+    def arm(self, named: str | None = None, arming: Arming | None = None) -> None:
+        """Arm again, after an override or an emergency stop: with both keys. Raises ArmingRefused."""
+        if self.is_real and not isinstance(self._vehicle, Supervised):
+            raise ArmingRefused("a real car must report its driver's hands and emergency stop (Supervised)")
+        if self._motion is None:
+            raise ArmingRefused("reset comes first")
+        self._gate.arm(self._t, self._motion, named, arming)
+
+    def emergency_stop(self) -> None:
+        """Latch the stop profile from the next cycle on."""
+        self._gate.emergency_stop()
+
+    def observe(self, surroundings: Surroundings) -> Observation:
+        """The vehicle's sensors."""
+        return self._vehicle.observe(surroundings)
+
+    def apply(self, command: Command, sequence: int | None = None) -> None:
+        """Ask the gate; what it decides goes to the vehicle. `sequence`: the sender's own number, where it has one.
+
+        The gate is asked for no less deceleration than the brake pedal stands for: a vehicle may obey either.
+        """
+        self._sequence = self._sequence + 1 if sequence is None else sequence
+        accel = command.accel
+        if numbers(command, ("accel", "brake")) and accel <= 0.0:  # above it is for the gate, which says what it takes
+            accel = brake_first(command, self._gate.limits.max_deceleration).accel
+        self._ask(Request(command.t, self._sequence, command.steer, accel, command.throttle, command.brake))
+
+    def step(self, dt: float) -> FloatArray:
+        """Let `dt` [s] pass, in cycles of 20 ms at most; the gate is asked between them."""
+        if dt <= 0.0:
+            raise ValueError(f"dt = {dt!r} s is not positive")
+        rows: list[FloatArray] = []
+        left = dt
+        while left > 1e-9:
+            if self._asked != self._t:
+                self._ask(None)
+            cycle = min(left, CYCLE)
+            part = self._vehicle.step(round(cycle, 9))
+            rows.append(part)
+            self._t += cycle
+            if len(part):
+                t, x, y, yaw, v, steer = (float(part[-1, TRACE_COLUMNS.index(name)]) for name in _MOTION)
+                self._motion = self._with_hands(t, x, y, yaw, v, steer)
+            left -= cycle
+        return np.concatenate(rows)
+
+    def stop(self) -> None:
+        """Bring the car to a halt with what it can do; in a dry run, and where the driver has it, nothing."""
+        if self._gate.state in (State.ARMED, State.STOPPED):
+            self._vehicle.stop()
+
+    def close(self) -> None:
+        """Back to a dry run, and free the vehicle."""
+        self._gate.disarm()
+        self._vehicle.close()
+
+    def _ask(self, request: Request | None) -> None:
+        self._asked = self._t
+        decision = self._gate.cycle(self._t, request, self._motion)
+        if decision.live:
+            out = decision.output
+            self._vehicle.apply(Command(self._t, out.steer, out.accel, out.throttle, out.brake))
+
+    def _with_hands(self, t: float, x: float, y: float, yaw: float, v: float, steer: float) -> Measured:
+        hands = self._vehicle.hands if isinstance(self._vehicle, Supervised) else Hands(False, False)
+        return Measured(t, x, y, yaw, v, steer, hands.override, hands.emergency_stop)
+
+
+_MOTION = ("t", "x", "y", "yaw", "v", "steer")
