@@ -13,7 +13,7 @@ from ads.parameters import Parameters
 from ads.planning.route import Map
 from ads.stack import Stack
 from benchmarks.measure import Row, cpu_seconds
-from pytest_dvp.drive.run import RunResult
+from pytest_dvp.drive.result import RunResult
 from pytest_dvp.drive.run import run as drive
 from scenarios import path
 from vehicle.messages import Command, Observation, VehicleDescription

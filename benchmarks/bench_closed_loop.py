@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 from benchmarks.measure import Row
-from pytest_dvp.drive.run import RunResult
+from pytest_dvp.drive.result import RunResult
 from pytest_dvp.drive.run import run as drive
 
 SCENARIOS = Path(__file__).resolve().parents[1] / "scenarios"

@@ -13,7 +13,8 @@ from pytest_dvp.gap.compare import iso18571
 from pytest_dvp.gap.compare.compare import compare
 from pytest_dvp.gap.compare.compared_model import ModelSubject
 from pytest_dvp.gap.compare.segments import cut, measured_array, residuals
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.model_file import parse_model
 from vehicle.model.open_loop import Replay
 

@@ -11,12 +11,12 @@ from scipy.signal import correlate
 
 from benchmarks.measure import Row, cpu_seconds
 from pytest_dvp.drive.run_folder import measure
+from pytest_dvp.logs.likeness import likeness
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.mcap_write import encode_log
 from pytest_dvp.logs.recorder import LogRecorder
 from pytest_dvp.metrics import known_metrics
 from pytest_dvp.metrics._box_collision_time import time_to_collision
-from pytest_dvp.metrics.signal_similarity import likeness
 from vehicle.messages import Command, Detection, Surroundings
 
 PAIRS = 200_000

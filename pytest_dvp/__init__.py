@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.variant import Variant
-    from pytest_dvp.drive.run import RunResult, run
+    from pytest_dvp.drive.result import RunResult
+    from pytest_dvp.drive.run import run
     from pytest_dvp.gap.assert_matches import assert_matches
     from pytest_dvp.logs.log import Log
     from pytest_dvp.plugin.scenario_strategy import scenario_variants

@@ -17,7 +17,8 @@ from ads.planning.route import Map
 from ads.planning.waypoints import STEP
 from ads.stack import Stack
 from benchmarks.bench_ads import SCENARIOS, mpc_seconds, tick_seconds
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from scenarios import path
 from vehicle.messages import FloatArray, VehicleDescription
 

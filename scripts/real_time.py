@@ -15,7 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from scenarios import path as shipped
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.live import live_surrogate

@@ -105,7 +105,7 @@ def hold(twin: str, scenario: str, seed: int, over: str = "ros2") -> Held:
     """Drive both stages and judge."""
     from pytest_dvp.drive import stage_comparison
     from pytest_dvp.drive.run import run
-    from pytest_dvp.plugin.session_summary import worst_first
+    from pytest_dvp.verdicts.statuses import worst_first
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -12,7 +12,8 @@ import numpy as np
 from benchmarks.hidden_effects.case import Case
 from benchmarks.hidden_effects.detectable import LEAST_GAIN, body, drives, gain
 from benchmarks.hidden_effects.ranges import draw, draw_on_top
-from pytest_dvp.logs.log import DetectionTable, Log, ObjectTrack
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import DetectionTable, ObjectTrack
 from tests.truth.dirty import dirty
 from tests.truth.effects import FloatArray, TruthCar
 from tests.truth.generate import Noise, make_log

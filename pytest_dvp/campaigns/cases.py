@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.drive.run_spec import SettingError, Settings
+from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.text.errors import SettingError
 
 if TYPE_CHECKING:
     from openscenario.distributions import Cases

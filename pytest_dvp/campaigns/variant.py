@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TypeAlias
@@ -21,9 +20,3 @@ class Variant:
     def __repr__(self) -> str:
         changed = "".join(f", {name}={value!r}" for name, value in self.values.items())
         return f"Variant({self.scenario.name}{changed})"
-
-
-def searching() -> bool:
-    """True inside a `@given` test: many runs, of which only a failing one is worth a folder."""
-    hypothesis = sys.modules.get("hypothesis")
-    return bool(hypothesis is not None and hypothesis.currently_in_test_context())

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from pytest_dvp.tuning.study import Study
     from vehicle.model.effect import Effect
 
+PLACE = 10  # in `dvp --help`
+
 Findings = Iterable[dict[str, Any]]
 _BY = "_by"  # key of the file whose check told a finding
 
@@ -254,7 +256,7 @@ def _error(code: str, file: str, line: int | None, message: str) -> dict[str, An
 
 def _log(path: Path, settings: Settings, options: Mapping[str, Any] | None = None) -> Findings:
     from pytest_dvp.doctor import examine
-    from pytest_dvp.logs.log import LogError
+    from pytest_dvp.logs.log_error import LogError
     from pytest_dvp.logs.read_log import read_log
 
     try:

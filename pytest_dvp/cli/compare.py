@@ -16,14 +16,16 @@ from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options, re
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_report, existing, new_file
 from pytest_dvp.cli.shared.command_columns import driven_by
-from pytest_dvp.drive.run_spec import unknown
 from pytest_dvp.text.plain_json import finite
+from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
     from openscenario.findings import Finding
     from pytest_dvp.gap.compare.compare import Comparison
     from pytest_dvp.gap.compare.compared_model import Subject
     from pytest_dvp.logs.log import Log
+
+PLACE = 70  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -76,7 +78,8 @@ def _read_all(arguments: argparse.Namespace) -> tuple[Subject, dict[str, tuple[L
     from rich.console import Console
 
     from pytest_dvp.doctor import read_sound, tell
-    from pytest_dvp.gap.compare.compared_model import LogSubject, load_subject
+    from pytest_dvp.gap.compare.compared_model import LogSubject
+    from pytest_dvp.gap.compare.model_loader import load_subject
 
     options = log_options(arguments)
     logs: dict[str, tuple[Log, tuple[Finding, ...]]] = {}

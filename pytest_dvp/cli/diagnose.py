@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
 
+PLACE = 80  # in `dvp --help`
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="+", metavar="LOG", help="measured log; a part of it as LOG@0:285 (seconds)")

@@ -10,60 +10,40 @@ from __future__ import annotations
 import argparse
 import contextlib
 import errno
+import functools
+import importlib
 import io
 import json
 import os
+import pkgutil
 import sys
 import warnings
 from collections.abc import Sequence
+from pathlib import Path
+from types import ModuleType
 from typing import Any, NoReturn
 
-from pytest_dvp.cli import (
-    check,
-    compare,
-    diagnose,
-    doctor,
-    effects,
-    extend,
-    iterate,
-    map,
-    metrics,
-    plan,
-    play,
-    recover,
-    replay,
-    report,
-    run,
-    stages,
-    tune,
-)
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_budget, budget_from
-from pytest_dvp.drive.run_spec import SettingError, is_users_mistake, nearest, unknown
 from pytest_dvp.logs.budget import in_force
+from pytest_dvp.text.errors import SettingError, is_users_mistake
+from pytest_dvp.text.spelling import nearest, unknown
 from reports.whole_file import WriteError
 
-COMMANDS = (
-    check,
-    play,
-    run,
-    stages,
-    replay,
-    report,
-    compare,
-    diagnose,
-    plan,
-    extend,
-    tune,
-    iterate,
-    doctor,
-    map,
-    recover,
-    effects,
-    metrics,
-)
+NO_COMMANDS = ("__main__", "command_line", "dispatch", "shared")
 
-READ_NO_LOG = (play, effects, metrics)
-"""Every other command reads logs, and has the options that say how large these may be."""
+
+@functools.cache
+def commands() -> tuple[ModuleType, ...]:
+    """The modules of all commands: every file of this folder, in the order of `dvp --help`.
+
+    A command's module has `add_arguments(parser)`, `execute(arguments)`, a docstring, and `PLACE`, its place in the
+    help. `READS_NO_LOG = True` leaves out the options that say how large a log may be.
+    """
+    folder = str(Path(__file__).parent)
+    names = [module.name for module in pkgutil.iter_modules([folder]) if module.name not in NO_COMMANDS]
+    found = [importlib.import_module(f"{__package__}.{name}") for name in names]
+    return tuple(sorted(found, key=lambda module: (module.PLACE, module.__name__)))
+
 
 MEANT = {"--out": "--runs", "--output": "--runs", "--log-dir": "--runs", "--report": "--runs"}
 """Options by the names that other commands and tools have for them."""
@@ -93,11 +73,11 @@ def build_parser() -> argparse.ArgumentParser:
     """The parser of all commands; each command's module sets `function` to what runs it."""
     parser = Parser(prog="dvp", description="Tests driving stacks by OpenSCENARIO files.", allow_abbrev=False)
     parser.add_argument("--version", action=Version)
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=Parser)
-    for module in COMMANDS:
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=Parser)
+    for module in commands():
         name = module.__name__.rpartition(".")[2]
         summary = (module.__doc__ or "").split("\n")[0]
-        command = commands.add_parser(name, help=summary, description=module.__doc__, allow_abbrev=False)
+        command = subparsers.add_parser(name, help=summary, description=module.__doc__, allow_abbrev=False)
         _add_arguments(module, command)
         command.set_defaults(function=module.execute)
     return parser
@@ -105,7 +85,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 def _add_arguments(module: Any, parser: argparse.ArgumentParser) -> None:
     module.add_arguments(parser)
-    if module not in READ_NO_LOG:
+    if not getattr(module, "READS_NO_LOG", False):
         add_budget(parser)
 
 
@@ -164,7 +144,7 @@ def _leave_stdout() -> None:
 
 
 def _parse(words: list[str]) -> argparse.Namespace:
-    names = [module.__name__.rpartition(".")[2] for module in COMMANDS]
+    names = [module.__name__.rpartition(".")[2] for module in commands()]
     if words and not words[0].startswith("-") and words[0] not in names:
         raise WrongArgument(f"dvp: {unknown('command', words[0], names)} (dvp --help)")
     parser = build_parser()
@@ -173,7 +153,7 @@ def _parse(words: list[str]) -> argparse.Namespace:
         command = f"dvp {arguments.command}"
         options = [
             option
-            for module in COMMANDS
+            for module in commands()
             if module.__name__.endswith(f".{arguments.command}")
             for option in _options(module)
         ]

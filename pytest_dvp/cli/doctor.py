@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from pytest_dvp.logs.log import Log
     from vehicle.model.effect import Effect
 
+PLACE = 130  # in `dvp --help`
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="+", metavar="LOG", help="a log, or a part of one: LOG@START:STOP in seconds")
@@ -66,7 +68,7 @@ def existing_log(text: str, *, parts: bool = True) -> str:
 
     Raises WrongArgument.
     """
-    from pytest_dvp.logs.log import LogError
+    from pytest_dvp.logs.log_error import LogError
     from pytest_dvp.logs.log_part import parse_argument
     from pytest_dvp.logs.read_log import kind_of
 
@@ -110,7 +112,7 @@ def _told(
 ) -> tuple[dict[str, Any], tuple[Finding, ...], Excitation | None]:
     from openscenario.findings import Finding
     from pytest_dvp.doctor import examine, excitation
-    from pytest_dvp.logs.log import LogError
+    from pytest_dvp.logs.log_error import LogError
     from pytest_dvp.logs.read_log import read_log
 
     try:

@@ -15,6 +15,9 @@ from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect, Key
 
+PLACE = 160  # in `dvp --help`
+READS_NO_LOG = True
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", nargs="?", metavar="NAME", help="one effect in full; default: a line for each")

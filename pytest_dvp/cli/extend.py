@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
 
+PLACE = 100  # in `dvp --help`
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     def many(option: str, metavar: str, text: str, **more: Any) -> None:
@@ -220,6 +222,7 @@ def _changes(gates: Sequence[Gate], logs: Mapping[str, Log], model: VehicleModel
 
 def _tell(arguments: argparse.Namespace, extension: Extension, changes: Sequence[GateChange]) -> None:
     from pytest_dvp.gap.words.extension import page
+    from pytest_dvp.verdicts.verdict_changes import change_lines
 
     written = not extension.refusal
     if arguments.json:
@@ -227,7 +230,7 @@ def _tell(arguments: argparse.Namespace, extension: Extension, changes: Sequence
         document["gates"] = [change.as_dict() for change in changes]
         print(json.dumps(finite(document), ensure_ascii=False, allow_nan=False))
     else:
-        print(page(extension, changes))
+        print(page(extension, change_lines(changes) if changes else ()))
     if written:
         print(f"dvp extend: {arguments.out} written", file=sys.stderr)
     else:

@@ -14,9 +14,11 @@ from pytest_dvp.cli.shared.arguments import add_json, existing, new_file
 from pytest_dvp.cli.shared.progress import progress
 from pytest_dvp.cli.shared.worker_options import add_workers, check_workers, workers
 from pytest_dvp.cli.tune import folder_of
-from pytest_dvp.drive.run_spec import SettingError
+from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.paths import shown
 from pytest_dvp.text.plain_json import finite
+
+PLACE = 120  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,6 +10,8 @@ from pytest_dvp.cli.doctor import existing_log, message_folders
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, new_file
 from reports.whole_file import write_whole
 
+PLACE = 140  # in `dvp --help`
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG", help="MCAP, ROS bag (.bag, .db3 or its folder), .mf4, .mat or .csv")

@@ -8,6 +8,9 @@ import textwrap
 
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json
 
+PLACE = 170  # in `dvp --help`
+READS_NO_LOG = True
+
 DIRECTION = {True: "bigger is worse", False: "smaller is worse", None: "neither direction is worse"}
 
 

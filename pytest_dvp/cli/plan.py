@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
 
+PLACE = 90  # in `dvp --help`
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="*", metavar="LOG", help="measured log that leaves something open")

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from openscenario.model.scenario import Scenario
     from openscenario.storyboard.play import Played, Row
 
+PLACE = 20  # in `dvp --help`
+READS_NO_LOG = True
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="X.xosc")

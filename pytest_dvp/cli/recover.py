@@ -9,6 +9,8 @@ from pathlib import Path
 
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing, new_file
 
+PLACE = 150  # in `dvp --help`
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(

@@ -15,6 +15,8 @@ from typing import Any
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json
 from pytest_dvp.logs.unfinished_run import told_of
 
+PLACE = 50  # in `dvp --help`
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("run", metavar="RUN", help="a run's folder, with log.mcap and result.json")
@@ -23,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     folder = Path(arguments.run)
-    from pytest_dvp.logs.mcap_read import load_log
+    from pytest_dvp.logs.log import Log
 
     if unfinished := told_of(folder):
         raise WrongArgument(unfinished)
@@ -31,7 +33,7 @@ def execute(arguments: argparse.Namespace) -> int:
     before = folder / "log.mcap"
     if not before.is_file():
         raise WrongArgument(f"{before}: no such log")
-    load_log(before)  # a damaged one is told before the drive
+    Log.load(before)  # a damaged one is told before the drive
     print(f"dvp replay: {shlex.join(['dvp', *words])}", file=sys.stderr)
     with tempfile.TemporaryDirectory() as place:
         now = _drive(words, Path(place))
@@ -96,6 +98,6 @@ def _drive(words: list[str], place: Path) -> Path:
 
 def _difference(before: Path, now: Path) -> Any:
     from pytest_dvp.logs.difference import first_difference
-    from pytest_dvp.logs.mcap_read import load_log
+    from pytest_dvp.logs.log import Log
 
-    return first_difference(load_log(before), load_log(now))
+    return first_difference(Log.load(before), Log.load(now))

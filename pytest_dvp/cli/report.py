@@ -20,6 +20,8 @@ from pytest_dvp.text.paths import shown
 if TYPE_CHECKING:
     from pytest_dvp.logs.log import Log
 
+PLACE = 60  # in `dvp --help`
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG", help="log.mcap, or a run folder that holds one")
@@ -38,7 +40,8 @@ def execute(arguments: argparse.Namespace) -> int:
         read = [path, stored, *([] if settings.gates is None else [settings.gates])]
         out = new_file("--out", arguments.out, read)
     from pytest_dvp.drive.run_folder import report_library, write_report, write_result
-    from pytest_dvp.logs.log import Log, LogError
+    from pytest_dvp.logs.log import Log
+    from pytest_dvp.logs.log_error import LogError
 
     try:
         log = Log.load(path)

@@ -14,15 +14,19 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.shared.arguments import add_json, add_settings, settings_from
 from pytest_dvp.cli.shared.named_scenarios import named_scenarios
-from pytest_dvp.drive.run_spec import BUDGET, STAGES, SettingError, Settings, is_users_mistake, unknown
-from pytest_dvp.plugin.session_summary import BESIDE_VERDICTS, NOT_WRITTEN
+from pytest_dvp.drive.run_spec import BUDGET, STAGES, Settings
+from pytest_dvp.text.errors import SettingError, is_users_mistake
 from pytest_dvp.text.paths import shown
 from pytest_dvp.text.plain_json import finite
+from pytest_dvp.text.spelling import unknown
+from pytest_dvp.verdicts.result_text import BESIDE_VERDICTS, NOT_WRITTEN
 
 if TYPE_CHECKING:
-    from pytest_dvp.drive.run import RunResult
-    from pytest_dvp.drive.stack_host import Ads
+    from pytest_dvp.drive.chosen_stack import Ads
+    from pytest_dvp.drive.result import RunResult
     from pytest_dvp.drive.stage_comparison import Across
+
+PLACE = 30  # in `dvp --help`
 
 SETTINGS = (
     "ads",
@@ -386,7 +390,9 @@ def _across(
 
 def across_text(held: Across) -> str:
     """The gates between stages and the table, as text."""
-    from pytest_dvp.plugin.session_summary import WHY, clean, gathered, page_of, worst_first
+    from pytest_dvp.text.printable import clean
+    from pytest_dvp.verdicts.result_text import WHY, gathered, page_of
+    from pytest_dvp.verdicts.statuses import worst_first
 
     plain = held.as_dict()
     judged = "" if plain["verdicts"] else ", no gate is between them"
@@ -446,7 +452,7 @@ def _check_events(optional: Sequence[str], jobs: Sequence[Job], settings: Settin
         return
     from openscenario.read import read_scenario
     from pytest_dvp.logs.event_names import EventNames
-    from pytest_dvp.logs.silent_events import check_optional
+    from pytest_dvp.verdicts.silent_events import check_optional
 
     names: list[str] = []
     for job in jobs:
@@ -461,8 +467,8 @@ def _check_events(optional: Sequence[str], jobs: Sequence[Job], settings: Settin
 
 
 def _passes(result: RunResult, only: Sequence[str] | None, optional: Sequence[str] = ()) -> bool:
-    from pytest_dvp.logs.silent_events import without_optional
-    from pytest_dvp.plugin.session_summary import failure
+    from pytest_dvp.verdicts.result_text import failure
+    from pytest_dvp.verdicts.silent_events import without_optional
 
     if only is None and not optional:
         return result.status == "PASS"
@@ -472,8 +478,10 @@ def _passes(result: RunResult, only: Sequence[str] | None, optional: Sequence[st
 def table(result: RunResult, only: Sequence[str] | None = None, optional: Sequence[str] = ()) -> str:
     """The verdicts of a run as text, worst first, and where its report is; `only` those metrics decide, and the
     `optional` events need not fire."""
-    from pytest_dvp.logs.silent_events import missed
-    from pytest_dvp.plugin.session_summary import clean, on_condition, page_of, worst_first
+    from pytest_dvp.text.printable import clean
+    from pytest_dvp.verdicts.result_text import on_condition, page_of
+    from pytest_dvp.verdicts.silent_events import missed
+    from pytest_dvp.verdicts.statuses import worst_first
 
     plain = result.as_dict()
     said = f"{plain['scenario']} [{plain['stage']}]: {plain['status']}"
@@ -500,7 +508,8 @@ def table(result: RunResult, only: Sequence[str] | None = None, optional: Sequen
 
 def _told(verdict: Mapping[str, Any]) -> str:
     """A verdict in one line; of one that is not PASS with the place of its gate."""
-    from pytest_dvp.plugin.session_summary import clean, reason
+    from pytest_dvp.text.printable import clean
+    from pytest_dvp.verdicts.result_text import reason
 
     if verdict["status"] != "PASS":
         return clean(verdict["message"])

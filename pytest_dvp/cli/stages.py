@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from pytest_dvp.logs.log import Log
     from pytest_dvp.verdicts.judging import Gate
 
+PLACE = 40  # in `dvp --help`
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="+", metavar="LOG", help="log.mcap or run folder of one stage each")

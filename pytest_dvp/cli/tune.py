@@ -17,12 +17,15 @@ from typing import TYPE_CHECKING, Any
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing, root_here
 from pytest_dvp.cli.shared.progress import progress
 from pytest_dvp.cli.shared.worker_options import add_workers, check_workers, workers
-from pytest_dvp.drive.run_spec import SettingError, unknown
+from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.plain_json import finite
+from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
     from pytest_dvp.tuning.repeat_commands import Again
     from pytest_dvp.tuning.tune import Tuning
+
+PLACE = 110  # in `dvp --help`
 
 BEST_MODEL = "best.toml"  # an alignment's twin with the best S
 SAID = 3  # commands that are printed

@@ -15,7 +15,8 @@ import numpy as np
 
 from openscenario.findings import Findings
 from pytest_dvp.doctor.redundant_motion import Motion, best_lag, correlation, rows_between, slope
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 DEGREES = 180.0 / math.pi
 HARDEST = 60.0  # m/s^2: no ground vehicle turns harder, not even a racing car

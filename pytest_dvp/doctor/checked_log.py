@@ -9,7 +9,8 @@ from typing import Any
 
 from openscenario.findings import Finding
 from pytest_dvp.doctor.examine import examine
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 
 

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from pytest_dvp.doctor.redundant_motion import Motion, motion_of
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 
 @dataclasses.dataclass(frozen=True)

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from openscenario.findings import Findings
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.signals import SIGNALS
 
 SHARE = 0.02  # of the time

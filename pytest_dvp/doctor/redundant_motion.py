@@ -11,7 +11,8 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 WINDOW = 0.4  # [s] of means and differences: long against the noise of a position, short against a manoeuvre
 COURSE_WINDOW = 0.8  # [s]: the direction of the path is noisier

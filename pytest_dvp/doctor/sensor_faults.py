@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from openscenario.findings import Findings
 from pytest_dvp.doctor.redundant_motion import Motion
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 FROZEN = 1.0  # [s] without any change while the car's other signals change
 SLOW = 2.0  # [s] of means in which noise is gone

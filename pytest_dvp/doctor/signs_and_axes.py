@@ -8,7 +8,7 @@ import numpy as np
 
 from openscenario.findings import Findings
 from pytest_dvp.doctor.redundant_motion import Motion, best_lag, rows_between
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 
 def check_turning(motion: Motion, file: str, findings: Findings) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from openscenario.findings import Findings
 from pytest_dvp.doctor.redundant_motion import Motion, best_lag, correlation, slope
 from pytest_dvp.doctor.signs_and_axes import shape_of, tell_sign
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 LONGEST = 1.0  # [s] that a drive is late
 STRONGER = 4.0  # dv/dt over its command: no gain of a drive that a model could have

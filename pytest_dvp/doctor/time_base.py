@@ -6,7 +6,8 @@ import numpy as np
 
 from openscenario.findings import Findings
 from pytest_dvp.doctor.redundant_motion import Motion, best_lag, correlation
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 SLOWEST = 0.5  # Hz: below, no manoeuvre of a car can be seen
 FASTEST = 20_000.0  # Hz: above, the stamps are in another unit

@@ -20,7 +20,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pytest_dvp.drive.run_spec import SettingError
+from pytest_dvp.text.errors import SettingError
 from vehicle.adapter import Vehicle
 from vehicle.messages import Command, FloatArray, Observation, Surroundings, VehicleDescription, VehicleState
 

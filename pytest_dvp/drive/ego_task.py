@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from openscenario.findings import Finding, ScenarioError
 from openscenario.model.entities import ScenarioObject, Vehicle
 from openscenario.model.scenario import Scenario
-from pytest_dvp.drive.run_spec import unknown
+from pytest_dvp.text.spelling import unknown
 from vehicle.messages import RoadPoint, Task
 
 if TYPE_CHECKING:

@@ -10,17 +10,13 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from pytest_dvp.drive.wire_log import WireLog
+from pytest_dvp.logs.obeyed_commands import GATE
 
 if TYPE_CHECKING:
-    from pytest_dvp.logs.log import FloatArray, Log
+    from pytest_dvp.logs.log import Log
     from pytest_dvp.logs.recorder import LogRecorder
     from vehicle.guard.messages import Decision
-
-GATE = "gate."  # of its columns
-ARRIVED = "arrived."  # of those of commands that reached the car late: `pytest_dvp.drive.compute_delay`
 
 
 class GateLog:
@@ -55,16 +51,6 @@ class GateLog:
     def output(self) -> dict[str, float]:
         """Further columns that hold from now on; none here."""
         return {}
-
-
-def obeyed(log: Log, name: str) -> FloatArray | None:
-    """A command (n,) as the car got it: what the gate let out, where one stood before the car, or what arrived, where
-    commands took their time, else what was asked. None if the log does not have it."""
-    asked = log.columns.get(name)
-    passed = log.columns.get(GATE + name, log.columns.get(ARRIVED + name))
-    if asked is None or passed is None:
-        return asked
-    return np.where(np.isfinite(passed), passed, asked)
 
 
 WORDS = {"overspeed": "far over the highest speed", "speed": "at the highest speed", "area": "at the edge of the area"}

@@ -8,7 +8,7 @@ from pytest_dvp.drive.stages import gate_apart, open_vehicle
 
 if TYPE_CHECKING:
     from pytest_dvp.drive.guard_log import GateLog
-    from pytest_dvp.drive.preparation import Request
+    from pytest_dvp.drive.request import Request
     from vehicle.guard.envelope import Envelope
     from vehicle.guard.guarded_vehicle import Gated
     from vehicle.guard.process import GateProcess

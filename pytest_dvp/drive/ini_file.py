@@ -12,7 +12,8 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pytest_dvp.drive.run_spec import SETTINGS, Setting, SettingError
+from pytest_dvp.drive.run_spec import SETTINGS, Setting
+from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.paths import shown
 
 NAMES = ("pytest.toml", ".pytest.toml", "pytest.ini", ".pytest.ini", "pyproject.toml", "tox.ini", "setup.cfg")

@@ -11,7 +11,7 @@ import contextlib
 import dataclasses
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -24,12 +24,12 @@ from pytest_dvp.drive.stack_faults import StackHung, told_of
 from pytest_dvp.drive.terrain import Grounded, Terrain
 from pytest_dvp.logs.event_names import EventNames
 from vehicle.adapters.mirror import SAME, Mirror
-from vehicle.messages import Command, Detection, FloatArray, Observation, RoadPoint, SignalState, Surroundings, Task
+from vehicle.messages import FloatArray, RoadPoint, SignalState, Surroundings, Task
 
 if TYPE_CHECKING:
     from openscenario.road.network import RoadNetwork
     from openscenario.road.positions import RoadPosition
-    from pytest_dvp.drive.preparation import Ready
+    from pytest_dvp.drive.prepared_run import Ready
 
 RATE = 20  # 1/s
 TICK = 1 / RATE  # s
@@ -37,34 +37,6 @@ STANDING = 0.05  # m/s
 SETTLING = 10.0  # s that a run waits at its goal for the ego to stand
 
 Ending = Literal["stop", "goal", "timeout", "collision", "wall", "fault", "interrupt"]
-
-
-class Driver(Protocol):
-    """A driving stack: one observation in, one command out, 20 times a second.
-
-    Only `tick` is asked of a stack of one's own; `pytest_dvp.drive.stack_host` adds the rest.
-    """
-
-    @property
-    def trace(self) -> Mapping[str, float]: ...
-
-    @property
-    def path(self) -> FloatArray | None: ...
-
-    @property
-    def detections(self) -> Sequence[Detection]: ...
-
-    @property
-    def nets(self) -> list[Any]: ...
-
-    @property
-    def seconds(self) -> float: ...
-
-    def end_by(self, wall: float, limit: float) -> None: ...
-
-    def tick(self, observation: Observation) -> Command: ...
-
-    def close(self) -> None: ...
 
 
 @dataclasses.dataclass(frozen=True)

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.drive.run_spec import Assignments, SettingError, unknown
+from pytest_dvp.drive.assignments import Assignments
+from pytest_dvp.text.errors import SettingError
+from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
-    from pytest_dvp.drive.stack_host import Ads
+    from pytest_dvp.drive.chosen_stack import Ads
 
 
 def declared_names(path: Path) -> tuple[str, ...]:

@@ -6,20 +6,18 @@ anything about the stack, so that metrics of a closed loop are invalid in such a
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from pytest_dvp.drive.guard_log import GateLog, obeyed
-from pytest_dvp.logs.log import Log, LogError
-from pytest_dvp.logs.signals import COMMAND_COLUMNS
+from pytest_dvp.drive.guard_log import GateLog
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.obeyed_commands import REPLAY, divergence_time
 
 if TYPE_CHECKING:
     from pytest_dvp.logs.recorder import LogRecorder
     from pytest_dvp.metrics import MetricValue
     from vehicle.adapters.replay import Difference
 
-REPLAY = "replay"
 ERRORS = ("replay_steer_error", "replay_accel_error")  # metrics
 
 
@@ -60,27 +58,6 @@ class ReplayLog(GateLog):
         return {"replay.steer_cmd": self._newest.steer, "replay.accel_cmd": self._newest.accel}
 
 
-def commands_apart(log: Log) -> float | None:
-    """When [s] the stack and the recording went apart; None if they did not, or nothing was replayed."""
-    return min((event.t for event in log.events if event.kind == REPLAY), default=None)
-
-
-def as_driven(log: Log) -> Log:
-    """A log with the commands that its car obeyed: of a replay those of the recording, not what this stack asked for,
-    else those that a command gate let out, where one stood before the car.
-
-    Raises LogError if the recording that was played holds no commands.
-    """
-    if log.meta.get("vehicle", {}).get("name") != REPLAY:
-        passed = {name: obeyed(log, name) for name in COMMAND_COLUMNS}
-        return dataclasses.replace(log, columns={**log.columns, **{n: c for n, c in passed.items() if c is not None}})
-    recorded = {name.removeprefix("replay."): values for name, values in log.columns.items() if "replay." in name}
-    if not recorded:
-        raise LogError("the recording that was played holds no commands")
-    kept = {name: values for name, values in log.columns.items() if name not in COMMAND_COLUMNS}
-    return dataclasses.replace(log, columns={**kept, **recorded})
-
-
 def said_of(log: Log, metrics: Mapping[str, MetricValue]) -> tuple[str, ...]:
     """One line about what a stack asked for in a replay, whether a gate judges it or not; nothing for other runs.
 
@@ -93,6 +70,6 @@ def said_of(log: Log, metrics: Mapping[str, MetricValue]) -> tuple[str, ...]:
         return ("recording: it holds no commands; whether this stack would have driven so, nobody can tell",)
     parts = [f"{each.value:.2g} {each.unit} (at most {each.extra['greatest']:.2g} at t={each.t:.2f} s)" for each in off]
     line = f"recording: off its commands by {parts[0]}, {parts[1]}, root mean square"
-    apart = commands_apart(log)
+    apart = divergence_time(log)
     more = "" if apart is None else f"; apart from t={apart:.2f} s on: metrics of the ego's motion are INVALID"
     return (line + more,)

@@ -13,7 +13,8 @@ from collections.abc import Iterator
 import msgspec
 import numpy as np
 
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.log_part import parse_argument
 from vehicle.adapters.replay import Arrived, Recording
 from vehicle.messages import (

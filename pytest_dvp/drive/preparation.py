@@ -22,19 +22,22 @@ from openscenario.read import read_scenario
 from openscenario.road.network import RoadNetwork, load_network
 from openscenario.road.route import RouteError
 from openscenario.storyboard.engine import Storyboard
-from openscenario.storyboard.reading import USUAL, Reading
-from pytest_dvp.drive.compute_delay import ComputeDelay, Delayed
-from pytest_dvp.drive.deadline import TICK_LIMIT, Deadline
+from openscenario.storyboard.reading import USUAL
+from pytest_dvp.drive.compute_delay import Delayed
+from pytest_dvp.drive.deadline import Deadline
 from pytest_dvp.drive.ego_model import fitted_model, told
 from pytest_dvp.drive.ego_task import EgoTask, find_ego, task_of
-from pytest_dvp.drive.guard_log import ARRIVED, GateLog
+from pytest_dvp.drive.guard_log import GateLog
 from pytest_dvp.drive.guarded_car import behind_gate
 from pytest_dvp.drive.parameter_checks import declared_names
+from pytest_dvp.drive.prepared_run import Ready
+from pytest_dvp.drive.request import Request
 from pytest_dvp.drive.stack_host import find_ads, make_driver
 from pytest_dvp.drive.stack_parameters import as_plain, in_force
 from pytest_dvp.drive.stages import CAN, REPLAY, ROS1, STEPPED, SURROGATE, VEHICLES, StageError, hidden_in, label
 from pytest_dvp.drive.world import World
 from pytest_dvp.logs.event_names import EventNames
+from pytest_dvp.logs.obeyed_commands import ARRIVED
 from pytest_dvp.logs.recorder import LogRecorder
 from pytest_dvp.text.paths import shown
 from pytest_dvp.verdicts.gate_references import unknown_names
@@ -46,64 +49,11 @@ from vehicle.model.model_file import read_model
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters
-    from pytest_dvp.drive.loop import Driver
-    from pytest_dvp.drive.stack_host import Ads
+    from pytest_dvp.drive.chosen_stack import Ads
+    from pytest_dvp.drive.driver import Driver
     from pytest_dvp.drive.stack_parameters import Own
 
 KEPT_LANE = 2000  # m of reference line ahead of an ego without a goal, a point every metre
-
-
-@dataclasses.dataclass(frozen=True)
-class Request:
-    """What was asked for; see `pytest_dvp.drive.run.run`."""
-
-    path: Path
-    stage: str
-    seed: int
-    parameters: Mapping[str, str | float | bool]
-    P: Mapping[str, str | float]
-    S: Mapping[str, str | float]
-    model: Path | None
-    gates: Path | None
-    library: tuple[Path, ...]
-    rootdir: Path | None
-    ego: str | None
-    ads: Ads | None = None  # None: the reference stack
-    effects: tuple[Path, ...] = ()
-    vehicle: str = SURROGATE  # of stages pe and rw
-    clock: str = "stepped"  # of stages pe and rw
-    arming: Path | None = None  # of a real car
-    envelope: Path | None = None  # of a real car
-    dbc: Path | None = None  # of a vehicle on CAN
-    fault: str | None = None  # put on the wire
-    gated: bool = False  # the twin behind the command gate, too
-    reading: Reading = USUAL  # of the scenario
-    tick_limit: float = TICK_LIMIT  # s of wall time for a tick of the stack
-    stack_process: str | None = None  # "on" or "off" where that was asked for
-    compute_delay: ComputeDelay | None = None  # of the stack's commands, on stage dt
-
-
-@dataclasses.dataclass(frozen=True)
-class Ready:
-    """A run that could start now."""
-
-    scenario: Scenario
-    network: RoadNetwork
-    gates: GateFile
-    ego: str
-    task: EgoTask
-    storyboard: Storyboard
-    world: World
-    vehicle: Vehicle
-    driver: Driver
-    recorder: LogRecorder
-    first_row: FloatArray  # (1, 12) TRACE_COLUMNS at t = 0
-    gate_log: GateLog = dataclasses.field(default_factory=GateLog)  # of stages pe and rw
-
-    def close(self) -> None:
-        self.vehicle.close()
-        self.world.close()
-        self.driver.close()
 
 
 def prepare(request: Request) -> Ready:

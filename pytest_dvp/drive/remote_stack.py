@@ -23,9 +23,9 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import numpy as np
 
-from pytest_dvp.drive.run_spec import unknown
-from pytest_dvp.drive.stack_host import AdsError, AdsFault
+from pytest_dvp.drive.stack_faults import AdsError, AdsFault
 from pytest_dvp.drive.stack_parameters import as_plain
+from pytest_dvp.text.spelling import unknown
 from vehicle.toml_file import TomlError, read_toml
 
 if TYPE_CHECKING:

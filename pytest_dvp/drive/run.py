@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import inspect
-import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -13,19 +12,20 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from openscenario.storyboard.reading import USUAL
+from pytest_dvp.drive.assignments import Assignments
+from pytest_dvp.drive.chosen_stack import Ads
 from pytest_dvp.drive.command_range import said_of as said_of_command
 from pytest_dvp.drive.compute_delay import parse_delay
 from pytest_dvp.drive.deadline import TICK_LIMIT
 from pytest_dvp.drive.guard_log import said_of as said_of_gate
-from pytest_dvp.drive.ini_file import changes_a_run
 from pytest_dvp.drive.loop import TICK, Ending, Limits, Loop
 from pytest_dvp.drive.playback_log import ReplayLog
 from pytest_dvp.drive.playback_log import said_of as said_of_replay
 from pytest_dvp.drive.real_time_priority import punctual
+from pytest_dvp.drive.result import AFTER_COLLISION, RunResult, assigned, replay_command
 from pytest_dvp.drive.result_file import read_result
 from pytest_dvp.drive.run_files import Kept
-from pytest_dvp.drive.run_spec import REFERENCE, Assignments
-from pytest_dvp.drive.stack_host import Ads, find_ads
+from pytest_dvp.drive.stack_host import find_ads
 from pytest_dvp.drive.stages import (
     REAL,
     REPLAY,
@@ -40,8 +40,8 @@ from pytest_dvp.drive.stages import (
 from pytest_dvp.drive.tick_time import said_of as said_of_ticks
 from pytest_dvp.drive.tick_time import tick_time
 from pytest_dvp.logs.log import Log
-from pytest_dvp.plugin.session_summary import NOT_WRITTEN
 from pytest_dvp.text.paths import shown
+from pytest_dvp.verdicts.result_text import NOT_WRITTEN
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters
@@ -57,76 +57,7 @@ DriverFactory: TypeAlias = (
 )
 
 DURATION = 60.0  # s, of a run that nothing else ends
-AFTER_COLLISION = 1.0  # s, from a collision to the end of the run
 DURATION_TO_GOAL = 300.0  # s, of a run that has a goal to reach
-
-
-@dataclasses.dataclass(frozen=True)
-class RunResult:
-    """What a run left: the log, the verdicts of its gates, and how to do it again.
-
-    status    PASS only if at least one gate was judged and all of them passed
-    folder    run folder with log.mcap, result.json and report.html, if one was asked for
-    scenario  the file as a command line names it; line: its storyboard
-    ads       name of the driving stack
-    ended     what ended the run, as a phrase: "the stop trigger", "the default limit of 60 s (--duration)"
-    metrics   all metrics of the log by name, whether a gate judges them or not; None where undefined
-    error     traceback of a stack or vehicle that broke, or the limit that ended the run
-    tick_time  how long the stack took for its ticks: `pytest_dvp.drive.tick_time`
-    findings  what was out of bounds and was not judged: what the stack asked for beyond the car
-    compute_delay  of the commands, as `--compute-delay` takes it; None: none
-    notes     what is bad and was not judged; what in the scenario is doubtful: events that never fired, acts that
-              never ended
-    events    names of the storyboard's events; never_fired: of those that did not, the ones that no gate lets be
-    """
-
-    log: Log
-    verdicts: tuple[Verdict, ...]
-    status: str
-    folder: Path | None
-    scenario: str
-    line: int
-    stage: str
-    ads: str
-    seed: int
-    ending: Ending
-    ended: str
-    set: Mapping[str, str]
-    replay: str
-    metrics: Mapping[str, float | None]
-    error: str | None = None
-    notes: tuple[str, ...] = ()
-    tick_time: Mapping[str, Any] = dataclasses.field(default_factory=dict)
-    findings: tuple[Mapping[str, Any], ...] = ()
-    compute_delay: str | None = None
-    events: tuple[str, ...] = ()
-    never_fired: tuple[str, ...] = ()
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain JSON-able data: what crosses processes and stands in result.json; no series."""
-        return {
-            "scenario": self.scenario,
-            "line": self.line,
-            "stage": self.stage,
-            "ads": self.ads,
-            "seed": self.seed,
-            "status": self.status,
-            "ending": self.ending,
-            "ended": self.ended,
-            "simulated": self.log.duration,
-            "set": dict(self.set),
-            "verdicts": [verdict.as_dict() for verdict in self.verdicts],
-            "metrics": dict(self.metrics),
-            "folder": None if self.folder is None else shown(self.folder),
-            "replay": self.replay,
-            "error": self.error,
-            "notes": list(self.notes),
-            "tick_time": dict(self.tick_time),
-            "findings": [dict(finding) for finding in self.findings],
-            "compute_delay": self.compute_delay,
-            "events": list(self.events),
-            "never_fired": list(self.never_fired),
-        }
 
 
 def run(
@@ -210,7 +141,8 @@ def run(
     delay = None if compute_delay is None else parse_delay(compute_delay)
     if delay is not None:
         check_delay(stage)
-    from pytest_dvp.drive.preparation import Request, prepare
+    from pytest_dvp.drive.preparation import prepare
+    from pytest_dvp.drive.request import Request
 
     request = Request(
         path=Path(scenario_path),
@@ -328,7 +260,7 @@ def _rehearse(request: Any, duration: float | None, after_collision: float, pass
     if request.arming is None or not _needs_keys(request):
         return
     if result.status != "PASS":
-        from pytest_dvp.plugin.session_summary import worst_first
+        from pytest_dvp.verdicts.statuses import worst_first
 
         worst = worst_first(result.as_dict()["verdicts"])[0]["short"]
         raise StageError(
@@ -498,47 +430,6 @@ def _broken(error: str, t: float) -> Verdict:
 
     text = f"run ERROR: {error.strip().splitlines()[-1]} at t={t:.2f} s"
     return Verdict("run", "", "ERROR", None, "", None, None, t, "", text, text, "", None)
-
-
-def assigned(request: Any) -> dict[str, str]:
-    """Everything that was set, under the names `--set` takes."""
-    named = {name: str(value) for name, value in request.parameters.items()}
-    named.update((f"P.{name}", str(value)) for name, value in request.P.items())
-    named.update((f"S.{name}", str(value)) for name, value in request.S.items())
-    return named
-
-
-def replay_command(request: Any, duration: float | None, after_collision: float = AFTER_COLLISION) -> str:
-    """The `dvp run` that does the same again, or why there is none."""
-    if request.ads is not None and request.ads.word is None:
-        return f"no command line can name the ADS {request.ads.name}; repeat the test or script that made it"
-    if request.gated:
-        return "no command line puts the twin behind the command gate; repeat the script that made it"
-    words = ["dvp", "run", shown(request.path), "--seed", str(request.seed)]
-    if request.stage != "dt":
-        words += ["--stage", request.stage]
-        words += ["--vehicle", request.vehicle] if request.vehicle != SURROGATE else []
-        words += ["--dbc", shown(request.dbc)] if request.dbc is not None else []
-        words += ["--fault", request.fault] if request.fault is not None else []
-        words += ["--clock", request.clock] if request.clock != STEPPED else []
-        words += ["--envelope", shown(request.envelope)] if request.envelope is not None else []
-    if request.ads is not None and request.ads.word != REFERENCE:
-        words += ["--ads", request.ads.word]
-    for name, value in sorted(assigned(request).items()):
-        words += ["--set", f"{name}={value}"]
-    for option, path in (("--model", request.model), ("--gates", request.gates)):
-        words += [option, shown(path)] if path is not None else []
-    words += [word for file in request.effects for word in ("--effects", shown(file))]
-    words += [word for folder in request.library for word in ("--library", shown(folder))]
-    words += ["--reading", request.reading] if request.reading != USUAL else []
-    words += ["--ego", request.ego] if request.ego is not None else []
-    words += ["--compute-delay", str(request.compute_delay)] if request.compute_delay is not None else []
-    words += ["--stack-process", request.stack_process] if request.stack_process is not None else []
-    words += ["--tick-limit", f"{request.tick_limit:g}"] if request.tick_limit != TICK_LIMIT else []
-    words += ["--duration", f"{duration:g}"] if duration is not None else []
-    words += ["--after-collision", f"{after_collision:g}"] if after_collision != AFTER_COLLISION else []
-    words += ["--no-ini"] if changes_a_run(words, request.stage) else []
-    return shlex.join(words)
 
 
 class _CallableModule(ModuleType):

@@ -9,13 +9,13 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.unfinished_run import FULL, PART
-from pytest_dvp.plugin.session_summary import NOT_WRITTEN
 from pytest_dvp.text.paths import shown
+from pytest_dvp.verdicts.result_text import NOT_WRITTEN
 
 if TYPE_CHECKING:
-    from pytest_dvp.drive.run import RunResult
+    from pytest_dvp.drive.result import RunResult
     from pytest_dvp.drive.run_folder import Place
     from pytest_dvp.logs.partial_log import LogPart
     from pytest_dvp.logs.recorder import LogRecorder

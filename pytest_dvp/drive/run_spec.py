@@ -5,19 +5,21 @@ Imports the standard library only: the pytest plugin reads it at start-up.
 
 from __future__ import annotations
 
-import contextlib
-import contextvars
 import dataclasses
-import difflib
 import itertools
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+from pytest_dvp.drive.assignments import Assignments, parse_assignments
 from pytest_dvp.logs.budget import SIZE_FORM, Budget, parse_size
 from pytest_dvp.logs.unfinished_run import told_of
+from pytest_dvp.text.errors import SettingError
+from pytest_dvp.text.flags import is_on
+from pytest_dvp.text.names import REFERENCE
+from pytest_dvp.text.spelling import unknown
 
 Kind = Literal[
     "int", "float", "size", "str", "path", "file", "flag", "ads", "delay", "assignments", "paths", "files", "logs"
@@ -26,21 +28,6 @@ Kind = Literal[
 LISTS: tuple[Kind, ...] = ("assignments", "paths", "files", "logs")
 STAGES: tuple[str, ...] = ("dt", "pe", "rw")
 SIMULATED = ("surrogate", "can", "replay")  # vehicles of ours, none of which is a car
-REFERENCE = "reference"  # the driving stack that ships
-
-
-class SettingError(ValueError):
-    """A wrong option, ini key or environment variable, said in one line."""
-
-
-def is_users_mistake(error: BaseException) -> bool:
-    """True for the errors that say in one line what is wrong with a user's file or option.
-
-    These are ScenarioError and every class of ours derived from ValueError; they are shown without a traceback.
-    """
-    kind = type(error)
-    ours = kind.__module__.split(".")[0] in ("openscenario", "vehicle", "ads", "pytest_dvp", "reports")
-    return ours and (isinstance(error, ValueError) or kind.__name__ == "ScenarioError")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -157,23 +144,6 @@ PLUGIN_SETTINGS: tuple[Setting, ...] = (
 
 
 @dataclasses.dataclass(frozen=True)
-class Assignments:
-    """`--set` sorted by what it changes: scenario parameters, P of the ADS, S of the simulator."""
-
-    scenario: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    P: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    S: Mapping[str, str] = dataclasses.field(default_factory=dict)
-
-    def words(self) -> list[str]:
-        """The assignments as the command line takes them."""
-        return [
-            *(f"{name}={value}" for name, value in self.scenario.items()),
-            *(f"P.{name}={value}" for name, value in self.P.items()),
-            *(f"S.{name}={value}" for name, value in self.S.items()),
-        ]
-
-
-@dataclasses.dataclass(frozen=True)
 class Settings:
     """The values in force. Times [s]; `runs` and `rootdir` absolute; `origins` of those that were set, by key."""
 
@@ -226,69 +196,6 @@ class Settings:
         return Budget(self.max_log_bytes, self.max_log_rows, self.max_file_bytes)
 
 
-_DIAGNOSIS: contextvars.ContextVar[bool | None] = contextvars.ContextVar("dvp_diagnosis", default=None)
-
-
-@contextlib.contextmanager
-def diagnosis(wanted: bool) -> Iterator[None]:
-    """Within it, a model that does not match is diagnosed or is not: `assert_matches` knows no session to ask."""
-    token = _DIAGNOSIS.set(wanted)
-    try:
-        yield
-    finally:
-        _DIAGNOSIS.reset(token)
-
-
-def diagnosis_wanted() -> bool:
-    """Whether a model that does not match is to be diagnosed; outside a session the environment says. Raises
-    SettingError if it says nonsense."""
-    told = _DIAGNOSIS.get()
-    if told is not None:
-        return told
-    switch = next(setting for setting in PLUGIN_SETTINGS if setting.name == "no-diagnosis")
-    raw = environment_lookup()(switch)
-    return raw is None or not convert(switch, raw, f"environment {switch.environment}", Path())
-
-
-def nearest(name: str, names: Iterable[str]) -> str | None:
-    """The valid name closest to `name`, or None if none is close."""
-    known = sorted(names)
-    folded = {candidate.lower(): candidate for candidate in reversed(known)}
-    found = difflib.get_close_matches(name.lower(), list(folded), n=1, cutoff=0.5)
-    return folded[found[0]] if found else None
-
-
-def unknown(what: str, name: str, names: Iterable[str]) -> str:
-    """One sentence for an unknown name: the nearest valid one, or all of them when they are few."""
-    known = sorted(names)
-    near = nearest(name, known)
-    if near is not None:
-        return f"unknown {what} {name!r}, did you mean {near!r}?"
-    if not known:
-        return f"unknown {what} {name!r}: there is none to set"
-    listed = ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
-    return f"unknown {what} {name!r}, allowed: {listed}"
-
-
-def parse_assignments(words: Sequence[str], origin: str = "--set") -> Assignments:
-    """Sort `NAME=VALUE`, `P.NAME=VALUE`, `S.NAME=VALUE`; the last of two for one name counts.
-
-    Raises SettingError for a word without `=` or without a name.
-    """
-    sorted_words: dict[str, dict[str, str]] = {"": {}, "P": {}, "S": {}}
-    for word in words:
-        name, equals, value = word.partition("=")
-        name, value = name.strip(), value.strip()
-        if not equals or not name or not value:
-            raise SettingError(f"{origin} {word!r}: expected NAME=VALUE, P.NAME=VALUE or S.NAME=VALUE")
-        group, dot, rest = name.partition(".")
-        if dot and group in ("P", "S") and rest:
-            sorted_words[group][rest] = value
-        else:
-            sorted_words[""][name] = value
-    return Assignments(scenario=sorted_words[""], P=sorted_words["P"], S=sorted_words["S"])
-
-
 def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
     """Value of a setting from its text. `base` is the folder relative paths start from.
 
@@ -305,7 +212,7 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
         return tuple(_log(base / str(word), origin) for word in raw)  # type: ignore[attr-defined]
     text = str(raw).strip()
     if setting.kind == "flag":
-        return raw if isinstance(raw, bool) else _flag(text, origin)
+        return raw if isinstance(raw, bool) else is_on(text, origin)
     if setting.kind in ("int", "float"):
         return _number(setting, text, origin)
     if setting.kind == "size":
@@ -318,7 +225,7 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
     if setting.kind == "file":
         return _file(base / text, origin)
     if setting.kind == "ads" and text != REFERENCE:
-        from pytest_dvp.drive.stack_host import check_name
+        from pytest_dvp.drive.stack_name import check_name
 
         return check_name(text, origin, base)
     if setting.kind == "delay":
@@ -368,17 +275,6 @@ def environment_lookup(environ: Mapping[str, str] = os.environ) -> Callable[[Set
     return lookup
 
 
-def misspelt(names: Iterable[str], known: Iterable[str]) -> str | None:
-    """First of `names` that is none of `known` but nearly one of them, with the one meant."""
-    right = sorted(known)
-    for name in sorted(names):
-        if name not in right:
-            found = difflib.get_close_matches(name, right, n=1, cutoff=0.85)
-            if found:
-                return f"unknown setting {name!r}, did you mean {found[0]!r}?"
-    return None
-
-
 def taken_for_root(arguments: Sequence[str], here: Path, asked: Sequence[Path], root: Path) -> str | None:
     """What to write where a path behind a `--dvp-` option has led pytest to another root folder.
 
@@ -404,14 +300,6 @@ def _nearest_ini(place: Path, root: Path) -> Path | None:
         if folder == root:
             break
     return None
-
-
-def _flag(text: str, origin: str) -> bool:
-    if text.lower() in ("1", "true", "yes", "on"):
-        return True
-    if text.lower() in ("0", "false", "no", "off"):
-        return False
-    raise SettingError(f"{origin} is {text!r}, expected true or false")
 
 
 def _number(setting: Setting, text: str, origin: str) -> int | float:

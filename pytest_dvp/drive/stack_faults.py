@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
 
-from pytest_dvp.drive.run_spec import SettingError
+from pytest_dvp.text.errors import SettingError
 
 _OURS = frozenset(
     str(Path(__file__).with_name(name))

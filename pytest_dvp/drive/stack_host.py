@@ -6,7 +6,6 @@ A name is an entry point of the group `pytest_dvp.ads`, `module:Class`, a file `
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import hashlib
 import importlib
@@ -16,40 +15,23 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.drive.run_spec import REFERENCE, SettingError, unknown
-from pytest_dvp.drive.stack_faults import AdsError, AdsFault, StackHung, one_line, place_of, what
-from pytest_dvp.text.near_path import looked_for
+from pytest_dvp.drive.chosen_stack import Ads
+from pytest_dvp.drive.stack_faults import AdsError, StackHung, one_line, place_of, what
+from pytest_dvp.drive.stack_name import REMOTE, check_name, stack_entry_points
+from pytest_dvp.text.names import REFERENCE
 from pytest_dvp.text.paths import shown
+from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
     from pytest_dvp.drive.checked_stack import OnlyTick
     from pytest_dvp.drive.deadline import Deadline
     from pytest_dvp.drive.stack_process import ProcessDriver
 
-__all__ = ["Ads", "AdsError", "AdsFault", "check_name", "find_ads", "make_driver"]
-
-ENTRY_POINTS = "pytest_dvp.ads"
-REMOTE = "ros2:"
 ON, OFF = "on", "off"  # of a process of its own
-
-
-@dataclasses.dataclass(frozen=True)
-class Ads:
-    """A driving stack that was chosen.
-
-    name     for people and the log, without a path
-    word     what `--ads` takes to choose it again; None if no command line can name it
-    factory  class or function that makes it, or the stack itself
-    """
-
-    name: str
-    word: str | None
-    factory: Any
 
 
 def find_ads(
@@ -83,34 +65,12 @@ def find_ads(
     return Ads(str(name), _word(asked), asked)
 
 
-def check_name(text: str, origin: str, base: Path) -> str:
-    """A name as a setting gives it, files made absolute; loads nothing. Raises SettingError with the nearest name."""
-    file, colon, name = text.rpartition(":")
-    if text.startswith(REMOTE):
-        path = (base / text.removeprefix(REMOTE)).absolute()
-        if not path.is_file():
-            raise SettingError(f"{origin}: no file {path}{looked_for(path)}")
-        return f"{REMOTE}{path}"
-    if text.endswith(".py"):
-        raise SettingError(f"{origin}: {text} is a file; name the class in it, as in {text}:Stack")
-    if colon and file.endswith(".py"):
-        path = (base / file).absolute()
-        if not path.is_file():
-            raise SettingError(f"{origin}: no file {path}{looked_for(path)}")
-        return f"{path}:{name}"
-    if not colon:
-        names = [REFERENCE, *_points()]
-        if text not in names:
-            raise SettingError(f"{origin}: {unknown('ADS', text, names)}; or name module:Class or file.py:Class")
-    return text
-
-
 def make_driver(
     ads: Ads, parameters: Any, network: Any, description: Any, deadline: Deadline | None = None
 ) -> OnlyTick | ProcessDriver:
     """The stack itself, made with (parameters, network, description) if it takes them, else with nothing.
 
-    Returns an object as `pytest_dvp.drive.loop.Driver` describes it, with whatever of trace, path and detections the
+    Returns an object as `pytest_dvp.drive.driver.Driver` describes it, with whatever of trace, path and detections the
     stack has.
     `deadline` is on every call of it; default none. Raises AdsError if it cannot be made so.
     """
@@ -154,10 +114,6 @@ def _made_by(ads: Ads, given: tuple[Any, Any, Any]) -> Any:
     if not callable(getattr(made, "tick", None)):
         raise AdsError(f"ADS {ads.name}: {_made(made)} has no method tick(observation)")
     return made
-
-
-def _points() -> dict[str, EntryPoint]:
-    return {point.name: point for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda p: (p.name, p.value))}
 
 
 def _apart(text: str, checked: str, folders: Sequence[Path], tick_limit: float | None) -> Ads:
@@ -204,7 +160,7 @@ def _named(text: str, checked: str, folders: Sequence[Path]) -> Ads:
     file, colon, name = checked.rpartition(":")
     label, word = _called(checked)
     if not colon:
-        point = _points()[text]
+        point = stack_entry_points()[text]
         with _importable(folders):
             try:
                 return Ads(text, text, point.load())

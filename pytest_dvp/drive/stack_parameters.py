@@ -10,8 +10,11 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from pytest_dvp.drive.run_spec import REFERENCE, SettingError, unknown
-from pytest_dvp.drive.stack_host import Ads, AdsError
+from pytest_dvp.drive.chosen_stack import Ads
+from pytest_dvp.drive.stack_faults import AdsError
+from pytest_dvp.text.errors import SettingError
+from pytest_dvp.text.names import REFERENCE
+from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters

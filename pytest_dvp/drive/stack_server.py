@@ -19,10 +19,11 @@ from typing import Any
 
 import msgspec
 
-from pytest_dvp.drive.run_spec import REFERENCE, SettingError
-from pytest_dvp.drive.stack_faults import StackRaised, one_line
-from pytest_dvp.drive.stack_host import AdsFault, find_ads, make_driver
+from pytest_dvp.drive.stack_faults import AdsFault, StackRaised, one_line
+from pytest_dvp.drive.stack_host import find_ads, make_driver
 from pytest_dvp.drive.stack_parameters import received
+from pytest_dvp.text.errors import SettingError
+from pytest_dvp.text.names import REFERENCE
 from vehicle.messages import VehicleDescription, brake_first
 
 IDLE = 3600.0  # s without a word after which it gives up

@@ -10,19 +10,20 @@ from typing import TYPE_CHECKING, Any
 
 from openscenario.storyboard.reading import USUAL
 from pytest_dvp.drive.ini_file import changes_a_run
-from pytest_dvp.drive.run_spec import REFERENCE, Settings
+from pytest_dvp.drive.run_spec import Settings
 from pytest_dvp.drive.stages import STEPPED, SURROGATE
-from pytest_dvp.logs.asked_by import asked_differently
 from pytest_dvp.logs.log import Log
-from pytest_dvp.plugin.session_summary import NOT_WRITTEN
+from pytest_dvp.logs.obeyed_commands import twin_command_mismatch
+from pytest_dvp.text.names import REFERENCE
 from pytest_dvp.text.paths import shown
 from pytest_dvp.verdicts.diagnose_command import gap_command
 from pytest_dvp.verdicts.gate import STAGES, Gate, Stage
 from pytest_dvp.verdicts.judging import Verdict, judge_between, overall, pairs_of
+from pytest_dvp.verdicts.result_text import NOT_WRITTEN
 from pytest_dvp.verdicts.stage_table import StageTable, stage_table
 
 if TYPE_CHECKING:
-    from pytest_dvp.drive.run import RunResult
+    from pytest_dvp.drive.result import RunResult
 
 _STAGES: tuple[str, ...] = STAGES
 CONDITIONS = ("parameters", "P", "ads", "seed", "compute_delay")
@@ -125,7 +126,7 @@ def hold(
     why = [
         gap_command(found, (there[a].log, there[a].place), (there[b].log, there[b].place), model, effects)
         for (a, b), found in judged.items()
-        if a == "dt" and a in there and b in there and not asked_differently(there[a].log, there[b].log)
+        if a == "dt" and a in there and b in there and not twin_command_mismatch(there[a].log, there[b].log)
     ]
     labels: dict[str, str] = {stage: there[stage].label if stage in there else stage for stage in STAGES}
     compared = [stage for stage in STAGES if (any(stage in pair for pair in pairs) if pairs else stage in logs)]
@@ -336,7 +337,7 @@ def _differences(drives: Mapping[str, Driven]) -> list[str]:
     (_, first), *rest = drives.items()
     lines = []
     for _, other in rest:
-        asked = asked_differently(first.log, other.log)
+        asked = twin_command_mismatch(first.log, other.log)
         lines += [f"{first.label} and {other.label} differ in {asked}"] if asked else []
         for key in CONDITIONS:
             a, b = first.log.meta.get(key), other.log.meta.get(key)

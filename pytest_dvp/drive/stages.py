@@ -18,7 +18,8 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.drive.run_spec import STAGES, Settings, unknown
+from pytest_dvp.drive.run_spec import STAGES, Settings
+from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
     from vehicle.adapter import Vehicle
@@ -118,7 +119,7 @@ def check_asked(stage: str, settings: Settings) -> None:
 def _check_replay(
     stage: str, recording: str, require_real: bool, dbc: Path | None, fault: str | None, clock: str
 ) -> None:
-    from pytest_dvp.logs.log import LogError
+    from pytest_dvp.logs.log_error import LogError
     from pytest_dvp.logs.log_part import parse_argument
 
     try:

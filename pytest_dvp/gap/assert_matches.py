@@ -72,9 +72,9 @@ def assert_matches(
 def _explanation(measured: Log, subject: Subject, log: object, model: object, effects: Sequence[str | Path],
                  mapping: str | Path | None) -> list[str]:  # fmt: skip
     """What the model lacks, if it is one to which effects can be added; not for each example of a search."""
-    from pytest_dvp.campaigns.variant import searching
-    from pytest_dvp.drive.run_spec import diagnosis_wanted
     from pytest_dvp.gap.compare.compared_model import ModelSubject
+    from pytest_dvp.gap.diagnosis_switch import diagnosis_wanted
+    from pytest_dvp.text.searching import searching
 
     if not isinstance(subject, ModelSubject) or searching() or not diagnosis_wanted():
         return []
@@ -112,7 +112,7 @@ def _subject(
     msg_dirs: Sequence[Path],
 ) -> Subject:  # fmt: skip
     from pytest_dvp.gap.compare.compare import as_subject
-    from pytest_dvp.gap.compare.compared_model import load_subject
+    from pytest_dvp.gap.compare.model_loader import load_subject
     from pytest_dvp.logs.dataframe import frame_log
 
     if isinstance(model, str | Path):

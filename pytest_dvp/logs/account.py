@@ -17,7 +17,7 @@ from pytest_dvp.logs.budget import (
     shown_apart,
     shown_size,
 )
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 
 _WHOLE = frozenset((".csv", ".tsv", ".txt", ".mat"))  # files that are read as a whole
 

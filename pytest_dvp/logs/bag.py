@@ -10,7 +10,7 @@ from typing import Any
 
 from openscenario.findings import Findings
 from pytest_dvp.logs.account import Account
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_scan import Scan, scan_mcap
 from pytest_dvp.logs.memory_map import mapped
 from pytest_dvp.logs.unpack import ZSTD_WINDOW, TooLargeError, unpack

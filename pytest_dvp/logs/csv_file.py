@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.budget import Budget
 from pytest_dvp.logs.column_names import Header, parse_header
-from pytest_dvp.logs.log import FloatArray, LogError
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.text_times import seconds_of

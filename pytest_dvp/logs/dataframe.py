@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pytest_dvp.logs.column_names import Header, canonical, parse_header
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.table import RawColumn, Table, build_log
 

@@ -11,7 +11,8 @@ import dataclasses
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 REACH = 3.0  # m between where a track was expected and a detection that still belongs to it
 LOST = 1.0  # s without a detection after which a track ends

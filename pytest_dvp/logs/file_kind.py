@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 
 # (first bytes, what it is, the kind of log that this is, if it is one)
 _MAGIC: tuple[tuple[bytes, str, str], ...] = (

@@ -14,7 +14,8 @@ import numpy as np
 from openscenario.findings import Findings
 from pytest_dvp.logs.account import Account, open_account
 from pytest_dvp.logs.budget import Budget, shown_size
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_read import Channels, build_partial
 from pytest_dvp.logs.mcap_scan import Channel, Message, Scan, scan_mcap
 from pytest_dvp.logs.memory_map import Mapped, mapped
@@ -57,7 +58,8 @@ def our_log(messages: Iterable[tuple[str, bytes]], path: Path, account: Account)
     try:
         for topic, content in messages:
             channels.setdefault(topic, []).append(decode(content))
-        return build_partial(channels, account)
+        contents, rows = build_partial(channels, account)
+        return Log.of(contents), rows
     except (LogError, LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
         if isinstance(error, LogError) and error.code == "log.too_large":
             raise

@@ -3,175 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-from openscenario.findings import Finding
+from pytest_dvp.logs.log_contents import (
+    LogContents,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from pytest_dvp.logs.budget import Budget
 
-FloatArray: TypeAlias = NDArray[np.float64]
 
-TRACK_COLUMNS = ("t", "x", "y", "z", "yaw", "vx", "vy")
-DETECTION_COLUMNS = ("t", "x", "y", "yaw", "length", "width", "vx", "vy")
-
-
-class LogError(ValueError):
-    """A log file or a column cannot be used; the message is one line and names the file or the column.
-
-    code  "log.unreadable", "log.not_mcap", "log.truncated", "log.corrupt", "log.record_too_long", "log.foreign" (valid
-          MCAP, not made by us), "log.too_large" (for the budget), "log.unwritable", "log.invalid", or that of the first
-          error of `findings`
-    findings  what an import found, each with its line and column; empty for what has no place
-    """
-
-    def __init__(self, message: str, code: str = "log.invalid", findings: Sequence[Finding] = ()) -> None:
-        super().__init__(message)
-        self.code = code
-        self.findings: tuple[Finding, ...] = tuple(findings)
-
-    def __reduce__(self) -> tuple[type[LogError], tuple[str, str, tuple[Finding, ...]]]:
-        return (LogError, (str(self), self.code, self.findings))
-
-    @classmethod
-    def of(cls, findings: Sequence[Finding]) -> LogError:
-        """The error that tells the first error of `findings`, and how many more there are."""
-        errors = [finding for finding in findings if finding.severity == "error"]
-        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-        return cls(f"{errors[0]}{more}", errors[0].code, findings)
-
-
-@dataclasses.dataclass(frozen=True, eq=False, slots=True)
-class ObjectTrack:
-    """True motion of one road user: sizes [m], and arrays (n,) of its own time base t [s].
-
-    x, y, z [m] are the middle of its box in the map frame, yaw [rad], vx, vy [m/s] in the map frame.
-    """
-
-    kind: str
-    length: float
-    width: float
-    height: float
-    t: FloatArray
-    x: FloatArray
-    y: FloatArray
-    z: FloatArray
-    yaw: FloatArray
-    vx: FloatArray
-    vy: FloatArray
-
-    def __repr__(self) -> str:
-        return f"ObjectTrack({self.kind}, {self.length:g} x {self.width:g} m, {_span(self.t)})"
-
-
-@dataclasses.dataclass(frozen=True, eq=False, slots=True)
-class DetectionTable:
-    """What the perception reported, a row a box: t [s], kind, x, y [m] of the middle and yaw [rad] in the map frame,
-    length, width [m], vx, vy [m/s] in the map frame. Arrays (n,); `kind` holds n words."""
-
-    t: FloatArray
-    kind: tuple[str, ...]
-    x: FloatArray
-    y: FloatArray
-    yaw: FloatArray
-    length: FloatArray
-    width: FloatArray
-    vx: FloatArray
-    vy: FloatArray
-
-    def __repr__(self) -> str:
-        return f"DetectionTable({_span(self.t)})"
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class LogEvent:
-    """Something that happened at `t` [s].
-
-    kind   "story.event" and the like for storyboard transitions (text "standbyState -> runningState"), "collision"
-           (element: the object hit), "request" (a storyboard action on the ego), "start" and "goal" of the task,
-           "stop" (the scenario ended by its own triggers), "timeout" (the time limit ended it), "fault",
-           "gate" (element: what the command gate did, text: why), "wire" (element: topic, text: what was wrong),
-           "replay" (the stack no longer asks for what was asked for in the recording).
-    file, line  place in the user's file that caused it, if one did.
-    """
-
-    t: float
-    kind: str
-    element: str
-    text: str = ""
-    file: str = ""
-    line: int | None = None
-
-
-def no_detections() -> DetectionTable:
-    """An empty table."""
-    return DetectionTable(kind=(), **{name: np.zeros(0) for name in DETECTION_COLUMNS})
-
-
-@dataclasses.dataclass(frozen=True, eq=False, slots=True)
-class Log:
-    """One run.
-
-    columns     float64 arrays (n,) by name, "t" [s] first; NaN = not measured. Names and units:
-                pytest_dvp.logs.signals.
-    objects     true motion of the other road users by name, in the order of their appearance
-    detections  what the perception reported
-    paths       (t [s], array (k, 2) of x, y [m]) of the planned path whenever it changed
-    reference   array (m, 2) of x, y [m]: centre line of the task's lane or route, in driving direction
-    road        {"kind": "edge"|"lane"|"centre"|"crosswalk", "points": array (k, 2)} lines for pictures
-    events      in the order in which they happened
-    meta        JSON-able conditions of the run: no wall clock, host or absolute path
-    tick_time   figures of `pytest_dvp.drive.tick_time`, known while a run is judged; they are never saved
-
-    Raises LogError if the columns do not belong together.
-    """
-
-    columns: dict[str, FloatArray]
-    objects: dict[str, ObjectTrack] = dataclasses.field(default_factory=dict)
-    detections: DetectionTable = dataclasses.field(default_factory=no_detections)
-    paths: Sequence[tuple[float, FloatArray]] = ()
-    reference: FloatArray = dataclasses.field(default_factory=lambda: np.zeros((0, 2)))
-    road: Sequence[Mapping[str, Any]] = ()
-    events: Sequence[LogEvent] = ()
-    meta: dict[str, Any] = dataclasses.field(default_factory=dict)
-    tick_time: Mapping[str, Any] | None = None
-
-    def __post_init__(self) -> None:
-        if next(iter(self.columns), None) != "t":
-            raise LogError('log: the first column must be "t"')
-        n = len(self.columns["t"])
-        for name, values in self.columns.items():
-            if values.dtype != np.float64 or values.shape != (n,):
-                raise LogError(f"log: column {name!r} is {values.dtype}{list(values.shape)}, expected float64[{n}]")
-
-    def __repr__(self) -> str:
-        parts = [str(self.meta.get("scenario", "")), _span(self.t), f"{len(self.columns)} columns"]
-        parts.append(f"{len(self.objects)} object{'' if len(self.objects) == 1 else 's'}")
-        return f"Log({', '.join(part for part in parts if part)})"
-
-    @property
-    def t(self) -> FloatArray:
-        """Time base [s]."""
-        return self.columns["t"]
-
-    @property
-    def duration(self) -> float:
-        """Time from the first to the last sample [s]; 0 for an empty log."""
-        return float(self.t[-1] - self.t[0]) if len(self.t) else 0.0
-
-    def __getitem__(self, name: str) -> FloatArray:
-        """Column by name. Raises LogError with the name that was meant."""
-        values = self.columns.get(name)
-        if values is None:
-            raise LogError(f"log: no column {name!r}{_meant(name, self.columns)}")
-        return values
+@dataclasses.dataclass(frozen=True, eq=False, slots=True, repr=False)
+class Log(LogContents):
+    """One run: see `LogContents` for what it holds, and `save` and `load` for its file."""
 
     def save(self, path: Path | str) -> None:
         """Write an MCAP file, whole or not at all: same log, same bytes. Raises LogError if it cannot be written."""
@@ -189,26 +36,15 @@ class Log:
         from pytest_dvp.logs.mcap_read import load_log
 
         path = Path(path)
-        return load_log(path / "log.mcap" if path.is_dir() else path, budget)
+        return Log.of(load_log(path / "log.mcap" if path.is_dir() else path, budget))
+
+    @staticmethod
+    def of(contents: LogContents) -> Log:
+        """The log with these contents; nothing is copied."""
+        return Log(**{field.name: getattr(contents, field.name) for field in dataclasses.fields(contents)})
 
     def to_frame(self) -> pd.DataFrame:
         """The columns as a pandas table; pandas is imported here only."""
         import pandas as pd
 
         return pd.DataFrame(self.columns)
-
-
-def _meant(name: str, names: Iterable[str]) -> str:
-    import difflib
-
-    from pytest_dvp.logs.column_names import canonical
-
-    other = canonical(name)  # "speed" is a usual name of "v", and near to nothing by its letters
-    if other != name and other in names:
-        return f", did you mean {other!r}?"
-    near = difflib.get_close_matches(name, names, n=1)
-    return f", did you mean {near[0]!r}?" if near else ""
-
-
-def _span(t: FloatArray) -> str:
-    return f"{len(t)} rows, {t[0]:.2f} to {t[-1]:.2f} s" if len(t) else "no rows"

@@ -9,7 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pytest_dvp.logs.log import DETECTION_COLUMNS, TRACK_COLUMNS, DetectionTable, Log, LogError, ObjectTrack
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import DETECTION_COLUMNS, TRACK_COLUMNS, DetectionTable, ObjectTrack
+from pytest_dvp.logs.log_error import LogError
 
 _ALONE = re.compile(r"^(?P<file>.+)@(?P<start>[-+.\deE]+)$")
 _CUT = re.compile(r"^(?P<file>.+)@(?P<start>[-+.\deE]*):(?P<stop>[-+.\deE]*)$")

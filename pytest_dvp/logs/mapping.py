@@ -12,7 +12,8 @@ import numpy as np
 
 from openscenario.findings import Findings, listed, nearest
 from pytest_dvp.logs.column_names import Header, canonical
-from pytest_dvp.logs.log import FloatArray, LogError
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS, describe
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import RawColumn, Table

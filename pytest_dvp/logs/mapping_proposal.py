@@ -10,7 +10,7 @@ import numpy as np
 
 from openscenario.findings import listed
 from pytest_dvp.logs.column_names import ALIKE, canonical, likeness, parse_header
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION, MappingFile, SignalMap, stream_of
 from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.stream import Stream

@@ -10,7 +10,8 @@ import numpy as np
 from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.budget import Budget
 from pytest_dvp.logs.column_names import canonical, parse_header
-from pytest_dvp.logs.log import FloatArray, LogError
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mat_scan import numbers_in
 from pytest_dvp.logs.memory_map import mapped
 from pytest_dvp.logs.stream import Stream

@@ -13,17 +13,17 @@ import numpy as np
 
 from pytest_dvp.logs.account import Account, open_account
 from pytest_dvp.logs.budget import Budget
-from pytest_dvp.logs.log import (
+from pytest_dvp.logs.log_contents import (
     DETECTION_COLUMNS,
     TRACK_COLUMNS,
     DetectionTable,
     FloatArray,
-    Log,
-    LogError,
+    LogContents,
     LogEvent,
     ObjectTrack,
     no_detections,
 )
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_schemas import FORMAT
 from pytest_dvp.logs.memory_map import Mapped, mapped
 from pytest_dvp.logs.unfinished_run import PART, told_of
@@ -47,7 +47,7 @@ class _BrokenError(Exception):
         self.code = code
 
 
-def load_log(path: Path, budget: Budget | None = None) -> Log:
+def load_log(path: Path, budget: Budget | None = None) -> LogContents:
     """Read a log that `Log.save` wrote. Raises LogError with one line."""
     if path.name == PART:
         raise LogError(told_of(path) or f"{path}: no such log", "log.unreadable")
@@ -164,7 +164,7 @@ def _decompress(name: str, packed: bytes, size: int) -> bytes:
     raise _BrokenError(f"compression {name!r} is not one of ours; expected lz4", "log.foreign")
 
 
-def _build(channels: Channels, account: Account) -> Log:
+def _build(channels: Channels, account: Account) -> LogContents:
     if not channels.get("/meta"):
         raise _BrokenError("a valid MCAP file but not a log of dvp: no /meta", "log.foreign")
     head = channels["/meta"][0]
@@ -179,7 +179,7 @@ def _build(channels: Channels, account: Account) -> Log:
     columns = {name: _join(pieces) for name, pieces in parts.items()}
     if any(len(values) != rows for values in columns.values()):
         raise _BrokenError("incomplete: rows are missing")
-    return Log(
+    return LogContents(
         columns=columns,
         objects=_objects(head["objects"], channels.get("/objects", []), account),
         detections=_detections(channels.get("/detections", []), account),
@@ -191,7 +191,7 @@ def _build(channels: Channels, account: Account) -> Log:
     )
 
 
-def build_partial(channels: Channels, account: Account) -> tuple[Log, int]:
+def build_partial(channels: Channels, account: Account) -> tuple[LogContents, int]:
     """The log of the messages that are left of a damaged file, and the rows that it once had.
 
     Rows whose time is lost are left out, other lost values are NaN; what is missing is for the caller to tell.

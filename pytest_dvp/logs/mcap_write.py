@@ -16,7 +16,8 @@ import msgspec
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
-from pytest_dvp.logs.log import DETECTION_COLUMNS, TRACK_COLUMNS, FloatArray, Log, LogError
+from pytest_dvp.logs.log_contents import DETECTION_COLUMNS, TRACK_COLUMNS, FloatArray, LogContents
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_schemas import FORMAT, schemas
 from pytest_dvp.logs.signals import describe
 from pytest_dvp.logs.viewer_channels import viewer_messages
@@ -39,7 +40,7 @@ class Message(NamedTuple):
     data: bytes
 
 
-def save_log(log: Log, path: Path) -> None:
+def save_log(log: LogContents, path: Path) -> None:
     """Write beside the target, then rename: a reader never sees half a file. Raises LogError."""
     try:
         write_whole(path, encode_log(log))
@@ -49,7 +50,7 @@ def save_log(log: Log, path: Path) -> None:
         raise LogError(f"{path}: the log cannot be written: {error}", "log.unwritable") from error
 
 
-def encode_log(log: Log) -> bytes:
+def encode_log(log: LogContents) -> bytes:
     """The MCAP file as bytes."""
     stream = io.BytesIO()
     writer = Writer(stream, chunk_size=CHUNK_SIZE, compression=CompressionType.LZ4, enable_data_crcs=True)
@@ -80,7 +81,7 @@ def _nanoseconds(t: float) -> int:
     return max(0, round(t * 1e9)) if math.isfinite(t) else 0
 
 
-def _head(log: Log) -> Iterator[Message]:
+def _head(log: LogContents) -> Iterator[Message]:
     signals = [describe(name) for name in log.columns]
     objects = [
         {"name": n, "kind": o.kind, "length": o.length, "width": o.width, "height": o.height}
@@ -99,7 +100,7 @@ def _head(log: Log) -> Iterator[Message]:
     yield Message(0, "/reference", _encode({"points": _cells(log.reference)}))
 
 
-def _signals(log: Log) -> Iterator[Message]:
+def _signals(log: LogContents) -> Iterator[Message]:
     names = [name for name in log.columns if not describe(name).held]
     columns = [_Blocks(log.columns[name]) for name in names]
     for a in range(0, len(log.t), BLOCK):
@@ -108,7 +109,7 @@ def _signals(log: Log) -> Iterator[Message]:
         yield Message(_nanoseconds(float(log.t[a])), "/signals", _encode({"row": a, "count": b - a, "columns": block}))
 
 
-def _held(log: Log) -> Iterator[Message]:
+def _held(log: LogContents) -> Iterator[Message]:
     """Quantities that change with the stack's tick only: their rows of change instead of all rows."""
     held = [name for name in log.columns if describe(name).held]
     for topic, names in (
@@ -134,7 +135,7 @@ def _held(log: Log) -> Iterator[Message]:
             yield Message(_nanoseconds(float(log.t[a])), topic, _encode(data))
 
 
-def _objects(log: Log) -> Iterator[Message]:
+def _objects(log: LogContents) -> Iterator[Message]:
     for name, track in log.objects.items():
         columns = {c: _Blocks(getattr(track, c)) for c in TRACK_COLUMNS}
         for a in range(0, len(track.t), TRACK_BLOCK):
@@ -145,7 +146,7 @@ def _objects(log: Log) -> Iterator[Message]:
             )
 
 
-def _detections(log: Log) -> Iterator[Message]:
+def _detections(log: LogContents) -> Iterator[Message]:
     table = log.detections
     columns = {c: _Blocks(getattr(table, c)) for c in DETECTION_COLUMNS}
     for a in range(0, len(table.t), DETECTION_BLOCK):
@@ -155,12 +156,12 @@ def _detections(log: Log) -> Iterator[Message]:
         yield Message(_nanoseconds(float(table.t[a])), "/detections", _encode(data))
 
 
-def _paths(log: Log) -> Iterator[Message]:
+def _paths(log: LogContents) -> Iterator[Message]:
     for t, points in log.paths:
         yield Message(_nanoseconds(t), "/path", _encode({"t": _number(t), "points": _cells(points)}))
 
 
-def _events(log: Log) -> Iterator[Message]:
+def _events(log: LogContents) -> Iterator[Message]:
     for e in log.events:
         data = {"t": _number(e.t), "kind": e.kind, "element": e.element, "text": e.text, "file": e.file, "line": e.line}
         yield Message(_nanoseconds(e.t), "/events", _encode(data))

@@ -6,7 +6,7 @@ import mmap
 from pathlib import Path
 from typing import TypeAlias
 
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 
 Mapped: TypeAlias = bytes | mmap.mmap
 

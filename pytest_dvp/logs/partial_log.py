@@ -17,7 +17,8 @@ import msgspec
 import numpy as np
 from mcap.writer import CompressionType, IndexType, Writer
 
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_schemas import FORMAT
 from pytest_dvp.logs.recorder import LogRecorder, Recorded
 from pytest_dvp.text.plain_json import finite

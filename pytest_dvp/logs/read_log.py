@@ -13,7 +13,8 @@ from openscenario.findings import Finding, Findings, listed
 from pytest_dvp.logs.budget import Budget
 from pytest_dvp.logs.column_names import canonical
 from pytest_dvp.logs.file_kind import refuse_other_kind
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.log_part import cut_log, parse_argument
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import build_log

@@ -9,7 +9,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_dvp.logs.log import DETECTION_COLUMNS, DetectionTable, FloatArray, Log, LogEvent, ObjectTrack
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import DETECTION_COLUMNS, DetectionTable, FloatArray, LogEvent, ObjectTrack
 from pytest_dvp.logs.signals import COMMAND_COLUMNS
 from vehicle.messages import OBJECT_KINDS, TRACE_COLUMNS, Command, Detection, Surroundings
 

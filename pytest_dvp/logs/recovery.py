@@ -17,7 +17,7 @@ from pytest_dvp.logs.column_names import canonical
 from pytest_dvp.logs.csv_file import EMPTY, normalised, number, read_head
 from pytest_dvp.logs.file_kind import refuse_other_kind
 from pytest_dvp.logs.foreign_mcap import by_topic, kept_messages, our_log
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_read import MAGIC
 from pytest_dvp.logs.mcap_scan import OPCODES, Message, Scan, read_chunk, read_record, records, unfitting
 from pytest_dvp.logs.memory_map import Mapped, mapped

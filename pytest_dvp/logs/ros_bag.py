@@ -16,7 +16,7 @@ from openscenario.findings import Findings
 from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.bag import messages, open_bag
 from pytest_dvp.logs.budget import Budget
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_scan import Channel
 from pytest_dvp.logs.stream import Columns, Stream, flatten
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pytest_dvp.logs.account import Account
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 _MOST_FIELDS = 400  # a message with more is an image or a point cloud
 

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from openscenario.findings import Finding, Findings, listed, nearest
 from pytest_dvp.logs.column_names import Header, canonical
-from pytest_dvp.logs.log import FloatArray, Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.units import Unit, find_unit, units_of
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 _CLOCK = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}(?:\.\d+)?)")
 _GERMAN = re.compile(r"(\d{2})\.(\d{2})\.(\d{4})[ T]")

@@ -9,7 +9,7 @@ import numpy as np
 
 from openscenario.findings import listed
 from pytest_dvp.logs.column_names import canonical
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.units import UNITS, find_unit
 

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_dvp.logs.log import FloatArray, Log, ObjectTrack
+from pytest_dvp.logs.log_contents import FloatArray, LogContents, ObjectTrack
 
 PERIOD = 0.1  # s between two pictures
 _HEIGHT = 1.4  # m, of an ego whose height the log does not tell
@@ -34,7 +34,7 @@ _TF_MESSAGE = (
 )
 
 
-def viewer_messages(log: Log) -> Iterator[tuple[int, str, bytes]]:
+def viewer_messages(log: LogContents) -> Iterator[tuple[int, str, bytes]]:
     """(log time [ns], topic, JSON) of all messages a viewer shows; none for a log without a pose."""
     if not len(log.t) or not {"x", "y", "yaw"} <= log.columns.keys():
         return
@@ -59,7 +59,7 @@ def viewer_messages(log: Log) -> Iterator[tuple[int, str, bytes]]:
         yield time, "/scene", ('{"entities":[' + ",".join(entities) + "]}").encode()
 
 
-def _plots(log: Log, rows: NDArray[np.intp]) -> list[bytes]:
+def _plots(log: LogContents, rows: NDArray[np.intp]) -> list[bytes]:
     """JSON of /ego/signals for these rows; what was not measured is left out, as JSON has no number for it."""
     names = [name for name in PLOTTED if name in log.columns]
     values = np.stack([log.columns[name][rows] for name in names], axis=1) if names else np.zeros((len(rows), 0))
@@ -116,7 +116,7 @@ def _track_at(track: ObjectTrack, t: FloatArray) -> _Rows:
     return [row if seen else None for row, seen in zip(rows, there.tolist(), strict=True)]
 
 
-def _ego_box(log: Log, x: FloatArray, y: FloatArray, z: FloatArray, yaw: FloatArray) -> tuple[str, _Rows]:
+def _ego_box(log: LogContents, x: FloatArray, y: FloatArray, z: FloatArray, yaw: FloatArray) -> tuple[str, _Rows]:
     ego = log.meta.get("ego")
     size = ego if isinstance(ego, dict) else {}
 
@@ -138,7 +138,7 @@ def _ego_box(log: Log, x: FloatArray, y: FloatArray, z: FloatArray, yaw: FloatAr
     return template, list(rows)
 
 
-def _road(log: Log) -> Iterator[tuple[int, str, bytes]]:
+def _road(log: LogContents) -> Iterator[tuple[int, str, bytes]]:
     still = {"position": {"x": 0, "y": 0, "z": 0}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}
     lines = []
     for line in log.road:

@@ -13,7 +13,8 @@ A new metric is one file with a decorated function:
 A package of its own offers its module under the entry point group `pytest_dvp.metrics`.
 """
 
-from pytest_dvp.metrics.metric import Measured, Metric, MetricError, MetricValue, Series, Undefined, metric
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, Metric, MetricError, MetricValue, Series, metric
 from pytest_dvp.metrics.registry import compute, find_metric, known_metrics
 
 __all__ = [

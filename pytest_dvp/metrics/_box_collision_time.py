@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from machine_code import compiled
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 EDGE_TOLERANCE = 1e-9
 """m; a corner this far beyond the end of an edge still touches it, or rounding lets two flush boxes miss each other."""

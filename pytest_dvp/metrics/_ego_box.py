@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from pytest_dvp.logs.log import FloatArray, Log, ObjectTrack
-from pytest_dvp.metrics.metric import Undefined
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray, ObjectTrack
+from pytest_dvp.logs.undefined import Undefined
 
 _SAME_TIME = 1e-6  # s
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from machine_code import compiled
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 PAD = 6.0
 """Periods of the cut-off; the start of the recursion has faded to exp(-sqrt(2) pi PAD) = 3e-12 by then."""

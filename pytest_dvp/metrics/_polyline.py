@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from machine_code import compiled
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 
 @compiled

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_dvp.logs.log import FloatArray, Log
-from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 CUTOFF = 1.0  # Hz; averages over about the 0.5 s over which UN R79 takes the mean of jerk (-3 dB at 0.89 Hz)
 OTHER_CUTOFFS = (0.5, 2.0, 5.0)  # Hz

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_dvp.drive.playback_log import as_driven
+from pytest_dvp.logs.likeness import Likeness, likeness, peak
 from pytest_dvp.logs.log import Log
-from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
-from pytest_dvp.metrics.signal_similarity import Likeness, likeness, peak
+from pytest_dvp.logs.obeyed_commands import with_obeyed_commands
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 MAX_LAG = 1.0  # s; a car that answers later cannot be driven
 
@@ -39,7 +40,7 @@ def response_gain(log: Log, *, command: str = "steer_cmd", signal: str = "steer"
 
 
 def _compare(log: Log, command: str, signal: str) -> Likeness:
-    log = as_driven(log)
+    log = with_obeyed_commands(log)
     both = np.isfinite(log[command]) & np.isfinite(log[signal])
     if both.sum() < 3:
         raise Undefined(f"{command} and {signal} were not measured together")

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_dvp.logs.log import FloatArray, Log, ObjectTrack
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray, ObjectTrack
+from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import ego_size
-from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 _SAME_TIME = 1e-6  # s
 SETTLED = 1.0  # s in the corridor until an object counts; a tracker needs some scans

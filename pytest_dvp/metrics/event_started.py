@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from pytest_dvp.logs.event_reference import means_event
 from pytest_dvp.logs.log import Log
-from pytest_dvp.logs.silent_events import means
-from pytest_dvp.metrics.metric import Measured, Undefined, metric
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, metric
 
 
 @metric(name="event_started", unit="-", bigger_is_worse=True)
@@ -15,8 +16,8 @@ def event_started(log: Log, *, event: str) -> Measured:
     counted). Undefined if the scenario has no event of that name (meta `storyboard_events`).
     """
     declared = log.meta.get("storyboard_events")
-    if not isinstance(declared, list | tuple) or not any(means(event, str(name)) for name in declared):
+    if not isinstance(declared, list | tuple) or not any(means_event(event, str(name)) for name in declared):
         raise Undefined(f"the scenario has no storyboard event {event!r}")
     began = [e for e in log.events if e.kind == "story.event" and e.text.endswith("> runningState")]
-    times = [e.t for e in began if means(event, e.element)]
+    times = [e.t for e in began if means_event(event, e.element)]
     return Measured(float(len(times)), times[0] if times else None, event)

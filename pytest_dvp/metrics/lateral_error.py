@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_dvp.logs.log import FloatArray, Log
-from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, Series, metric
 from pytest_dvp.metrics.task_outcome import first_time
 
 MIN_COVERAGE = 0.5

@@ -7,7 +7,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from typing import Any, Literal, TypeAlias
 
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 Miss: TypeAlias = Literal["FAIL", "INCONCLUSIVE"]
 """What a broken bound on a metric means: the ADS failed, or what was to be tested did not take place."""
@@ -15,10 +15,6 @@ Miss: TypeAlias = Literal["FAIL", "INCONCLUSIVE"]
 
 class MetricError(ValueError):
     """A metric was asked for wrongly (unknown name or option); the message names the nearest valid one."""
-
-
-class Undefined(ValueError):
-    """Raised inside a metric: this log does not define it. The text is the reason."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.metrics.metric import Measured, Undefined, metric
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, metric
 
 if TYPE_CHECKING:
     from pytest_dvp.gap.compare.compare import Comparison
@@ -63,7 +64,8 @@ def _compared(log: Log, model: str, changed: int, size: int) -> Comparison:
     """The last comparison, as several bounds of one gate ask for it; `changed` and `size` tell a rewritten file."""
     from pytest_dvp.doctor import check_sound
     from pytest_dvp.gap.compare.compare import compare
-    from pytest_dvp.gap.compare.compared_model import CompareError, load_subject
+    from pytest_dvp.gap.compare.compared_model import CompareError
+    from pytest_dvp.gap.compare.model_loader import load_subject
 
     check_sound(log)  # a wrong unit is no reality gap: LogError makes the verdict inconclusive
     try:

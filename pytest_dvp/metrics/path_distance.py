@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 LEAST = 0.5  # share of the drive that must lie beside the other one
 STRIDE = 0.05  # m between two points of a line, so that a standing car is one point

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 
 @metric(name="replay_steer_error", unit="rad", bigger_is_worse=True, note="root mean square", open_loop=True)

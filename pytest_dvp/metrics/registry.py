@@ -9,14 +9,17 @@ import math
 import pkgutil
 from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import entry_points
+from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
 import numpy as np
 
-from pytest_dvp.drive.playback_log import commands_apart
-from pytest_dvp.logs.log import Log, LogError
-from pytest_dvp.metrics.metric import REQUIRED, Metric, MetricError, MetricValue, Undefined
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
+from pytest_dvp.logs.obeyed_commands import divergence_time
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import REQUIRED, Metric, MetricError, MetricValue
 
 ENTRY_POINTS = "pytest_dvp.metrics"
 
@@ -36,11 +39,9 @@ def known_metrics() -> Mapping[str, Metric]:
 
 
 def _candidates() -> Iterator[tuple[str, Metric]]:
-    import pytest_dvp.metrics as package
-
-    for module in sorted(m.name for m in pkgutil.iter_modules(package.__path__)):
-        if not module.startswith("_") and module not in ("base", "registry"):
-            yield from _metrics_of(importlib.import_module(f"{package.__name__}.{module}"), module)
+    for module in sorted(m.name for m in pkgutil.iter_modules([str(Path(__file__).parent)])):
+        if not module.startswith("_") and module not in ("metric", "registry"):
+            yield from _metrics_of(importlib.import_module(f"{__package__}.{module}"), module)
     for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda p: p.name):
         try:
             loaded = point.load()
@@ -106,7 +107,7 @@ def compute(name: str, log: Log, other: Log | None = None, **options: Any) -> Me
     logs = [log] if chosen.logs == 1 or other is None else [log, other]
     if any(len(one.t) < 2 for one in logs):
         return invalid("the log has no samples")
-    apart = next((t for one in logs if (t := commands_apart(one)) is not None), None)
+    apart = next((t for one in logs if (t := divergence_time(one)) is not None), None)
     if not chosen.open_loop and apart is not None:
         return invalid(f"the ego's motion is a recording's, and from t={apart:.2f} s on the stack asked for another")
     try:

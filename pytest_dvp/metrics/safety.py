@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import pair_boxes
-from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 
 @metric(name="collision", unit="-", bigger_is_worse=True)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from pytest_dvp.logs.event_reference import means_event
 from pytest_dvp.logs.log import Log
-from pytest_dvp.logs.silent_events import means
-from pytest_dvp.metrics.metric import Measured, MetricError, Undefined, metric
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, MetricError, metric
 
 
 def first_time(log: Log, kind: str) -> float | None:
@@ -83,9 +84,9 @@ def events_fired(log: Log, *, optional: Sequence[str] = ()) -> Measured:
     if not names:
         raise Undefined("the scenario has no storyboard events (meta: storyboard_events)")
     for reference in optional:
-        if not any(means(reference, name) for name in names):
+        if not any(means_event(reference, name) for name in names):
             raise MetricError(
                 f"optional: the scenario has no storyboard event {reference!r}; it has: {', '.join(names)}"
             )
-    missing = [name for name in missing if not any(means(reference, name) for reference in optional)]
+    missing = [name for name in missing if not any(means_event(reference, name) for reference in optional)]
     return Measured(float(len(missing)), None, missing[0] if missing else "")

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.metrics.metric import Measured, MetricError, Undefined, metric
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, MetricError, metric
 
 STATISTICS = ("median", "p99", "worst")
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import pair_boxes
-from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 RESOLUTION = 0.01  # s; step of the log: no TTC below it can be told, so a contact counts as this one
 

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pytest_dvp.drive.playback_log import as_driven
 from pytest_dvp.logs.log import Log
-from pytest_dvp.metrics.metric import Measured, Series, Undefined, metric
+from pytest_dvp.logs.obeyed_commands import with_obeyed_commands
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics.metric import Measured, Series, metric
 
 if TYPE_CHECKING:
     from pytest_dvp.gap.compare.compare import Comparison
@@ -70,7 +71,7 @@ def _compared(model: Log, measured: Log) -> Comparison:
     text = about.get("toml") if isinstance(about, dict) else None
     if not isinstance(text, str):
         raise Undefined("the log it is compared with is not of a twin, or of an older version: it holds no model")
-    measured = as_driven(measured)
+    measured = with_obeyed_commands(measured)
     check_sound(measured)  # a wrong unit is no reality gap
     try:
         return compare(measured, parse_model(text))

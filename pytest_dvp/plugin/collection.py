@@ -6,7 +6,6 @@ Of a distribution `::dt[07-EgoSpeed=70]`.
 from __future__ import annotations
 
 import os
-import re
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -15,11 +14,15 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from pytest_dvp.campaigns.cases import choose
-from pytest_dvp.drive.run_spec import STAGES, SettingError, Settings, is_users_mistake, unknown
+from pytest_dvp.drive.run_spec import STAGES, Settings
 from pytest_dvp.drive.stages import label
-from pytest_dvp.plugin.fixtures import SHARED_KEY, Gate, GateFailed, Run, settings_of
+from pytest_dvp.plugin.fixtures import SHARED_KEY, Gate, GateFailed, Run
+from pytest_dvp.plugin.item_notes import settings_of
+from pytest_dvp.plugin.selection import asked_stage, explicit_arguments
 from pytest_dvp.plugin.shadowed_packages import hidden_package
+from pytest_dvp.text.errors import SettingError, is_users_mistake
 from pytest_dvp.text.paths import shown
+from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
     from pytest_dvp.plugin.shared_runs import SharedRuns
@@ -228,19 +231,6 @@ def asked_for(path: Path, config: pytest.Config, settings: Settings) -> tuple[bo
     return named, any(real.is_relative_to(folder.resolve()) for folder in folders)
 
 
-def asked_stage(stage: str, config: pytest.Config) -> bool:
-    """Whether `-m`, `-k` or a node id names a stage: what takes a car, if only a surrogate, is not run unasked."""
-    words = f"{config.option.markexpr} {config.option.keyword}"
-    named = any(f"::{stage}" in argument for argument in config.args)
-    return named or re.search(rf"\b{stage}\b", words) is not None
-
-
-def explicit_arguments(config: pytest.Config) -> bool:
-    """True if a user wrote the paths on the command line (and not `testpaths` or the current folder)."""
-    told = getattr(config, "workerinput", {}).get("dvp_explicit")
-    return told if told is not None else config.args_source is pytest.Config.ArgsSource.ARGS
-
-
 def look(path: Path, settings: Settings) -> Sight:
     """Say whether a file is a scenario that could run; reads it whole, so that a broken one shows at collection.
 
@@ -376,7 +366,8 @@ def _earlier_models(settings: Settings) -> dict[str, str]:
     """By scenario, what the log of its drive on the twin says of its model; the items say what is wrong with a log."""
     if not settings.stage_logs:
         return {}
-    from pytest_dvp.logs.log import Log, LogError
+    from pytest_dvp.logs.log import Log
+    from pytest_dvp.logs.log_error import LogError
 
     found: dict[str, str] = {}
     for path in settings.stage_logs:

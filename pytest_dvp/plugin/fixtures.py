@@ -11,20 +11,17 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import pytest
 
-from pytest_dvp.drive.run_spec import SettingError, Settings
+from pytest_dvp.plugin.item_notes import RESULTS_KEY, VARIANT_KEY, current_item, settings_of
 from pytest_dvp.plugin.run_summary import Noted, metrics_of
+from pytest_dvp.text.errors import SettingError
 
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.variant import Variant
-    from pytest_dvp.drive.run import RunResult
+    from pytest_dvp.drive.result import RunResult
     from pytest_dvp.drive.stage_comparison import Across
 
-SETTINGS_KEY = pytest.StashKey[Settings]()
 BROKEN_KEY = pytest.StashKey[list[bool]]()  # a collection error each: whether a scenario file is to blame
-ITEM_KEY = pytest.StashKey[pytest.Item]()
-VARIANT_KEY = pytest.StashKey["tuple[Variant | None, Mapping[str, Any]]"]()
 SHARED_KEY = pytest.StashKey[Path]()  # folder of the runs that several items of a session need
-RESULTS_KEY = pytest.StashKey[dict[tuple[str, str], Noted]]()
 
 
 class GateFailed(AssertionError):
@@ -89,8 +86,8 @@ def gate(request: pytest.FixtureRequest) -> Gate:
         result: RunResult | Across, metrics: Sequence[str] | None = None, optional_events: Sequence[str] = ()
     ) -> None:
         __tracebackhide__ = True
-        from pytest_dvp.logs.silent_events import check_optional, without_optional
-        from pytest_dvp.plugin.session_summary import failure, on_condition, undecided
+        from pytest_dvp.verdicts.result_text import failure, on_condition, undecided
+        from pytest_dvp.verdicts.silent_events import check_optional, without_optional
 
         given = result.as_dict()
         if isinstance(metrics, str):
@@ -122,37 +119,14 @@ def _explanation(
 
     if isinstance(result, Across):  # two logs: its gates are not on a model file
         return []
-    from pytest_dvp.drive.run_spec import diagnosis_wanted
+    from pytest_dvp.gap.diagnosis_switch import diagnosis_wanted
     from pytest_dvp.text.paths import shown
 
     if not diagnosis_wanted():
         return []
-    from pytest_dvp.gap.words.failure_explanation import gate_explanation
+    from pytest_dvp.verdicts.gate_explanation import gate_explanation
 
     return gate_explanation(result.log, chosen, shown(result.folder / "log.mcap"))
-
-
-def settings_of(config: pytest.Config) -> Settings:
-    """The session's settings, as the plugin read them."""
-    return config.stash[SETTINGS_KEY]
-
-
-def current_item(config: pytest.Config) -> pytest.Item:
-    """The test that runs now."""
-    return config.stash[ITEM_KEY]
-
-
-def note(node: pytest.Item, result: Mapping[str, Any]) -> None:
-    """Remember a run of this test; of those of one scenario and stage one stands for all (Hypothesis runs many)."""
-    from pytest_dvp.campaigns.variant import searching
-
-    known, key = node.stash.setdefault(RESULTS_KEY, {}), (result["scenario"], result["stage"])
-    if key in known:
-        known[key].drive(result)
-    else:
-        known[key] = Noted(dict(result))
-    if searching():
-        known[key].count(result)
 
 
 def _ask(
@@ -171,14 +145,6 @@ def _ask(
     if not passed:
         noted.last = dict(result)
     noted.ask(metrics, optional, passed=passed)
-
-
-def note_variant(node: pytest.Item, variant: Variant | None, options: Mapping[str, Any]) -> None:
-    """Remember the variant this test drives now, and the options of its run.
-
-    The last one of a failing test is the smallest Hypothesis found.
-    """
-    node.stash[VARIANT_KEY] = (variant, options)
 
 
 def attach(item: pytest.Item, report: pytest.TestReport) -> None:
@@ -206,7 +172,7 @@ def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
     found += [(f"set.{name}", value) for name, value in sorted(result.get("set", {}).items())]
     found += [("compute_delay", result.get("compute_delay"))]
     found += [(f"tick_time.{name}", value) for name, value in result.get("tick_time", {}).items()]
-    from pytest_dvp.plugin.session_summary import page_of
+    from pytest_dvp.verdicts.result_text import page_of
 
     if result.get("findings"):
         from pytest_dvp.drive.command_range import said_of
@@ -231,7 +197,7 @@ def _say_how_to_replay(item: pytest.Item, report: pytest.TestReport, results: Se
     variant, options = item.stash.get(VARIANT_KEY, (None, {}))
     if variant is not None:
         from pytest_dvp.plugin.scenario_strategy import keep
-        from pytest_dvp.plugin.session_summary import condition_of
+        from pytest_dvp.verdicts.result_text import condition_of
 
         replay = keep(variant, options, settings_of(item.config).runs_folder, item.name)
         if results and replay.startswith("dvp run "):  # of a gate(..., metrics=[...], optional_events=[...])

@@ -14,7 +14,8 @@ from hypothesis import HealthCheck, Phase, example, given, settings
 from hypothesis import strategies as st
 
 from pytest_dvp.campaigns.variant import Variant
-from pytest_dvp.plugin.fixtures import RESULTS_KEY, VARIANT_KEY, Undecided
+from pytest_dvp.plugin.fixtures import Undecided
+from pytest_dvp.plugin.item_notes import RESULTS_KEY, VARIANT_KEY
 
 Test = Callable[..., object]
 Place = tuple[type[BaseException], int]  # kind and line of a failure: by these Hypothesis tells two of them apart

@@ -21,18 +21,19 @@ from pytest_dvp.drive.run_spec import (
     SIMULATED,
     STAGES,
     Setting,
-    SettingError,
     Settings,
-    diagnosis,
     environment_lookup,
     from_sources,
-    misspelt,
     taken_for_root,
 )
+from pytest_dvp.gap.diagnosis_switch import diagnosis
 from pytest_dvp.logs.budget import in_force
 from pytest_dvp.logs.unfinished_run import FULL
 from pytest_dvp.plugin import fixtures
-from pytest_dvp.plugin.fixtures import SETTINGS_KEY, gate, run  # noqa: F401  (pytest finds fixtures among a plugin's names)
+from pytest_dvp.plugin.fixtures import gate, run  # noqa: F401  (pytest finds fixtures among a plugin's names)
+from pytest_dvp.plugin.item_notes import ITEM_KEY, SETTINGS_KEY
+from pytest_dvp.text.errors import SettingError
+from pytest_dvp.text.spelling import misspelt
 
 if TYPE_CHECKING:
     from pytest_dvp.plugin.collection import ScenarioFile
@@ -154,7 +155,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, o
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    item.config.stash[fixtures.ITEM_KEY] = item
+    item.config.stash[ITEM_KEY] = item
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> list[str]:

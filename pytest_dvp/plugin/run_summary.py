@@ -10,17 +10,11 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pytest_dvp.logs.silent_events import is_of_events, missed, without_optional
-
-NOT_ASKED = "NOT ASKED"  # of a gate that did not pass and that the test left out
+from pytest_dvp.verdicts.result_text import is_of_the_run
+from pytest_dvp.verdicts.silent_events import is_of_events, missed, without_optional
+from pytest_dvp.verdicts.statuses import NOT_ASKED
 
 _NOTHING = (9, 9, 0.0)  # the urgency of no gate
-_RUN_ITSELF = ("run", "wire", "dry run")
-
-
-def is_of_the_run(verdict: Mapping[str, Any]) -> bool:
-    """Whether a verdict says that the run itself broke or lost messages: no choice of gates leaves it out."""
-    return not verdict["metric"] and verdict["gate"] in _RUN_ITSELF
 
 
 @dataclasses.dataclass
@@ -69,7 +63,8 @@ class Noted:
         `search`: variants, and never_fired {event: number of variants in which it did not}. Gates that did not pass
         and that the test left out are NOT_ASKED, and do not count in the status; a fault of the run does.
         """
-        from pytest_dvp.plugin.session_summary import on_condition, worst_status
+        from pytest_dvp.verdicts.result_text import on_condition
+        from pytest_dvp.verdicts.statuses import worst_status
 
         chosen = without_optional(self.last if failed else self._tighter(), self.optional)
         verdicts = [v if self._counts(v, failed=failed) else {**v, "status": NOT_ASKED} for v in chosen["verdicts"]]

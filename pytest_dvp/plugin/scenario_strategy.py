@@ -16,7 +16,7 @@ from pytest_dvp.campaigns.variant import Value, Variant
 
 if TYPE_CHECKING:
     from openscenario.model.declarations import ParameterDeclaration, ValueConstraint, ValueConstraintGroup
-    from pytest_dvp.drive.preparation import Request
+    from pytest_dvp.drive.request import Request
 
 _STEPS = 50  # least number of values between the ends of a range: fine enough to find, coarse enough to read
 _STRINGS = ("string", "dateTime", "boolean")
@@ -118,7 +118,7 @@ def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) ->
     One file a test: Hypothesis ends with the smallest failing variant, and that is the one that stays.
     """
     from openscenario.findings import ScenarioError
-    from pytest_dvp.drive.run import AFTER_COLLISION, replay_command
+    from pytest_dvp.drive.result import AFTER_COLLISION, replay_command
 
     asked, duration = _request(variant, options), options.get("duration")
     after = options.get("after_collision", AFTER_COLLISION)
@@ -141,7 +141,7 @@ def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) ->
 def _request(variant: Variant, options: Mapping[str, Any]) -> Request:
     from pytest_dvp.drive.compute_delay import parse_delay
     from pytest_dvp.drive.deadline import TICK_LIMIT
-    from pytest_dvp.drive.preparation import Request
+    from pytest_dvp.drive.request import Request
     from pytest_dvp.drive.stack_host import find_ads
 
     parameters = {**variant.values, **(options.get("parameters") or {})}
@@ -198,7 +198,7 @@ def _find(scenario: Path, beside: Path) -> Path:
 
 def _strategies(path: Path, only: Sequence[str] | None) -> tuple[dict[str, st.SearchStrategy[Any]], dict[str, Value]]:
     from openscenario.read import read_declarations
-    from pytest_dvp.drive.run_spec import unknown
+    from pytest_dvp.text.spelling import unknown
 
     declared = {declaration.name: declaration for declaration in read_declarations(path)}
     for name in only or ():

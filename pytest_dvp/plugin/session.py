@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import pytest
 
-from pytest_dvp.drive.run_spec import SettingError, is_users_mistake
-from pytest_dvp.plugin.fixtures import current_item, note, note_variant, settings_of
+from pytest_dvp.plugin.item_notes import current_item, note, note_variant, settings_of
+from pytest_dvp.text.errors import SettingError, is_users_mistake
 from pytest_dvp.text.near_path import looked_for
 from pytest_dvp.text.paths import shown
 
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.variant import Variant
-    from pytest_dvp.drive.run import RunResult
+    from pytest_dvp.drive.result import RunResult
     from pytest_dvp.drive.stage_comparison import Across, Driven
 
 
@@ -43,8 +43,9 @@ class Session:
             raise error.with_traceback(None) from None  # what is wrong is the line of the test, not one of ours
 
     def _run(self, scenario: str | Path | Variant, options: dict[str, Any]) -> RunResult:
-        from pytest_dvp.campaigns.variant import Variant, searching
+        from pytest_dvp.campaigns.variant import Variant
         from pytest_dvp.drive.run import run
+        from pytest_dvp.text.searching import searching
 
         node = current_item(self._config)
         variant = scenario if isinstance(scenario, Variant) else None
@@ -94,7 +95,7 @@ class Session:
     def _across(self, path: Path, pair: tuple[str, str]) -> Across:
         from pytest_dvp.drive import stage_comparison
         from pytest_dvp.drive.run_spec import STAGES
-        from pytest_dvp.plugin.collection import asked_stage
+        from pytest_dvp.plugin.selection import asked_stage
 
         settings, node = self._settings, current_item(self._config)
         gates = stage_comparison.gates_between(path, settings.gates, settings.stage_gates)

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pytest_dvp.drive.run import RunResult
+    from pytest_dvp.drive.result import RunResult
 
 
 class SharedRuns:
@@ -89,8 +89,9 @@ def _read(file: Path) -> dict[str, Any] | None:
 
 def _result(entry: dict[str, Any]) -> RunResult | None:
     """The run as it was; None if somebody has removed its folder since."""
-    from pytest_dvp.drive.run import RunResult
-    from pytest_dvp.logs.log import Log, LogError
+    from pytest_dvp.drive.result import RunResult
+    from pytest_dvp.logs.log import Log
+    from pytest_dvp.logs.log_error import LogError
     from pytest_dvp.verdicts.judging import Verdict
 
     place, plain = Path(entry["place"]), dict(entry["result"])

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pytest_dvp.drive.run_spec import nearest
 from pytest_dvp.text.paths import shown
+from pytest_dvp.text.spelling import nearest
 
 
 def looked_for(path: Path) -> str:

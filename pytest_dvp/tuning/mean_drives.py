@@ -16,9 +16,10 @@ from typing import TypeAlias
 import numpy as np
 
 from pytest_dvp.logs.detected_tracks import REACH, SeenTrack, seen_tracks
-from pytest_dvp.logs.log import FloatArray, Log
-from pytest_dvp.metrics.metric import Undefined
-from pytest_dvp.metrics.signal_similarity import likeness
+from pytest_dvp.logs.likeness import likeness
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.tuning.iteration_plan import Drive
 
 EGO = (("ego x", "x"), ("ego y", "y"), ("steer", "steer"), ("velocity", "v"))

@@ -78,8 +78,8 @@ def command(job: Job) -> str:
     P that `dvp run` has anyway on this stage are left out. Paths are as a user would type them here. For what no
     command line can do, a sentence that says so. Raises ValueError for a replayed log, and AdsError.
     """
-    from pytest_dvp.drive.preparation import Request
-    from pytest_dvp.drive.run import replay_command
+    from pytest_dvp.drive.request import Request
+    from pytest_dvp.drive.result import replay_command
     from pytest_dvp.drive.stack_host import find_ads
     from pytest_dvp.drive.stack_parameters import as_plain, in_force
 

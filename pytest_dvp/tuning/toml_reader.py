@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from pytest_dvp.drive.run_spec import SettingError, nearest, unknown
+from pytest_dvp.text.errors import SettingError
+from pytest_dvp.text.spelling import nearest, unknown
 from pytest_dvp.tuning.objective import ALIGNMENT, PERFORMANCE, Constraint, Kind, Objective, Term
 from pytest_dvp.tuning.plausible_ranges import of_s, unit_of
 from pytest_dvp.tuning.study import Variant
@@ -17,7 +18,7 @@ from pytest_dvp.workers.errors import TuneError
 from vehicle.toml_file import TomlError, read_toml
 
 if TYPE_CHECKING:
-    from pytest_dvp.drive.stack_host import Ads
+    from pytest_dvp.drive.chosen_stack import Ads
     from pytest_dvp.drive.stack_parameters import Own
 
 _OTHERS = {
@@ -56,7 +57,8 @@ class Reader:
 
     def stack(self, name: str) -> Ads:
         """The driving stack of a study, a file of one's own: its folder says when a kept simulation is stale."""
-        from pytest_dvp.drive.stack_host import check_name, find_ads
+        from pytest_dvp.drive.stack_host import find_ads
+        from pytest_dvp.drive.stack_name import check_name
         from pytest_dvp.drive.stack_parameters import declared
 
         beside = self.path.parent.absolute()
@@ -125,7 +127,7 @@ class Reader:
 
     def allowed(self, values: Mapping[str, float]) -> None:
         from ads.parameters import ParameterError, Parameters
-        from pytest_dvp.drive.stack_host import AdsError
+        from pytest_dvp.drive.stack_faults import AdsError
         from pytest_dvp.drive.stack_parameters import in_force
         from vehicle.model.errors import ModelError
         from vehicle.model.simulator_parameters import check_s

@@ -8,9 +8,10 @@ from pathlib import Path
 from openscenario.findings import Finding, listed, nearest
 from openscenario.model.scenario import Scenario
 from pytest_dvp.logs.event_names import EventNames
-from pytest_dvp.logs.silent_events import COUNTED, means
+from pytest_dvp.logs.event_reference import means_event
 from pytest_dvp.verdicts.gate import Gate, GateFile
 from pytest_dvp.verdicts.gate_file_lines import locate_lines
+from pytest_dvp.verdicts.silent_events import COUNTED
 
 EVENTS = {"event_started": "event", COUNTED: "optional"}
 """The option of a metric that names events, one or several."""
@@ -30,7 +31,7 @@ def unknown_names(gates: GateFile, scenario: Scenario, file: str) -> Iterator[Fi
     entities = [entity.name for entity in scenario.entities]
     for number, gate in enumerate(gates.gates, start=1):
         for option, name in _events(gate):
-            if not any(means(name, event) for event in events):
+            if not any(means_event(name, event) for event in events):
                 yield Finding(
                     "dvp.gates.unknown_event",
                     "error",

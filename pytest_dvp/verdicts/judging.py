@@ -7,12 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
 
+from pytest_dvp.logs.event_reference import means_event
 from pytest_dvp.logs.log import Log
-from pytest_dvp.logs.silent_events import COUNTED, means, storyboard_verdict
 from pytest_dvp.metrics import MetricError, MetricValue, compute, find_metric
 from pytest_dvp.metrics.task_outcome import storyboard_events
 from pytest_dvp.verdicts.gate import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.verdicts.gate_file import check_gates, read_gates
+from pytest_dvp.verdicts.silent_events import COUNTED, storyboard_verdict
 
 __all__ = [
     "STAGES",
@@ -159,7 +160,7 @@ def never_fired(gates: GateFile | Sequence[Gate], log: Log) -> tuple[str, ...]:
             let_be += map(str, gate.options.get("optional", ()))
         elif gate.metric == "event_started" and _judge(gate, log).status == "PASS":
             let_be.append(str(gate.options.get("event", "")))
-    return tuple(name for name in silent if not any(means(reference, name) for reference in let_be))
+    return tuple(name for name in silent if not any(means_event(reference, name) for reference in let_be))
 
 
 def _here(gates: GateFile | Sequence[Gate], log: Log) -> list[Gate]:

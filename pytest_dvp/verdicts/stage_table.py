@@ -108,7 +108,7 @@ class StageTable:
 
     def lines(self) -> list[str]:
         """The table for a terminal."""
-        from pytest_dvp.plugin.session_summary import table_lines
+        from pytest_dvp.verdicts.stage_table_text import table_lines
 
         return table_lines(self.as_dict())
 

@@ -15,6 +15,7 @@ from pytest_dvp.verdicts.model_gate import METRICS
 
 if TYPE_CHECKING:
     from pytest_dvp.gap.compare.compared_model import Subject
+from pytest_dvp.gap.words.comparison import columns
 
 KIND_OF = {metric: kind for kind, metric in METRICS.items()}
 
@@ -76,3 +77,22 @@ def _verdict(judged: Judged) -> str:
     if judged.value is None:
         return "INCONCLUSIVE"
     return "PASS" if judged.holds else "FAIL"
+
+
+def change_lines(changes: Sequence[GateChange]) -> list[str]:
+    """How many verdicts change, then a table of them."""
+    changed = [change for change in changes if change.changed]
+    rows = [["gate", "log", "", "before", "after", "bound"]]
+    for change in changes:
+        before, after = change.verdicts
+        unit = "" if change.before.unit == "-" else f" {change.before.unit}"
+        rows.append([
+            f"{change.before.kind} of {change.before.signal}", change.log, "",
+            f"{before}{_value(change.before.value)}", f"{after}{_value(change.after.value)}",
+            f"{change.before.bound:.4g}{unit}",
+        ])  # fmt: skip
+    return [f"{len(changed)} of {len(changes)} gate verdicts change", *columns(rows)]
+
+
+def _value(value: float | None) -> str:
+    return "" if value is None else f" {value:.4g}"

@@ -15,7 +15,7 @@ from concurrent.futures import CancelledError
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from pytest_dvp.drive.run_spec import SettingError
+from pytest_dvp.text.errors import SettingError
 from pytest_dvp.workers.errors import TuneError
 from pytest_dvp.workers.file_transfer import MOST, Packing
 from pytest_dvp.workers.installation import installed

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 
 CORPUS = "openscenario/corpus"
 CUT_IN = "esmini__esmini/resources/xosc/cut-in.xosc"

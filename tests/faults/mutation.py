@@ -28,7 +28,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from pytest_dvp.verdicts.judging import Verdict
 from scenarios import path
 

@@ -28,7 +28,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "unit" / "wire"))
 from test_cdr import MESSAGES
 from test_fastdds import FIELDS
 
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from tests.unit.harness.conftest import OneTrick, coast
 from tests.unit.harness.conftest import scenario as scenario
 from tests.unit.harness.test_loop import WITH_TARGET

@@ -77,7 +77,7 @@ CATALOG = f"""<?xml version="1.0" encoding="UTF-8"?>
 FAKE_RUN = """
 import pathlib
 import pytest
-from pytest_dvp.plugin.fixtures import current_item, note
+from pytest_dvp.plugin.item_notes import current_item, note
 
 
 class Result:

@@ -27,7 +27,7 @@ import pytest
 
 from pytest_dvp.verdicts.judging import judge, overall, read_gates
 from pytest_dvp.logs.read_log import read_log
-from pytest_dvp.drive.run import RunResult
+from pytest_dvp.drive.result import RunResult
 
 
 def test_gate(gate):

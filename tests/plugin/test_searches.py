@@ -13,7 +13,7 @@ FAKE_RUN = """
 import pytest
 from world import fires, hits
 from pytest_dvp import Variant
-from pytest_dvp.plugin.fixtures import current_item, note, note_variant
+from pytest_dvp.plugin.item_notes import current_item, note, note_variant
 
 NOMINAL = {"ego_speed": 5.0, "gap": 20.0}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 PRINT_SEED = """
-from pytest_dvp.plugin.fixtures import settings_of
+from pytest_dvp.plugin.item_notes import settings_of
 
 def test_settings(request):
     settings = settings_of(request.config)

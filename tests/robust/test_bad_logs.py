@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from pytest_dvp.doctor import examine
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 from pytest_dvp.logs.recovery import recover
 

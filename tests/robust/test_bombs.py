@@ -14,7 +14,8 @@ import pytest
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.logs.budget import Budget
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 from pytest_dvp.logs.recovery import recover
 

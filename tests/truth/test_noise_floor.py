@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from pytest_dvp.gap.compare.compare import FINEST, noise_floor
 from pytest_dvp.gap.compare.noise_floor import sigma
 from pytest_dvp.gap.compare.segments import CHANNELS
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 STEP = 0.02  # s
 AMPLITUDE, OMEGA = 3.0, 0.7  # of a slow motion, in rad/s

@@ -8,7 +8,8 @@ import pytest
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, intervals
-from pytest_dvp.gap.diagnose.search import Search, Trial, _certain
+from pytest_dvp.gap.diagnose.search import Search, _certain
+from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log import Log
 from tests.truth.effects import TruthCar
 from tests.truth.generate import make_log

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.metrics import compute
 from pytest_dvp.metrics.comfort import uniform
 

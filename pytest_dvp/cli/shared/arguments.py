@@ -14,14 +14,14 @@ from pytest_dvp.drive.run_spec import (
     PLUGIN_SETTINGS,
     SETTINGS,
     Setting,
-    SettingError,
     Settings,
     environment_lookup,
     from_sources,
-    misspelt,
 )
 from pytest_dvp.logs.budget import Budget
+from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.near_path import looked_for
+from pytest_dvp.text.spelling import misspelt
 
 ROOT_MARKS = (*NAMES, ".git")
 

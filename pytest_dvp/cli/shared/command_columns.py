@@ -20,7 +20,7 @@ def driven_by(command: str, model: VehicleModel, file: str, *groups: Mapping[str
     Raises CompareError if a log lacks one that drives it.
     """
     from pytest_dvp.gap.compare.compared_model import CompareError, held
-    from pytest_dvp.logs.asked_by import asked_otherwise
+    from pytest_dvp.logs.obeyed_commands import command_mismatch_warning
 
     said = assumed(model, Path(file).name)
     for name, log in (pair for logs in groups for pair in logs.items()):
@@ -32,7 +32,7 @@ def driven_by(command: str, model: VehicleModel, file: str, *groups: Mapping[str
     if said:
         print(f"{command}: {said}", file=sys.stderr)
     for name, log in (pair for logs in groups for pair in logs.items()):
-        other = asked_otherwise(log, name, model, Path(file).name)
+        other = command_mismatch_warning(log, name, model, Path(file).name)
         if other:
             print(f"{command}: warning: {other}", file=sys.stderr)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.shared.arguments import WrongArgument
-from pytest_dvp.drive.run_spec import unknown
+from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
     from pytest_dvp.logs.log import Log

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.shared.arguments import root_here
-from pytest_dvp.drive.run_spec import SettingError
+from pytest_dvp.text.errors import SettingError
 
 if TYPE_CHECKING:
     from pytest_dvp.workers.pool import Workers

@@ -29,7 +29,8 @@ from pytest_dvp.gap.compare.segments import (
 )
 from pytest_dvp.gap.compare.start_correction import BoolArray
 from pytest_dvp.gap.compare.time_alignment import Alignment, alike, common_lag, coverage, grid, on_grid
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel

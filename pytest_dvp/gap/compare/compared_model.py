@@ -6,16 +6,16 @@ with values of effects, as of `vehicle.model.open_loop.Replay.run`, and `why_not
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
-from pytest_dvp.drive.guard_log import obeyed
 from pytest_dvp.gap.compare.segments import CHANNELS, Segments, longest_step, posed
 from pytest_dvp.gap.compare.start_correction import BoolArray
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.obeyed_commands import obeyed_command
 from pytest_dvp.logs.signals import SIGNALS
 
 if TYPE_CHECKING:
@@ -144,44 +144,6 @@ class LogSubject:
         return why_not(effect, (), given)
 
 
-def load_subject(
-    argument: str,
-    effects: Mapping[str, Effect] | None = None,
-    *,
-    mapping: Path | None = None,
-    msg_dirs: Sequence[Path] = (),
-) -> Subject:
-    """What the option --model names: M.toml, step.py (or step.py:function), model.fmu, else a second log.
-
-    `effects`: those of the user's own by name, which M.toml may use beside the catalogue's.
-    `mapping`, `msg_dirs`: how to read a second log, as of read_log, but the mapping only as far as it fits; its
-    warnings are in `.findings` of the subject.
-
-    Raises CompareError, ModelError or LogError, the last also for a log that the doctor finds errors in.
-    """
-    extra = tuple((effects or {}).values())
-    path, _, function = argument.partition(".py:")
-    if function or argument.endswith(".py"):
-        from pytest_dvp.gap.compare.python_model import StepSubject, load_step
-
-        step = load_step(Path(path + ".py" if function else argument), function or "step")
-        return StepSubject(step, Path(argument).name, extra)
-    if argument.endswith(".toml"):
-        from vehicle.model.model_file import read_model
-
-        return ModelSubject(read_model(argument, extra=effects), Path(argument).name, extra)
-    if argument.endswith(".fmu"):
-        if not Path(argument).is_file():
-            raise CompareError(f"{argument}: no such file")
-        from pytest_dvp.gap.compare.fmu_model import FmuSubject
-
-        return FmuSubject(Path(argument), extra)
-    from pytest_dvp.doctor import read_sound
-
-    log, findings = read_sound(argument, output=True, partial=True, mapping=mapping, msg_dirs=msg_dirs)
-    return LogSubject(log, Path(argument).name, findings, extra)
-
-
 def held(log: Log, name: str, who: str, called: str = "the log") -> FloatArray:
     """A command of the log at each stamp (n,), held where it was not logged. Raises CompareError if it is not there.
 
@@ -189,7 +151,7 @@ def held(log: Log, name: str, who: str, called: str = "the log") -> FloatArray:
 
     Of a run with a command gate before the car it is what the gate let out: its limits are not the car's.
     """
-    values = obeyed(log, name)
+    values = obeyed_command(log, name)
     if values is None or not np.isfinite(values).any():
         raise CompareError(f"{who}: is driven by {name!r}, which {called} does not have{_instead(log, name)}")
     known = np.isfinite(values)

@@ -11,7 +11,7 @@ import numpy as np
 from pytest_dvp.gap.compare.regimes import speed_bins
 from pytest_dvp.gap.compare.segments import Segments
 from pytest_dvp.gap.compare.start_correction import BoolArray
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 WORST = 3  # segments and places named for a channel
 PLACES = 8  # cells along the longer side of the map

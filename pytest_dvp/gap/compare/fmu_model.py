@@ -13,7 +13,8 @@ import numpy as np
 
 from pytest_dvp.gap.compare.compared_model import CompareError, Values, held, wrapping
 from pytest_dvp.gap.compare.segments import CHANNELS, Segments, posed
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_dvp.gap.compare.start_correction import BoolArray, IntArray
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 _GROSS = 0.25  # rad within a segment of about 5 s: more than any bias of a gyroscope adds up to,
 _UNLIKE = 10.0  # and this many times what the log's segments usually show

@@ -11,7 +11,7 @@ import itertools
 import numpy as np
 
 from machine_code import compiled
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 A_0, B_0, K_Z = 0.05, 0.5, 2  # inner and outer corridor as a share of the largest reference, exponent
 EPS_PHASE, K_PHASE = 0.2, 1  # largest shift as a share of the length

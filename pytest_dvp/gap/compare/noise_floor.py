@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 _GAIN = 20.0**0.5  # standard deviation of the third difference of white noise of standard deviation 1
 _WHITE = -0.6  # correlation of neighbouring third differences; -15/20 for white noise, towards +1 for a smooth signal

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pytest_dvp.gap.compare.segments import still_speed
 from pytest_dvp.gap.compare.start_correction import BoolArray
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 LONGITUDINAL = ("standstill", "reverse", "launch", "cruise", "lift_off", "braking")
 LATERAL = ("turn_in", "steady_turn")

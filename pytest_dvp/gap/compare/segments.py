@@ -15,7 +15,7 @@ import numpy as np
 
 from pytest_dvp.gap.compare.heading_check import heading_faults
 from pytest_dvp.gap.compare.start_correction import BoolArray, IntArray, project
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 CHANNELS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 """Columns of a replay's output, and of everything here that has 8 columns."""

@@ -10,7 +10,8 @@ import numpy as np
 from pytest_dvp.gap.compare.compared_model import held
 from pytest_dvp.gap.compare.segments import measured_array, still_speed
 from pytest_dvp.gap.compare.start_correction import BoolArray
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel

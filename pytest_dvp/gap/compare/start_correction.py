@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from machine_code import compiled
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytest_dvp.gap.compare.start_correction import BoolArray
-from pytest_dvp.logs.log import FloatArray
-from pytest_dvp.metrics.metric import Undefined
-from pytest_dvp.metrics.signal_similarity import Likeness, likeness, peak
+from pytest_dvp.logs.likeness import Likeness, likeness, peak
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.undefined import Undefined
 
 MAX_LAG = 2.0  # s
 _SLOW = 5.0  # s: slower changes than this do not tell a lag, but flatten the peak

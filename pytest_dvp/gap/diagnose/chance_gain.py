@@ -11,7 +11,7 @@ from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.gap.diagnose.candidates import Candidate
 from pytest_dvp.gap.diagnose.experiment import Campaign, Values
 from pytest_dvp.gap.diagnose.linear_algebra import along, orthonormal, square
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 DRAWS = 40
 QUANTILE = 0.95

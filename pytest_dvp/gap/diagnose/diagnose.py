@@ -18,7 +18,8 @@ from pytest_dvp.gap.diagnose.input_scales import MAP_TIES, input_map
 from pytest_dvp.gap.diagnose.least_squares import intervals, widened
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.residual_signature import signature
-from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, PRICE, Found, Search, Tick, Trial
+from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, PRICE, Found, Search, Tick
+from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
 from pytest_dvp.logs.log import Log
 

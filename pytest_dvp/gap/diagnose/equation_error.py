@@ -12,7 +12,8 @@ import numpy as np
 
 from pytest_dvp.gap.diagnose.regression_signals import Signals, signals
 from pytest_dvp.gap.diagnose.regressors import FORMS, Columns, Form, base
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytest_dvp.gap.diagnose.diagnosis import Step
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 _SEED = 11
 _DRAWS = 1000

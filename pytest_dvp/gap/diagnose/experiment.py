@@ -13,7 +13,8 @@ from pytest_dvp.gap.compare.compare import judged_channels, noise_floor
 from pytest_dvp.gap.compare.compared_model import ModelSubject, commanded, held
 from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, measured_array, residuals, restarted
 from pytest_dvp.gap.compare.start_correction import IntArray
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect

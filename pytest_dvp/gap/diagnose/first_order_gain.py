@@ -10,7 +10,7 @@ from pytest_dvp.gap.diagnose.experiment import Campaign
 from pytest_dvp.gap.diagnose.linear_algebra import along, orthonormal, square
 
 if TYPE_CHECKING:
-    from pytest_dvp.gap.diagnose.search import Trial
+    from pytest_dvp.gap.diagnose.trial import Trial
 
 
 class Look:

@@ -13,7 +13,8 @@ from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
 from pytest_dvp.gap.diagnose.least_squares import VALLEYS
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.run_setup import RunSetup, parted
-from pytest_dvp.gap.diagnose.search import PRACTICAL, Search, Trial
+from pytest_dvp.gap.diagnose.search import PRACTICAL, Search
+from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_part import cut_log
 

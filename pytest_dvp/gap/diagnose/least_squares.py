@@ -16,7 +16,7 @@ import numpy as np
 from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.gap.diagnose.experiment import Campaign, Values
 from pytest_dvp.gap.diagnose.linear_algebra import along, gram, secant, square
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect import Key
 
 Residual: TypeAlias = Callable[[FloatArray], FloatArray]

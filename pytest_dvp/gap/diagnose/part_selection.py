@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_part import cut_log
 
 LONGEST = 30_000  # rows in all that are looked at: 600 s at 50 Hz, about half a minute of CPU

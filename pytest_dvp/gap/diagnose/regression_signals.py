@@ -16,7 +16,8 @@ from pytest_dvp.gap.compare.noise_floor import sigma
 from pytest_dvp.gap.compare.segments import CHANNELS, measured_array
 from pytest_dvp.gap.compare.smoothed_motion import bridged, mean_around, motion
 from pytest_dvp.gap.compare.start_correction import IntArray
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel

@@ -10,7 +10,7 @@ import numpy as np
 
 from pytest_dvp.gap.diagnose.regression_signals import Signals, lagged, rate_limited, with_play, with_stiction
 from pytest_dvp.gap.diagnose.tyre_regressors import RIGID, on_tyres
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 Columns: TypeAlias = Mapping[str, FloatArray]
 """Name of a series -> what is added to it: (m,) fixed, or (m, q) in proportion to q unknowns."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pytest_dvp.gap.compare.regimes import speed_bins
 from pytest_dvp.gap.compare.smoothed_motion import Motion, mean_around
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 _CELLS = 32  # along the longer side of the map
 _SECTORS = 8

@@ -17,7 +17,7 @@ from pytest_dvp.gap.compare.smoothed_motion import Motion
 from pytest_dvp.gap.diagnose.experiment import Campaign, Experiment
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.residual_terms import Axis, Term
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 _FOLDS = 5
 _RIDGE = 1e-6

@@ -14,7 +14,7 @@ from pytest_dvp.gap.diagnose.residual_recurrence import at_same_place, at_speed,
 from pytest_dvp.gap.diagnose.residual_regression import TermSums, term_sums
 from pytest_dvp.gap.diagnose.residual_spectrum import Peak, peaks
 from pytest_dvp.gap.diagnose.residual_terms import READINGS, Axis, Term, terms
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 MISFIT = 1.5  # chi^2/N of a channel that is told
 MOST = 3  # terms of an axis

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 LEAST_CYCLES = 3.0  # in the longest log: a slower wave is a trend
 FASTEST = 10.0  # Hz

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from pytest_dvp.gap.compare.smoothed_motion import Motion
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 Axis: TypeAlias = Literal["longitudinal", "lateral"]
 

@@ -17,9 +17,10 @@ import numpy as np
 from pytest_dvp.gap.diagnose.candidates import HOW, Candidate, Point, least
 from pytest_dvp.gap.diagnose.experiment import Campaign, Values
 from pytest_dvp.gap.diagnose.first_order_gain import Look
-from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, fit, intervals
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, fit, intervals
 from pytest_dvp.gap.diagnose.linear_algebra import along, orthonormal, square
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.logs.log_contents import FloatArray
 
 MOST = 8  # effects added to one model, beside finer ones
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
@@ -47,22 +48,6 @@ _SEED = 7
 
 Tick: TypeAlias = Callable[[str], None]
 Ranked: TypeAlias = tuple[float, str, Point]  # chi^2 left, effect, point
-
-
-@dataclasses.dataclass(frozen=True, eq=False, slots=True)
-class Trial:
-    """A set of effects, fitted jointly. values: all that make the model what it is, fitted or not; rest (m,): sum of
-    squares by segment."""
-
-    names: tuple[str, ...]
-    values: dict[tuple[str, str], float]
-    found: Fit
-    rest: FloatArray
-
-    @property
-    def chi2(self) -> float:
-        """Sum of squares."""
-        return self.found.chi2
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

@@ -6,7 +6,7 @@ import numpy as np
 
 from machine_code import compiled
 from pytest_dvp.gap.diagnose.regression_signals import Signals
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 RIGID = 0.0021  # rad s^2/m, slip angle over lateral acceleration of an axle that hardly slips
 _SLOW = 1.0  # m/s, below which tyres roll without slip

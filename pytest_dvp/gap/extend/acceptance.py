@@ -11,7 +11,8 @@ from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, predicted, shows
 from pytest_dvp.gap.diagnose.least_squares import intervals, widened
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.search import FIRST, PRACTICAL, Search, Trial
+from pytest_dvp.gap.diagnose.search import FIRST, PRACTICAL, Search
+from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.words.diagnosis import figure
 
 if TYPE_CHECKING:

@@ -17,7 +17,8 @@ from pytest_dvp.gap.diagnose.held_out import Fold, folds, step
 from pytest_dvp.gap.diagnose.input_scales import MAP_TIES, input_map
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search, Trial
+from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
+from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.extend.acceptance import estimates, judge_addition, judge_removal, rounded, worse_together
 from pytest_dvp.gap.extend.extension import Extension, Rung
 from pytest_dvp.gap.extend.perception import judge_perception

@@ -16,7 +16,7 @@ from pytest_dvp.gap.manoeuvres.driver_card import card
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
 from pytest_dvp.gap.manoeuvres.simulated_drive import columns
 from pytest_dvp.gap.manoeuvres.trajectory_scenario import road, scenario
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel

@@ -13,7 +13,8 @@ from pytest_dvp.gap.diagnose.candidates import Candidate
 from pytest_dvp.gap.diagnose.experiment import Campaign, Experiment, Values
 from pytest_dvp.gap.diagnose.least_squares import STEP, Coordinate, fit
 from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, columns
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect

@@ -14,7 +14,7 @@ from pytest_dvp.gap.manoeuvres.catalogue import Manoeuvre
 from pytest_dvp.gap.manoeuvres.driving_limits import Area, Envelope
 from pytest_dvp.gap.manoeuvres.limit_violations import violations
 from pytest_dvp.gap.manoeuvres.simulated_driver import PERIOD, Driver, Motion, Wish
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.car import Car

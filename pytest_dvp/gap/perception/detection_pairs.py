@@ -9,7 +9,8 @@ from scipy.optimize import linear_sum_assignment
 
 from pytest_dvp.gap.compare.start_correction import BoolArray, IntArray
 from pytest_dvp.gap.perception.false_objects import appearances
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 _SECTORS = 24  # of bearings
 _COVERED = 0.2  # share of frames in which objects of a sector are seen: below it the detector does not look there

@@ -19,7 +19,8 @@ from pytest_dvp.gap.compare.start_correction import BoolArray
 from pytest_dvp.gap.diagnose.diagnosis import Action, Estimate, NamedEffect
 from pytest_dvp.gap.perception.detection_pairs import Frames, Pairs, frames, paired
 from pytest_dvp.gap.perception.position_fit import BLOCK, Positions
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect

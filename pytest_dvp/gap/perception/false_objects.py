@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 MEMORY = 0.5  # s without a box after which a false object has gone
 REACH, FASTEST = 1.0, 10.0  # m, m/s: how far from its last box the next one of a false object may be

@@ -8,7 +8,7 @@ import numpy as np
 
 from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.gap.perception.detection_pairs import Frames, Pairs
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 BLOCK = 5.0  # s; of one object: what counts as independent
 _FINEST = 0.02  # m, noise that no detector is better than

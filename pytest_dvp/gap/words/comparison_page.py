@@ -11,7 +11,7 @@ from openscenario.findings import Finding
 from pytest_dvp.gap.compare.compare import Comparison
 from pytest_dvp.gap.compare.regimes import LATERAL, LONGITUDINAL, REGIMES, ribbon, speed_bins
 from pytest_dvp.gap.words.comparison import covered, headline, skipped
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 SMOOTHED = 0.5  # s over which the error along the path is averaged
 

@@ -18,7 +18,8 @@ from pytest_dvp.gap.words.comparison import CAUSES, NOTHING_LEFT
 from pytest_dvp.gap.words.diagnosis import causes, extend_command, headline, interval, plan_command, step_label, value
 from pytest_dvp.gap.words.residual_signature import signature_lines
 from pytest_dvp.gap.words.second_opinion import second_opinion
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect

@@ -10,19 +10,18 @@ from pytest_dvp.gap.diagnose.error_shares import percents
 from pytest_dvp.gap.extend.extension import Extension, Rung
 from pytest_dvp.gap.words.comparison import NOTHING_LEFT, columns
 from pytest_dvp.gap.words.diagnosis import figure, interval, three, value
-from pytest_dvp.verdicts.verdict_changes import GateChange
 from vehicle.model.effect_catalogue import perceived
 
 
-def page(found: Extension, gates: Sequence[GateChange] = ()) -> str:
-    """What was done, the ladder, the gates, what is to be known, and whether to go on."""
+def page(found: Extension, gate_lines: Sequence[str] = ()) -> str:
+    """What was done, the ladder, the lines about gates, what is to be known, and whether to go on."""
     sensed = [effect for effect in found.effects if effect.name in perceived()]
     moved = [effect for effect in found.effects if effect not in sensed]
     lines = [line for group in (moved, sensed) for line in map(_effect, group, percents([e.gain for e in group]))]
     lines += [f"  ~ {'.'.join(name)}: {_estimate(estimate)}" for name, estimate in found.refitted.items()]
     lines += ["", *ladder(found.ladder, found.noise_floor)]
-    if gates:
-        lines += ["", *_gates(gates)]
+    if gate_lines:
+        lines += ["", *gate_lines]
     if found.notes:
         lines += ["", *(f"note: {note}" for note in found.notes)]
     if not found.refusal:
@@ -90,21 +89,3 @@ def _effect(effect: NamedEffect, share: str) -> str:
 def _estimate(estimate: Estimate) -> str:
     unit = "" if estimate.unit == "-" else f" {estimate.unit}"
     return f"{value(estimate)}{unit} ({interval(estimate)})"
-
-
-def _gates(changes: Sequence[GateChange]) -> list[str]:
-    changed = [change for change in changes if change.changed]
-    rows = [["gate", "log", "", "before", "after", "bound"]]
-    for change in changes:
-        before, after = change.verdicts
-        unit = "" if change.before.unit == "-" else f" {change.before.unit}"
-        rows.append([
-            f"{change.before.kind} of {change.before.signal}", change.log, "",
-            f"{before}{_value(change.before.value)}", f"{after}{_value(change.after.value)}",
-            f"{change.before.bound:.4g}{unit}",
-        ])  # fmt: skip
-    return [f"{len(changed)} of {len(changes)} gate verdicts change", *columns(rows)]
-
-
-def _value(value: float | None) -> str:
-    return "" if value is None else f" {value:.4g}"

@@ -14,7 +14,8 @@ from openscenario.road.crosswalks import Crosswalk
 from openscenario.road.network import RoadNetwork, load_network
 from openscenario.road.positions import Pose, RoadPosition
 from openscenario.road.route import RouteLane
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from vehicle import messages
 from vehicle.messages import Command, Observation, VehicleDescription
 

@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.model_file import parse_model
 from vehicle.model.vehicle_model import VehicleModel
 

@@ -7,8 +7,8 @@ import pytest
 
 import scenarios
 from pytest_dvp.cli.shared.command_columns import driven_by
-from pytest_dvp.logs.asked_by import obeyed
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.obeyed_commands import obeyed_columns
 from vehicle.model.model_file import model_text, read_model
 
 ACCELERATION, PEDALS = ("accel_cmd",), ("throttle_cmd", "brake_cmd")
@@ -36,7 +36,7 @@ def log(**meta: object) -> Log:
     ],
 )
 def test_a_run_tells_what_its_car_obeyed(meta: dict[str, object], told: tuple[str, ...]) -> None:
-    assert obeyed(log(**meta)) == told
+    assert obeyed_columns(log(**meta)) == told
 
 
 def test_a_twin_by_pedals_against_a_car_by_accelerations_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:

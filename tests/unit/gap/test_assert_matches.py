@@ -10,7 +10,8 @@ from gap_logs import baseline, drive
 
 from pytest_dvp import assert_matches
 from pytest_dvp.gap.compare.match_bounds import Judged
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS
 from vehicle.model.errors import ModelError
 from vehicle.model.model_file import model_text

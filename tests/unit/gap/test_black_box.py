@@ -11,8 +11,9 @@ import pytest
 from gap_logs import WHEELBASE, baseline, drive
 
 from pytest_dvp.gap.compare.compare import compare
-from pytest_dvp.gap.compare.compared_model import CompareError, load_subject
+from pytest_dvp.gap.compare.compared_model import CompareError
 from pytest_dvp.gap.compare.fmu_model import FmuSubject
+from pytest_dvp.gap.compare.model_loader import load_subject
 from pytest_dvp.gap.compare.python_model import StepSubject
 from pytest_dvp.gap.compare.segments import CHANNELS, cut, measured_array
 from pytest_dvp.logs.log import Log

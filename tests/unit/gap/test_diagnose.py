@@ -13,7 +13,8 @@ from gap_logs import NOISE, baseline, drive
 from pytest_dvp.gap.compare.compared_model import CompareError
 from pytest_dvp.gap.diagnose.diagnose import _price, diagnose
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.model_file import parse_model
 from vehicle.model.vehicle_model import VehicleModel

@@ -11,7 +11,8 @@ import pytest
 
 from pytest_dvp.gap.extend.extend import extend
 from pytest_dvp.gap.words.extension import rest
-from pytest_dvp.logs.log import DetectionTable, Log, ObjectTrack
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import DetectionTable, ObjectTrack
 from tests.truth.effects import Effects
 from tests.truth.generate import add_noise, make_log
 from tests.truth.tracks import make_tracks

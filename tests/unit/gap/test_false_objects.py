@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.perception.false_objects import appearances
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 STAMPS = np.arange(40) / 20.0  # 2 s at 20 Hz
 

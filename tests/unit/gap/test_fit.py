@@ -12,7 +12,7 @@ from gap_logs import baseline, drive
 from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.gap.diagnose.experiment import Campaign, Values, campaign
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, fit, intervals
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect import Key
 from vehicle.model.effect_catalogue import catalogue
 

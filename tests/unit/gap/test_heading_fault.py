@@ -7,7 +7,7 @@ import pytest
 
 from pytest_dvp.gap.compare.heading_check import heading_faults
 from pytest_dvp.gap.compare.start_correction import BoolArray
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 T = np.arange(0.0, 60.0, 0.02)
 STARTS = np.arange(0, len(T), 250)

@@ -10,12 +10,12 @@ import pytest
 from gap_logs import baseline, drive
 
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.drive.run_spec import diagnosis_wanted
 from pytest_dvp.gap.assert_matches import assert_matches
 from pytest_dvp.gap.compare.compare import compare
+from pytest_dvp.gap.diagnosis_switch import diagnosis_wanted
 from pytest_dvp.gap.words.comparison_page import page_of
-from pytest_dvp.gap.words.failure_explanation import gate_explanation
 from pytest_dvp.logs.log import Log
+from pytest_dvp.verdicts.gate_explanation import gate_explanation
 from reports.compare import write_compare_report
 
 MEASURED = {

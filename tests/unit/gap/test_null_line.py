@@ -11,7 +11,8 @@ import pytest
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.chance_gain import _pieces, _surrogates, null_line
 from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
-from pytest_dvp.logs.log import FloatArray, Log
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 from tests.truth.effects import Effects, TruthCar
 from tests.truth.generate import make_log
 from vehicle.model.effect_catalogue import catalogue

@@ -11,7 +11,8 @@ import pytest
 
 from pytest_dvp.gap.diagnose.diagnosis import NamedEffect
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perception, diagnose_perceptions, perceived_in
-from pytest_dvp.logs.log import DetectionTable, Log, ObjectTrack, no_detections
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import DetectionTable, ObjectTrack, no_detections
 from tests.truth.effects import Effects
 from tests.truth.tracks import TYPICAL, make_tracks
 from vehicle.model.model_file import read_model

@@ -11,7 +11,8 @@ from gap_logs import baseline, drive
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
 from pytest_dvp.gap.diagnose.least_squares import intervals
-from pytest_dvp.gap.diagnose.search import FIRST, Search, Trial
+from pytest_dvp.gap.diagnose.search import FIRST, Search
+from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log import Log
 from tests.truth.effects import Effects, TruthCar
 from tests.truth.generate import make_log

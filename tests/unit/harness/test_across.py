@@ -12,14 +12,17 @@ import pytest
 import scenarios
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.cli.run import across_text
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from pytest_dvp.drive.run_spec import Settings
 from pytest_dvp.drive.stage_comparison import Driven, gates_between, hold, pair_name, pairs_driven, replay
-from pytest_dvp.logs.log import Log, LogError, LogEvent
-from pytest_dvp.plugin.session_summary import failure
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import LogEvent
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.plugin.shared_runs import SharedRuns, key_of
 from pytest_dvp.verdicts.diagnose_command import gap_command
 from pytest_dvp.verdicts.judging import Gate, GateError, Stage
+from pytest_dvp.verdicts.result_text import failure
 from tests.plugin.conftest import write_scenario
 from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.adapter import VehicleLost

@@ -10,10 +10,10 @@ import pytest
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.drive.compute_delay import ComputeDelay, Delayed, parse_delay
-from pytest_dvp.drive.guard_log import obeyed
 from pytest_dvp.drive.run import run
-from pytest_dvp.drive.run_spec import SettingError
 from pytest_dvp.drive.stages import StageError
+from pytest_dvp.logs.obeyed_commands import obeyed_command
+from pytest_dvp.text.errors import SettingError
 from tests.unit.harness.conftest import OneTrick
 from vehicle.messages import Command, FloatArray, Observation
 
@@ -120,7 +120,7 @@ def test_a_run_turns_later_and_its_log_has_what_the_car_got(scenario: Write) -> 
     soon, late = (run(path, ads=OneTrick(turn), duration=1.5, compute_delay=d) for d in (None, "0.137"))
     begin = [float(r.log.t[np.flatnonzero(np.abs(r.log["steer"]) > 1e-4)[0]]) for r in (soon, late)]
     assert begin[1] - begin[0] == pytest.approx(0.137, abs=0.011)  # the log has a row every 10 ms
-    got = obeyed(late.log, "steer_cmd")
+    got = obeyed_command(late.log, "steer_cmd")
     assert got is not None
     assert late.log.t[np.flatnonzero(got)[0]] == pytest.approx(0.45 + 0.137, abs=0.011)
     assert np.isfinite(got).all()

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from pytest_dvp.logs.log import Log, first_difference
 from tests.unit.harness.conftest import OneTrick, coast
 

@@ -12,7 +12,8 @@ import pytest
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.drive.run import run
-from pytest_dvp.drive.stack_host import AdsError, find_ads, make_driver
+from pytest_dvp.drive.stack_faults import AdsError
+from pytest_dvp.drive.stack_host import find_ads, make_driver
 from vehicle.messages import Command, Observation
 
 Write = Callable[..., Path]

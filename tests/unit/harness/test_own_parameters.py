@@ -12,10 +12,11 @@ from ads.parameters import ParameterError, Parameters, preset
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.drive.remote_stack import RemoteStack
 from pytest_dvp.drive.run import run
-from pytest_dvp.drive.run_spec import SettingError
-from pytest_dvp.drive.stack_host import AdsError, find_ads, make_driver
+from pytest_dvp.drive.stack_faults import AdsError
+from pytest_dvp.drive.stack_host import find_ads, make_driver
 from pytest_dvp.drive.stack_parameters import check_parameters, in_force, known_of
 from pytest_dvp.drive.stack_server import received
+from pytest_dvp.text.errors import SettingError
 from vehicle.messages import Command, Observation
 
 Write = Callable[..., Path]

@@ -15,8 +15,8 @@ from ads.parameters import preset
 from openscenario.road.network import load_network
 from pytest_dvp.drive.remote_stack import RemoteStack
 from pytest_dvp.drive.run import run
-from pytest_dvp.drive.run_spec import SettingError
-from pytest_dvp.drive.stack_host import AdsError
+from pytest_dvp.drive.stack_faults import AdsError
+from pytest_dvp.text.errors import SettingError
 from tests.unit.adapters.test_recorded_vehicle import CAR
 from vehicle.messages import GnssFix, Observation, Odometry, Task
 

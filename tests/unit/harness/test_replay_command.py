@@ -13,7 +13,7 @@ import pytest
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.drive.run import run
 from pytest_dvp.logs.difference import first_difference
-from pytest_dvp.logs.log import LogEvent
+from pytest_dvp.logs.log_contents import LogEvent
 from tests.unit.harness.conftest import OneTrick, coast
 
 Write = Callable[..., Path]

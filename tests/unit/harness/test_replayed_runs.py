@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from pytest_dvp.drive.run_folder import measure
 from pytest_dvp.drive.stages import StageError
 from pytest_dvp.logs.read_log import read_log

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from ads.planning.nets import NETS
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from pytest_dvp.logs.log import Log
 from scenarios import path
 from vehicle.messages import Command, Observation

@@ -11,8 +11,9 @@ import pytest
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.drive import stack_process
-from pytest_dvp.drive.run import RunResult, run
-from pytest_dvp.drive.stack_host import AdsError
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
+from pytest_dvp.drive.stack_faults import AdsError
 from tests.unit.harness.test_loop import WITH_TARGET
 
 Write = Callable[..., Path]

@@ -13,7 +13,8 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from pytest_dvp.drive.stages import StageError
 from tests.plugin.conftest import XOSC, write_scenario
 from tests.unit.harness.conftest import OneTrick, coast

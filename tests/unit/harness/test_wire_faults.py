@@ -10,10 +10,11 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from pytest_dvp.drive.stages import StageError
 from pytest_dvp.drive.wire_log import wire_verdict
-from pytest_dvp.logs.log import LogEvent
+from pytest_dvp.logs.log_contents import LogEvent
 from tests.unit.harness.conftest import OneTrick, coast
 from tests.unit.harness.test_loop import WITH_TARGET
 

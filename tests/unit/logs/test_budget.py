@@ -10,7 +10,7 @@ import pytest
 
 from pytest_dvp.logs.account import Account, open_account
 from pytest_dvp.logs.budget import Budget, budget_in_force, environment_of, in_force, parse_size, shown_size
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 
 MB = 1 << 20
 

@@ -10,7 +10,7 @@ import pytest
 from drives import drive, write_csv
 
 from pytest_dvp.logs.column_names import parse_header
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 
 

@@ -11,7 +11,7 @@ from drives import UNITS, drive, scaled, without, write_csv
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.doctor import read_sound
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 
 
 def test_a_sound_log_is_answered_with_0(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

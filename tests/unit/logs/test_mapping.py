@@ -10,7 +10,8 @@ from drives import drive, write_csv
 from mcaps import states, write_json
 
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 
 WHEEL = '[[signal]]\nname = "steer"\nfield = "wheel"\nratio = 16.0\n'

@@ -11,7 +11,8 @@ from mcap.writer import CompressionType
 from mcaps import states, write_json
 
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 
 MAPPING = """

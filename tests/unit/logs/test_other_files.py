@@ -13,7 +13,7 @@ import pytest
 from drives import drive, write_csv
 
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log, read_streams
 
 TABLE = "t [s],v [m/s]\n" + "".join(f"{k / 10},{k}\n" for k in range(50))

@@ -10,7 +10,7 @@ import pytest
 from drives import drive
 
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 
 DEG = 180.0 / np.pi

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from hypothesis import settings
 
-from pytest_dvp.logs.log import DetectionTable, FloatArray, Log, LogEvent, ObjectTrack
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import DetectionTable, FloatArray, LogEvent, ObjectTrack
 
 STEP = 0.01  # s
 relaxed = settings(deadline=None)  # the first example may compile

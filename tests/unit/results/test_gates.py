@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from results_logs import drive_straight, log_of, times, track
 
-from pytest_dvp.logs.log import Log, LogEvent
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import LogEvent
 from pytest_dvp.metrics import Measured, known_metrics, metric, registry
 from pytest_dvp.metrics.metric import REQUIRED
 from pytest_dvp.verdicts.judging import Gate, GateFile, Verdict, default_gates, judge, judge_between, overall

@@ -8,11 +8,12 @@ import pytest
 from results_logs import drive_straight, log_of
 
 from pytest_dvp.logs.event_names import unique_names
-from pytest_dvp.logs.log import Log, LogEvent
-from pytest_dvp.logs.silent_events import without_optional
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import LogEvent
 from pytest_dvp.metrics import compute, known_metrics
-from pytest_dvp.plugin.session_summary import asked_verdicts, undecided
 from pytest_dvp.verdicts.judging import Gate, default_gates, judge, never_fired, overall, unjudged
+from pytest_dvp.verdicts.result_text import asked_verdicts, undecided
+from pytest_dvp.verdicts.silent_events import without_optional
 
 EVENTS = {"storyboard_events": ["Brake", "Swerve"]}
 FIRED = LogEvent(1.0, "story.event", "Brake", "standbyState -> runningState", "a.xosc", 12)

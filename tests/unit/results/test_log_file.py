@@ -20,7 +20,8 @@ from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from results_logs import content, drive_straight, log_of, relaxed, rich_log, times, track
 
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_write import encode_log
 
 

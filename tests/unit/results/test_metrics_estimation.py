@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from results_logs import EGO, drive_straight, log_of, times, track
 
-from pytest_dvp.logs.log import DetectionTable, FloatArray
+from pytest_dvp.logs.log_contents import DetectionTable, FloatArray
 from pytest_dvp.metrics import compute
 
 FRONT = EGO["center_x"] + 0.5 * EGO["length"]  # m ahead of the reference point

@@ -10,7 +10,8 @@ import pytest
 from results_logs import drive_straight, log_of, times
 
 from pytest_dvp.logs.detected_tracks import matched, seen_tracks
-from pytest_dvp.logs.log import DetectionTable, FloatArray, Log, LogEvent
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import DetectionTable, FloatArray, LogEvent
 from pytest_dvp.metrics import compute
 
 WHEELBASE, SPEED, ANGLE = 2.5, 5.0, 0.1

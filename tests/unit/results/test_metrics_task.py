@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from results_logs import drive_straight, log_of, relaxed, times, track
 
-from pytest_dvp.logs.log import LogEvent
+from pytest_dvp.logs.log_contents import LogEvent
 from pytest_dvp.metrics import compute
 from pytest_dvp.metrics._polyline import lateral_offsets
 

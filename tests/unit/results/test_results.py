@@ -10,7 +10,8 @@ import pytest
 from results_logs import content, drive_straight, log_of, times, track
 
 from pytest_dvp.drive.run_folder import ResultError, write_run
-from pytest_dvp.logs.log import Log, LogError
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.verdicts.judging import Gate, judge
 
 LOG = drive_straight(

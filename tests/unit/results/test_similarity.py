@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from results_logs import log_of, relaxed, times, track
 
-from pytest_dvp.logs.log import FloatArray
+from pytest_dvp.logs.likeness import likeness
+from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.metrics import compute
-from pytest_dvp.metrics.signal_similarity import likeness
 
 
 def bump(t: FloatArray, at: float) -> FloatArray:

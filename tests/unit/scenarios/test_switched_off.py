@@ -13,7 +13,8 @@ from ads.planning.behaviour import Behaviour
 from ads.planning.nets import NETS
 from ads.planning.route import Map
 from ads.stack import Stack
-from pytest_dvp.drive.run import RunResult, run
+from pytest_dvp.drive.result import RunResult
+from pytest_dvp.drive.run import run
 from vehicle.messages import VehicleDescription
 
 

@@ -18,7 +18,7 @@ import bowl  # noqa: E402
 import farm  # noqa: E402
 
 from pytest_dvp.cli.command_line import main  # noqa: E402
-from pytest_dvp.drive.run_spec import SettingError  # noqa: E402
+from pytest_dvp.text.errors import SettingError  # noqa: E402
 from pytest_dvp.tuning.tune import tune  # noqa: E402
 from pytest_dvp.workers import dask_cluster as cluster_module  # noqa: E402
 from pytest_dvp.workers import job as job_module  # noqa: E402

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pytest_dvp.drive.remote_stack import RemoteStack
-from pytest_dvp.logs.log import LogError
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mapping import read_mapping
 from pytest_dvp.tuning.iteration_plan_file import read_plan
 from pytest_dvp.tuning.study_file import read_study

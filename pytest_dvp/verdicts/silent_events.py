@@ -9,7 +9,11 @@ import json
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from pytest_dvp.drive.run_spec import SettingError, nearest
+from pytest_dvp.logs.event_reference import means_event
+from pytest_dvp.text.errors import SettingError
+from pytest_dvp.text.printable import clean
+from pytest_dvp.text.spelling import nearest
+from pytest_dvp.verdicts.statuses import worst_status
 
 STORYBOARD = "storyboard"  # the gate that the verdict on such events names
 COUNTED = "events_fired"  # the metric whose gates decide on them
@@ -21,17 +25,12 @@ def is_of_events(verdict: Mapping[str, Any]) -> bool:
     return verdict["metric"] == COUNTED or (not verdict["metric"] and verdict["gate"] == STORYBOARD)
 
 
-def means(reference: str, name: str) -> bool:
-    """Whether a name that a user wrote means the event of this name: the name itself, or the end of it."""
-    return name == reference or name.endswith(f"::{reference}")
-
-
 def check_optional(optional: Collection[str], names: Sequence[str], option: str = "optional_events") -> None:
     """Raises SettingError with the nearest name for an event that a storyboard with these events does not have."""
     if isinstance(optional, str):
         raise SettingError(f"{option}: found {optional!r}, expected a list of names: {option}=[{optional!r}]")
     for reference in optional:
-        if any(means(reference, name) for name in names):
+        if any(means_event(reference, name) for name in names):
             continue
         near = nearest(reference, {name.rpartition("::")[2] for name in names} | set(names))
         has = f"it has: {', '.join(names)}" if names else "it has none"
@@ -41,7 +40,7 @@ def check_optional(optional: Collection[str], names: Sequence[str], option: str 
 
 def storyboard_verdict(silent: Sequence[str], count: int) -> dict[str, Any]:
     """The fields of the INCONCLUSIVE verdict on events that never fired, of `count` in the scenario."""
-    which = ", ".join(repr(_printable(name)) for name in silent[:SHOWN]) + (", ..." if len(silent) > SHOWN else "")
+    which = ", ".join(repr(clean(name)) for name in silent[:SHOWN]) + (", ..." if len(silent) > SHOWN else "")
     many = f"{len(silent)} of {count} events never fired: " if len(silent) > 1 else "event "
     short = f"{STORYBOARD} INCONCLUSIVE: {many}{which}{' never fired' if len(silent) == 1 else ''}"
     listed = json.dumps(list(silent[:SHOWN]))
@@ -56,7 +55,7 @@ def storyboard_verdict(silent: Sequence[str], count: int) -> dict[str, Any]:
         **texts,
         "gate": STORYBOARD,
         "status": "INCONCLUSIVE",
-        "message": _printable(message),
+        "message": clean(message),
         "short": short,
     }
 
@@ -66,7 +65,7 @@ def without_optional(result: Mapping[str, Any], optional: Collection[str]) -> di
 
     Names that the scenario does not have change nothing: `check_optional` tells them.
     """
-    silent = [name for name in result.get("never_fired", ()) if not any(means(one, name) for one in optional)]
+    silent = [name for name in result.get("never_fired", ()) if not any(means_event(one, name) for one in optional)]
     let_be = len(result.get("never_fired", ())) - len(silent)
     if not let_be:
         return dict(result)
@@ -78,8 +77,6 @@ def without_optional(result: Mapping[str, Any], optional: Collection[str]) -> di
             verdicts.append(verdict)
         elif silent:
             verdicts.append(storyboard_verdict(silent, len(result.get("events", ()))))
-    from pytest_dvp.plugin.session_summary import worst_status
-
     status = worst_status(verdicts) if verdicts else "INCONCLUSIVE"
     return {**result, "verdicts": verdicts, "never_fired": silent, "status": status}
 
@@ -100,8 +97,3 @@ def _fewer(verdict: Mapping[str, Any], let_be: int, silent: Sequence[str]) -> di
     short = f"{COUNTED} {value:.0f} <= {bound:.0f}"
     told = {"short": short, "message": f"{short}, margin {bound - value:.0f}", "object": ""}
     return {**verdict, **told, "status": "PASS", "value": value, "margin": bound - value}
-
-
-def _printable(text: str) -> str:
-    """Names come from a user's file and end in a terminal: no control characters."""
-    return "".join(c if c.isprintable() else "?" for c in text)
