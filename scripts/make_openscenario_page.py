@@ -13,13 +13,14 @@ from pathlib import Path
 
 from openscenario import model
 from openscenario.model.kinds import Element
+from openscenario.model.positions import Shape
 from openscenario.model.storyboard import AnyAction
-from openscenario.model.trajectories import Shape
 from openscenario.plan import ElementPlan, Leaf, Table, plan_of, tag_path
 from openscenario.read.header import VERSIONS
 from openscenario.storyboard import positions, trajectories
 from openscenario.storyboard.engine import Storyboard
-from openscenario.storyboard.registry import Unsupported, action_factories, condition_factories
+from openscenario.storyboard.registry import action_factories, condition_factories
+from openscenario.storyboard.unsupported import Unsupported
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "openscenario.md"
 

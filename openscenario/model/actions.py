@@ -35,9 +35,7 @@ from openscenario.model.kinds import (
     Speed,
     xml,
 )
-from openscenario.model.positions import Position
-from openscenario.model.routes import Route
-from openscenario.model.trajectories import TimeReference, Trajectory
+from openscenario.model.positions import Position, Route, TimeReference, Trajectory
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,8 @@ from openscenario.model.declarations import FileHeader
 from openscenario.model.entities import Controller, MiscObject, Pedestrian, Vehicle
 from openscenario.model.environment import Environment
 from openscenario.model.kinds import Element, xml
-from openscenario.model.routes import Route
+from openscenario.model.positions import Route, Trajectory
 from openscenario.model.storyboard import Maneuver
-from openscenario.model.trajectories import Trajectory
 
 CatalogEntry: TypeAlias = Vehicle | Controller | Pedestrian | MiscObject | Environment | Maneuver | Trajectory | Route
 

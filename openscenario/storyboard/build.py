@@ -8,18 +8,19 @@ from typing import TYPE_CHECKING
 from openscenario import model
 from openscenario.findings import Finding
 from openscenario.storyboard.nodes import Node
-from openscenario.storyboard.registry import Scope, Unsupported, action_factories, condition_factories
+from openscenario.storyboard.registry import Scope, action_factories, condition_factories
 from openscenario.storyboard.triggers import ConditionState, Test, TriggerState
+from openscenario.storyboard.unsupported import Unsupported
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
     from openscenario.storyboard.entity import Entity
 
 
 class Builder:
     """Builds the tree of a storyboard; what cannot run is collected in `findings`."""
 
-    def __init__(self, board: Storyboard) -> None:
+    def __init__(self, board: Board) -> None:
         self.board = board
         self.findings: list[Finding] = []
         self._triggers: list[tuple[Node, model.Trigger, str]] = []

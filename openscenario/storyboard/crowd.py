@@ -12,7 +12,7 @@ import math
 import random
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,8 @@ from numpy.typing import NDArray
 from openscenario import model
 from openscenario.road.positions import RoadPosition
 from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.ground import Ground
 from openscenario.storyboard.places import RoadPoint
-
-if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
 
 MOST = 300  # entities of traffic at a time
 SPACING = 5.0  # m between the spots of a lane
@@ -54,10 +52,25 @@ class Flow(Protocol):
     def come_and_go(self, crowd: Crowd, time: float) -> None: ...
 
 
+class Streets(Protocol):
+    """What a crowd needs of the storyboard it drives in."""
+
+    random: random.Random
+    time: float
+    ground: Ground
+    entities: dict[str, Entity]
+
+    def admit(self, entity: Entity) -> None:
+        """One more entity from now on."""
+
+    def dismiss(self, entity: Entity) -> None:
+        """An entity that came is gone."""
+
+
 class Crowd:
     """All traffic of a storyboard."""
 
-    def __init__(self, board: Storyboard) -> None:
+    def __init__(self, board: Streets) -> None:
         self.board = board
         self.random = random.Random(board.random.random())
         self.members: dict[str, tuple[Entity, float, Flow]] = {}  # name -> entity, wished speed, where it came from

@@ -19,7 +19,7 @@ from openscenario.storyboard.road_extents import road_extent
 from openscenario.storyboard.trailers import couples
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
     from openscenario.storyboard.ground import Ground
 
 Corners = tuple[tuple[float, float], ...]
@@ -75,7 +75,7 @@ def _to_edges(point: tuple[float, float], box: Corners) -> float:
 
 
 def measure(
-    board: Storyboard,
+    board: Board,
     entity: Entity,
     target: Entity | Callable[[], Place],
     *,
@@ -96,7 +96,7 @@ def measure(
 
 
 def _measure(
-    board: Storyboard,
+    board: Board,
     entity: Entity,
     target: Entity | Callable[[], Place],
     kind: str | None,
@@ -174,7 +174,7 @@ def _euclidian(entity: Entity, target: Entity | Callable[[], Place], free: bool)
     return run
 
 
-def _along_route(board: Storyboard, entity: Entity, target: Entity | Callable[[], Place], free: bool) -> Measure:
+def _along_route(board: Board, entity: Entity, target: Entity | Callable[[], Place], free: bool) -> Measure:
     if board.network is None:
         return _euclidian(entity, target, free)
     ahead = _along_road(board.ground, entity, target, False, free)

@@ -36,9 +36,10 @@ from openscenario.storyboard.nodes import (
     Transition,
 )
 from openscenario.storyboard.reading import EVENT_AGAIN, USUAL, Reading
-from openscenario.storyboard.registry import Instant, Runner, action_factories
+from openscenario.storyboard.registry import action_factories
 from openscenario.storyboard.report import report
 from openscenario.storyboard.requests import Asked, Request
+from openscenario.storyboard.runner import Instant, Runner
 from openscenario.storyboard.signals import programs
 from openscenario.storyboard.trailers import couple, couple_named, draw, line_up, trains
 from openscenario.storyboard.values import Values

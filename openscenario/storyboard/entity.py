@@ -11,7 +11,7 @@ from openscenario.storyboard.places import Place, wrap
 
 if TYPE_CHECKING:
     from openscenario import model
-    from openscenario.storyboard.registry import Runner
+    from openscenario.storyboard.runner import Runner
 
 
 class Visible:

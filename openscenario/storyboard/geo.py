@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Callable
 
-from openscenario.storyboard.registry import Unsupported
+from openscenario.storyboard.unsupported import Unsupported
 
 Project = Callable[[float, float], tuple[float, float]]
 """longitude, latitude [deg, WGS 84] -> x, y [m]"""

@@ -20,17 +20,18 @@ from openscenario.findings import Finding, ScenarioError
 from openscenario.road.positions import Pose, RoadPosition
 from openscenario.storyboard.geo import projection
 from openscenario.storyboard.places import Place, RoadPoint, turned_in_plane, yaw_in_plane
-from openscenario.storyboard.registry import Unsupported, entity_called
+from openscenario.storyboard.registry import entity_called
 from openscenario.storyboard.trajectories import Course, course
+from openscenario.storyboard.unsupported import Unsupported
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
     from openscenario.storyboard.entity import Entity
 
 Where = Callable[[], Place]
 
 
-def resolver(position: model.Position, board: Storyboard, mover: Entity | None = None) -> Where:
+def resolver(position: model.Position, board: Board, mover: Entity | None = None) -> Where:
     """A function that gives the place of `position` at the time it is called.
 
     `mover` is what will be put there: its route, if it has one, leads from another entity to what is relative to it.
@@ -62,7 +63,7 @@ def resolver(position: model.Position, board: Storyboard, mover: Entity | None =
     raise Unsupported("this position is not supported", element=position)
 
 
-def place(position: model.Position, board: Storyboard) -> Place:
+def place(position: model.Position, board: Board) -> Place:
     """The place of `position` now."""
     return resolver(position, board)()
 
@@ -78,12 +79,12 @@ def _orientation(orientation: model.Orientation | None, base: float) -> float:
     return orientation.h if orientation.type == "absolute" else base + orientation.h
 
 
-def _world(position: model.WorldPosition, board: Storyboard) -> Where:
+def _world(position: model.WorldPosition, board: Board) -> Where:
     """The numbers are those of the road file: where its header moves the roads, places go with them."""
     return _constant(on_ground(board, position.x, position.y, position.z, position.h, position.p, position.r))
 
 
-def _geo(position: model.GeoPosition, board: Storyboard) -> Where:
+def _geo(position: model.GeoPosition, board: Board) -> Where:
     """Projected as the road file's header says; the numbers are then those of the file."""
     if board.network is None:
         raise Unsupported("the scenario has no road network", element=position)
@@ -104,7 +105,7 @@ def _geo(position: model.GeoPosition, board: Storyboard) -> Where:
 
 
 def on_ground(
-    board: Storyboard, x: float, y: float, z: float | None, h: float | None, p: float | None, r: float | None
+    board: Board, x: float, y: float, z: float | None, h: float | None, p: float | None, r: float | None
 ) -> Place:
     """A place in the road file's numbers; what is not given of height, pitch and roll is the road's."""
     network = board.network
@@ -123,7 +124,7 @@ def on_ground(
     return Place(x, y, height, heading, p, r, None, h is not None)
 
 
-def _relative_world(position: model.RelativeWorldPosition, board: Storyboard) -> Where:
+def _relative_world(position: model.RelativeWorldPosition, board: Board) -> Where:
     other = entity_called(position.entity_ref, board, position)
     orientation = position.orientation
 
@@ -139,7 +140,7 @@ def _relative_world(position: model.RelativeWorldPosition, board: Storyboard) ->
     return where
 
 
-def _relative_object(position: model.RelativeObjectPosition, board: Storyboard) -> Where:
+def _relative_object(position: model.RelativeObjectPosition, board: Board) -> Where:
     other = entity_called(position.entity_ref, board, position)
     orientation = position.orientation
 
@@ -171,7 +172,7 @@ def turned(h: float, pitch: float, roll: float, x: float, y: float, z: float) ->
 
 
 def _on_lane(
-    board: Storyboard,
+    board: Board,
     point: RoadPoint,
     orientation: model.Orientation | None,
     *,
@@ -201,7 +202,7 @@ def _on_surface(pose: Pose, base: float, orientation: model.Orientation | None, 
     return Place(pose.x, pose.y, pose.z, h, pitch, roll, point, orientation is not None)
 
 
-def _road_of(board: Storyboard, road: str, element: object) -> None:
+def _road_of(board: Board, road: str, element: object) -> None:
     if board.network is None:
         raise Unsupported("the scenario has no road network", element=element)
     if road not in board.network.roads:
@@ -212,13 +213,13 @@ def _some(names: tuple[str, ...]) -> str:
     return ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
 
 
-def _on_road(board: Storyboard, road: str, s: float) -> float:
+def _on_road(board: Board, road: str, s: float) -> float:
     """s [m], or where the road ends if that comes first (the reader has said so)."""
     assert board.network is not None
     return min(max(s, 0.0), board.network.roads[road].length)
 
 
-def _lane(position: model.LanePosition, board: Storyboard) -> Where:
+def _lane(position: model.LanePosition, board: Board) -> Where:
     _road_of(board, position.road_id, position)
     s = _on_road(board, position.road_id, position.s)
     point = RoadPoint(position.road_id, position.lane_id, s, position.offset)
@@ -230,7 +231,7 @@ def _lane(position: model.LanePosition, board: Storyboard) -> Where:
         ) from None
 
 
-def _road(position: model.RoadPosition, board: Storyboard) -> Where:
+def _road(position: model.RoadPosition, board: Board) -> Where:
     _road_of(board, position.road_id, position)
     network = board.network
     assert network is not None
@@ -248,7 +249,7 @@ def shifted_lane(lane: int, by: int) -> int:
     return new
 
 
-def _relative_lane(position: model.RelativeLanePosition, board: Storyboard, mover: Entity | None) -> Where:
+def _relative_lane(position: model.RelativeLanePosition, board: Board, mover: Entity | None) -> Where:
     """`ds` and what goes with it follow the road: increasing s, lane ids, t. `dsLane` follows the other entity: ahead
     of it, lanes and offset to its left. With neither it is beside the other, as with `ds` of 0. Without orientation it
     heads with or against the traffic as the other does."""
@@ -290,7 +291,7 @@ def _no_lane(position: model.RelativeLanePosition, target: RoadPoint) -> Scenari
     )
 
 
-def _relative_road(position: model.RelativeRoadPosition, board: Storyboard, mover: Entity | None) -> Where:
+def _relative_road(position: model.RelativeRoadPosition, board: Board, mover: Entity | None) -> Where:
     """`ds` and `dt` are those of the road's axes. A relative orientation is one to the reference line; without any it
     faces as the other entity would there."""
     other = entity_called(position.entity_ref, board, position)
@@ -312,7 +313,7 @@ def _relative_road(position: model.RelativeRoadPosition, board: Storyboard, move
     return where
 
 
-def _trajectory(position: model.TrajectoryPosition, board: Storyboard) -> Where:
+def _trajectory(position: model.TrajectoryPosition, board: Board) -> Where:
     def where() -> Place:
         along: Course = course(position.trajectory, lambda inner: place(inner, board))
         x, y, z, h = along.at(position.s)
@@ -325,7 +326,7 @@ def _trajectory(position: model.TrajectoryPosition, board: Storyboard) -> Where:
     return where
 
 
-def _route(position: model.RoutePosition, board: Storyboard) -> Where:
+def _route(position: model.RoutePosition, board: Board) -> Where:
     network = board.network
     if network is None:
         raise Unsupported("the scenario has no road network", element=position)

@@ -3,7 +3,7 @@
 A new one is one function in one file:
 
     @action(model.SpeedAction)
-    def speed(element: model.SpeedAction, entity: Entity | None, board: Storyboard) -> Runner: ...
+    def speed(element: model.SpeedAction, entity: Entity | None, board: Board) -> Runner: ...
 
     @condition(model.SpeedCondition)
     def speed(element: model.SpeedCondition, entity: Entity | None, scope: Scope) -> Test: ...
@@ -19,12 +19,13 @@ import importlib
 import pkgutil
 from collections.abc import Callable, Mapping
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
-if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
-    from openscenario.storyboard.entity import Entity
-    from openscenario.storyboard.nodes import Node
+from openscenario.storyboard.board import Board
+from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.nodes import Node
+from openscenario.storyboard.runner import Runner
+from openscenario.storyboard.unsupported import Unsupported
 
 Factory = TypeVar("Factory", bound=Callable[..., Any])
 
@@ -32,22 +33,11 @@ Factory = TypeVar("Factory", bound=Callable[..., Any])
 class Scope(NamedTuple):
     """Where a condition stands: the storyboard, and the element whose trigger it belongs to."""
 
-    board: Storyboard
+    board: Board
     node: Node
 
 
-class Unsupported(Exception):
-    """An element, or an option of it, that this storyboard cannot run; `found` and `allowed` as in a Finding."""
-
-    def __init__(self, text: str, found: str = "", allowed: str = "", element: object = None) -> None:
-        super().__init__(text)
-        self.text = text
-        self.found = found
-        self.allowed = allowed
-        self.element = element
-
-
-def entity_called(name: str, board: Storyboard, element: object = None) -> Entity:
+def entity_called(name: str, board: Board, element: object = None) -> Entity:
     """The entity that an action, condition or position (`element`, if it is not the whole of it) refers to.
 
     Raises:
@@ -56,42 +46,6 @@ def entity_called(name: str, board: Storyboard, element: object = None) -> Entit
     if name not in board.entities:
         raise Unsupported("no entity of this name", name, ", ".join(board.entities), element)
     return board.entities[name]
-
-
-class Runner(Protocol):
-    """A running action of one actor. `domains`: what it holds, of "longitudinal", "lateral" and kinds of light."""
-
-    domains: tuple[str, ...]
-
-    def start(self) -> bool:
-        """Take hold; True if that was all."""
-
-    def step(self, dt: float) -> bool:
-        """Go on by `dt` [s]; True when done."""
-
-    def stop(self) -> None:
-        """Let go before the end."""
-
-
-class Instant:
-    """An action that is over as soon as it has begun."""
-
-    __slots__ = ("_do",)
-    domains: tuple[str, ...] = ()
-
-    def __init__(self, do: Callable[[], object] | None = None) -> None:
-        self._do = do
-
-    def start(self) -> bool:
-        if self._do is not None:
-            self._do()
-        return True
-
-    def step(self, dt: float) -> bool:
-        return True
-
-    def stop(self) -> None:
-        return None
 
 
 def action(kind: type) -> Callable[[Factory], Factory]:

@@ -6,9 +6,9 @@ import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
     from openscenario.storyboard.entity import Entity
-    from openscenario.storyboard.registry import Runner
+    from openscenario.storyboard.runner import Runner
 
 
 class Request(NamedTuple):
@@ -30,7 +30,7 @@ class Asked:
     __slots__ = ("_board", "_element", "_entity", "_left", "_runner")
     domains: tuple[str, ...] = ()
 
-    def __init__(self, runner: Runner, element: object, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, runner: Runner, element: object, entity: Entity, board: Board) -> None:
         self._runner = runner
         self._element = element
         self._entity = entity

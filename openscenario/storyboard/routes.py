@@ -12,13 +12,13 @@ from openscenario.road.route import RouteError, RouteLane
 from openscenario.storyboard.places import Place, RoadPoint
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
     from openscenario.storyboard.entity import Entity
 
 MOST_LANES = 10_000  # of roads without length there is no end
 
 
-def way(board: Storyboard, places: Sequence[Place]) -> tuple[RouteLane, ...]:
+def way(board: Board, places: Sequence[Place]) -> tuple[RouteLane, ...]:
     """Stretches of lanes through the places, in driving order; cut at the first place that no way leads to."""
     network = board.network
     if network is None:
@@ -56,7 +56,7 @@ def _across(network: RoadNetwork, point: RoadPoint) -> RoadPoint | None:
     return RoadPoint(road, min(lanes, key=lambda each: abs(each - lane)), s, 0.0) if lanes else None
 
 
-def wander(board: Storyboard, entity: Entity, length: float) -> tuple[RouteLane, ...]:
+def wander(board: Board, entity: Entity, length: float) -> tuple[RouteLane, ...]:
     """At least `length` [m] of lanes ahead of a tracked entity, with chance deciding where they part."""
     network = board.network
     assert network is not None
@@ -76,7 +76,7 @@ def wander(board: Storyboard, entity: Entity, length: float) -> tuple[RouteLane,
     return tuple(lanes)
 
 
-def _point(board: Storyboard, place: Place) -> RoadPoint:
+def _point(board: Board, place: Place) -> RoadPoint:
     """The drivable lane of a place: the one it names, or the nearest."""
     network = board.network
     assert network is not None
@@ -87,7 +87,7 @@ def _point(board: Storyboard, place: Place) -> RoadPoint:
 
 
 def along_route(
-    board: Storyboard,
+    board: Board,
     places: Sequence[Place],
     inside: model.PositionInLaneCoordinates | model.PositionInRoadCoordinates,
 ) -> RoadPoint:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from openscenario import model
-from openscenario.storyboard.registry import Unsupported
+from openscenario.storyboard.unsupported import Unsupported
 from openscenario.storyboard.world import World
 
 ROUNDING = 1e-9  # s

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from openscenario.model.kinds import Element
-from openscenario.model.routes import Route
-from openscenario.model.trajectories import Clothoid, Nurbs, Polyline
+from openscenario.model.positions import Clothoid, Nurbs, Polyline, Route
 from openscenario.read.checks.registry import check
 from openscenario.read.context import Context
 

@@ -6,21 +6,22 @@ from typing import TYPE_CHECKING
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Instant, Runner, action
+from openscenario.storyboard.registry import action
+from openscenario.storyboard.runner import Instant, Runner
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 
 @action(model.ControllerAction)
 @action(model.ActivateControllerAction)
-def controller(element: object, entity: Entity, board: Storyboard) -> Runner:
+def controller(element: object, entity: Entity, board: Board) -> Runner:
     """The entity stays with the default controller; the ego's controller is the driving stack under test."""
     return Instant()
 
 
 @action(model.EnvironmentAction)
-def environment(element: model.EnvironmentAction, entity: None, board: Storyboard) -> Runner:
+def environment(element: model.EnvironmentAction, entity: None, board: Board) -> Runner:
     """Kept in `board.world` for whoever wants to know; motion does not depend on it."""
 
     def change() -> None:
@@ -31,12 +32,12 @@ def environment(element: model.EnvironmentAction, entity: None, board: Storyboar
 
 
 @action(model.CustomCommandAction)
-def command(element: model.CustomCommandAction, entity: None, board: Storyboard) -> Runner:
+def command(element: model.CustomCommandAction, entity: None, board: Board) -> Runner:
     """Kept in `board.world.commands`; never carried out: a scenario must not run programs."""
     return Instant(lambda: board.world.commands.append((board.time, element.type, element.content)))
 
 
 @action(model.SetMonitorAction)
-def monitor(element: model.SetMonitorAction, entity: None, board: Storyboard) -> Runner:
+def monitor(element: model.SetMonitorAction, entity: None, board: Board) -> Runner:
     """Monitors are for whoever watches the simulation."""
     return Instant()

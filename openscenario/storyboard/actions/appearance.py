@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Instant, Runner, action
+from openscenario.storyboard.registry import action
+from openscenario.storyboard.runner import Instant, Runner
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 
 class Wait:
@@ -53,7 +54,7 @@ class Flash:
 
 
 @action(model.AppearanceAction)
-def appearance(element: model.AppearanceAction, entity: Entity, board: Storyboard) -> Runner:
+def appearance(element: model.AppearanceAction, entity: Entity, board: Board) -> Runner:
     """No sensor model here sees lights and animations. A change of lights lasts its transition time, flashing until
     another action takes the same light, an animation its duration, one in a loop until it is stopped."""
     light, animation = element.light_state_action, element.animation_action

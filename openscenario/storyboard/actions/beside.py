@@ -19,7 +19,7 @@ from openscenario.storyboard.places import wrap
 from openscenario.storyboard.registry import entity_called
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 REACHED = 0.01  # m
 ALIGNED = 0.01  # rad
@@ -66,7 +66,7 @@ class Beside:
     __slots__ = ("_board", "_element", "_entity", "_other", "_side", "_there")
     domains: tuple[str, ...] = ("lateral",)
 
-    def __init__(self, element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, element: model.LateralDistanceAction, entity: Entity, board: Board) -> None:
         self._element = element
         self._entity = entity
         self._board = board

@@ -9,10 +9,11 @@ from openscenario import model
 from openscenario.storyboard.distances import Measure, measure
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.limits import Limits, both, given, performance
-from openscenario.storyboard.registry import Runner, action, entity_called
+from openscenario.storyboard.registry import action, entity_called
+from openscenario.storyboard.runner import Runner
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 STIFFNESS = 0.4  # 1/m per m/s^2 of the limit: how hard the distance is drawn in
 REACHED = 0.1  # m
@@ -30,7 +31,7 @@ class KeepDistance:
     __slots__ = ("_acceleration", "_board", "_distance", "_element", "_entity", "_limits", "_other", "_side")
     domains: tuple[str, ...] = ("longitudinal",)
 
-    def __init__(self, element: model.LongitudinalDistanceAction, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, element: model.LongitudinalDistanceAction, entity: Entity, board: Board) -> None:
         self._element = element
         self._entity = entity
         self._board = board
@@ -98,5 +99,5 @@ class KeepDistance:
 
 
 @action(model.LongitudinalDistanceAction)
-def keep_distance(element: model.LongitudinalDistanceAction, entity: Entity, board: Storyboard) -> Runner:
+def keep_distance(element: model.LongitudinalDistanceAction, entity: Entity, board: Board) -> Runner:
     return KeepDistance(element, entity, board)

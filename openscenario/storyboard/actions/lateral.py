@@ -11,10 +11,12 @@ from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.motion import lean, way
 from openscenario.storyboard.positions import shifted_lane
 from openscenario.storyboard.reading import OFFSET_ENDED
-from openscenario.storyboard.registry import Runner, Unsupported, action, entity_called
+from openscenario.storyboard.registry import action, entity_called
+from openscenario.storyboard.runner import Runner
+from openscenario.storyboard.unsupported import Unsupported
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 NEAR = 1e-6  # m, and m/s
 STILL = 1e-3  # m/s: slower is standing
@@ -31,7 +33,7 @@ class Shift:
     __slots__ = ("_board", "_change", "_entity")
     domains: tuple[str, ...] = ("lateral",)
 
-    def __init__(self, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, entity: Entity, board: Board) -> None:
         self._entity = entity
         self._board = board
         self._change = Transition("step", 0.0, 0.0, 0.0)
@@ -77,7 +79,7 @@ class LaneChange(Shift):
 
     __slots__ = ("_by_distance", "_element", "_other")
 
-    def __init__(self, element: model.LaneChangeAction, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, element: model.LaneChangeAction, entity: Entity, board: Board) -> None:
         super().__init__(entity, board)
         self._element = element
         self._by_distance = element.lane_change_action_dynamics.dynamics_dimension == "distance"
@@ -168,7 +170,7 @@ class LaneOffset(Shift):
 
     __slots__ = ("_before", "_element", "_goes_on", "_other", "_rate", "_target")
 
-    def __init__(self, element: model.LaneOffsetAction, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, element: model.LaneOffsetAction, entity: Entity, board: Board) -> None:
         super().__init__(entity, board)
         self._element = element
         self._target = 0.0
@@ -265,10 +267,10 @@ class LaneOffset(Shift):
 
 
 @action(model.LaneChangeAction)
-def lane_change(element: model.LaneChangeAction, entity: Entity, board: Storyboard) -> Runner:
+def lane_change(element: model.LaneChangeAction, entity: Entity, board: Board) -> Runner:
     return LaneChange(element, entity, board)
 
 
 @action(model.LaneOffsetAction)
-def lane_offset(element: model.LaneOffsetAction, entity: Entity, board: Storyboard) -> Runner:
+def lane_offset(element: model.LaneOffsetAction, entity: Entity, board: Board) -> Runner:
     return LaneOffset(element, entity, board)

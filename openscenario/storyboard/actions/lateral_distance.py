@@ -10,10 +10,12 @@ from openscenario.storyboard.actions.beside import Beside, side_of
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.limits import Limits, given
 from openscenario.storyboard.motion import lean
-from openscenario.storyboard.registry import Runner, Unsupported, action, entity_called
+from openscenario.storyboard.registry import action, entity_called
+from openscenario.storyboard.runner import Runner
+from openscenario.storyboard.unsupported import Unsupported
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 REACHED = 0.01  # m
 STIFFNESS = 0.4  # 1/m per m/s^2 of the limit, as along the road
@@ -32,7 +34,7 @@ class LateralDistance:
     __slots__ = ("_acceleration", "_board", "_element", "_entity", "_limits", "_other", "_rate", "_side", "_there")
     domains: tuple[str, ...] = ("lateral",)
 
-    def __init__(self, element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, element: model.LateralDistanceAction, entity: Entity, board: Board) -> None:
         if board.network is None:
             raise Unsupported("the scenario has no road network", element.coordinate_system, "entity")
         self._element = element
@@ -121,7 +123,7 @@ class LateralDistance:
 
 
 @action(model.LateralDistanceAction)
-def lateral_distance(element: model.LateralDistanceAction, entity: Entity, board: Storyboard) -> Runner:
+def lateral_distance(element: model.LateralDistanceAction, entity: Entity, board: Board) -> Runner:
     """Across the road; in the coordinates of an entity by steering for a line beside it, see below."""
     if element.coordinate_system == "entity":
         return Beside(element, entity, board)

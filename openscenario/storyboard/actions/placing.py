@@ -9,11 +9,12 @@ from openscenario import model
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.nodes import Node
 from openscenario.storyboard.positions import resolver
-from openscenario.storyboard.registry import Instant, Runner, action, entity_called
+from openscenario.storyboard.registry import action, entity_called
+from openscenario.storyboard.runner import Instant, Runner
 from openscenario.storyboard.trailers import line_up, train
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 
 class Teleport(Instant):
@@ -25,7 +26,7 @@ class Teleport(Instant):
 
     __slots__ = ("_board", "_entity", "_where")
 
-    def __init__(self, element: model.TeleportAction, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, element: model.TeleportAction, entity: Entity, board: Board) -> None:
         super().__init__()
         self._where = resolver(element.position, board, entity)
         self._entity = entity
@@ -43,7 +44,7 @@ class Teleport(Instant):
 
 
 @action(model.TeleportAction)
-def teleport(element: model.TeleportAction, entity: Entity, board: Storyboard) -> Runner:
+def teleport(element: model.TeleportAction, entity: Entity, board: Board) -> Runner:
     return Teleport(element, entity, board)
 
 
@@ -59,7 +60,7 @@ def leave_out(nodes: Iterator[Node], entities: dict[str, Entity], placed: Collec
 
 
 @action(model.EntityAction)
-def entity_action(element: model.EntityAction, entity: None, board: Storyboard) -> Runner:
+def entity_action(element: model.EntityAction, entity: None, board: Board) -> Runner:
     """Who is there already is not added again; who is added later and has no Init actions is not there before."""
     target = entity_called(element.entity_ref, board)
     if isinstance(element.action, model.AddEntityAction):

@@ -8,11 +8,13 @@ from openscenario import model
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import Where, resolver
-from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
+from openscenario.storyboard.registry import action
 from openscenario.storyboard.routes import wander, way
+from openscenario.storyboard.runner import Instant, Runner
+from openscenario.storyboard.unsupported import Unsupported
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 FAR = 10_000.0  # m
 
@@ -23,7 +25,7 @@ class Route(Instant):
     __slots__ = ("_board", "_element", "_entity", "_from_here", "_waypoints")
 
     def __init__(
-        self, element: model.Element, entity: Entity, board: Storyboard, waypoints: list[Where], *, from_here: bool
+        self, element: model.Element, entity: Entity, board: Board, waypoints: list[Where], *, from_here: bool
     ) -> None:
         super().__init__()
         self._element = element
@@ -58,13 +60,13 @@ class Route(Instant):
 
 
 @action(model.AssignRouteAction)
-def assign_route(element: model.AssignRouteAction, entity: Entity, board: Storyboard) -> Runner:
+def assign_route(element: model.AssignRouteAction, entity: Entity, board: Board) -> Runner:
     waypoints = [resolver(waypoint.position, board) for waypoint in element.route.waypoints]
     return Route(element, entity, board, waypoints, from_here=False)
 
 
 @action(model.RandomRouteAction)
-def random_route(element: model.RandomRouteAction, entity: Entity, board: Storyboard) -> Runner:
+def random_route(element: model.RandomRouteAction, entity: Entity, board: Board) -> Runner:
     """A way from where the entity is, drawn from the storyboard's seed where roads part; 10 km or to a dead end."""
     if board.network is None:
         raise Unsupported("the scenario has no road network")
@@ -78,6 +80,6 @@ def random_route(element: model.RandomRouteAction, entity: Entity, board: Storyb
 
 
 @action(model.AcquirePositionAction)
-def acquire_position(element: model.AcquirePositionAction, entity: Entity, board: Storyboard) -> Runner:
+def acquire_position(element: model.AcquirePositionAction, entity: Entity, board: Board) -> Runner:
     """At Init an external entity's position is its route's last waypoint, whatever way it takes."""
     return Route(element, entity, board, [resolver(element.position, board)], from_here=True)

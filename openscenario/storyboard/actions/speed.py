@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 from openscenario import model
 from openscenario.storyboard.dynamics import AREAS, SAME, Transition, span
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Runner, action, entity_called
+from openscenario.storyboard.registry import action, entity_called
+from openscenario.storyboard.runner import Runner
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 FASTEST = 1e4  # m/s, the largest speed that is read from a file: who has no performance is not infinitely fast
 
@@ -37,7 +38,7 @@ class Speed:
     __slots__ = ("_began", "_change", "_continuous", "_dynamics", "_entity", "_follows", "_reached", "_wanted")
     domains: tuple[str, ...] = ("longitudinal",)
 
-    def __init__(self, element: model.SpeedAction, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, element: model.SpeedAction, entity: Entity, board: Board) -> None:
         self._entity = entity
         self._dynamics = element.speed_action_dynamics
         self._wanted, self._follows, self._continuous = _target(element.speed_action_target, entity, board)
@@ -153,9 +154,7 @@ def _time_over(distance: float, speed: float, target: float) -> float:
     return 2.0 * distance / both if both > 0.0 else 0.0
 
 
-def _target(
-    target: model.SpeedActionTarget, entity: Entity, board: Storyboard
-) -> tuple[Callable[[], float], bool, bool]:
+def _target(target: model.SpeedActionTarget, entity: Entity, board: Board) -> tuple[Callable[[], float], bool, bool]:
     """A function that gives the wanted speed [m/s] now, whether that moves, and whether it is kept once reached."""
     if isinstance(target, model.AbsoluteTargetSpeed):
         value = target.value
@@ -171,5 +170,5 @@ def _target(
 
 
 @action(model.SpeedAction)
-def speed(element: model.SpeedAction, entity: Entity, board: Storyboard) -> Runner:
+def speed(element: model.SpeedAction, entity: Entity, board: Board) -> Runner:
     return Speed(element, entity, board)

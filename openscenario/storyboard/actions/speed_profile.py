@@ -10,11 +10,12 @@ from openscenario import model
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.limits import Limits, both, first, given, performance
 from openscenario.storyboard.reading import CONSTRAINTS_CUT
-from openscenario.storyboard.registry import Runner, action, entity_called
+from openscenario.storyboard.registry import action, entity_called
+from openscenario.storyboard.runner import Runner
 from openscenario.storyboard.speed_curve import Piece, Point, curve
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 LATE = 1e-3  # s: less is rounding
 
@@ -32,7 +33,7 @@ class SpeedProfile:
     __slots__ = ("_board", "_clock", "_element", "_entity", "_other", "_pieces", "_times")
     domains: tuple[str, ...] = ("longitudinal",)
 
-    def __init__(self, element: model.SpeedProfileAction, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, element: model.SpeedProfileAction, entity: Entity, board: Board) -> None:
         self._element = element
         self._entity = entity
         self._board = board
@@ -116,5 +117,5 @@ class SpeedProfile:
 
 
 @action(model.SpeedProfileAction)
-def speed_profile(element: model.SpeedProfileAction, entity: Entity, board: Storyboard) -> Runner:
+def speed_profile(element: model.SpeedProfileAction, entity: Entity, board: Board) -> Runner:
     return SpeedProfile(element, entity, board)

@@ -29,10 +29,11 @@ from openscenario.storyboard.actions.trajectory import FollowTrajectory
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import Where, resolver
-from openscenario.storyboard.registry import Runner, action, entity_called
+from openscenario.storyboard.registry import action, entity_called
+from openscenario.storyboard.runner import Runner
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 SMALL = 1e-6
 NEVER = 1e10  # s
@@ -61,7 +62,7 @@ class Synchronize:
     )
     domains: tuple[str, ...] = ("longitudinal",)
 
-    def __init__(self, element: model.SynchronizeAction, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, element: model.SynchronizeAction, entity: Entity, board: Board) -> None:
         self._element = element
         self._entity = entity
         self._board = board
@@ -215,6 +216,6 @@ def _corner(way: float, time: float, speed: float, final: float) -> tuple[float,
 
 
 @action(model.SynchronizeAction)
-def synchronize(element: model.SynchronizeAction, entity: Entity, board: Storyboard) -> Runner:
+def synchronize(element: model.SynchronizeAction, entity: Entity, board: Board) -> Runner:
     """Ramps of constant acceleration; see below."""
     return Synchronize(element, entity, board)

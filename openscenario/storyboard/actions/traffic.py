@@ -11,10 +11,12 @@ from openscenario import model
 from openscenario.storyboard.crowd import TOWN, Crowd, Flow, Mask, weighted
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.positions import Where, resolver
-from openscenario.storyboard.registry import Instant, Runner, Unsupported, action, entity_called
+from openscenario.storyboard.registry import action, entity_called
+from openscenario.storyboard.runner import Instant, Runner
+from openscenario.storyboard.unsupported import Unsupported
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 # length, width, height, rear axle to rear bumper, wheelbase [m] where the file names categories only
 SIZES = {
@@ -85,7 +87,7 @@ class Source:
     """Every 1 / rate seconds one more within the radius (on the nearest lane, if none is so near), as soon as there is
     room; with the given speed, else that of the limit."""
 
-    def __init__(self, element: model.TrafficSourceAction, name: str, board: Storyboard) -> None:
+    def __init__(self, element: model.TrafficSourceAction, name: str, board: Board) -> None:
         self._element = element
         self._name = name
         self._where: Where = resolver(element.position, board)
@@ -111,7 +113,7 @@ class Source:
 class Sink:
     """Takes traffic (nothing that the file names as an entity) out of its radius, so many a second if it has a rate."""
 
-    def __init__(self, element: model.TrafficSinkAction, board: Storyboard) -> None:
+    def __init__(self, element: model.TrafficSinkAction, board: Board) -> None:
         self._element = element
         self._where: Where = resolver(element.position, board)
         self._due = -math.inf
@@ -132,7 +134,7 @@ class Swarm:
     """Keeps so many in the ellipse around the central entity, turned and moved with it, but lets none appear in the
     inner circle; who leaves the ellipse is gone."""
 
-    def __init__(self, element: model.TrafficSwarmAction, name: str, board: Storyboard) -> None:
+    def __init__(self, element: model.TrafficSwarmAction, name: str, board: Board) -> None:
         self._element = element
         self._name = name
         self._central = entity_called(element.central_object.entity_ref, board, element.central_object)
@@ -179,7 +181,7 @@ class Swarm:
 class Area:
     """Puts so many into a polygon or onto stretches of roads; `continuous` keeps the number, who leaves is gone."""
 
-    def __init__(self, element: model.TrafficAreaAction, name: str, board: Storyboard) -> None:
+    def __init__(self, element: model.TrafficAreaAction, name: str, board: Board) -> None:
         self._element = element
         self._name = name
         self._kinds = Kinds(None, element.traffic_distribution)
@@ -233,7 +235,7 @@ def within(corners: list[tuple[float, float]], x: np.ndarray, y: np.ndarray) -> 
 
 
 @action(model.TrafficAction)
-def traffic(element: model.TrafficAction, entity: Entity | None, board: Storyboard) -> Runner:
+def traffic(element: model.TrafficAction, entity: Entity | None, board: Board) -> Runner:
     """Cars and the like come and go by the storyboard's seed, at most 300 at a time; see below."""
     inner = element.action
     if isinstance(inner, model.TrafficStopAction):

@@ -5,21 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from openscenario import model
-from openscenario.storyboard.registry import Instant, Runner, action
+from openscenario.storyboard.registry import action
+from openscenario.storyboard.runner import Instant, Runner
 from openscenario.storyboard.signals import program_with
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 
 @action(model.TrafficSignalStateAction)
-def signal_state(element: model.TrafficSignalStateAction, entity: None, board: Storyboard) -> Runner:
+def signal_state(element: model.TrafficSignalStateAction, entity: None, board: Board) -> Runner:
     """Holds until another action or the next phase of a controller sets it."""
     return Instant(lambda: board.world.signals.__setitem__(element.name, element.state))
 
 
 @action(model.TrafficSignalControllerAction)
-def signal_controller(element: model.TrafficSignalControllerAction, entity: None, board: Storyboard) -> Runner:
+def signal_controller(element: model.TrafficSignalControllerAction, entity: None, board: Board) -> Runner:
     """The controller goes on from the beginning of that phase."""
     program = program_with(board.programs, element.traffic_signal_controller_ref, element.phase)
 

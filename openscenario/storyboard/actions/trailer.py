@@ -6,15 +6,17 @@ from typing import TYPE_CHECKING
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Instant, Runner, Unsupported, action, entity_called
+from openscenario.storyboard.registry import action, entity_called
+from openscenario.storyboard.runner import Instant, Runner
 from openscenario.storyboard.trailers import couple, train, uncouple
+from openscenario.storyboard.unsupported import Unsupported
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 
 @action(model.ConnectTrailerAction)
-def connect(element: model.ConnectTrailerAction, entity: Entity, board: Storyboard) -> Runner:
+def connect(element: model.ConnectTrailerAction, entity: Entity, board: Board) -> Runner:
     """The named entity hangs on the actor from now on, wherever it was; its own actions no longer move it."""
     trailer = entity_called(element.trailer_ref, board)
     if trailer is entity:
@@ -30,6 +32,6 @@ def connect(element: model.ConnectTrailerAction, entity: Entity, board: Storyboa
 
 
 @action(model.DisconnectTrailerAction)
-def disconnect(element: model.DisconnectTrailerAction, entity: Entity, board: Storyboard) -> Runner:
+def disconnect(element: model.DisconnectTrailerAction, entity: Entity, board: Board) -> Runner:
     """The trailer of the actor stands where it is from now on."""
     return Instant(lambda: uncouple(entity))

@@ -10,11 +10,12 @@ from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.motion import way
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import place, resolver
-from openscenario.storyboard.registry import Runner, action
+from openscenario.storyboard.registry import action
+from openscenario.storyboard.runner import Runner
 from openscenario.storyboard.trajectories import Course, course
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 JUMP = 1e-3  # m
 
@@ -39,7 +40,7 @@ class FollowTrajectory:
         "domains",
     )
 
-    def __init__(self, element: model.FollowTrajectoryAction, entity: Entity, board: Storyboard) -> None:
+    def __init__(self, element: model.FollowTrajectoryAction, entity: Entity, board: Board) -> None:
         self._element = element
         self._entity = entity
         self._board = board
@@ -222,6 +223,6 @@ def _stamped(shape: model.Shape) -> bool:
 
 
 @action(model.FollowTrajectoryAction)
-def follow_trajectory(element: model.FollowTrajectoryAction, entity: Entity, board: Storyboard) -> Runner:
+def follow_trajectory(element: model.FollowTrajectoryAction, entity: Entity, board: Board) -> Runner:
     """In the time of the time stamps, or at the own speed; see below."""
     return FollowTrajectory(element, entity, board)

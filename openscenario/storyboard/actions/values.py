@@ -5,20 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from openscenario import model
-from openscenario.storyboard.registry import Instant, Runner, Unsupported, action
+from openscenario.storyboard.registry import action
+from openscenario.storyboard.runner import Instant, Runner
+from openscenario.storyboard.unsupported import Unsupported
 from openscenario.storyboard.values import Values
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 
 @action(model.ParameterAction)
-def parameter(element: model.ParameterAction, entity: None, board: Storyboard) -> Runner:
+def parameter(element: model.ParameterAction, entity: None, board: Board) -> Runner:
     return _change(board.parameters, element.parameter_ref, element.action)
 
 
 @action(model.VariableAction)
-def variable(element: model.VariableAction, entity: None, board: Storyboard) -> Runner:
+def variable(element: model.VariableAction, entity: None, board: Board) -> Runner:
     return _change(board.variables, element.variable_ref, element.action)
 
 

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from openscenario import model
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Runner, action
+from openscenario.storyboard.registry import action
+from openscenario.storyboard.runner import Runner
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 
 class Show:
@@ -43,7 +44,7 @@ class Show:
 
 
 @action(model.VisibilityAction)
-def visibility(element: model.VisibilityAction, entity: Entity, board: Storyboard) -> Runner:
+def visibility(element: model.VisibilityAction, entity: Entity, board: Board) -> Runner:
     """Until the next one. `sensors`: those of the driven car, all or the named ones (lidar, camera); `traffic`: who
     comes from a TrafficAction or from SUMO; `graphics`: nothing is drawn."""
     return Show(element, entity)

@@ -12,8 +12,9 @@ from collections.abc import Callable
 from openscenario import model
 from openscenario.storyboard.actions.trajectory import FollowTrajectory
 from openscenario.storyboard.entity import Entity
-from openscenario.storyboard.registry import Scope, Unsupported, condition, entity_called
+from openscenario.storyboard.registry import Scope, condition, entity_called
 from openscenario.storyboard.triggers import Test
+from openscenario.storyboard.unsupported import Unsupported
 
 ROUNDING = 1e-9  # rad
 

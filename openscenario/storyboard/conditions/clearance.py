@@ -14,8 +14,9 @@ from openscenario.road.positions import RoadPosition
 from openscenario.storyboard.distances import Measure, measure
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.positions import shifted_lane
-from openscenario.storyboard.registry import Scope, Unsupported, condition, entity_called
+from openscenario.storyboard.registry import Scope, condition, entity_called
 from openscenario.storyboard.triggers import Test
+from openscenario.storyboard.unsupported import Unsupported
 
 
 @condition(model.RelativeClearanceCondition)

@@ -12,12 +12,13 @@ from openscenario.storyboard.distances import Measure, measure
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.places import Place
 from openscenario.storyboard.positions import resolver
-from openscenario.storyboard.registry import Scope, Unsupported, condition, entity_called
+from openscenario.storyboard.registry import Scope, condition, entity_called
 from openscenario.storyboard.triggers import Test
+from openscenario.storyboard.unsupported import Unsupported
 from openscenario.storyboard.values import COMPARISONS
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
     from openscenario.storyboard.ground import Ground
 
 SLOW = 1e-6  # m/s: no time to anything at this speed
@@ -129,7 +130,7 @@ def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, s
 
 
 def _closing(
-    board: Storyboard, entity: Entity, other: Entity | Callable[[], Place], kind: str, system: str | None
+    board: Board, entity: Entity, other: Entity | Callable[[], Place], kind: str, system: str | None
 ) -> Callable[[float], float]:
     """Rate [m/s] at which the distance shrinks, in the coordinates that it is measured in (1.3, class
     TimeToCollisionCondition: "the same coordinate system and relative distance type"); to something behind, that at

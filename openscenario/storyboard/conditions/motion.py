@@ -13,7 +13,7 @@ from openscenario.storyboard.triggers import Test
 from openscenario.storyboard.values import COMPARISONS
 
 if TYPE_CHECKING:
-    from openscenario.storyboard.engine import Storyboard
+    from openscenario.storyboard.board import Board
 
 RESOLUTION = 1e-9  # s
 
@@ -61,7 +61,7 @@ def acceleration(element: model.AccelerationCondition, entity: Entity, scope: Sc
     return lambda: holds(math.hypot(entity.ax, lateral()), value)
 
 
-def _lateral(entity: Entity, board: Storyboard) -> Callable[[], float]:
+def _lateral(entity: Entity, board: Board) -> Callable[[], float]:
     """Acceleration [m/s^2] to the left of an entity, from how its velocity changes; 0 at the first evaluation."""
     before, vx, vy = math.inf, 0.0, 0.0
 

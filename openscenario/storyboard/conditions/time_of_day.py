@@ -9,8 +9,9 @@ from __future__ import annotations
 from datetime import UTC, datetime, timedelta
 
 from openscenario import model
-from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.registry import Scope, condition
 from openscenario.storyboard.triggers import Test
+from openscenario.storyboard.unsupported import Unsupported
 from openscenario.storyboard.values import COMPARISONS
 
 

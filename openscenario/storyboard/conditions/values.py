@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from openscenario import model
 from openscenario.storyboard.nodes import COMPLETE, RUNNING, STANDBY, find
-from openscenario.storyboard.registry import Scope, Unsupported, condition
+from openscenario.storyboard.registry import Scope, condition
 from openscenario.storyboard.signals import program_with
 from openscenario.storyboard.triggers import Test
+from openscenario.storyboard.unsupported import Unsupported
 from openscenario.storyboard.values import COMPARISONS, Values, compare
 
 RESOLUTION = 1e-9  # s: a sum of steps meets a time in spite of rounding
