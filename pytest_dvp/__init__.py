@@ -4,22 +4,42 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pytest_dvp.text import old_paths
+
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.variant import Variant
     from pytest_dvp.drive.result import RunResult
     from pytest_dvp.drive.run import run
     from pytest_dvp.gap.assert_matches import assert_matches
+    from pytest_dvp.gap.compare.compare import compare
+    from pytest_dvp.gap.diagnose.diagnose import diagnose
+    from pytest_dvp.gap.extend.extend import extend
     from pytest_dvp.logs.log import Log
     from pytest_dvp.plugin.scenario_strategy import scenario_variants
 
-__all__ = ["Log", "RunResult", "Variant", "assert_matches", "run", "scenario_variants"]
+__all__ = [
+    "Log",
+    "RunResult",
+    "Variant",
+    "assert_matches",
+    "compare",
+    "diagnose",
+    "extend",
+    "run",
+    "scenario_variants",
+]
+
+old_paths.install()
 
 # pytest imports this package in every session that has the plugin installed, so nothing heavy may load here.
 _HOMES = {
     "Log": "pytest_dvp.logs.log",
-    "RunResult": "pytest_dvp.drive.run",
+    "RunResult": "pytest_dvp.drive.result",
     "Variant": "pytest_dvp.campaigns.variant",
     "assert_matches": "pytest_dvp.gap.assert_matches",
+    "compare": "pytest_dvp.gap.compare.compare",
+    "diagnose": "pytest_dvp.gap.diagnose.diagnose",
+    "extend": "pytest_dvp.gap.extend.extend",
     "run": "pytest_dvp.drive.run",
     "scenario_variants": "pytest_dvp.plugin.scenario_strategy",
 }

@@ -5,14 +5,11 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import inspect
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from openscenario.storyboard.reading import USUAL
-from pytest_dvp.drive.assignments import Assignments
 from pytest_dvp.drive.chosen_stack import Ads
 from pytest_dvp.drive.command_range import said_of as said_of_command
 from pytest_dvp.drive.compute_delay import parse_delay
@@ -430,15 +427,3 @@ def _broken(error: str, t: float) -> Verdict:
 
     text = f"run ERROR: {error.strip().splitlines()[-1]} at t={t:.2f} s"
     return Verdict("run", "", "ERROR", None, "", None, None, t, "", text, text, "", None)
-
-
-class _CallableModule(ModuleType):
-    """`pytest_dvp.run` is this module once it is imported, and the function for whoever uses the package."""
-
-    def __call__(self, *arguments: Any, **options: Any) -> RunResult:
-        return run(*arguments, **options)
-
-
-sys.modules[__name__].__class__ = _CallableModule
-
-__all__ = ["Assignments", "DriverFactory", "RunResult", "run"]
