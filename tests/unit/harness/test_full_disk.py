@@ -12,7 +12,8 @@ import pytest
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.drive.result import RunResult
 from pytest_dvp.drive.run import run
-from pytest_dvp.logs.log import Log, first_difference
+from pytest_dvp.logs.difference import first_difference
+from pytest_dvp.logs.log import Log
 from tests.unit.harness.conftest import OneTrick, coast
 
 Write = Callable[..., Path]

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.logs.log import Log, first_difference
+from pytest_dvp.logs.difference import first_difference
+from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.partial_log import PERIOD, LogPart
 from pytest_dvp.logs.recorder import LogRecorder
