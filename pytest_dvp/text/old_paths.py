@@ -29,6 +29,7 @@ NEW_PATHS: dict[str, tuple[str, ...]] = {
     "pytest_dvp.reality_gap.segments": ("pytest_dvp.gap.compare.segments",),
     "pytest_dvp.run": ("pytest_dvp.drive.run", "pytest_dvp.drive.result"),
     "vehicle.model.catalogue": ("vehicle.model.effect_catalogue",),
+    "vehicle.model.parameters": ("vehicle.model.simulator_parameters",),
     "vehicle.model.replay": ("vehicle.model.open_loop",),
 }
 """Old path, and where its names are now."""

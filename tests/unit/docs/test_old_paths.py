@@ -17,6 +17,7 @@ OLD = [
     ("pytest_dvp.run", "run", "RunResult"),
     ("pytest_dvp.cli", "main"),
     ("vehicle.model.catalogue", "catalogue"),
+    ("vehicle.model.parameters", "preset_s"),
     ("vehicle.model.replay", "Replay"),
 ]
 
