@@ -10,9 +10,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pytest_dvp.verdicts.result_text import is_of_the_run
+from pytest_dvp.text.names import NOT_ASKED
+from pytest_dvp.verdicts.broken_run import is_of_the_run
 from pytest_dvp.verdicts.silent_events import is_of_events, missed, without_optional
-from pytest_dvp.verdicts.statuses import NOT_ASKED
 
 _NOTHING = (9, 9, 0.0)  # the urgency of no gate
 

@@ -12,10 +12,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pytest_dvp.text.names import NOT_ASKED
 from pytest_dvp.text.printable import clean
 from pytest_dvp.verdicts.result_text import NOT_WRITTEN, Result, conditions, gathered, page_of, reason
 from pytest_dvp.verdicts.stage_table_text import table_lines
-from pytest_dvp.verdicts.statuses import NOT_ASKED
 from reports.verdicts import SEVERITY as ORDER
 from reports.verdicts import urgency
 

@@ -9,16 +9,9 @@ from typing import Any
 from pytest_dvp.text.names import REFERENCE
 from pytest_dvp.text.printable import clean
 from pytest_dvp.text.spelling import nearest
+from pytest_dvp.verdicts.broken_run import is_of_the_run
 from pytest_dvp.verdicts.silent_events import is_of_events, missed
 from reports.verdicts import urgency
-
-_RUN_ITSELF = ("run", "wire", "dry run")
-
-
-def is_of_the_run(verdict: Mapping[str, Any]) -> bool:
-    """Whether a verdict says that the run itself broke or lost messages: no choice of gates leaves it out."""
-    return not verdict["metric"] and verdict["gate"] in _RUN_ITSELF
-
 
 Result = Mapping[str, Any]
 

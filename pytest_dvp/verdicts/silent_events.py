@@ -13,7 +13,6 @@ from pytest_dvp.logs.event_reference import means_event
 from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.printable import clean
 from pytest_dvp.text.spelling import nearest
-from pytest_dvp.verdicts.statuses import worst_status
 
 STORYBOARD = "storyboard"  # the gate that the verdict on such events names
 COUNTED = "events_fired"  # the metric whose gates decide on them
@@ -77,6 +76,8 @@ def without_optional(result: Mapping[str, Any], optional: Collection[str]) -> di
             verdicts.append(verdict)
         elif silent:
             verdicts.append(storyboard_verdict(silent, len(result.get("events", ()))))
+    from pytest_dvp.verdicts.statuses import worst_status  # it needs `reports`, which no session without a run may load
+
     status = worst_status(verdicts) if verdicts else "INCONCLUSIVE"
     return {**result, "verdicts": verdicts, "never_fired": silent, "status": status}
 

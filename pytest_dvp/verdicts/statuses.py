@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from pytest_dvp.text.names import NOT_ASKED
 from reports.verdicts import SEVERITY as ORDER
 from reports.verdicts import urgency
-
-NOT_ASKED = "NOT ASKED"  # of a gate that did not pass and that the test left out
 
 
 def worst_first(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:

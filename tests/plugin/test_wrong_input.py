@@ -202,7 +202,8 @@ def test_the_command_beside_a_package_that_hides_one_of_ours_says_so_in_one_line
     else:
         hiding.mkdir()
         (hiding / "__init__.py").touch()
-    command = ["-c", "from pytest_dvp.cli import main; raise SystemExit(main())", "check", "s.xosc", "--json"]
+    program = "from pytest_dvp.cli.command_line import main; raise SystemExit(main())"
+    command = ["-c", program, "check", "s.xosc", "--json"]
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     done = subprocess.run(
         [sys.executable, *command], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False

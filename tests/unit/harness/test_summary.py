@@ -8,6 +8,8 @@ import pytest
 
 from pytest_dvp.plugin import session_summary
 from pytest_dvp.plugin.run_summary import Noted
+from pytest_dvp.verdicts.result_text import failure
+from pytest_dvp.verdicts.statuses import worst_first
 from reports.verdicts import SEVERITY, headline, rows
 
 
@@ -37,18 +39,18 @@ CRASH = result(
 
 def test_a_crash_is_the_headline_everywhere() -> None:
     harm_first = ["collision", "road_departure", "max_ttc_inverse", "jerk", "rmse"]
-    assert [each["metric"] for each in session_summary.worst_first(CRASH["verdicts"])] == harm_first
+    assert [each["metric"] for each in worst_first(CRASH["verdicts"])] == harm_first
     table = rows(CRASH["verdicts"])
     assert [row.metric for row in table] == harm_first
     assert "Worst: collision 1" in headline("FAIL", table)
-    assert (session_summary.failure(CRASH) or "").startswith("collision 1 against 0")
+    assert (failure(CRASH) or "").startswith("collision 1 against 0")
     assert "collision" in session_summary.lines([CRASH])[1]
     assert "::collision 1 against 0" in session_summary.github_annotations([CRASH])[0]
 
 
 def test_what_broke_the_run_itself_stands_before_a_crash() -> None:
     broken = verdict("", 0.0, 0.0, "FAIL", short="the car is lost")
-    assert (session_summary.failure(result(*CRASH["verdicts"], broken)) or "").startswith("the car is lost")
+    assert (failure(result(*CRASH["verdicts"], broken)) or "").startswith("the car is lost")
 
 
 LEFT_OUT = result(
@@ -81,7 +83,7 @@ def test_a_failed_test_that_asks_for_no_gate_shows_what_its_gates_say() -> None:
 def test_no_choice_of_gates_leaves_out_what_breaks_the_run_itself(gate: str, status: str) -> None:
     broken = verdict("", 0.0, 0.0, status, gate=gate, short=f"{gate} broke")
     run = result(broken, verdict("jerk", 1.0, 4.0, "PASS"))
-    assert (session_summary.failure(run, ["jerk"]) or "").startswith(f"{gate} broke")
+    assert (failure(run, ["jerk"]) or "").startswith(f"{gate} broke")
     assert Noted(run).told(failed=False)["status"] == status
 
 
