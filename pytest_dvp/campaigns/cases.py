@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.text.errors import SettingError
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def is_distribution(path: Path) -> bool:
         return False
 
 
-def choose(path: Path, settings: Settings, option: str = "--cases") -> Chosen:
+def choose(path: Path, settings: RunSpec, option: str = "--cases") -> Chosen:
     """The cases of a distribution file that the settings ask for: all, or a sample by the seed.
 
     Raises ScenarioError for a file that is wrong, SettingError if there are too many to run them all unasked.

@@ -16,7 +16,7 @@ from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_settings, settings_from
 from pytest_dvp.cli.shared.checkable_files import Kind, files_of, kind_of
 from pytest_dvp.cli.shared.runnable_scenarios import runnable, said
-from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.text.near_path import looked_for
 from pytest_dvp.text.paths import shown
 
@@ -92,7 +92,7 @@ def _once(found: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
     return list(merged.values())
 
 
-def _say_cases(path: Path, settings: Settings) -> None:
+def _say_cases(path: Path, settings: RunSpec) -> None:
     """How many runs a distribution is: what its author wants to know, and no finding."""
     from pytest_dvp.campaigns.cases import is_distribution
 
@@ -103,7 +103,7 @@ def _say_cases(path: Path, settings: Settings) -> None:
         print(f"{path}: {cases.count} cases of {cases.scenario}", file=sys.stderr)
 
 
-def _without_effect(path: Path, settings: Settings) -> Findings:
+def _without_effect(path: Path, settings: RunSpec) -> Findings:
     """What the scenario asks for and does not get: nothing is wrong with it, so it is no finding."""
     from openscenario.findings import ScenarioError
     from openscenario.no_effect import without_effect
@@ -132,7 +132,7 @@ def _files(text: str) -> list[Path]:
     return [path]
 
 
-def _with_gates(paths: Sequence[Path], settings: Settings) -> list[Path]:
+def _with_gates(paths: Sequence[Path], settings: RunSpec) -> list[Path]:
     """The files, each scenario with the gate file beside it: a run reads that too, and refuses what is wrong in it."""
     from pytest_dvp.verdicts.scenario_gates import gates_of
 
@@ -150,7 +150,7 @@ def _with_gates(paths: Sequence[Path], settings: Settings) -> list[Path]:
 
 def _checker(
     path: Path, effects: Mapping[str, Effect], options: Mapping[str, Any]
-) -> Callable[[Path, Settings], Findings]:
+) -> Callable[[Path, RunSpec], Findings]:
     # Whatever is none of the known kinds was named by a user as a scenario: its reader says what is wrong with it.
     kind = kind_of(path) or _NAMED.get(path.suffix.lower(), "scenario")
     if kind == "log":
@@ -158,7 +158,7 @@ def _checker(
     return partial(_model, effects=effects) if kind == "model" else CHECKERS[kind]
 
 
-def _scenario(path: Path, settings: Settings) -> Findings:
+def _scenario(path: Path, settings: RunSpec) -> Findings:
     from openscenario.read import check_scenario
 
     findings = check_scenario(path, library=settings.library, rootdir=settings.rootdir)
@@ -167,7 +167,7 @@ def _scenario(path: Path, settings: Settings) -> Findings:
         yield from _ego(path, settings)
 
 
-def _ego(path: Path, settings: Settings) -> Findings:
+def _ego(path: Path, settings: RunSpec) -> Findings:
     """What a run would need and `dvp play` would not: the one vehicle that the driving stack drives."""
     from openscenario.findings import ScenarioError
     from openscenario.read import read_scenario
@@ -191,14 +191,14 @@ def _ego(path: Path, settings: Settings) -> Findings:
             }
 
 
-def _road(path: Path, settings: Settings) -> Findings:
+def _road(path: Path, settings: RunSpec) -> Findings:
     # Not load_network: what it compiles is for driving, and a check shall start at once.
     from openscenario.road.opendrive import examine_opendrive
 
     return [finding.as_dict() for finding in examine_opendrive(path)[1]]
 
 
-def _gates(path: Path, settings: Settings) -> Findings:
+def _gates(path: Path, settings: RunSpec) -> Findings:
     from pytest_dvp.verdicts.judging import check_gates
     from pytest_dvp.verdicts.scenario_gates import check_beside
 
@@ -206,13 +206,13 @@ def _gates(path: Path, settings: Settings) -> Findings:
     return [finding.as_dict() for finding in (*check_gates(path), *beside)]
 
 
-def _model(path: Path, settings: Settings, effects: Mapping[str, Effect] | None = None) -> Findings:
+def _model(path: Path, settings: RunSpec, effects: Mapping[str, Effect] | None = None) -> Findings:
     from vehicle.model.model_file import ModelError, read_model
 
     return _one(path, "model.invalid", ModelError, lambda: read_model(path, extra=effects))
 
 
-def _study(path: Path, settings: Settings, plan: bool = False) -> Findings:
+def _study(path: Path, settings: RunSpec, plan: bool = False) -> Findings:
     from openscenario.findings import ScenarioError
     from pytest_dvp.tuning.iteration_plan_file import read_plan
     from pytest_dvp.tuning.study_file import read_study
@@ -227,7 +227,7 @@ def _study(path: Path, settings: Settings, plan: bool = False) -> Findings:
     return _of_what_it_names(found, settings)
 
 
-def _of_what_it_names(found: Study | Plan, settings: Settings) -> Findings:
+def _of_what_it_names(found: Study | Plan, settings: RunSpec) -> Findings:
     """What its run would refuse of the scenarios, logs and hidden effects that a study or plan names."""
     from pytest_dvp.drive.stages import StageError, check_hidden
     from pytest_dvp.tuning.iteration_plan import Plan
@@ -254,7 +254,7 @@ def _error(code: str, file: str, line: int | None, message: str) -> dict[str, An
     return {"code": code, "severity": "error", "file": file, "line": line, "element": "", "message": message}
 
 
-def _log(path: Path, settings: Settings, options: Mapping[str, Any] | None = None) -> Findings:
+def _log(path: Path, settings: RunSpec, options: Mapping[str, Any] | None = None) -> Findings:
     from pytest_dvp.doctor import examine
     from pytest_dvp.logs.log_error import LogError
     from pytest_dvp.logs.read_log import read_log
@@ -289,7 +289,7 @@ def _one(path: Path, code: str, kind: type[Exception], read: Callable[[], object
 
 # What a user names himself is taken for this by its ending, whatever is in it.
 _NAMED: dict[str, Kind] = {".toml": "model", **dict.fromkeys((".csv", ".tsv", ".txt", ".mat"), "log")}
-CHECKERS: dict[Kind, Callable[[Path, Settings], Findings]] = {
+CHECKERS: dict[Kind, Callable[[Path, RunSpec], Findings]] = {
     "scenario": _scenario,
     "road": _road,
     "gates": _gates,

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.shared.arguments import add_json, add_settings, settings_from
 from pytest_dvp.cli.shared.named_scenarios import named_scenarios
-from pytest_dvp.drive.run_spec import BUDGET, STAGES, Settings
+from pytest_dvp.drive.option import STAGES
+from pytest_dvp.drive.run_spec import BUDGET, OF_A_RUN, RunSpec
 from pytest_dvp.text.errors import SettingError, is_users_mistake
 from pytest_dvp.text.paths import shown
 from pytest_dvp.text.plain_json import finite
@@ -27,36 +28,6 @@ if TYPE_CHECKING:
     from pytest_dvp.drive.stage_comparison import Across
 
 PLACE = 30  # in `dvp --help`
-
-SETTINGS = (
-    "ads",
-    "seed",
-    "set",
-    "model",
-    "effects",
-    "gates",
-    "stage-gates",
-    "stage-logs",
-    "library",
-    "reading",
-    "ego",
-    "cases",
-    "duration",
-    "wall-limit",
-    "tick-limit",
-    "stack-process",
-    "compute-delay",
-    "after-collision",
-    "vehicle",
-    "dbc",
-    "fault",
-    "clock",
-    "arming",
-    "envelope",
-    "require-real",
-    "runs",
-    "single-file",
-)
 
 PATIENCE = 8.0  # s of wall time before a silent run says why it may take long
 FIRST_RUN = "  still at it; the first run after an installation compiles for about a minute, once"
@@ -79,13 +50,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="storyboard event that need not fire; without this a run in which one never fired does not pass",
     )  # fmt: skip
     parser.add_argument("--no-ini", action="store_true", help="the dvp_ keys of the project's ini file do not count")
-    add_settings(parser, SETTINGS)
+    add_settings(parser, OF_A_RUN)
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
     named = named_scenarios(arguments.scenarios)
-    settings = settings_from(arguments, ini=(*SETTINGS, *BUDGET))
+    settings = settings_from(arguments, ini=(*OF_A_RUN, *BUDGET))
     stages = _stages(arguments.stage)
     _refuse_folders(arguments.scenarios, stages, settings)
     from pytest_dvp.drive.stack_host import find_ads
@@ -194,7 +165,7 @@ def _not_used(arguments: argparse.Namespace, stages: Sequence[str]) -> list[str]
     return found
 
 
-def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str], ads: Ads) -> list[Job]:
+def _jobs(named: Sequence[Path], settings: RunSpec, stages: Sequence[str], ads: Ads) -> list[Job]:
     """The runs that the named files ask for: a distribution is all its cases, or a sample."""
     from openscenario.findings import ScenarioError
     from pytest_dvp.campaigns.cases import choose, is_distribution
@@ -232,7 +203,7 @@ def _jobs(named: Sequence[Path], settings: Settings, stages: Sequence[str], ads:
     return jobs
 
 
-def _refuse_folders(texts: Sequence[str], stages: Sequence[str], settings: Settings) -> None:
+def _refuse_folders(texts: Sequence[str], stages: Sequence[str], settings: RunSpec) -> None:
     """A real car drives a scenario that a human has named, and not what happens to be in a folder."""
     from pytest_dvp.drive.stages import StageError, refuse_repetition
 
@@ -245,7 +216,7 @@ def _refuse_folders(texts: Sequence[str], stages: Sequence[str], settings: Setti
                     raise SettingError(str(error)) from None
 
 
-def _refuse_repetition(jobs: Sequence[Job], settings: Settings) -> None:
+def _refuse_repetition(jobs: Sequence[Job], settings: RunSpec) -> None:
     """One scenario for each confirmation by a human."""
     from pytest_dvp.drive.stages import StageError, is_real, refuse_repetition
 
@@ -257,7 +228,7 @@ def _refuse_repetition(jobs: Sequence[Job], settings: Settings) -> None:
             raise SettingError(str(error)) from None
 
 
-def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunResult:
+def _drive(job: Job, arguments: argparse.Namespace, settings: RunSpec) -> RunResult:
     from openscenario.findings import ScenarioError
     from pytest_dvp.drive.run import run
 
@@ -270,39 +241,14 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
     notice.daemon = True
     notice.start()
     try:
-        result = run(
-            job.path,
-            stage=job.stage,
-            seed=settings.seed,
-            parameters=job.parameters,
-            P=settings.set.P,
-            S=settings.set.S,
-            model=settings.model,
-            effects=settings.effects,
-            gates=settings.gates or job.gates,
-            library=settings.library,
-            rootdir=settings.rootdir,
-            reading=settings.reading,
-            ego=settings.ego,
-            ads=settings.ads,
-            vehicle=settings.vehicle,
-            dbc=settings.dbc,
-            fault=settings.fault,
-            clock=settings.clock,
-            arming=settings.arming,
-            envelope=settings.envelope,
-            passed=settings.stage_logs,
-            require_real=settings.require_real,
-            duration=settings.duration,
-            wall_limit=settings.wall_limit,
-            tick_limit=settings.tick_limit,
-            stack_process=settings.stack_process,
-            compute_delay=settings.compute_delay,
-            after_collision=settings.after_collision,
-            log_dir=None if arguments.no_report else settings.runs_folder,
-            single_file=settings.single_file,
-            folder_name=job.folder_name,
-        )
+        of_this_job: dict[str, Any] = {
+            "stage": job.stage,
+            "parameters": job.parameters,
+            "gates": settings.gates or job.gates,
+            "folder_name": job.folder_name,
+        }
+        place = {"log_dir": None} if arguments.no_report else {}
+        result = run(job.path, **{**settings.keywords(), **of_this_job, **place})
     except ScenarioError as error:
         if settings.ego is None or [finding.code for finding in error.findings] != ["dvp.ego"]:
             raise
@@ -315,7 +261,7 @@ def _drive(job: Job, arguments: argparse.Namespace, settings: Settings) -> RunRe
     return result
 
 
-def _banner(job: Job, settings: Settings) -> str:
+def _banner(job: Job, settings: RunSpec) -> str:
     """What is driven, by which stack, and what of this neither the command line nor a default says."""
     file, colon, name = settings.ads.rpartition(":")
     ads = f"{shown(Path(file))}:{name}" if colon and file.endswith(".py") else settings.ads
@@ -343,7 +289,7 @@ def _across(
     failed: Mapping[str, str],
     stages: Sequence[str],
     arguments: argparse.Namespace,
-    settings: Settings,
+    settings: RunSpec,
 ) -> Across:
     """The stages of one scenario held against each other, with those of earlier logs. failed: why one did not begin."""
     from pytest_dvp.drive import stage_comparison
@@ -407,7 +353,7 @@ def across_text(held: Across) -> str:
     return "\n".join(lines)
 
 
-def _shares(paths: Sequence[Path], settings: Settings, ads: Ads) -> list[dict[str, str]]:
+def _shares(paths: Sequence[Path], settings: RunSpec, ads: Ads) -> list[dict[str, str]]:
     """Of `--set` what each scenario declares; with several, a name must be declared by at least one of them."""
     from pytest_dvp.drive.parameter_checks import check_overrides, declared_names
 
@@ -446,7 +392,7 @@ def _check_gates(names: Sequence[str]) -> None:
                 raise SettingError(f"--gate: {error}") from None
 
 
-def _check_events(optional: Sequence[str], jobs: Sequence[Job], settings: Settings) -> None:
+def _check_events(optional: Sequence[str], jobs: Sequence[Job], settings: RunSpec) -> None:
     """Each event of --optional-event must be one of a scenario that is driven; told before the first drive."""
     if not optional:
         return

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_settings, new_file, settings_from
-from pytest_dvp.drive.run_spec import STAGES
+from pytest_dvp.drive.option import STAGES
 from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:

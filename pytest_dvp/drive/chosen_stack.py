@@ -1,9 +1,21 @@
-"""A driving stack that was chosen."""
+"""A driving stack: what may be given for one, and which one was chosen."""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ads.parameters import Parameters
+    from openscenario.road.network import RoadNetwork
+    from vehicle.messages import VehicleDescription
+
+DriverFactory: TypeAlias = (
+    "Callable[[Parameters, RoadNetwork, VehicleDescription], object]"
+    "| Callable[[dict[str, int | float], RoadNetwork, VehicleDescription], object] | Callable[[], object]"
+)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -16,29 +16,29 @@ if TYPE_CHECKING:
 
 def behind_gate(request: Request, envelope: Envelope | None, gate_log: GateLog) -> Gated | GateProcess:
     """The car that is asked for; `gate_log` gets what its gate decides. Raises VehicleLost if it does not come."""
-    name, _, argument = request.vehicle.partition(":")
+    name, _, argument = request.spec.vehicle.partition(":")
     max_speed, area = (None, None) if envelope is None else (envelope.max_speed, envelope.area)
-    scenario, apart = request.path.name, gate_apart(request.vehicle)
+    scenario, apart = request.path.name, gate_apart(request.spec.vehicle)
     if apart is None:
         from vehicle.guard.guarded_vehicle import Gated, limits_of
 
         car, gate_log.punctuality = open_vehicle(
-            request.stage,
-            request.vehicle,
-            request.seed,
-            request.dbc,
-            request.fault,
-            clock=request.clock,
+            request.spec.stage,
+            request.spec.vehicle,
+            request.spec.seed,
+            request.spec.dbc,
+            request.spec.fault,
+            clock=request.spec.clock,
             record=gate_log.wire.record,
         )
         limits = limits_of(car.description, max_speed=max_speed, area=area)
-        keys = request.arming is not None
+        keys = request.spec.arming is not None
         return Gated(car, limits, name=name, scenario=scenario, record=gate_log.record, keys=keys)
     from vehicle.guard.process import GateProcess
     from vehicle.guard.process_messages import Opening
 
-    place, parallel = apart.place, request.stage == "pe"
-    opening = Opening(place, argument, parallel, request.seed, name, scenario, max_speed, area)
+    place, parallel = apart.place, request.spec.stage == "pe"
+    opening = Opening(place, argument, parallel, request.spec.seed, name, scenario, max_speed, area)
     held = GateProcess(opening, record=gate_log.record, trouble=gate_log.wire.record)
     gate_log.punctuality = held.punctuality
     return held

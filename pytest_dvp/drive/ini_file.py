@@ -12,18 +12,15 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from pytest_dvp.drive.run_spec import SETTINGS, Setting
+from pytest_dvp.drive.option import LISTS, Setting
+from pytest_dvp.drive.run_spec import SETTINGS
 from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.paths import shown
 
 NAMES = ("pytest.toml", ".pytest.toml", "pytest.ini", ".pytest.ini", "pyproject.toml", "tox.ini", "setup.cfg")
 """In the order in which pytest looks for them in a folder."""
 _ALWAYS = ("pytest.toml", ".pytest.toml", "pytest.ini", ".pytest.ini")  # configure pytest even if they are empty
-_SHAPING = (
-    *("ads", "set", "model", "effects", "gates", "reading", "ego", "duration"),
-    *("tick-limit", "stack-process", "compute-delay", "after-collision"),
-)
-_OF_A_CAR = ("vehicle", "dbc", "fault", "clock", "envelope")
+_PERMITS = ("library",)  # lets files be read, and changes nothing of a run that could read them all
 _SECTION = {"setup.cfg": "tool:pytest"}  # of the others it is "pytest"
 
 
@@ -43,7 +40,7 @@ class IniFile:
         told = self.keys.get(setting.ini)
         if told is None:
             return None
-        if setting.kind not in ("assignments", "paths", "files", "logs"):
+        if setting.kind not in LISTS:
             if isinstance(told, list | dict):
                 raise SettingError(f"{self.origin(setting)} is {told}, expected one value")
             return str(told)
@@ -81,8 +78,9 @@ def changes_a_run(words: Sequence[str], stage: str) -> bool:
         return False
     if ini is None:
         return False
-    names = [*_SHAPING, *(_OF_A_CAR if stage != "dt" else ())]
-    left_out = [setting for setting in SETTINGS if setting.name in names and f"--{setting.name}" not in words]
+    shaping = [setting for setting in SETTINGS if setting.replay and setting.name not in _PERMITS]
+    counting = [setting for setting in shaping if stage in setting.stages or "dt" in setting.stages]
+    left_out = [setting for setting in counting if f"--{setting.name}" not in words]
     return any(str(ini.keys.get(setting.ini, setting.default)) != str(setting.default) for setting in left_out)
 
 

@@ -60,14 +60,14 @@ def prepare(request: Request) -> Ready:
     """Read and check everything. Raises what `pytest_dvp.drive.run.run` says."""
     gates, gate_folder = _gates(request)
     parameters = {**_of_the_scenario(request), **request.parameters}
-    scenario = read_scenario(request.path, library=request.library, rootdir=request.rootdir, parameters=parameters)
+    scenario = read_scenario(request.path, library=request.spec.library, rootdir=request.rootdir, parameters=parameters)
     wrong = [name for name in unknown_names(gates, scenario, request.path.name) if name.severity == "error"]
     if wrong:  # before the drive, which such a gate could not judge
         raise GateError(wrong)
     network = network_of(scenario)
-    ego = find_ego(scenario, request.ego)
+    ego = find_ego(scenario, request.spec.ego)
     ads = request.ads or find_ads()
-    P = in_force(ads, request.P, request.stage)
+    P = in_force(ads, request.P, request.spec.stage)
     vehicle, about, gate_log = _vehicle(request, ego)
     try:
         ready = _ready(request, scenario, network, gates, gate_folder, ego, (ads, P), vehicle, about)
@@ -89,7 +89,9 @@ def _ready(
     about: Mapping[str, Any],
 ) -> Ready:
     """The run, its vehicle at its start."""
-    storyboard = Storyboard(scenario, network, external=[ego.name], seed=request.seed, reading=request.reading)
+    storyboard = Storyboard(
+        scenario, network, external=[ego.name], seed=request.spec.seed, reading=request.spec.reading
+    )
     storyboard.start()
     entity = storyboard.entities[ego.name]
     asked = gates.task
@@ -100,7 +102,7 @@ def _ready(
     state = VehicleState(t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed)
     armed = _reset(vehicle, state, request)
     chosen, P = stack
-    limit = math.inf if getattr(chosen.factory, "has_own_deadline", False) else request.tick_limit
+    limit = math.inf if getattr(chosen.factory, "has_own_deadline", False) else request.spec.tick_limit
     watch = Deadline(chosen.name, limit)
     driver: Driver = make_driver(chosen, P, network, _known(vehicle.description, request), watch)
     try:
@@ -136,16 +138,16 @@ def _with_driver(
         "P": as_plain(P),
         "S": {name: str(value) for name, value in request.S.items()},
         "ads": chosen.name,
-        "seed": request.seed,
-        "stage": label(request.stage, request.vehicle),
+        "seed": request.spec.seed,
+        "stage": label(request.spec.stage, request.spec.vehicle),
         "versions": versions(),
         "storyboard_events": list(EventNames(scenario)),
         "collision_events": EventNames(scenario).of_collisions(name),
         "task": _task_meta(task),
         **about,
     }
-    if request.reading != USUAL:
-        meta["reading"] = request.reading
+    if request.spec.reading != USUAL:
+        meta["reading"] = request.spec.reading
     if request.compute_delay is not None:
         meta["compute_delay"] = str(request.compute_delay)
     if armed is not None:
@@ -159,7 +161,7 @@ def _with_driver(
     if gates.traffic is not None:
         from pytest_dvp.drive.sumo_traffic import SumoTraffic
 
-        traffic = SumoTraffic(gate_folder / gates.traffic.net, gate_folder / gates.traffic.routes, request.seed)
+        traffic = SumoTraffic(gate_folder / gates.traffic.net, gate_folder / gates.traffic.routes, request.spec.seed)
     world = World(storyboard, name, vehicle.description, masses(scenario), traffic)
     row = np.array([[0.0, state.x, state.y, state.z, state.yaw, state.v, state.vx, 0, 0, 0, 0, 0]], dtype=np.float64)
     if request.compute_delay is not None:
@@ -171,13 +173,13 @@ def _delayed(vehicle: Vehicle, request: Request, recorder: LogRecorder, state: V
     """The vehicle behind the time that the stack takes; what arrives goes into the log, if no gate does so."""
 
     def record(t: float, command: Command) -> None:
-        if not request.gated:
+        if not request.spec.gated:
             asked = {name: getattr(command, name) for name in ("steer", "accel", "throttle", "brake")}
             recorder.hold(t, {f"{ARRIVED}{name}_cmd": value for name, value in asked.items()})
 
     record(0.0, Command(0.0, state.steer, 0.0, 0.0, 0.0))  # before the first one arrives
     assert request.compute_delay is not None
-    return Delayed(vehicle, request.compute_delay, request.seed, record)
+    return Delayed(vehicle, request.compute_delay, request.spec.seed, record)
 
 
 def network_of(scenario: Scenario) -> RoadNetwork:
@@ -243,7 +245,7 @@ def versions() -> dict[str, str]:
 
 
 def _gates(request: Request) -> tuple[GateFile, Path]:
-    path = request.gates
+    path = request.spec.gates
     if path is None:
         beside = request.path.with_name(f"{request.path.stem}.gates.toml")
         path = beside if beside.is_file() else None
@@ -260,17 +262,17 @@ def _of_the_scenario(request: Request) -> dict[str, str]:
 
 
 def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
-    if request.stage != "dt":
+    if request.spec.stage != "dt":
         return _car(request, ego)
     from vehicle.model.simulator_parameters import apply_s
     from vehicle.sensors import default_sensors
     from vehicle.twin import Twin
 
-    model, about = fitted_model(request.model, ego, request.effects)
+    model, about = fitted_model(request.spec.model, ego, request.spec.effects)
     model, sensors = apply_s(model, default_sensors(car=model.car), request.S)
-    twin: Vehicle = Twin(model, sensors, request.seed)
+    twin: Vehicle = Twin(model, sensors, request.spec.seed)
     gate_log = GateLog()
-    if request.gated:
+    if request.spec.gated:
         from vehicle.guard.guarded_vehicle import Gated, limits_of
 
         limits = limits_of(twin.description)
@@ -283,26 +285,28 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     from vehicle.guard.envelope import read_envelope
     from vehicle.model.simulator_parameters import scenario_parameters
 
-    if request.vehicle.partition(":")[0] == REPLAY:
+    if request.spec.vehicle.partition(":")[0] == REPLAY:
         return _replayed(request, ego)
     if refused := sorted(set(request.S) - set(scenario_parameters(request.S))):
-        raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.stage} is what it is")
-    envelope = None if request.envelope is None else read_envelope(request.envelope)  # before waiting for the car
+        raise StageError(f"S.{refused[0]} changes the twin; the car of stage {request.spec.stage} is what it is")
+    envelope = (
+        None if request.spec.envelope is None else read_envelope(request.spec.envelope)
+    )  # before waiting for the car
     gate_log = GateLog()
     car = behind_gate(request, envelope, gate_log)
-    name = request.vehicle.partition(":")[0]
+    name = request.spec.vehicle.partition(":")[0]
     allowed = {} if envelope is None or envelope.max_speed is None else {"envelope_speed": envelope.max_speed}
     if name not in VEHICLES:
-        about = {"name": request.vehicle, "clock": request.clock, **allowed}
+        about = {"name": request.spec.vehicle, "clock": request.spec.clock, **allowed}
         return car, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
-    hidden = hidden_in(request.vehicle)
+    hidden = hidden_in(request.spec.vehicle)
     about = {"name": SURROGATE, "hidden_sha256": "" if hidden is None else _sha256(hidden)}
     about |= allowed
-    about |= {"clock": request.clock} if request.clock != STEPPED else {}
+    about |= {"clock": request.spec.clock} if request.spec.clock != STEPPED else {}
     if name == ROS1:
         about |= {"wire": ROS1}
     if name == CAN:
-        about |= {"wire": CAN, "dbc_sha256": _sha256(request.dbc) if request.dbc is not None else ""}
+        about |= {"wire": CAN, "dbc_sha256": _sha256(request.spec.dbc) if request.spec.dbc is not None else ""}
     return car, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
 
 
@@ -315,13 +319,15 @@ def _replayed(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str,
     from vehicle.sensors import default_sensors
     from vehicle.twin import Twin
 
-    argument = request.vehicle.partition(":")[2]
-    model, _ = fitted_model(request.model, ego, request.effects)
-    recording, looks = open_recording(argument, Twin(model, default_sensors(car=model.car), request.seed).description)
+    argument = request.spec.vehicle.partition(":")[2]
+    model, _ = fitted_model(request.spec.model, ego, request.spec.effects)
+    recording, looks = open_recording(
+        argument, Twin(model, default_sensors(car=model.car), request.spec.seed).description
+    )
     replay_log = ReplayLog(recording.duration)
     replay: Vehicle = Replay(recording, replay_log.compare)
-    if request.stage == "pe" or not looks:
-        replay = Parallel(replay, request.seed)
+    if request.spec.stage == "pe" or not looks:
+        replay = Parallel(replay, request.spec.seed)
     about = {"name": REPLAY, "log": Path(argument).name, "commands": len(recording.commands) > 0}
     return replay, {"vehicle": about, "ego": {"name": ego.name, **_size(replay.description)}}, replay_log
 
@@ -338,10 +344,10 @@ def _reset(vehicle: Vehicle, state: VehicleState, request: Request) -> bool | No
     if not isinstance(vehicle, Gated | GateProcess) or not vehicle.needs_keys:
         vehicle.reset(state)
         return None
-    if request.arming is None:
+    if request.spec.arming is None:
         vehicle.reset(state)
     else:
-        vehicle.reset(state, named=request.vehicle.partition(":")[0], arming=take(request.arming))
+        vehicle.reset(state, named=request.spec.vehicle.partition(":")[0], arming=take(request.spec.arming))
     return vehicle.armed
 
 
@@ -350,9 +356,9 @@ def _known(car: VehicleDescription, request: Request) -> VehicleDescription:
 
     They were identified on that car's logs, so that the same stack drives twin and car.
     """
-    if request.stage == "dt" or request.model is None:
+    if request.spec.stage == "dt" or request.spec.model is None:
         return car
-    twin = read_model(request.model, extra=effects_of_files(request.effects)).description()
+    twin = read_model(request.spec.model, extra=effects_of_files(request.spec.effects)).description()
     return msgspec.structs.replace(car, steer_delay=twin.steer_delay, drive_delay=twin.drive_delay)
 
 

@@ -5,29 +5,23 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import inspect
-from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Unpack
 
-from openscenario.storyboard.reading import USUAL
-from pytest_dvp.drive.chosen_stack import Ads
 from pytest_dvp.drive.command_range import said_of as said_of_command
 from pytest_dvp.drive.compute_delay import parse_delay
-from pytest_dvp.drive.deadline import TICK_LIMIT
 from pytest_dvp.drive.guard_log import said_of as said_of_gate
 from pytest_dvp.drive.loop import TICK, Ending, Limits, Loop
 from pytest_dvp.drive.playback_log import ReplayLog
 from pytest_dvp.drive.playback_log import said_of as said_of_replay
 from pytest_dvp.drive.real_time_priority import punctual
-from pytest_dvp.drive.result import AFTER_COLLISION, RunResult, assigned, replay_command
+from pytest_dvp.drive.request import Request, request_of, spec_of
+from pytest_dvp.drive.result import RunResult, assigned, replay_command
 from pytest_dvp.drive.result_file import read_result
 from pytest_dvp.drive.run_files import Kept
-from pytest_dvp.drive.stack_host import find_ads
 from pytest_dvp.drive.stages import (
     REAL,
     REPLAY,
-    STEPPED,
-    SURROGATE,
     StageError,
     check_delay,
     check_stage,
@@ -41,156 +35,103 @@ from pytest_dvp.text.paths import shown
 from pytest_dvp.verdicts.result_text import NOT_WRITTEN
 
 if TYPE_CHECKING:
-    from ads.parameters import Parameters
     from openscenario.findings import Finding
-    from openscenario.road.network import RoadNetwork
-    from openscenario.storyboard.reading import Reading
+    from pytest_dvp.drive.run_options import RunOptions
     from pytest_dvp.verdicts.judging import Verdict
-    from vehicle.messages import VehicleDescription
-
-DriverFactory: TypeAlias = (
-    "Callable[[Parameters, RoadNetwork, VehicleDescription], object]"
-    "| Callable[[dict[str, int | float], RoadNetwork, VehicleDescription], object] | Callable[[], object]"
-)
 
 DURATION = 60.0  # s, of a run that nothing else ends
 DURATION_TO_GOAL = 300.0  # s, of a run that has a goal to reach
 
 
-def run(
-    scenario_path: str | Path,
-    *,
-    stage: str = "dt",
-    seed: int = 7,
-    parameters: Mapping[str, str | float | bool] | None = None,
-    P: Mapping[str, str | float] | None = None,
-    S: Mapping[str, str | float] | None = None,
-    model: str | Path | None = None,
-    effects: Sequence[str | Path] = (),
-    gates: str | Path | None = None,
-    library: Sequence[Path] = (),
-    rootdir: Path | None = None,
-    ego: str | None = None,
-    duration: float | None = None,
-    wall_limit: float = 600.0,
-    tick_limit: float = TICK_LIMIT,
-    stack_process: str | None = None,
-    compute_delay: str | None = None,
-    after_collision: float = AFTER_COLLISION,
-    ads: DriverFactory | Ads | str | None = None,
-    vehicle: str = SURROGATE,
-    dbc: Path | None = None,
-    fault: str | None = None,
-    clock: str = STEPPED,
-    arming: Path | None = None,
-    envelope: Path | None = None,
-    passed: Sequence[Path] = (),
-    require_real: bool = False,
-    log_dir: Path | None = None,
-    single_file: bool = False,
-    folder_name: str | None = None,
-    gated: bool = False,
-    reading: Reading = USUAL,
-) -> RunResult:
+def run(scenario: str | Path, /, **options: Unpack[RunOptions]) -> RunResult:
     """Drive one scenario with the ADS in the loop and judge it.
 
-    parameters       declared parameters of the scenario; P of the ADS (its own, if it declares some), S of the
-                     simulator, by name
-    model            vehicle model file; default the TABBY EVO that ships
-    effects          Python files with effects of your own that the model file uses; they are run
-    gates            gate file; default NAME.gates.toml beside the scenario, else the default gates
-    duration         longest simulated time [s], > 0; default 60, or 300 if there is a goal to reach
-    wall_limit       longest wall time [s]; a run that it ends is an ERROR
-    tick_limit       longest wall time of a tick of the stack [s]; six times that for the first one, for its
-                     constructor and for loading it. A stack that takes longer is ended, and the run is an ERROR
-    stack_process    "on": a stack that is given by name runs in a process of its own, and can be ended whatever it
-                     does; "off": in this one. Default "on", of the reference stack "off"; a class or an object always
+    stage            what is driven: dt the twin, pe and rw a car; dvp run has an option --stage that takes several,
+                     pytest a marker for each; default: dt
+    seed             seed of every random number of a run; default: 7
+    ads              driving stack: entry point of pytest_dvp.ads, module:Class, FILE.py:Class, ros2:F.toml; run() also
+                     takes the class or function itself; it is called with (parameters, network, description) if it
+                     takes them, else with nothing, and what it makes needs `tick(observation) -> Command` and may have
+                     trace, path and detections; default: reference
+    model            vehicle model (TOML); default: the TABBY EVO
+    effects          effects of your own that the model uses; the file is run
+    gates            gate file; default: NAME.gates.toml beside the scenario; without that file the default gates hold
+    passed           run folders of earlier drives: on stage rw a real car drives only what passed on pe in one of them
+    library          folder that scenarios may refer to, besides their own and the rootdir
+    reading          of three rules where that player and the standard differ: esmini or standard (docs/conformance.md);
+                     default: esmini
+    ego              entity that the ADS drives; default: Ego
+    parameters       declared parameters of the scenario, by name
+    P                parameters of the ADS (its own, if it declares some), by name
+    S                parameters of the simulator, by name
+    duration         longest simulated time [s]; default: 60, with a goal 300
+    wall_limit       longest wall time of one run [s]; a run that it ends is an ERROR; default: 600
+    tick_limit       longest wall time of one tick of the stack [s]; six times that for the first one and for loading
+                     it; a stack that takes longer is ended, and the run is an ERROR; default: 10
+    stack_process    whether a stack given by name runs in a process of its own: on or off; default: on, the reference
+                     stack: off; in a process of its own it can be ended whatever it does; a class or an object always
                      runs in this process, where its Python code is interrupted
-    compute_delay    of stage "dt": "SECONDS[+-JITTER][,drop=SHARE]": `pytest_dvp.drive.compute_delay`
-    after_collision  simulated time [s] from a collision to the end of the run
-    ads              another driving stack: an entry point of `pytest_dvp.ads`, "module:Class", "file.py:Class", or
-                     the class or function itself; called with (parameters, network, description) if it takes them,
-                     else with nothing; needs `tick(observation) -> Command`, may have trace, path, detections
-    vehicle          of stages "pe" and "rw": "surrogate", "can" (the same with its drive-by-wire on CAN), each with
-                     ":FILE" behind if something is hidden in it; "ros1", "ros1:FILE": the same over ROS 1;
-                     "replay:LOG"; "ros1_car:FILE", "ros2_car:DOMAIN" or another adapter: a car
-    dbc              messages of a vehicle on CAN, with a signal map of the same name beside it; default our own
-    fault            what is to go wrong on the wire to the surrogate, as "drop@5+3": `vehicle.wire.faults`
-    require_real     a surrogate is refused
-    log_dir          folder for a numbered run folder; None writes nothing
-    single_file      the report there carries the library that draws, and needs no other file
-    clock            of stages "pe" and "rw": "stepped", or "real" by the wall clock; before that it is rehearsed on the
-                     twin, so that everything is loaded, and a real car drives only what passed there
-    arming           second key of a real car, used up by the run; without it a dry run, which never passes; a
-                     surrogate that is given one needs both keys and an area, too: a rehearsal
-    envelope         file that says where and how fast a real car may drive
-    passed           run folders of earlier drives: on stage "rw" a real car drives only what passed on "pe" with it
-    folder_name      what is between number and stage in its name; default the scenario's
-    gated            of stage "dt": the twin behind the command gate, as the car of the other stages is
-    reading          "esmini" or "standard", where the two differ in what a scenario means
+    compute_delay    stage dt: commands reach the car later, and a share of them never: SECONDS[+-JITTER][,drop=SHARE]
+    after_collision  simulated time from a collision to the end of the run [s]; default: 1
+    vehicle          car of stages pe and rw: surrogate or can (:HIDDEN.toml), ros1 (:FILE), replay:LOG, ros2_car:N or
+                     yours; can is the surrogate with its drive-by-wire on CAN, ros1 the surrogate over ROS 1; a file
+                     behind the colon says what is hidden in it, of ros1 how it is reached; replay is a recording;
+                     ros1_car:FILE, ros2_car:DOMAIN and other adapters are cars; default: surrogate
+    dbc              stages pe and rw: messages of a vehicle on CAN, its signal map beside it; default: our own
+    fault            stages pe and rw: what goes wrong on the wire to the surrogate, as drop@5+3 (s)
+    clock            time of stages pe and rw: stepped (lock-step) or real (wall clock); before a drive by the wall
+                     clock the twin rehearses it, so that everything is loaded; a real car drives only what passed
+                     there; default: stepped
+    arming           stages pe and rw: second key of a real car: a file for this vehicle and scenario, used up; without
+                     it a real car makes a dry run, which never passes; a surrogate that is given one needs both keys
+                     and an area, too: a rehearsal
+    envelope         stages pe and rw: where and how fast a real car may drive (TOML: area, max_speed)
+    log_dir          folder for a numbered run folder; default: nothing is written
+    single_file      a report of one file: it shares nothing with the other runs (2 MB more); default: False
+    require_real     stages pe and rw: a surrogate in the place of a real vehicle is an ERROR; default: False
+    rootdir          folder that scenarios may refer to; files of a stack are looked for in it
+    folder_name      what is between number and stage in the name of the run folder; default: the scenario's name
+    gated            the twin drives behind the command gate, as the car of the other stages does; default: False
 
-    Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost: one
-    line each about a user's file or value, before anything runs or is written. A stack or a car that breaks while it
-    drives is an ERROR verdict. What cannot be written afterwards is a note: the verdicts stand. ResultError if no run
-    folder can be made; Interrupted, a KeyboardInterrupt, after SIGINT, with the car stopped and the log so far kept.
+    Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost, and
+    UnknownKeyword, a TypeError, for an option that is none: one line each about a user's file or value, before anything
+    runs or is written. A stack or a car that breaks while it drives is an ERROR verdict. What cannot be written
+    afterwards is a note: the verdicts stand. ResultError if no run folder can be made; Interrupted, which is a
+    KeyboardInterrupt, after SIGINT, with the car stopped and the log so far kept.
     """
-    check_stage(stage, vehicle, require_real=require_real, dbc=dbc, fault=fault, clock=clock)
-    delay = None if compute_delay is None else parse_delay(compute_delay)
-    if delay is not None:
-        check_delay(stage)
-    from pytest_dvp.drive.preparation import prepare
-    from pytest_dvp.drive.request import Request
-
-    request = Request(
-        path=Path(scenario_path),
-        stage=stage,
-        seed=seed,
-        parameters=dict(parameters or {}),
-        P=dict(P or {}),
-        S=dict(S or {}),
-        model=None if model is None else Path(model),
-        gates=None if gates is None else Path(gates),
-        library=tuple(library),
-        rootdir=rootdir,
-        effects=tuple(Path(file) for file in effects),
-        ego=ego,
-        ads=find_ads(ads, [rootdir] if rootdir is not None else [], process=stack_process, tick_limit=tick_limit),
-        vehicle=vehicle,
-        dbc=dbc,
-        fault=fault,
-        clock=clock,
-        arming=None if arming is None else Path(arming),
-        envelope=None if envelope is None else Path(envelope),
-        gated=gated,
-        reading=reading,
-        tick_limit=tick_limit,
-        stack_process=stack_process,
-        compute_delay=delay,
+    spec = spec_of(options)
+    check_stage(
+        spec.stage, spec.vehicle, require_real=spec.require_real, dbc=spec.dbc, fault=spec.fault, clock=spec.clock
     )
+    if spec.compute_delay is not None:
+        parse_delay(spec.compute_delay)
+        check_delay(spec.stage)
+    request = request_of(Path(scenario), options, spec)
     keys = _needs_keys(request)
-    if keys and request.arming is not None:
-        from vehicle.guard.arming import read
-        from vehicle.guard.guard import ArmingRefused
-
-        if request.envelope is None:
-            raise ArmingRefused(f"{request.arming}: a real car needs a declared area: --envelope FILE")
-        read(request.arming, vehicle.partition(":")[0], request.path.name)  # told before anything runs or waits
-    if keys and request.envelope is not None:
-        from vehicle.guard.envelope import read_envelope
-
-        read_envelope(request.envelope)
-    live = stage != "dt" and (clock == REAL or keys)
+    if keys:
+        _check_keys(request)
+    live = spec.stage != "dt" and (spec.clock == REAL or keys)
     if live:
-        _rehearse(request, duration, after_collision, passed)
+        _rehearse(request)
+    return _drive(request, live)
+
+
+def _drive(request: Request, live: bool) -> RunResult:
+    """Prepare the run, drive it and judge it. live: by the wall clock."""
+    from pytest_dvp.drive.preparation import prepare
+
+    spec = request.spec
     ready = prepare(request)
-    limit = duration if duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
+    limit = spec.duration if spec.duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
     recorded = ready.gate_log.length if isinstance(ready.gate_log, ReplayLog) else float("inf")
     whole = recorded <= limit
     limit = min(limit, recorded)
     kept: Kept | None = None
     try:
-        kept = Kept.reserve(log_dir, folder_name or request.path.stem, ready.recorder, single_file=single_file)
-        loop = Loop(ready, Limits(limit, wall_limit, after_collision), None if kept is None else kept.part)
+        kept = Kept.reserve(
+            spec.runs, spec.folder_name or request.path.stem, ready.recorder, single_file=spec.single_file
+        )
+        loop = Loop(ready, Limits(limit, spec.wall_limit, spec.after_collision), None if kept is None else kept.part)
         with punctual() if live else contextlib.nullcontext(False) as first:
             ending = loop.drive()
         if timing := ready.gate_log.punctuality():
@@ -201,10 +142,10 @@ def run(
         raise
     finally:
         ready.close()
-    ended = _ended(ending, limit, "default " if duration is None else "", wall_limit)
+    ended = _ended(ending, limit, "default " if spec.duration is None else "", spec.wall_limit)
     if whole and ending == "timeout":
         ended = "the end of the recording"
-    again = replay_command(request, duration, after_collision)
+    again = replay_command(request)
     if ending == "interrupt":
         result = _interrupted(request, ready, loop, ended, again)
         raise Interrupted(result if kept is None else kept.finish(result, brief=True))
@@ -223,49 +164,51 @@ class Interrupted(KeyboardInterrupt):
         self.result = result
 
 
-def _needs_keys(request: Any) -> bool:
+def _needs_keys(request: Request) -> bool:
     """Whether the car is armed by two keys: a real one, or another that is given an arming file to rehearse it."""
-    if request.stage == "dt" or request.vehicle.partition(":")[0] == REPLAY:
+    if request.spec.stage == "dt" or request.spec.vehicle.partition(":")[0] == REPLAY:
         return False
-    return request.arming is not None or is_real(request.stage, request.vehicle)
+    return request.spec.arming is not None or is_real(request.spec.stage, request.spec.vehicle)
 
 
-def _rehearse(request: Any, duration: float | None, after_collision: float, passed: Sequence[Path]) -> None:
+def _check_keys(request: Request) -> None:
+    """Read what a real car needs before anything runs or waits. Raises ArmingRefused, EnvelopeError."""
+    spec = request.spec
+    if spec.arming is not None:
+        from vehicle.guard.arming import read
+        from vehicle.guard.guard import ArmingRefused
+
+        if spec.envelope is None:
+            raise ArmingRefused(f"{spec.arming}: a real car needs a declared area: --envelope FILE")
+        read(spec.arming, spec.vehicle.partition(":")[0], request.path.name)
+    if spec.envelope is not None:
+        from vehicle.guard.envelope import read_envelope
+
+        read_envelope(spec.envelope)
+
+
+def _rehearse(request: Request) -> None:
     """Drive the same on the twin: what compiles or loads when it is first used must not do so by the wall clock.
 
     A stack that is one object, not a class that makes them, keeps its state for the car: the reference stack rehearses.
     Raises StageError if a real car is armed for what does not pass there, or did not pass in parallel execution before.
     """
-    result = run(
-        request.path,
-        seed=request.seed,
-        parameters=request.parameters,
-        P=request.P,
-        S=request.S,
-        model=request.model,
-        effects=request.effects,
-        gates=request.gates,
-        library=request.library,
-        rootdir=request.rootdir,
-        reading=request.reading,
-        ego=request.ego,
-        duration=duration,
-        after_collision=after_collision,
-        tick_limit=request.tick_limit,
-        ads=request.ads if _makes_anew(request.ads.factory) else None,
-    )
-    if request.arming is None or not _needs_keys(request):
+    ads = request.ads
+    own = ads if ads is not None and _makes_anew(ads.factory) else None
+    result = run(request.path, **request.rehearsal(), ads=own)
+    if request.spec.arming is None or not _needs_keys(request):
         return
     if result.status != "PASS":
         from pytest_dvp.verdicts.statuses import worst_first
 
         worst = worst_first(result.as_dict()["verdicts"])[0]["short"]
         raise StageError(
-            f"stage {request.stage} is refused: a real car drives only what passed on the twin, "
+            f"stage {request.spec.stage} is refused: a real car drives only what passed on the twin, "
             f"and that is {result.status}: {worst}"
         )
-    before = label("pe", request.vehicle)
-    if request.stage == "rw" and not any(_same_test(folder, before, request, result.log) for folder in passed):
+    before = label("pe", request.spec.vehicle)
+    logs = request.spec.stage_logs
+    if request.spec.stage == "rw" and not any(_same_test(folder, before, request, result.log) for folder in logs):
         raise StageError(
             f"stage rw is refused: a real car drives only what passed on stage {before} with the same settings; "
             "name that run folder: --stage-logs RUN"
@@ -279,7 +222,7 @@ def _makes_anew(factory: object) -> bool:
     return inspect.isclass(factory) or inspect.isfunction(factory) or isinstance(factory, NamedStack)
 
 
-def _same_test(folder: Path, stage: str, request: Any, rehearsed: Log) -> bool:
+def _same_test(folder: Path, stage: str, request: Request, rehearsed: Log) -> bool:
     """Whether a run folder holds a PASS of this stage, of the same scenario, road and settings."""
     try:
         kept = read_result(folder / "result.json")
@@ -287,11 +230,11 @@ def _same_test(folder: Path, stage: str, request: Any, rehearsed: Log) -> bool:
     except (OSError, ValueError):
         return False
     same = all(meta.get(key) == rehearsed.meta.get(key) for key in ("scenario_sha256", "road_sha256"))
-    same = same and meta.get("ads") == request.ads.name
+    same = same and (request.ads is None or meta.get("ads") == request.ads.name)
     return same and (kept.get("status"), kept.get("stage"), kept.get("set")) == ("PASS", stage, assigned(request))
 
 
-def _interrupted(request: Any, ready: Any, loop: Loop, ended: str, replay: str) -> RunResult:
+def _interrupted(request: Request, ready: Any, loop: Loop, ended: str, replay: str) -> RunResult:
     """The result of a run that SIGINT has ended: its log, and an ERROR. Nothing is measured: the user waits."""
     log, error = ready.recorder.finish(), str(loop.error)
     verdict = _broken(error, log.duration)
@@ -304,7 +247,7 @@ def _interrupted(request: Any, ready: Any, loop: Loop, ended: str, replay: str) 
         line=ready.scenario.storyboard.at.line or 1,
         stage=log.meta["stage"],
         ads=log.meta["ads"],
-        seed=request.seed,
+        seed=request.spec.seed,
         ending="interrupt",
         ended=ended,
         set=assigned(request),
@@ -315,7 +258,7 @@ def _interrupted(request: Any, ready: Any, loop: Loop, ended: str, replay: str) 
 
 
 def _judged(
-    request: Any,
+    request: Request,
     ready: Any,
     end: tuple[Ending, str],
     loop: Loop,
@@ -346,7 +289,7 @@ def _judged(
         line=ready.scenario.storyboard.at.line or 1,
         stage=log.meta["stage"],
         ads=log.meta["ads"],
-        seed=request.seed,
+        seed=request.spec.seed,
         ending=end[0],
         ended=end[1],
         set=assigned(request),
@@ -405,12 +348,12 @@ def _punctuality(log: Log) -> tuple[str, ...]:
     )
 
 
-def _unused_arming(request: Any) -> tuple[str, ...]:
+def _unused_arming(request: Request) -> tuple[str, ...]:
     """One line where a second key was given and nothing is armed."""
-    if request.arming is None or _needs_keys(request):
+    if request.spec.arming is None or _needs_keys(request):
         return ()
-    what = "the twin" if request.stage == "dt" else "a recording"
-    return (f"arming file {shown(request.arming)} is not used: stage {request.stage} drives {what}",)
+    what = "the twin" if request.spec.stage == "dt" else "a recording"
+    return (f"arming file {shown(request.spec.arming)} is not used: stage {request.spec.stage} drives {what}",)
 
 
 def _dry() -> Verdict:

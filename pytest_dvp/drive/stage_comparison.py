@@ -8,13 +8,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from openscenario.storyboard.reading import USUAL
 from pytest_dvp.drive.ini_file import changes_a_run
-from pytest_dvp.drive.run_spec import Settings
-from pytest_dvp.drive.stages import STEPPED, SURROGATE
+from pytest_dvp.drive.replay_words import words_of_comparison
+from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.obeyed_commands import twin_command_mismatch
-from pytest_dvp.text.names import REFERENCE
 from pytest_dvp.text.paths import shown
 from pytest_dvp.verdicts.diagnose_command import gap_command
 from pytest_dvp.verdicts.gate import STAGES, Gate, Stage
@@ -249,36 +247,12 @@ def assigned(options: Mapping[str, Any]) -> dict[str, str]:
     return named
 
 
-def replay(scenario: Path, options: Mapping[str, Any], stages: Sequence[str], settings: Settings) -> str:
+def replay(scenario: Path, options: Mapping[str, Any], stages: Sequence[str], settings: RunSpec) -> str:
     """The `dvp run` that drives these stages and compares them again."""
-    words = ["dvp", "run", shown(scenario), "--stage", ",".join(stages), "--seed", str(settings.seed)]
-    words += ["--vehicle", settings.vehicle] if settings.vehicle != SURROGATE else []
-    words += ["--fault", settings.fault] if settings.fault is not None else []
-    words += ["--clock", settings.clock] if settings.clock != STEPPED else []
     file, _, name = settings.ads.rpartition(":")
     ads = f"{shown(Path(file))}:{name}" if file.endswith(".py") else settings.ads
-    words += ["--ads", ads] if ads != REFERENCE else []
-    words += [word for name, value in sorted(assigned(options).items()) for word in ("--set", f"{name}={value}")]
-    for option, path in (
-        ("--dbc", settings.dbc),
-        ("--model", settings.model),
-        ("--gates", settings.gates),
-        ("--stage-gates", settings.stage_gates),
-    ):
-        words += [option, shown(path)] if path is not None else []
-    words += [word for log in settings.stage_logs for word in ("--stage-logs", shown(log))]
-    words += [word for file in settings.effects for word in ("--effects", shown(file))]
-    words += [word for folder in settings.library for word in ("--library", shown(folder))]
-    words += ["--ego", settings.ego] if settings.ego is not None else []
-    words += ["--duration", f"{settings.duration:g}"] if settings.duration is not None else []
-    words += ["--reading", settings.reading] if settings.reading != USUAL else []
-    words += ["--stack-process", settings.stack_process] if settings.stack_process is not None else []
-    usual = Settings()
-    for option, value, default in (
-        ("--tick-limit", settings.tick_limit, usual.tick_limit),
-        ("--after-collision", settings.after_collision, usual.after_collision),
-    ):
-        words += [option, f"{value:g}"] if value != default else []
+    words = ["dvp", "run", shown(scenario), "--stage", ",".join(stages)]
+    words += words_of_comparison(settings, ads, assigned(options))
     words += ["--no-ini"] if changes_a_run(words, "rw") else []
     return shlex.join(words)
 

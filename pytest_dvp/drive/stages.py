@@ -18,7 +18,8 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.drive.run_spec import STAGES, Settings
+from pytest_dvp.drive.option import STAGES
+from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def check_delay(stage: str) -> None:
         )
 
 
-def check_asked(stage: str, settings: Settings) -> None:
+def check_asked(stage: str, settings: RunSpec) -> None:
     """As `check_stage`, with everything else as the settings of a session say it."""
     check_stage(
         stage,

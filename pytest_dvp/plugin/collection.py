@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from pytest_dvp.campaigns.cases import choose
-from pytest_dvp.drive.run_spec import STAGES, Settings
+from pytest_dvp.drive.option import STAGES
+from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.drive.stages import label
 from pytest_dvp.plugin.fixtures import SHARED_KEY, Gate, GateFailed, Run
 from pytest_dvp.plugin.item_notes import settings_of
@@ -69,7 +70,7 @@ class ScenarioFile(pytest.File):
             if colons and name not in names and _same(self.config.invocation_params.dir / file, self.path):
                 raise self.CollectError(f"{self.path.name}: {unknown('item', name, names)}")
 
-    def _stages(self, settings: Settings, line: int) -> Iterator[ScenarioItem]:
+    def _stages(self, settings: RunSpec, line: int) -> Iterator[ScenarioItem]:
         """One item a stage; those of a car wait until they are asked for."""
         for stage in STAGES:
             item = ScenarioItem.from_parent(self, name=label(stage, settings.vehicle), callobj=case(self.path, stage))
@@ -79,7 +80,7 @@ class ScenarioFile(pytest.File):
                 item.add_marker(pytest.mark.skip(reason=f"drives a car of its own: ask for it with -m {stage}"))
             yield item
 
-    def _across(self, settings: Settings, line: int) -> Iterator[ScenarioItem]:
+    def _across(self, settings: RunSpec, line: int) -> Iterator[ScenarioItem]:
         """One item for each pair of stages that a gate is between; the items of the stages then share their runs."""
         from pytest_dvp.drive.stage_comparison import gates_between, pair_name
         from pytest_dvp.verdicts.judging import GateError, pairs_of
@@ -105,7 +106,7 @@ class ScenarioFile(pytest.File):
                 item.add_marker(pytest.mark.skip(reason=why))
             yield item
 
-    def _cases(self, settings: Settings, line: int) -> Iterator[ScenarioItem]:
+    def _cases(self, settings: RunSpec, line: int) -> Iterator[ScenarioItem]:
         """One item a case, on the digital twin alone: what is varied automatically never drives a real car."""
         from openscenario.findings import ScenarioError
         from openscenario.read import read_scenario
@@ -218,7 +219,7 @@ def shared_folder(config: pytest.Config) -> Path:
     return Path(told) if told is not None else config.stash[SHARED_KEY]
 
 
-def asked_for(path: Path, config: pytest.Config, settings: Settings) -> tuple[bool, bool]:
+def asked_for(path: Path, config: pytest.Config, settings: RunSpec) -> tuple[bool, bool]:
     """Whether a file is named on the command line, and whether a folder named there or by `dvp_scenarios` holds it."""
     folders = list(settings.scenarios)
     named = False
@@ -231,7 +232,7 @@ def asked_for(path: Path, config: pytest.Config, settings: Settings) -> tuple[bo
     return named, any(real.is_relative_to(folder.resolve()) for folder in folders)
 
 
-def look(path: Path, settings: Settings) -> Sight:
+def look(path: Path, settings: RunSpec) -> Sight:
     """Say whether a file is a scenario that could run; reads it whole, so that a broken one shows at collection.
 
     Raises ScenarioError for a file that is no scenario, catalogue or distribution.
@@ -248,7 +249,7 @@ def look(path: Path, settings: Settings) -> Sight:
     return Sight("scenario", scenario.storyboard.at.line or 1)
 
 
-def check_parameters(items: Sequence[pytest.Item], settings: Settings) -> None:
+def check_parameters(items: Sequence[pytest.Item], settings: RunSpec) -> None:
     """Every `--dvp-set NAME=VALUE` must be declared by a collected scenario, and allowed by all that declare it.
 
     Raises SettingError with the nearest declared name, or the allowed values.
@@ -268,7 +269,7 @@ def check_parameters(items: Sequence[pytest.Item], settings: Settings) -> None:
         check_declared(path, {n: v for n, v in settings.set.scenario.items() if n in here}, "--dvp-set")
 
 
-def check_name(config: pytest.Config, settings: Settings) -> None:
+def check_name(config: pytest.Config, settings: RunSpec) -> None:
     """Raises SettingError if a stage of a car is asked for and no vehicle has the name: items are called by it."""
     from pytest_dvp.drive.stages import REPLAY, VEHICLES, StageError, find_adapter
 
@@ -280,7 +281,7 @@ def check_name(config: pytest.Config, settings: Settings) -> None:
             raise SettingError(f"--dvp-vehicle: {error}") from None
 
 
-def check_vehicle(config: pytest.Config, settings: Settings) -> None:
+def check_vehicle(config: pytest.Config, settings: RunSpec) -> None:
     """Raises SettingError if the car of a stage that is asked for hides a wrong file: before the twin drives."""
     from pytest_dvp.drive.stages import StageError, check_hidden
 
@@ -333,7 +334,7 @@ def refuse_repetition(items: Iterable[pytest.Item], config: pytest.Config) -> No
         )
 
 
-def header(items: Sequence[pytest.Item], settings: Settings) -> str:
+def header(items: Sequence[pytest.Item], settings: RunSpec) -> str:
     """The one line that says under which conditions scenarios run."""
     scenarios = [item for item in items if isinstance(item, ScenarioItem)]
     stages = [s for s in STAGES if any(item.dvp_stage == s or s in (item.dvp_pair or ()) for item in scenarios)]
@@ -354,7 +355,7 @@ def _unasked(origin: str) -> str:
     return "" if origin.startswith("--") else f" ({origin})"
 
 
-def _models(scenarios: Sequence[ScenarioItem], settings: Settings) -> list[str]:
+def _models(scenarios: Sequence[ScenarioItem], settings: RunSpec) -> list[str]:
     """Files of the models that the twins are, or in the logs of earlier drives were, made from."""
     given = settings.model.name if settings.model else "tabby_evo.toml"
     earlier = _earlier_models(settings) if any(item.dvp_pair for item in scenarios) else {}
@@ -362,7 +363,7 @@ def _models(scenarios: Sequence[ScenarioItem], settings: Settings) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _earlier_models(settings: Settings) -> dict[str, str]:
+def _earlier_models(settings: RunSpec) -> dict[str, str]:
     """By scenario, what the log of its drive on the twin says of its model; the items say what is wrong with a log."""
     if not settings.stage_logs:
         return {}
@@ -380,7 +381,7 @@ def _earlier_models(settings: Settings) -> dict[str, str]:
     return found
 
 
-def _vehicles(stages: Sequence[str], settings: Settings) -> str:
+def _vehicles(stages: Sequence[str], settings: RunSpec) -> str:
     names = ["twin"] if "dt" in stages else []
     return ", ".join([*names, settings.vehicle] if any(stage != "dt" for stage in stages) else names)
 

@@ -14,18 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from pytest_dvp.drive.run_spec import (
-    LISTS,
-    PLUGIN_SETTINGS,
-    SETTINGS,
-    SIMULATED,
-    STAGES,
-    Setting,
-    Settings,
-    environment_lookup,
-    from_sources,
-    taken_for_root,
-)
+from pytest_dvp.drive.option import LISTS, STAGES, Setting
+from pytest_dvp.drive.option_sources import environment_lookup, from_sources, taken_for_root
+from pytest_dvp.drive.run_spec import PLUGIN_SETTINGS, SETTINGS, SIMULATED, RunSpec
 from pytest_dvp.gap.diagnosis_switch import diagnosis
 from pytest_dvp.logs.budget import in_force
 from pytest_dvp.logs.unfinished_run import FULL
@@ -262,7 +253,7 @@ def _is_scenario(item: pytest.Item) -> bool:
     return hasattr(item, "dvp_stage")
 
 
-def _settings(config: pytest.Config) -> Settings:
+def _settings(config: pytest.Config) -> RunSpec:
     """Command line before environment before ini file."""
     base = config.inipath.parent if config.inipath else config.rootpath
     here = config.invocation_params.dir

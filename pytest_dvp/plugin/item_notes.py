@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.plugin.run_summary import Noted
 
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.variant import Variant
 
 
-SETTINGS_KEY = pytest.StashKey[Settings]()
+SETTINGS_KEY = pytest.StashKey[RunSpec]()
 
 
 ITEM_KEY = pytest.StashKey[pytest.Item]()
@@ -26,7 +26,7 @@ VARIANT_KEY = pytest.StashKey["tuple[Variant | None, Mapping[str, Any]]"]()
 RESULTS_KEY = pytest.StashKey[dict[tuple[str, str], Noted]]()
 
 
-def settings_of(config: pytest.Config) -> Settings:
+def settings_of(config: pytest.Config) -> RunSpec:
     """The session's settings, as the plugin read them."""
     return config.stash[SETTINGS_KEY]
 

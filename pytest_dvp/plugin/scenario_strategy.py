@@ -118,56 +118,30 @@ def keep(variant: Variant, options: Mapping[str, Any], runs: Path, test: str) ->
     One file a test: Hypothesis ends with the smallest failing variant, and that is the one that stays.
     """
     from openscenario.findings import ScenarioError
-    from pytest_dvp.drive.result import AFTER_COLLISION, replay_command
+    from pytest_dvp.drive.result import replay_command
 
-    asked, duration = _request(variant, options), options.get("duration")
-    after = options.get("after_collision", AFTER_COLLISION)
+    asked = _request(variant, options)
     source = variant.scenario
     target = runs / "variants" / f"{re.sub(r'[^A-Za-z0-9_]+', '-', test).strip('-')[:60]}-{source.stem}.xosc"
     try:
         _write(asked, target)
     except (OSError, ValueError, ScenarioError):
         # A file that cannot be written must not hide the failure; the values alone replay it as well.
-        return replay_command(asked, duration, after)
-    library, gates = asked.library, asked.gates or source.with_name(f"{source.stem}.gates.toml")
+        return replay_command(asked)
+    library, gates = asked.spec.library, asked.spec.gates or source.with_name(f"{source.stem}.gates.toml")
     if asked.rootdir is None or not source.resolve().is_relative_to(asked.rootdir.resolve()):
         library = (*library, source.parent)
-    written = dataclasses.replace(
-        asked, path=target, parameters={}, gates=gates if gates.is_file() else None, library=library
-    )
-    return replay_command(written, duration, after)
+    spec = dataclasses.replace(asked.spec, gates=gates if gates.is_file() else None, library=library)
+    written = dataclasses.replace(asked, path=target, parameters={}, spec=spec)
+    return replay_command(written)
 
 
 def _request(variant: Variant, options: Mapping[str, Any]) -> Request:
-    from pytest_dvp.drive.compute_delay import parse_delay
-    from pytest_dvp.drive.deadline import TICK_LIMIT
-    from pytest_dvp.drive.request import Request
-    from pytest_dvp.drive.stack_host import find_ads
+    from pytest_dvp.drive.request import request_of
 
     parameters = {**variant.values, **(options.get("parameters") or {})}
-    model, gates = options.get("model"), options.get("gates")
-    return Request(
-        path=variant.scenario,
-        stage=options.get("stage", "dt"),
-        seed=options["seed"],
-        parameters={name: _text(value) for name, value in parameters.items()},
-        P=options.get("P") or {},
-        S=options.get("S") or {},
-        model=None if model is None else Path(model),
-        gates=None if gates is None else Path(gates),
-        library=tuple(options.get("library") or ()),
-        rootdir=options.get("rootdir"),
-        effects=tuple(options.get("effects") or ()),
-        ego=options.get("ego"),
-        ads=find_ads(
-            options.get("ads"),
-            [rootdir] if (rootdir := options.get("rootdir")) is not None else [],
-            process=options.get("stack_process"),
-            tick_limit=options.get("tick_limit"),
-        ),
-        tick_limit=options.get("tick_limit") or TICK_LIMIT,
-        stack_process=options.get("stack_process"),
-        compute_delay=None if (delay := options.get("compute_delay")) is None else parse_delay(delay),
+    return request_of(
+        variant.scenario, {**options, "parameters": {name: _text(value) for name, value in parameters.items()}}
     )
 
 
@@ -175,7 +149,7 @@ def _write(asked: Request, target: Path) -> None:
     from openscenario.read import read_scenario
     from openscenario.write import write_scenario
 
-    scenario = read_scenario(asked.path, library=asked.library, rootdir=asked.rootdir, parameters=asked.parameters)
+    scenario = read_scenario(asked.path, library=asked.spec.library, rootdir=asked.rootdir, parameters=asked.parameters)
     target.parent.mkdir(parents=True, exist_ok=True)
     write_scenario(scenario, target)
 

@@ -94,7 +94,7 @@ class Session:
 
     def _across(self, path: Path, pair: tuple[str, str]) -> Across:
         from pytest_dvp.drive import stage_comparison
-        from pytest_dvp.drive.run_spec import STAGES
+        from pytest_dvp.drive.option import STAGES
         from pytest_dvp.plugin.selection import asked_stage
 
         settings, node = self._settings, current_item(self._config)
@@ -159,36 +159,9 @@ class Session:
         parameters: dict[str, Any] = dict(_declared_only(path, settings.set.scenario))
         parameters.update(variant.values if variant else {})
         parameters.update(options.pop("parameters", {}))
-        defaults: dict[str, Any] = {
-            "seed": settings.seed,
-            "model": settings.model,
-            "effects": settings.effects,
-            "gates": settings.gates,
-            "library": settings.library,
-            "rootdir": settings.rootdir,
-            "reading": settings.reading,
-            "ego": settings.ego,
-            "ads": settings.ads,
-            "vehicle": settings.vehicle,
-            "dbc": settings.dbc,
-            "fault": settings.fault,
-            "clock": settings.clock,
-            "arming": settings.arming,
-            "envelope": settings.envelope,
-            "passed": settings.stage_logs,
-            "require_real": settings.require_real,
-            "duration": settings.duration,
-            "wall_limit": settings.wall_limit,
-            "tick_limit": settings.tick_limit,
-            "stack_process": settings.stack_process,
-            "compute_delay": settings.compute_delay,
-            "after_collision": settings.after_collision,
-            "log_dir": None if searched else settings.runs_folder,
-            "single_file": settings.single_file,
-        }
-        defaults.update(options)
-        defaults["P"] = {**self._session_P(defaults["ads"]), **defaults.get("P", {})}
-        defaults["S"] = {**settings.set.S, **defaults.get("S", {})}
+        defaults = {**settings.keywords(), **({"log_dir": None} if searched else {}), **options}
+        defaults["P"] = {**self._session_P(defaults["ads"]), **options.get("P", {})}
+        defaults["S"] = {**settings.set.S, **options.get("S", {})}
         return {**defaults, "parameters": parameters}
 
     def _session_P(self, ads: Any) -> Mapping[str, Any]:

@@ -80,6 +80,7 @@ def command(job: Job) -> str:
     """
     from pytest_dvp.drive.request import Request
     from pytest_dvp.drive.result import replay_command
+    from pytest_dvp.drive.run_spec import RunSpec
     from pytest_dvp.drive.stack_host import find_ads
     from pytest_dvp.drive.stack_parameters import as_plain, in_force
 
@@ -87,20 +88,22 @@ def command(job: Job) -> str:
         raise ValueError(f"{job.title}: a replayed log is no run")
     ads = find_ads(job.ads)
     usual = as_plain(in_force(ads, {}, job.stage))
-    request = Request(
-        path=Path(job.scenario),
+    spec = RunSpec(
         stage=job.stage,
         seed=job.seed,
-        parameters={name: typed(value) for name, value in job.parameters},
-        P={name: typed(value) for name, value in job.P if value != usual[name]},
-        S={name: typed(value) for name, value in job.S},
         model=None if job.model is None else Path(job.model),
         gates=None if job.gates is None else Path(job.gates),
         library=tuple(map(Path, job.library)),
-        rootdir=None,
-        ego=None,
-        ads=None if job.ads is None else ads,
         vehicle=job.vehicle,
         gated=job.gated,
+        duration=job.duration,
     )
-    return replay_command(request, job.duration)
+    request = Request(
+        path=Path(job.scenario),
+        spec=spec,
+        parameters={name: typed(value) for name, value in job.parameters},
+        P={name: typed(value) for name, value in job.P if value != usual[name]},
+        S={name: typed(value) for name, value in job.S},
+        ads=None if job.ads is None else ads,
+    )
+    return replay_command(request)

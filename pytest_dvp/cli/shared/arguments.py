@@ -8,16 +8,9 @@ from collections.abc import Collection, Iterable
 from pathlib import Path
 
 from pytest_dvp.drive.ini_file import NAMES, find_ini
-from pytest_dvp.drive.run_spec import (
-    BUDGET,
-    LISTS,
-    PLUGIN_SETTINGS,
-    SETTINGS,
-    Setting,
-    Settings,
-    environment_lookup,
-    from_sources,
-)
+from pytest_dvp.drive.option import LISTS, Setting
+from pytest_dvp.drive.option_sources import environment_lookup, from_sources
+from pytest_dvp.drive.run_spec import BUDGET, PLUGIN_SETTINGS, SETTINGS, RunSpec
 from pytest_dvp.logs.budget import Budget
 from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.near_path import looked_for
@@ -54,8 +47,8 @@ def add_report(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def settings_from(arguments: argparse.Namespace, ini: Collection[str] = ("library",)) -> Settings:
-    """Settings of a command: command line before environment before ini file.
+def settings_from(arguments: argparse.Namespace, ini: Collection[str] = ("library",)) -> RunSpec:
+    """The options of a command: command line before environment before ini file.
 
     ini   names of those that count in the ini file: what may be read, and, where a command drives, all it has. The ini
           file is that of the folder in which the command stands: a scenario elsewhere brings no settings with it.

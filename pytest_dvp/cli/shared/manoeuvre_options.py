@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.shared.arguments import WrongArgument
-from pytest_dvp.drive.run_spec import possible_folder
+from pytest_dvp.drive.option_sources import possible_folder
 from pytest_dvp.text.errors import SettingError
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.text.paths import shown
 
 
-def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings: Settings) -> list[dict[str, Any]]:
+def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings: RunSpec) -> list[dict[str, Any]]:
     """A row for each scenario and distribution: file, runs, why ("" if it runs), line of what is wrong (None where
     that is in another file, which `why` then names). No catalogues.
 
@@ -46,7 +46,7 @@ def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings
     return rows
 
 
-def _ask(files: Sequence[str], settings: Settings) -> dict[str, tuple[str, int | None]]:
+def _ask(files: Sequence[str], settings: RunSpec) -> dict[str, tuple[str, int | None]]:
     """Why each file is refused, and where; "" and None if it runs."""
     if not files:
         return {}
@@ -83,7 +83,7 @@ def is_catalogue(path: Path) -> bool:
         return False
 
 
-def _refusal(path: Path, settings: Settings) -> tuple[str, int | None]:
+def _refusal(path: Path, settings: RunSpec) -> tuple[str, int | None]:
     """Why `dvp run` would refuse a file that has no error finding, and the line; empty if it would not."""
     from openscenario.findings import ScenarioError
     from openscenario.read import read_cases, read_scenario
@@ -119,7 +119,7 @@ def _answer() -> None:
     """The child of `_ask`: question on stdin, answer on stdout."""
     question = json.load(sys.stdin)
     settings = dataclasses.replace(
-        Settings(),
+        RunSpec(),
         library=tuple(Path(folder) for folder in question["library"]),
         rootdir=Path(question["rootdir"]),
         ego=question["ego"],

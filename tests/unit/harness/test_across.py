@@ -14,7 +14,7 @@ from pytest_dvp.cli.command_line import main
 from pytest_dvp.cli.run import across_text
 from pytest_dvp.drive.result import RunResult
 from pytest_dvp.drive.run import run
-from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.drive.stage_comparison import Driven, gates_between, hold, pair_name, pairs_driven, replay
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import LogEvent
@@ -367,7 +367,7 @@ def test_the_command_to_see_a_comparison_again_says_all_that_was_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    given = Settings(
+    given = RunSpec(
         rootdir=tmp_path,
         ads=f"{tmp_path}/mine.py:Stack",
         vehicle="can",

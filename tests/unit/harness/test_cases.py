@@ -10,7 +10,7 @@ import pytest
 
 from pytest_dvp.campaigns.cases import choose
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.drive.run_spec import RunSpec
 
 Write = Callable[..., Path]
 
@@ -76,7 +76,7 @@ def test_more_cases_than_a_session_holds_are_refused(
 
 
 def test_names_of_cases_are_unique_and_cut(speeds: Callable[[str], Path]) -> None:
-    chosen = choose(speeds("0.01"), Settings())
+    chosen = choose(speeds("0.01"), RunSpec())
     names = [case.name for case in chosen]
     assert chosen.count == len(set(names)) == 401
     assert names[0] == "001-ego_speed=2"

@@ -11,7 +11,7 @@ import pytest
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.cli.shared import runnable_scenarios
-from pytest_dvp.drive.run_spec import Settings
+from pytest_dvp.drive.run_spec import RunSpec
 from scenarios import path as shipped
 from tests.unit.harness.test_event_names import at, group
 
@@ -31,7 +31,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def asked_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """What runs is asked in this process; test_check_runnable.py asks the process that a check starts for it."""
 
-    def ask(files: Sequence[str], settings: Settings) -> dict[str, tuple[str, int | None]]:
+    def ask(files: Sequence[str], settings: RunSpec) -> dict[str, tuple[str, int | None]]:
         return {file: runnable_scenarios._refusal(Path(file), settings) for file in files}
 
     monkeypatch.setattr(runnable_scenarios, "_ask", ask)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from openscenario.storyboard.reading import READINGS, USUAL
-from pytest_dvp.drive.run_spec import SETTINGS, Settings
+from pytest_dvp.drive.run_spec import SETTINGS, RunSpec
 
 from .conftest import Make, at_time, condition, event, group, lane_position, log, run, speed, story, teleport
 from .test_actions import lane_offset
@@ -93,7 +93,7 @@ def test_the_setting_offers_just_these_readings() -> None:
     """Written twice: the plugin reads its settings before it may load this package."""
     (setting,) = (each for each in SETTINGS if each.name == "reading")
     assert setting.choices == READINGS
-    assert setting.default == Settings().reading == USUAL
+    assert setting.default == RunSpec().reading == USUAL
 
 
 def test_an_offset_that_is_there_from_the_start_ends_likewise(make: Make) -> None:

@@ -1,0 +1,91 @@
+"""RunOptions: the keywords of `pytest_dvp.run()`. Made by `python -m scripts.make_run_options` from RunSpec."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypedDict
+
+if TYPE_CHECKING:
+    from openscenario.storyboard.reading import Reading
+    from pytest_dvp.drive.chosen_stack import Ads, DriverFactory
+
+
+class RunOptions(TypedDict, total=False):
+    """What `pytest_dvp.run()` can be told; what is left out has its default."""
+
+    stage: str
+    """what is driven: dt the twin, pe and rw a car; dvp run has an option --stage that takes several, pytest a marker
+    for each; default: dt."""
+    seed: int
+    """seed of every random number of a run; default: 7."""
+    ads: DriverFactory | Ads | str | None
+    """driving stack: entry point of pytest_dvp.ads, module:Class, FILE.py:Class, ros2:F.toml; run() also takes the
+    class or function itself; it is called with (parameters, network, description) if it takes them, else with nothing,
+    and what it makes needs `tick(observation) -> Command` and may have trace, path and detections; default:
+    reference."""
+    model: str | Path | None
+    """vehicle model (TOML); default: the TABBY EVO."""
+    effects: Sequence[str | Path]
+    """effects of your own that the model uses; the file is run."""
+    gates: str | Path | None
+    """gate file; default: NAME.gates.toml beside the scenario; without that file the default gates hold."""
+    passed: Sequence[str | Path]
+    """run folders of earlier drives: on stage rw a real car drives only what passed on pe in one of them."""
+    library: Sequence[str | Path]
+    """folder that scenarios may refer to, besides their own and the rootdir."""
+    reading: Reading
+    """of three rules where that player and the standard differ: esmini or standard (docs/conformance.md); default:
+    esmini."""
+    ego: str | None
+    """entity that the ADS drives; default: Ego."""
+    parameters: Mapping[str, str | float | bool] | None
+    """declared parameters of the scenario, by name."""
+    P: Mapping[str, str | float] | None
+    """parameters of the ADS (its own, if it declares some), by name."""
+    S: Mapping[str, str | float] | None
+    """parameters of the simulator, by name."""
+    duration: float | None
+    """longest simulated time [s]; default: 60, with a goal 300."""
+    wall_limit: float
+    """longest wall time of one run [s]; a run that it ends is an ERROR; default: 600."""
+    tick_limit: float
+    """longest wall time of one tick of the stack [s]; six times that for the first one and for loading it; a stack that
+    takes longer is ended, and the run is an ERROR; default: 10."""
+    stack_process: str | None
+    """whether a stack given by name runs in a process of its own: on or off; default: on, the reference stack: off; in
+    a process of its own it can be ended whatever it does; a class or an object always runs in this process, where its
+    Python code is interrupted."""
+    compute_delay: str | None
+    """stage dt: commands reach the car later, and a share of them never: SECONDS[+-JITTER][,drop=SHARE]."""
+    after_collision: float
+    """simulated time from a collision to the end of the run [s]; default: 1."""
+    vehicle: str
+    """car of stages pe and rw: surrogate or can (:HIDDEN.toml), ros1 (:FILE), replay:LOG, ros2_car:N or yours; can is
+    the surrogate with its drive-by-wire on CAN, ros1 the surrogate over ROS 1; a file behind the colon says what is
+    hidden in it, of ros1 how it is reached; replay is a recording; ros1_car:FILE, ros2_car:DOMAIN and other adapters
+    are cars; default: surrogate."""
+    dbc: str | Path | None
+    """stages pe and rw: messages of a vehicle on CAN, its signal map beside it; default: our own."""
+    fault: str | None
+    """stages pe and rw: what goes wrong on the wire to the surrogate, as drop@5+3 (s)."""
+    clock: str
+    """time of stages pe and rw: stepped (lock-step) or real (wall clock); before a drive by the wall clock the twin
+    rehearses it, so that everything is loaded; a real car drives only what passed there; default: stepped."""
+    arming: str | Path | None
+    """stages pe and rw: second key of a real car: a file for this vehicle and scenario, used up; without it a real car
+    makes a dry run, which never passes; a surrogate that is given one needs both keys and an area, too: a rehearsal."""
+    envelope: str | Path | None
+    """stages pe and rw: where and how fast a real car may drive (TOML: area, max_speed)."""
+    log_dir: str | Path | None
+    """folder for a numbered run folder; default: nothing is written."""
+    single_file: bool
+    """a report of one file: it shares nothing with the other runs (2 MB more); default: False."""
+    require_real: bool
+    """stages pe and rw: a surrogate in the place of a real vehicle is an ERROR; default: False."""
+    rootdir: Path | None
+    """folder that scenarios may refer to; files of a stack are looked for in it."""
+    folder_name: str | None
+    """what is between number and stage in the name of the run folder; default: the scenario's name."""
+    gated: bool
+    """the twin drives behind the command gate, as the car of the other stages does; default: False."""
