@@ -6,7 +6,7 @@ import difflib
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypedDict, Unpack
 
 Severity = Literal["error", "warning"]
 
@@ -94,6 +94,15 @@ def natural(name: str) -> tuple[tuple[int, int, str], ...]:
     return tuple((0, int(part), "") if part.isdecimal() else (1, 0, part) for part in re.split(r"(\d+)", name[:_SHOWN]))
 
 
+class Details(TypedDict, total=False):
+    """What a finding may say besides its place and its sentence."""
+
+    found: str
+    allowed: str
+    hint: str
+    severity: Severity
+
+
 class Findings:
     """Collects findings while a file is read, so that one pass reports them all."""
 
@@ -111,15 +120,12 @@ class Findings:
         line: int | None,
         element: str,
         text: str,
-        *,
-        found: str = "",
-        allowed: str = "",
-        hint: str = "",
-        severity: Severity = "error",
+        **details: Unpack[Details],
     ) -> None:
-        """Notes one finding."""
+        """Notes one finding; without a severity it is an error."""
         if len(self.found) < self.MOST:
-            self.found.append(Finding(code, severity, file, line, element, found, allowed, hint, text))
+            given: Details = {"severity": "error", **details}
+            self.found.append(Finding(code=code, file=file, line=line, element=element, text=text, **given))
 
     @property
     def errors(self) -> tuple[Finding, ...]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, Unpack
 
 from openscenario.expressions import ExpressionError, Value, concatenate, evaluate
-from openscenario.findings import Findings, Severity, listed, nearest
+from openscenario.findings import Details, Findings, Severity, listed, nearest
 from openscenario.model.declarations import ParameterDeclaration, ValueConstraint
 from openscenario.model.kinds import At
 from openscenario.values import BadValue, check_type, spelled, to_bool, to_double
@@ -157,7 +157,7 @@ def declare(
             text = "declared twice" + (", with the same value" if same else " with different values")
             found, hint = declaration.name, f"first declared in line {first.at.line}"
             severity: Severity = "warning" if same else "error"
-            _add(findings, "name.duplicate", declaration.at, "@name", text, found, "", hint, severity)
+            _add(findings, "name.duplicate", declaration.at, "@name", text, found=found, hint=hint, severity=severity)
         by_name.setdefault(declaration.name, declaration)
     open_names: list[str] = []
     cyclic: set[str] = set()
@@ -183,7 +183,7 @@ def declare(
             open_names.pop()
         if declaration.name in cyclic and open_names == []:  # where the circle was entered; where it closes has one
             text = f"parameter '${declaration.name}' depends on itself"
-            _add(findings, "param.cycle", declaration.at, "@value", text, declaration.value)
+            _add(findings, "param.cycle", declaration.at, "@value", text, found=declaration.value)
 
     settled = []
     for declaration in declarations:
@@ -209,8 +209,8 @@ def declare(
                 given_at or declaration.at,
                 "@value",
                 f"the value of parameter '{declaration.name}' is outside its constraints",
-                settled_text,
-                constraints(finished),
+                found=settled_text,
+                allowed=constraints(finished),
             )
         settled.append(finished)
     return tuple(settled), scope
@@ -249,10 +249,10 @@ def _constraint(
         check_type(finished.value, kind)
         return finished
     except ExpressionError as error:
-        _add(findings, error.code, constraint.at, "@value", error.text, constraint.value, "", error.hint)
+        _add(findings, error.code, constraint.at, "@value", error.text, found=constraint.value, hint=error.hint)
     except BadValue as error:
         text, allowed = f"the constraint is {error.text}", f"{error.allowed} ({kind})"
-        _add(findings, error.code, constraint.at, "@value", text, constraint.value or "nothing", allowed)
+        _add(findings, error.code, constraint.at, "@value", text, found=constraint.value or "nothing", allowed=allowed)
     except BrokenParameter:
         pass
     return constraint
@@ -272,13 +272,14 @@ def _value(
         text = resolve(raw, text_of, as_text=declaration.parameter_type == "string") if given is None else raw
         check_type(text, declaration.parameter_type)
     except ExpressionError as error:
-        _add(findings, error.code, at, "@value", error.text, raw, "", error.hint)
+        _add(findings, error.code, at, "@value", error.text, found=raw, hint=error.hint)
         return None
     except BadValue as error:
         where = f"the value of parameter '{declaration.name}' is {error.text}"
         allowed = f"{error.allowed} ({declaration.parameter_type})"
         found = (raw if raw == text else f"{raw} = {text}") or "nothing"
-        _add(findings, error.code, at, "@value", where, found, allowed, "", "error" if strict else "warning")
+        severity: Severity = "error" if strict else "warning"
+        _add(findings, error.code, at, "@value", where, found=found, allowed=allowed, severity=severity)
         return None if strict else text
     except BrokenParameter:
         return None
@@ -295,10 +296,6 @@ def _add(
     at: At,
     attribute: str,
     text: str,
-    found: str = "",
-    allowed: str = "",
-    hint: str = "",
-    severity: Severity = "error",
+    **details: Unpack[Details],
 ) -> None:
-    element = at.element + attribute
-    findings.add(code, at.file, at.line, element, text, found=found, allowed=allowed, hint=hint, severity=severity)
+    findings.add(code, at.file, at.line, at.element + attribute, text, **details)

@@ -79,7 +79,7 @@ def geometry_rows(geometry: Geometry) -> list[list[float]]:
         case "spiral":
             return spiral_rows(*start, values[0], values[1])
         case "poly3":
-            return poly3_rows(*start, values[0], values[1], values[2], values[3])
+            return poly3_rows(*start, (values[0], values[1], values[2], values[3]))
         case "paramPoly3":
             return param_rows(*start, values, 1.0 if geometry.normalized else geometry.length)
 
@@ -183,10 +183,11 @@ def param_rows(
 
 
 def poly3_rows(
-    s: float, x: float, y: float, heading: float, length: float, a: float, b: float, c: float, d: float
+    s: float, x: float, y: float, heading: float, length: float, coefficients: tuple[float, float, float, float]
 ) -> list[list[float]]:
-    """Rows of a poly3 `v = a + b u + c u^2 + d u^3`; u runs until the curve is `length` [m] long."""
-    coefs = (0.0, 1.0, 0.0, 0.0, a, b, c, d)
+    """Rows of a poly3 `v = a + b u + c u^2 + d u^3` with coefficients a, b, c, d; u runs until the curve is `length`
+    [m] long."""
+    coefs = (0.0, 1.0, 0.0, 0.0, *coefficients)
     low, high = 0.0, length  # the curve is never shorter than its projection on u
     for _ in range(60):
         middle = 0.5 * (low + high)

@@ -85,7 +85,7 @@ def test_polynomial_of_another_length_ends_with_its_element() -> None:
 def test_poly3_ends_at_its_arc_length() -> None:
     u = 3.0
     length = 0.5 * (u * math.sqrt(1.0 + u * u) + math.asinh(u))
-    rows = poly3_rows(0.0, 0.0, 0.0, 0.0, length, 0.0, 0.0, 0.5, 0.0)
+    rows = poly3_rows(0.0, 0.0, 0.0, 0.0, length, (0.0, 0.0, 0.5, 0.0))
     assert at(rows, length)[:2] == pytest.approx((u, 0.5 * u * u), abs=1e-6)
 
 
