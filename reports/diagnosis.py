@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -153,11 +154,11 @@ def close_figure(close: Mapping[str, Any], *, new: str = "", given: str = VERMIL
     t, unit = close["t"], pretty_unit(close["unit"])
     traces = [
         _band(t, close["measured"], close["noise"], "y", "noise ±2σ"),
-        _line(t, close["measured"], "measured", "y", GREY, 6.0, unit),
-        _line(t, close["before"], "model as given", "y", given, 2.4, unit, dash="dash" if new else "solid"),
+        _line(t, close["measured"], "measured", "y", _Pen(GREY, 6.0), unit),
+        _line(t, close["before"], "model as given", "y", _Pen(given, 2.4, "dash" if new else "solid"), unit),
     ]
     if new:
-        traces.append(_line(t, close["after"], new, "y", BLUE, 2.4, unit))
+        traces.append(_line(t, close["after"], new, "y", _Pen(BLUE, 2.4), unit))
     label = plain(_spoken(close["channel"])) + (" error (model - measured)" if close["error"] else "")
     return {
         "data": traces,
@@ -179,13 +180,13 @@ def residual_figure(one: Mapping[str, Any], *, new: str = "", given: str = VERMI
     for k, name in enumerate(names):
         row, axis = one["rows"][name], "y" if k == 0 else f"y{k + 1}"
         unit = pretty_unit(one["units"][name])
-        before = _line(t, row["before"], "model as given", axis, given, 1.3, unit, legend=k == 0)
+        before = _line(t, row["before"], "model as given", axis, _Pen(given, 1.3), unit, legend=k == 0)
         traces.append(before)
         if new:
-            traces.append(_line(t, row["after"], new, axis, BLUE, 1.3, unit, legend=k == 0))
+            traces.append(_line(t, row["after"], new, axis, _Pen(BLUE, 1.3), unit, legend=k == 0))
         for side in (-BAND, BAND):
             edge = np.full(2, side * row["noise"])
-            line = _line(np.array([t[0], t[-1]]), edge, "noise, ±2σ", axis, "#009E73", 1.4, unit, dash="dot",
+            line = _line(np.array([t[0], t[-1]]), edge, "noise, ±2σ", axis, _Pen("#009E73", 1.4, "dot"), unit,
                          legend=k == 0 and side > 0)  # fmt: skip
             traces.append(line | {"hoverinfo": "skip", "hovertemplate": None})
     return {"data": traces, "layout": _rows_layout(one, names)}
@@ -213,12 +214,21 @@ def _rows_layout(one: Mapping[str, Any], names: Sequence[str]) -> Figure:
     return layout
 
 
-def _line(t: NDArray[np.float64], y: NDArray[np.float64], name: str, axis: str, colour: str, width: float, unit: str,
-          *, dash: str = "solid", legend: bool = True) -> Figure:  # fmt: skip
+@dataclass(frozen=True)
+class _Pen:
+    """How a line is drawn; width [px]."""
+
+    colour: str
+    width: float
+    dash: str = "solid"
+
+
+def _line(t: NDArray[np.float64], y: NDArray[np.float64], name: str, axis: str, pen: _Pen, unit: str,
+          legend: bool = True) -> Figure:  # fmt: skip
     at, value = thin(t, y, CURVE_POINTS)
     return {
         "type": "scatter", "mode": "lines", "name": name, "x": numbers(at, 3), "y": numbers(value, 5), "xaxis": "x",
-        "yaxis": axis, "line": {"color": colour, "width": width, "dash": dash}, "connectgaps": False,
+        "yaxis": axis, "line": {"color": pen.colour, "width": pen.width, "dash": pen.dash}, "connectgaps": False,
         "showlegend": legend, "legendgroup": name, "hovertemplate": f"{name} %{{y:.4g}} {unit}<extra></extra>",
     }  # fmt: skip
 

@@ -10,16 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any, Unpack
 
 from reports.beliefs import belief_rows
 from reports.embed import compact, embed
 from reports.figures import place_shares, timeline
 from reports.frame import frame
 from reports.nets import drawings
+from reports.run_data import RunData
 from reports.scene import scene
 from reports.templating import environment
 from reports.verdicts import Row, headline, pretty_unit, rows
@@ -33,51 +31,26 @@ STATUS_SIGNS = {"PASS": "✓", "FAIL": "✗", "INCONCLUSIVE": "?", "ERROR": "!"}
 
 
 def write_run_report(
-    path: str | Path,
-    result: Mapping[str, Any],
-    columns: Mapping[str, NDArray[np.float64]],
-    objects: Sequence[Mapping[str, Any]],
-    detections: Mapping[str, Any],
-    paths: Sequence[tuple[float, NDArray[np.float64]]],
-    events: Sequence[Mapping[str, Any]],
-    road: Sequence[Mapping[str, Any]],
-    meta: Mapping[str, Any],
-    library: str | None = None,
+    path: str | Path, result: Mapping[str, Any], *, library: str | None = None, **run: Unpack[RunData]
 ) -> None:
     """Write the report of one finished run; same input, same bytes. The file appears whole or not at all.
 
     Args:
         result: {"status", "scenario", "stage", "seed", "verdicts": [mapping], "metrics": {name: {"value", "unit", "t",
             "object", "valid", "series": {"t", "value"} or None}}}; if known also "notes": [str], "ended": str.
-        columns: equally long arrays by name: `t` [s], `x`, `y` [m], `yaw` [rad], `v` [m/s], ... NaN = not measured.
-        objects: true boxes: name, kind, length, width [m] and arrays t [s], x, y (box centre [m]), yaw [rad].
-        detections: table of detected boxes: arrays t, kind, x, y, yaw, length, width.
-        paths: (t [s], points (n, 2) [m]) of the planned path whenever it changed.
-        events: mappings with t [s], kind, element, text, file, line.
-        road: mappings with kind ("edge", "lane", "centre", "crosswalk") and points (n, 2) [m].
-        meta: conditions of the run, JSON-able.
         library: address of the drawing library relative to the page (`frame.place_library`); None: in the page itself,
             which then needs no other file.
+        run: what happened, see `RunData`.
 
     Raises:
         OSError: the file cannot be written.
     """
-    page = render_run_report(result, columns, objects, detections, paths, events, road, meta, library)
-    write_page(path, page)
+    write_page(path, render_run_report(result, library=library, **run))
 
 
-def render_run_report(
-    result: Mapping[str, Any],
-    columns: Mapping[str, NDArray[np.float64]],
-    objects: Sequence[Mapping[str, Any]],
-    detections: Mapping[str, Any],
-    paths: Sequence[tuple[float, NDArray[np.float64]]],
-    events: Sequence[Mapping[str, Any]],
-    road: Sequence[Mapping[str, Any]],
-    meta: Mapping[str, Any],
-    library: str | None = None,
-) -> str:
+def render_run_report(result: Mapping[str, Any], *, library: str | None = None, **run: Unpack[RunData]) -> str:
     """The page as text; arguments as in `write_run_report`."""
+    columns, events, meta = run["columns"], run["events"], run["meta"]
     table = rows(result.get("verdicts", ()))
     metrics = result.get("metrics", {})
     ttc = metrics.get("max_ttc_inverse") or {}
@@ -88,7 +61,7 @@ def render_run_report(
                           more=belief_rows(metrics, columns))  # fmt: skip
     stride = 1
     while True:
-        data = scene(columns, objects, detections, paths, events, road, meta, ttc.get("series"), stride)
+        data = scene(run, ttc.get("series"), stride)
         data |= {"figure": figure, "marks": [row.mark() for row in table if row.t is not None]}
         slim = compact(data)
         if len(embed(slim)) <= MAX_DATA_BYTES or stride >= 64:

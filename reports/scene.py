@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reports.figures import NET_PREFIX, event_label, is_shown, numbers, place_intervals
+from reports.run_data import RunData
 
 RATE = 20.0  # Hz, of the ego in the top view; boxes come at their own rate
 PATH_PERIOD = 0.2  # s, least time between two planned paths that are shown
@@ -16,18 +17,9 @@ TURN = 0.04  # rad, and
 STRIDE = 15.0  # m: a polyline is thinned to a point each, which leaves it within some mm of the original
 
 
-def scene(
-    columns: Mapping[str, NDArray[np.float64]],
-    objects: Sequence[Mapping[str, Any]],
-    detections: Mapping[str, Any],
-    paths: Sequence[tuple[float, NDArray[np.float64]]],
-    events: Sequence[Mapping[str, Any]],
-    road: Sequence[Mapping[str, Any]],
-    meta: Mapping[str, Any],
-    ttc_inverse: Mapping[str, Any] | None,
-    stride: int = 1,
-) -> dict[str, Any]:
+def scene(run: RunData, ttc_inverse: Mapping[str, Any] | None, stride: int = 1) -> dict[str, Any]:
     """Ego, boxes, detections, paths, road and events; every `stride`-th sample of what moves (1 = all)."""
+    columns, meta = run["columns"], run["meta"]
     ego = meta.get("ego") or {}
     return {
         "ego": {
@@ -38,13 +30,13 @@ def scene(
             **_ego_track(columns, stride),
         },
         "ttc": None if not ttc_inverse else _series(ttc_inverse, stride),
-        "objects": [_object(entry, stride) for entry in objects],
-        "detections": _detections(detections, stride),
-        "paths": _paths(paths, stride),
-        "road": [{"kind": str(line["kind"]), "points": _points(line["points"])} for line in road],
+        "objects": [_object(entry, stride) for entry in run["objects"]],
+        "detections": _detections(run["detections"], stride),
+        "paths": _paths(run["paths"], stride),
+        "road": [{"kind": str(line["kind"]), "points": _points(line["points"])} for line in run["road"]],
         "events": [
             {"t": float(event["t"]), "kind": str(event["kind"]), "label": event_label(event)}
-            for event in events
+            for event in run["events"]
             if is_shown(event)
         ],
         "places": _places(columns),

@@ -86,6 +86,21 @@ class Place:
             self.folder.rmdir()
 
 
+@dataclasses.dataclass(frozen=True)
+class Extent:
+    """What of a run is written.
+
+    brief        neither metrics nor a report, for a run that must end at once
+    single_file  the report carries the library that draws
+    lost         with it, a result or a report that cannot be written is left out, and one line a file is added to it
+    """
+
+    report: bool = True
+    brief: bool = False
+    single_file: bool = False
+    lost: list[str] | None = None
+
+
 def save_run(
     run: FinishedRun,
     root: Path | str,
@@ -100,7 +115,7 @@ def save_run(
     more = {key: value for key, value in run.as_dict().items() if key not in ("folder", "metrics", "verdicts")}
     return write_run(
         root, name or Path(run.scenario).stem, run.log, run.verdicts, status=run.status, more=more, place=place,
-        brief=brief, single_file=single_file, lost=lost,
+        extent=Extent(brief=brief, single_file=single_file, lost=lost),
     )  # fmt: skip
 
 
@@ -136,29 +151,26 @@ def write_run(
     status: str | None = None,
     more: Mapping[str, Any] | None = None,
     place: Place | None = None,
-    report: bool = True,
-    brief: bool = False,
-    single_file: bool = False,
-    lost: list[str] | None = None,
+    extent: Extent | None = None,
 ) -> Path:
     """Write a new run folder under `root` and return it: NNNN-name-stage, numbers never used twice.
 
     Everything is written into a hidden folder first and renamed at the end, each file synced: a run that dies leaves
-    no folder that looks like a result. `more` is added to the result. `single_file`: the report carries the library
-    that draws. `place`: the folder that was reserved for it when it began to drive. `brief`: neither metrics nor a
-    report, for a run that must end at once. `lost`: with it, a result or a report that cannot be written is left out,
-    and one line a file is added to it.
+    no folder that looks like a result. `more` is added to the result. `place`: the folder that was reserved for it when
+    it began to drive.
     Raises ResultError or LogError, and then leaves no run folder behind, or only the part of the log.
     """
 
+    extent = extent or Extent()
+
     def fill(folder: Path) -> None:
         log.save(folder / LOG)
-        metrics = {} if brief else measure(log)
+        metrics = {} if extent.brief else measure(log)
         result = {**(more or {}), **result_of(log, verdicts, metrics, status=status)}
-        with _left_out(folder, final, lost):
+        with _left_out(folder, final, extent.lost):
             write_result(folder / "result.json", result)
-        if report and not brief:
-            with _left_out(folder, final, lost), _library(root, single_file) as library:
+        if extent.report and not extent.brief:
+            with _left_out(folder, final, extent.lost), _library(root, extent.single_file) as library:
                 write_report(folder / "report.html", log, result, library=library)
 
     place = place or Place.reserve(root, name, str(log.meta.get("stage", "dt")))
@@ -247,14 +259,14 @@ def write_report(path: Path, log: Log, result: Mapping[str, Any], *, library: st
     write_run_report(
         path,
         result,
-        log.columns,
-        [{"name": name, **_fields(track)} for name, track in log.objects.items()],
-        _fields(table),
-        list(log.paths),
-        [dataclasses.asdict(event) for event in log.events],
-        list(log.road),
-        log.meta,
-        library,
+        library=library,
+        columns=log.columns,
+        objects=[{"name": name, **_fields(track)} for name, track in log.objects.items()],
+        detections=_fields(table),
+        paths=list(log.paths),
+        events=[dataclasses.asdict(event) for event in log.events],
+        road=list(log.road),
+        meta=log.meta,
     )
 
 

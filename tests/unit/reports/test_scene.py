@@ -15,8 +15,7 @@ MakeRun = Callable[..., dict[str, Any]]
 
 def draw(run: dict[str, Any], stride: int = 1) -> dict[str, Any]:
     series = run["result"]["metrics"]["max_ttc_inverse"]["series"]
-    keys = ("columns", "objects", "detections", "paths", "events", "road", "meta")
-    return scene(*(run[key] for key in keys), series, stride)
+    return scene(run, series, stride)
 
 
 def distance_to(line: np.ndarray, point: np.ndarray) -> float:

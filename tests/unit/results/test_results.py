@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from results_logs import content, drive_straight, log_of, times, track
 
-from pytest_dvp.drive.run_folder import ResultError, write_run
+from pytest_dvp.drive.run_folder import Extent, ResultError, write_run
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.verdicts.judging import Gate, judge
@@ -21,7 +21,7 @@ VERDICTS = judge([Gate("max_ttc_inverse", max=0.5, file="a.gates.toml", line=3)]
 
 
 def save(root: Path, name: str = "overtaking", log: Log = LOG) -> Path:
-    return write_run(root, name, log, VERDICTS, report=False)
+    return write_run(root, name, log, VERDICTS, extent=Extent(report=False))
 
 
 def test_folder_has_number_name_and_stage(tmp_path: Path) -> None:
