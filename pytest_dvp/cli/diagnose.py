@@ -117,13 +117,11 @@ def execute(arguments: argparse.Namespace) -> int:
 def _report(arguments: argparse.Namespace, found: Diagnosis, own: Diagnosis, fitted: LookedAt, model: VehicleModel,
             judged: LookedAt, extra: tuple[Effect, ...]) -> None:  # fmt: skip
     from pytest_dvp.gap.words.diagnosis import extend_command
-    from pytest_dvp.gap.words.diagnosis_page import diagnosis_page
+    from pytest_dvp.gap.words.diagnosis_page import Typed, diagnosis_page
     from reports.diagnosis import write_diagnosis_report
 
-    page = diagnosis_page(
-        found, fitted.logs, model, held_out=judged.logs, effects=extra, model_file=arguments.model,
-        fitted=fitted.texts, judged=judged.texts, options=carried(arguments),
-    )  # fmt: skip
+    typed = Typed(arguments.model, fitted.texts, judged.texts, carried(arguments))
+    page = diagnosis_page(found, fitted.logs, model, held_out=judged.logs, effects=extra, typed=typed)
     page["command"] = extend_command(own, arguments.model, fitted.texts, judged.texts, carried(arguments))
     write_diagnosis_report(arguments.report, page)
     print(f"dvp diagnose: report in {arguments.report}", file=sys.stderr)

@@ -326,11 +326,8 @@ def _across(
         pairs,
         about,
         missing=missing,
-        log_dir=folder,
-        single_file=settings.single_file,
         notes=unjudged,
-        model=settings.model,
-        effects=settings.effects,
+        files=stage_comparison.Files(folder, settings.single_file, settings.model, settings.effects),
     )
 
 

@@ -70,30 +70,44 @@ def prepare(request: Request) -> Ready:
     P = in_force(ads, request.P, request.spec.stage)
     vehicle, about, gate_log = _vehicle(request, ego)
     try:
-        ready = _ready(request, scenario, network, gates, gate_folder, ego, (ads, P), vehicle, about)
-        return dataclasses.replace(ready, gate_log=gate_log)
+        parts = _Parts(scenario, network, gates, gate_folder, ego, ads, P, vehicle, about)
+        return dataclasses.replace(_ready(request, parts), gate_log=gate_log)
     except BaseException:
         vehicle.close()
         raise
 
 
-def _ready(
-    request: Request,
-    scenario: Scenario,
-    network: RoadNetwork,
-    gates: GateFile,
-    gate_folder: Path,
-    ego: ScenarioObject,
-    stack: tuple[Ads, Parameters | Own],
-    vehicle: Vehicle,
-    about: Mapping[str, Any],
-) -> Ready:
+@dataclasses.dataclass(frozen=True)
+class _Parts:
+    """What a run is made of. about: what the log says of the vehicle."""
+
+    scenario: Scenario
+    network: RoadNetwork
+    gates: GateFile
+    gate_folder: Path
+    ego: ScenarioObject
+    ads: Ads
+    P: Parameters | Own
+    vehicle: Vehicle
+    about: Mapping[str, Any]
+
+
+@dataclasses.dataclass(frozen=True)
+class _Start:
+    """How a run begins. armed: of a car that needs keys, whether it has them."""
+
+    storyboard: Storyboard
+    task: EgoTask
+    state: VehicleState
+    armed: bool | None
+
+
+def _ready(request: Request, parts: _Parts) -> Ready:
     """The run, its vehicle at its start."""
-    storyboard = Storyboard(
-        scenario, network, external=[ego.name], seed=request.spec.seed, reading=request.spec.reading
-    )
+    spec, network, gates, vehicle = request.spec, parts.network, parts.gates, parts.vehicle
+    storyboard = Storyboard(parts.scenario, network, external=[parts.ego.name], seed=spec.seed, reading=spec.reading)
     storyboard.start()
-    entity = storyboard.entities[ego.name]
+    entity = storyboard.entities[parts.ego.name]
     asked = gates.task
     task = task_of(entity, network, asked.start if asked else None, asked.goal if asked else None)
     check_place(network, task.start, gates.file)
@@ -101,57 +115,42 @@ def _ready(
         check_place(network, task.goal, gates.file)
     state = VehicleState(t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed)
     armed = _reset(vehicle, state, request)
-    chosen, P = stack
-    limit = math.inf if getattr(chosen.factory, "has_own_deadline", False) else request.spec.tick_limit
-    watch = Deadline(chosen.name, limit)
-    driver: Driver = make_driver(chosen, P, network, _known(vehicle.description, request), watch)
+    limit = math.inf if getattr(parts.ads.factory, "has_own_deadline", False) else spec.tick_limit
+    watch = Deadline(parts.ads.name, limit)
+    driver: Driver = make_driver(parts.ads, parts.P, network, _known(vehicle.description, request), watch)
     try:
-        return _with_driver(
-            request, scenario, network, (gates, gate_folder), storyboard, (ego.name, task, state), stack, driver,
-            vehicle, about, armed,
-        )  # fmt: skip
+        return _with_driver(request, parts, _Start(storyboard, task, state, armed), driver)
     except BaseException:
         driver.close()
         raise
 
 
-def _with_driver(
-    request: Request,
-    scenario: Scenario,
-    network: RoadNetwork,
-    judged: tuple[GateFile, Path],
-    storyboard: Storyboard,
-    ego: tuple[str, EgoTask, VehicleState],
-    stack: tuple[Ads, Parameters | Own],
-    driver: Driver,
-    vehicle: Vehicle,
-    about: Mapping[str, Any],
-    armed: bool | None,
-) -> Ready:
+def _with_driver(request: Request, parts: _Parts, start: _Start, driver: Driver) -> Ready:
     """The run, its stack made."""
-    (gates, gate_folder), (name, task, state), (chosen, P) = judged, ego, stack
+    scenario, network, gates, vehicle = parts.scenario, parts.network, parts.gates, parts.vehicle
+    name, task, state = parts.ego.name, start.task, start.state
     meta = {
         "scenario": request.path.name,
         "scenario_sha256": scenario.sha256,
         "road_sha256": _sha256(scenario.road_network.logic_file),
         "parameters": {declared.name: declared.value for declared in scenario.parameter_declarations},
-        "P": as_plain(P),
+        "P": as_plain(parts.P),
         "S": {name: str(value) for name, value in request.S.items()},
-        "ads": chosen.name,
+        "ads": parts.ads.name,
         "seed": request.spec.seed,
         "stage": label(request.spec.stage, request.spec.vehicle),
         "versions": versions(),
         "storyboard_events": list(EventNames(scenario)),
         "collision_events": EventNames(scenario).of_collisions(name),
         "task": _task_meta(task),
-        **about,
+        **parts.about,
     }
     if request.spec.reading != USUAL:
         meta["reading"] = request.spec.reading
     if request.compute_delay is not None:
         meta["compute_delay"] = str(request.compute_delay)
-    if armed is not None:
-        meta["vehicle"] = {**meta["vehicle"], "armed": armed}
+    if start.armed is not None:
+        meta["vehicle"] = {**meta["vehicle"], "armed": start.armed}
     if driver.nets:
         meta["nets"] = driver.nets
     road: list[dict[str, Any]] = [{"kind": border.kind, "points": border.points} for border in network.boundaries(1.0)]
@@ -161,12 +160,14 @@ def _with_driver(
     if gates.traffic is not None:
         from pytest_dvp.drive.sumo_traffic import SumoTraffic
 
-        traffic = SumoTraffic(gate_folder / gates.traffic.net, gate_folder / gates.traffic.routes, request.spec.seed)
-    world = World(storyboard, name, vehicle.description, masses(scenario), traffic)
+        traffic = SumoTraffic(
+            parts.gate_folder / gates.traffic.net, parts.gate_folder / gates.traffic.routes, request.spec.seed
+        )
+    world = World(start.storyboard, name, vehicle.description, masses(scenario), traffic)
     row = np.array([[0.0, state.x, state.y, state.z, state.yaw, state.v, state.vx, 0, 0, 0, 0, 0]], dtype=np.float64)
     if request.compute_delay is not None:
         vehicle = _delayed(vehicle, request, recorder, state)
-    return Ready(scenario, network, gates, name, task, storyboard, world, vehicle, driver, recorder, row)
+    return Ready(scenario, network, gates, name, task, start.storyboard, world, vehicle, driver, recorder, row)
 
 
 def _delayed(vehicle: Vehicle, request: Request, recorder: LogRecorder, state: VehicleState) -> Delayed:

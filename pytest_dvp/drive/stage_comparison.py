@@ -92,6 +92,24 @@ class Across:
         }
 
 
+@dataclasses.dataclass(frozen=True)
+class Files:
+    """Files of a comparison.
+
+    log_dir      folder for a numbered run folder with result.json and report.html; None: nothing is written
+    single_file  that page carries the library that draws, and needs no other file
+    model        file that the twin was made from, and the files of its own effects, where they are known
+    """
+
+    log_dir: Path | None = None
+    single_file: bool = False
+    model: Path | None = None
+    effects: Sequence[Path] = ()
+
+
+_NO_FILES = Files()
+
+
 def hold(
     drives: Mapping[str, Driven],
     gates: Sequence[Gate],
@@ -99,20 +117,14 @@ def hold(
     about: Mapping[str, Any],
     *,
     missing: Mapping[str, str] | None = None,
-    log_dir: Path | None = None,
-    single_file: bool = False,
     notes: Sequence[str] = (),
-    model: Path | None = None,
-    effects: Sequence[Path] = (),
+    files: Files = _NO_FILES,
 ) -> Across:
     """Judge the gates between `pairs` of stages, and make the table of all `drives` (by stage, "dt", "pe", "rw").
 
     about    `scenario`, `line`, `seed`, `ads`, `set`, `replay` as in Across
     missing  by stage, why there is no drive and how to get one: its gates are INCONCLUSIVE
-    log_dir  folder for a numbered run folder with result.json and report.html; None writes nothing
-    single_file  that page carries the library that draws, and needs no other file
     notes    what else the result should say
-    model, effects  files that the twin was made from, where they are known
 
     Drives of different scenario files are not compared: the later one counts as missing.
     """
@@ -122,7 +134,7 @@ def hold(
     judged = {pair: judge_between(gates, pair, logs, absent) for pair in pairs}
     verdicts = [verdict for found in judged.values() for verdict in found]
     why = [
-        gap_command(found, (there[a].log, there[a].place), (there[b].log, there[b].place), model, effects)
+        gap_command(found, (there[a].log, there[a].place), (there[b].log, there[b].place), files.model, files.effects)
         for (a, b), found in judged.items()
         if a == "dt" and a in there and b in there and not twin_command_mismatch(there[a].log, there[b].log)
     ]
@@ -139,13 +151,13 @@ def hold(
         why=tuple(command for command in why if command),
         **about,
     )
-    if log_dir is None:
+    if files.log_dir is None:
         return result
     from pytest_dvp.drive.run_folder import ResultError, write_across
 
     name = Path(result.scenario).stem
     try:
-        folder = write_across(log_dir, name, result.as_dict(), logs, labels, single_file=single_file)
+        folder = write_across(files.log_dir, name, result.as_dict(), logs, labels, single_file=files.single_file)
     except ResultError as error:  # the verdicts stand, whatever becomes of their page
         return dataclasses.replace(result, notes=(*result.notes, f"{NOT_WRITTEN}{error}"))
     return dataclasses.replace(result, folder=folder)

@@ -123,10 +123,7 @@ class Session:
             [pair],  # type: ignore[list-item]
             about,
             missing=missing,
-            log_dir=settings.runs_folder,
-            single_file=settings.single_file,
-            model=settings.model,
-            effects=settings.effects,
+            files=stage_comparison.Files(settings.runs_folder, settings.single_file, settings.model, settings.effects),
         )
 
     def _drive(self, path: Path, stage: str) -> Driven | str:

@@ -17,7 +17,7 @@ from pytest_dvp.tuning.held_out_judge import Judged, judge, log_chi2, rw_logs, s
 from pytest_dvp.tuning.implausible_values import Suspicion, guard
 from pytest_dvp.tuning.iteration_plan import MOUNTS, STAGES, Plan, State, drives
 from pytest_dvp.tuning.ledger import Entry, write_ledger
-from pytest_dvp.tuning.proving_ground import Grounded, on_proving_ground
+from pytest_dvp.tuning.proving_ground import Folders, Grounded, on_proving_ground
 from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
 from pytest_dvp.tuning.stage_gap import Figure, gap, mean_alike
 from pytest_dvp.tuning.structure_search import Found, look_for_structure
@@ -139,7 +139,7 @@ def _improve(
     if plan.structure:
         told("diagnosis")
         ground = on_proving_ground(
-            plan, learnt, state.model, folder / "proving_ground", out / "logs", workers, told, presets=presets,
+            plan, learnt, state.model, Folders(folder / "proving_ground", out / "logs"), workers, told, presets=presets,
             known=[name for ground in grounds for name in ground.names],
         )  # fmt: skip
         more = ground.names

@@ -42,16 +42,26 @@ class Grounded:
     logs: tuple[Path, ...]
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Folders:
+    """Where the files of the manoeuvres are written, and the logs of their drives."""
+
+    manoeuvres: Path
+    logs: Path
+
+
 def on_proving_ground(
-    plan: Plan, measured: Sequence[Path], model: Path, folder: Path, logs: Path, workers: Workers,
+    plan: Plan, measured: Sequence[Path], model: Path, folders: Folders, workers: Workers,
     tick: Callable[[str], None] = lambda text: None, *, presets: bool = False, known: Sequence[str] = (),
 ) -> Grounded:  # fmt: skip
     """Diagnose the car's logs; if that leaves something open, have the car drive what would tell.
 
     presets: as of `look_for_structure`; known: manoeuvres whose logs are among those measured, not to be driven again.
     """
-    verdict, names = written(measured, model, plan, folder, workers.cache, tick, presets=presets, known=known)
-    jobs = [job(folder, name, plan, logs) for name in names]
+    verdict, names = written(
+        measured, model, plan, folders.manoeuvres, workers.cache, tick, presets=presets, known=known
+    )
+    jobs = [job(folders.manoeuvres, name, plan, folders.logs) for name in names]
     workers.run(jobs)
     return Grounded(verdict, tuple(names), tuple(Path(each.save) for each in jobs if each.save))
 

@@ -110,14 +110,29 @@ class Fit:
     jacobian: FloatArray
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Stop:
+    """When a fit ends.
+
+    rounds  at most so many, three times over
+    enough  a round that gains less than this in chi^2 is the last
+    above   a chi^2; where the fit seems to end beyond it, it may stay rough
+    """
+
+    rounds: int = 8
+    enough: float = 1.0
+    above: float = inf
+
+
+_STOP = Stop()
+
+
 def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, fixed: Values | None = None,
-        rounds: int = 8, enough: float = 1.0, zoom: bool = False, known: Fit | None = None,
-        above: float = inf) -> Fit:  # fmt: skip
+        stop: Stop = _STOP, zoom: bool = False, known: Fit | None = None) -> Fit:  # fmt: skip
     """The values with the least whitened residual, from `start` on.
 
-    fixed: values that stay. enough: a round that gains less than this in chi^2 is the last. zoom: look closer at the
-    end, for parameters that have no derivative. known: a fit of much the same, whose derivatives will do to begin with.
-    above: a chi^2; where the fit seems to end beyond it, it may stay rough.
+    fixed: values that stay. zoom: look closer at the end, for parameters that have no derivative. known: a fit of much
+    the same, whose derivatives will do to begin with.
 
     Derivatives are taken anew when those corrected by what was seen on the way lead no further; so the last round has
     fresh ones.
@@ -136,26 +151,26 @@ def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, f
     _derive(jacobian, residual, r, u, [k for k in range(len(u)) if k not in lent])
     fresh = not lent
     damping = 1e-3
-    for _ in range(3 * rounds if coordinates else 0):
+    for _ in range(3 * stop.rounds if coordinates else 0):
         before, place, rest = best, u, r
         u, r, best, damping = _improve(coordinates, residual, jacobian, u, r, best, damping, 5 if fresh else 2)
-        if before - best >= enough:
+        if before - best >= stop.enough:
             secant(jacobian, u - place, r - rest)
             fresh = False
             continue
         if not fresh:
-            if best > above:
+            if best > stop.above:
                 break
             _derive(jacobian, residual, r, u)
             fresh, damping = True, 1e-3
             continue
-        if not any(c.dead_time for c in coordinates) or best > above:
+        if not any(c.dead_time for c in coordinates) or best > stop.above:
             break
         u, r, best = _over_jumps(coordinates, target.sample, residual, u, r, best)
-        if before - best < enough:
+        if before - best < stop.enough:
             break
         _derive(jacobian, residual, r, u)
-    if best <= above:
+    if best <= stop.above:
         there = u
         u, r, best = _into_valleys(coordinates, residual, u, r, best)
         if zoom:

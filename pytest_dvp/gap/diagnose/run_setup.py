@@ -15,7 +15,7 @@ import numpy as np
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.diagnosis import SETUP
 from pytest_dvp.gap.diagnose.experiment import Campaign, Values, campaign
-from pytest_dvp.gap.diagnose.least_squares import Coordinate, fit
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_part import cut_log
 
@@ -46,10 +46,16 @@ class RunSetup:
         kept = {key: value for key, value in values.items() if key[0] not in names}
         found = {name for name, _ in values}
         mine = [c for c in self.coordinates if c.effect != without and (c.effect in found or c.effect not in _PLACES)]
-        best = fit(self.first, mine, {c.name: c.key.neutral for c in mine}, fixed=kept, enough=2e-4 * self.first.count)
+        best = fit(
+            self.first,
+            mine,
+            {c.name: c.key.neutral for c in mine},
+            fixed=kept,
+            stop=Stop(enough=2e-4 * self.first.count),
+        )
         for name in dict.fromkeys(c.effect for c in mine):
             less = [c for c in best.coordinates if c.effect != name]
-            other = fit(self.first, less, best.values, fixed=kept, enough=2e-4 * self.first.count)
+            other = fit(self.first, less, best.values, fixed=kept, stop=Stop(enough=2e-4 * self.first.count))
             if other.chi2 - best.chi2 < _SHOWS * max(best.chi2, self.first.count):
                 best = other
         return kept | best.values

@@ -17,7 +17,7 @@ import numpy as np
 from pytest_dvp.gap.diagnose.candidates import HOW, Candidate, Point, least
 from pytest_dvp.gap.diagnose.experiment import Campaign, Values
 from pytest_dvp.gap.diagnose.first_order_gain import Look
-from pytest_dvp.gap.diagnose.least_squares import Coordinate, fit, intervals
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, intervals
 from pytest_dvp.gap.diagnose.linear_algebra import along, orthonormal, square
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log_contents import FloatArray
@@ -169,12 +169,12 @@ class Search:
         """
         target = target or self.target
         coordinates = [*self.nuisance, *(c for name in names for c in self.tried[name].coordinates)]
-        enough = 2e-4 * target.count
+        stop = Stop(enough=2e-4 * target.count, above=above)
         fixed = (
             self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"} | dict(kept or {})
         )
-        found = fit(target, coordinates, start, fixed=fixed, enough=enough, zoom=zoom,
-                    known=like.found if like else None, above=above)  # fmt: skip
+        found = fit(target, coordinates, start, fixed=fixed, stop=stop, zoom=zoom,
+                    known=like.found if like else None)  # fmt: skip
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
     def _next(self, now: Trial, barred: Collection[str] = ()) -> list[Trial]:

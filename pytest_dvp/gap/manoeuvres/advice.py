@@ -59,14 +59,13 @@ def advise(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envel
         names = (effect.name, *effect.rivals[:MOST_RIVALS])
         rest = {key: value for key, value in values.items() if key[0] != effect.name}
         first = {key: value for key, value in values.items() if key[0] == effect.name}
-        known, near, evidence = _hypotheses(target, model, names, first, rest, effects)
+        known, evidence = _hypotheses(target, model, names, first, rest, effects)
         try:
             deciding[effect.name] = decide(
                 model,
                 known,
                 noise,
                 envelope,
-                near=near,
                 evidence=evidence,
                 shared=rest,
                 effects=effects,
@@ -93,8 +92,8 @@ def advise(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envel
 
 
 def _hypotheses(target: Campaign, model: VehicleModel, names: Sequence[str], first: Values, rest: Values,
-                effects: Sequence[Effect]) -> tuple[dict[str, Values], dict[str, Values], Evidence]:  # fmt: skip
-    """Every name fitted to the logs (the first as given), effects that they hardly rule out, and how well all do."""
+                effects: Sequence[Effect]) -> tuple[dict[str, Values], Evidence]:  # fmt: skip
+    """Every name fitted to the logs (the first as given), and how well they and those hardly ruled out do."""
     from vehicle.model.effect_catalogue import catalogue
 
     every = candidates(model, [*catalogue().values(), *effects])
@@ -111,7 +110,7 @@ def _hypotheses(target: Campaign, model: VehicleModel, names: Sequence[str], fir
         found = _fitted(target, known[name], rest)
         if found.chi2 - left[names[0]] < _NEAR * worth and len(near) < _MOST_NEAR:
             near[name], left[name] = found.values, found.chi2
-    return {names[0]: first, **{name: f.values for name, f in fits.items()}}, near, Evidence(target.count, left)
+    return {names[0]: first, **{name: f.values for name, f in fits.items()}}, Evidence(target.count, left, near)
 
 
 def _fitted(target: Campaign, candidate: Candidate, rest: Values) -> Fit:

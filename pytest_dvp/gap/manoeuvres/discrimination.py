@@ -35,10 +35,15 @@ _LOOKED_AT = 2  # manoeuvres that are fitted, not only looked at to first order
 
 
 class Evidence:
-    """What the logs that there are say: `samples` of them, and the chi^2 that each effect leaves in them."""
+    """What the logs that there are say: `samples` of them, and the chi^2 that each effect leaves in them.
 
-    def __init__(self, samples: int = 0, left: Mapping[str, float] | None = None) -> None:
-        self.samples, self.left = samples, dict(left or {})
+    near: values of effects that the logs hardly rule out, and more of other data would.
+    """
+
+    def __init__(
+        self, samples: int = 0, left: Mapping[str, float] | None = None, near: Mapping[str, Values] | None = None
+    ) -> None:
+        self.samples, self.left, self.near = samples, dict(left or {}), dict(near or {})
 
     def joint(self, truth: str, other: str, gap: float, count: int, repeats: int = 1) -> float:
         """Gap in chi^2/N of these logs and a drive of `count` samples together, driven `repeats` times."""
@@ -47,25 +52,24 @@ class Evidence:
 
 
 def decide(model: VehicleModel, hypotheses: Mapping[str, Values], noise: Mapping[str, float] | None = None,
-           envelope: Envelope | None = None, *, near: Mapping[str, Values] | None = None,
-           evidence: Evidence | None = None, shared: Values | None = None, effects: Sequence[Effect] = (),
-           manoeuvres: Sequence[Manoeuvre] = MANOEUVRES) -> Choice:  # fmt: skip
+           envelope: Envelope | None = None, *, evidence: Evidence | None = None, shared: Values | None = None,
+           effects: Sequence[Effect] = (), manoeuvres: Sequence[Manoeuvre] = MANOEUVRES) -> Choice:  # fmt: skip
     """The manoeuvre with the largest worst gap over all pairs; of those as good the shortest.
 
     hypotheses: effect -> its values as fitted; for one without values those with which it is most like the first in a
-    drive about town (the first: in the middle of its range). near: effects that the logs hardly rule out, and more of
-    other data would; noise: standard deviation by measured channel; shared: values of what is known beside; effects:
-    the user's own; manoeuvres: those that can be driven.
+    drive about town (the first: in the middle of its range). noise: standard deviation by measured channel; evidence:
+    what the logs that there are say; shared: values of what is known beside; effects: the user's own; manoeuvres: those
+    that can be driven.
 
     Raises PlanError: no such effect, fewer than two, nothing fits the envelope.
     """
     noise, envelope, evidence = dict(noise or NOISE), envelope or Envelope(), evidence or Evidence()
-    known = tried_on(model, (*hypotheses, *(near or {})), effects)
+    known = tried_on(model, (*hypotheses, *evidence.near), effects)
     if len(hypotheses) < 2:
         raise PlanError(f"nothing to decide: {', '.join(hypotheses) or 'no effect'} alone, name two or more")
     asked = Asked(model, noise, envelope, dict(shared or {}), tuple(effects))
     mine = _complete(asked, [known[name] for name in hypotheses], hypotheses)
-    others = [*mine, *(Hypothesis(known[name], values) for name, values in (near or {}).items())]
+    others = [*mine, *(Hypothesis(known[name], values) for name, values in evidence.near.items())]
     drives = [perform(m, model, {**asked.shared, **mine[0].values}, envelope) for m in manoeuvres]
     screened = [(_screened(asked, drive, mine, others, evidence), drive) for drive in drives if drive is not None]
     if not screened:

@@ -11,7 +11,7 @@ import numpy as np
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose.candidates import Candidate
 from pytest_dvp.gap.diagnose.experiment import Campaign, Experiment, Values
-from pytest_dvp.gap.diagnose.least_squares import STEP, Coordinate, fit
+from pytest_dvp.gap.diagnose.least_squares import STEP, Coordinate, Stop, fit
 from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, columns
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
@@ -78,7 +78,8 @@ class Rehearsal:
         target = Campaign((self.experiment,))
         starts = [dict(other.values), *other.candidate.points]
         begin = min(starts, key=lambda point: _chi2(self.whitened(point)))
-        found = fit(target, other.candidate.coordinates, begin, fixed=self.shared, rounds=6, enough=1e-3 * self.count)
+        stop = Stop(rounds=6, enough=1e-3 * self.count)
+        found = fit(target, other.candidate.coordinates, begin, fixed=self.shared, stop=stop)
         return found.chi2
 
     def channels(self, values: Values) -> dict[str, float]:

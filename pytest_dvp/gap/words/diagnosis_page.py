@@ -40,6 +40,23 @@ class _Drawn:
     after: FloatArray
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Typed:
+    """What the user typed, for the next commands.
+
+    model_file  the file of the model; fitted: the logs that were fitted on, judged: those that judged
+    options     those that the next commands need as well, such as `--map F`
+    """
+
+    model_file: str = "model.toml"
+    fitted: Sequence[str] = ()
+    judged: Sequence[str] = ()
+    options: Sequence[str] = ()
+
+
+_NOTHING_TYPED = Typed()
+
+
 def diagnosis_page(
     found: Diagnosis,
     logs: Mapping[str, Log],
@@ -47,16 +64,9 @@ def diagnosis_page(
     *,
     held_out: Mapping[str, Log] | None = None,
     effects: Sequence[Effect] = (),
-    model_file: str = "model.toml",
-    fitted: Sequence[str] = (),
-    judged: Sequence[str] = (),
-    options: Sequence[str] = (),
+    typed: Typed = _NOTHING_TYPED,
 ) -> dict[str, Any]:
-    """Input of `reports.diagnosis.write_diagnosis_report`.
-
-    The arguments of `diagnose`, its result, and what the user typed: the model's file, the logs that were fitted on,
-    those that judged, and the options (`--map F`) that the next commands need as well.
-    """
+    """Input of `reports.diagnosis.write_diagnosis_report`, from the arguments of `diagnose` and its result."""
     from vehicle.model.effect_catalogue import catalogue
 
     known = {**catalogue(), **{e.name: e for e in effects}}
@@ -66,8 +76,8 @@ def diagnosis_page(
     order = sorted(first.channels, key=lambda c: -first.channels[c])
     return {
         "verdict": found.verdict,
-        "headline": headline(found, model_file.rpartition("/")[2]),
-        "model": model_file.rpartition("/")[2],
+        "headline": headline(found, typed.model_file.rpartition("/")[2]),
+        "model": typed.model_file.rpartition("/")[2],
         "logs": list(logs),
         "held_out": list(held_out or {}),
         "changed": bool(found.effects),
@@ -89,8 +99,8 @@ def diagnosis_page(
         ],
         "not_excited": [_not_shown(name, known) for name in found.not_excited],
         "left": signature_lines(found.signature),
-        "command": extend_command(found, model_file, fitted or list(logs), judged, options),
-        "plan": plan_command(found, model_file, fitted or list(logs), judged, options),
+        "command": extend_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
+        "plan": plan_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
         "close": _close(drawn, order),
         "over_time": [_over_time(one, order) for one in drawn],
     }  # fmt: skip

@@ -13,7 +13,7 @@ from gap_logs import NOISE, baseline, drive
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.gap.diagnose.diagnose import diagnose
-from pytest_dvp.gap.words.diagnosis_page import diagnosis_page
+from pytest_dvp.gap.words.diagnosis_page import Typed, diagnosis_page
 from tests.truth.generate import make_log, write_csv
 from vehicle.model.model_file import parse_model
 
@@ -24,8 +24,8 @@ GAIN = 0.85
 def page() -> dict[str, Any]:
     logs, held_out = {"a.csv": drive(brake_gain=GAIN)}, {"b.csv": drive(brake_gain=GAIN, seed=2)}
     found = dataclasses.replace(diagnose(logs, baseline(), held_out=held_out), null_line=0.5)
-    return diagnosis_page(found, logs, baseline(), held_out=held_out, model_file="models/car.toml",
-                          fitted=["logs/a.csv"], judged=["logs/b.csv"])  # fmt: skip
+    typed = Typed("models/car.toml", ["logs/a.csv"], ["logs/b.csv"])
+    return diagnosis_page(found, logs, baseline(), held_out=held_out, typed=typed)
 
 
 def test_the_effect_comes_with_its_physics_and_value(page: dict[str, Any]) -> None:

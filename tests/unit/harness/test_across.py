@@ -15,7 +15,7 @@ from pytest_dvp.cli.run import across_text
 from pytest_dvp.drive.result import RunResult
 from pytest_dvp.drive.run import run
 from pytest_dvp.drive.run_spec import RunSpec
-from pytest_dvp.drive.stage_comparison import Driven, gates_between, hold, pair_name, pairs_driven, replay
+from pytest_dvp.drive.stage_comparison import Driven, Files, gates_between, hold, pair_name, pairs_driven, replay
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import LogEvent
 from pytest_dvp.logs.log_error import LogError
@@ -46,7 +46,7 @@ def staged(log: Log, stage: str, **meta: object) -> Driven:
 
 def test_two_drives_are_judged_and_tabled(drive: RunResult, tmp_path: Path) -> None:
     drives = {"dt": staged(drive.log, "dt"), "rw": staged(drive.log, "rw-surrogate")}
-    held = hold(drives, [LIKE], [PAIR], ABOUT, log_dir=tmp_path)
+    held = hold(drives, [LIKE], [PAIR], ABOUT, files=Files(tmp_path))
     assert (held.stage, held.status) == ("dt-rw-surrogate", "PASS")
     assert held.table is not None
     assert held.table.stages == ("dt", "rw-surrogate")
@@ -57,7 +57,7 @@ def test_two_drives_are_judged_and_tabled(drive: RunResult, tmp_path: Path) -> N
 
 def test_the_folder_of_a_comparison_has_no_log_and_says_where_they_are(drive: RunResult, tmp_path: Path) -> None:
     here = {stage: dataclasses.replace(staged(drive.log, stage), place=Path(f"runs/{stage}")) for stage in ("dt", "rw")}
-    folder = hold(here, [LIKE], [PAIR], ABOUT, log_dir=tmp_path).folder
+    folder = hold(here, [LIKE], [PAIR], ABOUT, files=Files(tmp_path)).folder
     assert folder is not None
     with pytest.raises(LogError, match=r"holds stages against each other, their logs are in runs/dt, runs/rw$"):
         Log.load(folder)

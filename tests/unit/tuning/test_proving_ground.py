@@ -47,7 +47,7 @@ def driven(
 
     with Workers(Cache(folder / "cache"), work=work) as workers:
         found = proving_ground.on_proving_ground(
-            plan, [log], plan.model, folder / "ground", folder / "logs", workers, presets=True
+            plan, [log], plan.model, proving_ground.Folders(folder / "ground", folder / "logs"), workers, presets=True
         )
     return found, jobs
 
