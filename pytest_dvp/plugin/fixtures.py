@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, Unpack
 
 import pytest
 
@@ -18,6 +18,7 @@ from pytest_dvp.text.errors import SettingError
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.variant import Variant
     from pytest_dvp.drive.result import RunResult
+    from pytest_dvp.drive.run_options import RunOptions
     from pytest_dvp.drive.stage_comparison import Across
 
 BROKEN_KEY = pytest.StashKey[list[bool]]()  # a collection error each: whether a scenario file is to blame
@@ -39,7 +40,7 @@ class Undecided(GateFailed):
 class Run(Protocol):
     """What the fixture `run` gives: a factory of finished runs."""
 
-    def __call__(self, scenario: str | Path | Variant, **options: Any) -> RunResult: ...
+    def __call__(self, scenario: str | Path | Variant, **options: Unpack[RunOptions]) -> RunResult: ...
 
     def across(self, scenario: str | Path, pair: tuple[str, str]) -> Across: ...
 

@@ -120,6 +120,16 @@ def test_the_kept_file_holds_the_values_and_its_command_names_it(
     assert read_scenario(target, rootdir=tmp_path).road_network.logic_file == tmp_path / "straight.xodr"
 
 
+def test_the_command_of_a_variant_says_all_that_it_was_driven_with(
+    scenario: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    asked = {"rootdir": tmp_path, "stage": "pe", "vehicle": "can", "fault": "drop@1", "reading": "standard"}
+    command = keep(Variant(scenario(), {}), asked, tmp_path / "runs", "test_it")
+    told = "--seed 7 --stage pe --vehicle can --fault drop@1 --reading standard"
+    assert command == f"dvp run runs/variants/test_it-x.xosc {told}"
+
+
 def test_a_variant_reads_as_what_changed() -> None:
     assert repr(Variant(Path("a/x.xosc"), {"ego_speed": 3.5})) == "Variant(x.xosc, ego_speed=3.5)"
 
