@@ -15,7 +15,7 @@ import pytest
 from pytest_dvp.drive.chosen_stack import Ads
 from pytest_dvp.drive.deadline import TICK_LIMIT
 from pytest_dvp.drive.option import LISTS
-from pytest_dvp.drive.request import UnknownKeyword, request_of, spec_of
+from pytest_dvp.drive.request import KEYWORDS, UnknownKeyword, request_of, spec_of
 from pytest_dvp.drive.result import replay_command
 from pytest_dvp.drive.run import run
 from pytest_dvp.drive.run_options import RunOptions
@@ -33,6 +33,21 @@ NOT_REPEATED = {
     "require-real": "refuses a run and changes none",
     "runs": "where a result is written",
     "single-file": "how a result is written",
+}
+
+NOT_REHEARSED = {
+    "stage": "the twin rehearses, on stage dt",
+    "ads": "a stack that is one object keeps its state for the car",
+    "wall-limit": "of the drive itself",
+    "stack-process": "the stack is chosen already",
+    "compute-delay": "of the twin alone: a car has its own time",
+    "cases": "one case is driven",
+    "stage-gates": "nothing is compared",
+    "stage-logs": "the same",
+    "runs": "nothing is written",
+    "single-file": "the same",
+    "folder-name": "the same",
+    "gated": "of the twin alone",
 }
 
 
@@ -61,6 +76,15 @@ def test_each_option_is_repeated_by_the_printed_command_or_there_is_a_reason(by_
     asked = dataclasses.replace(asked, ads=Ads("Class", by_dvp.ads, None))
     repeated = {word[2:] for word in shlex.split(replay_command(asked)) if word.startswith("--")}
     assert {one.name for one in OF_A_RUN} - repeated == set(NOT_REPEATED)
+
+
+def test_each_option_that_counts_on_the_twin_is_rehearsed_or_there_is_a_reason(by_dvp: RunSpec) -> None:
+    told = request_of(Path("x.xosc"), {**by_dvp.keywords(), "stage": "pe", "ads": None}).rehearsal()
+    of_the_twin = {one.name for one in OPTIONS if "dt" in one.stages and one.home in ("run", "python")}
+    rehearsed = {KEYWORDS[keyword].name for keyword in told}
+    assert of_the_twin - rehearsed == set(NOT_REHEARSED)
+    assert rehearsed <= of_the_twin
+    assert (told["duration"], told["model"], told["parameters"]) == (by_dvp.duration, by_dvp.model, {"a": "1"})
 
 
 def test_the_printed_command_gives_the_same_options(by_dvp: RunSpec) -> None:
@@ -132,7 +156,8 @@ source = file.read_text(encoding="utf-8")
 assert source.count(before) == 1
 module = sys.modules[name] = types.ModuleType(name)
 exec(compile(source.replace(before, line + before), str(file), "exec"), module.__dict__)
-sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "--dvp-wind=2.5", "test_wind.py"]))
+plugins = ["-p", "pytest_dvp.plugin.hooks", "-p", "no:cacheprovider"]
+sys.exit(pytest.main(["-q", *plugins, "--dvp-wind=2.5", "test_wind.py"]))
 """
 TRIED = """
 import argparse
@@ -173,7 +198,8 @@ def test_wind(request, monkeypatch, tmp_path):
 
 def test_one_more_line_is_one_more_option(tmp_path: Path) -> None:
     (tmp_path / "test_wind.py").write_text(TRIED)
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    alone = {"PYTHONPATH": str(Path(__file__).parents[3]), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    environment = {**os.environ, **alone}
     asked = [sys.executable, "-c", ONE_MORE_LINE]
     tried = subprocess.run(asked, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert tried.returncode == 0, tried.stdout + tried.stderr
