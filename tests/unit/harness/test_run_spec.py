@@ -15,6 +15,8 @@ import pytest
 from pytest_dvp.drive.chosen_stack import Ads
 from pytest_dvp.drive.deadline import TICK_LIMIT
 from pytest_dvp.drive.option import LISTS
+from pytest_dvp.drive.replay_words import COMPARISON
+from pytest_dvp.drive.replay_words import RUN as REPEATED
 from pytest_dvp.drive.request import KEYWORDS, UnknownKeyword, request_of, spec_of
 from pytest_dvp.drive.result import replay_command
 from pytest_dvp.drive.run import run
@@ -128,6 +130,18 @@ def test_the_docstring_names_every_keyword() -> None:
 
 def test_the_limit_of_a_tick_is_that_of_the_stack_host() -> None:
     assert RunSpec().tick_limit == TICK_LIMIT
+
+
+RUN_ORDER = """seed stage vehicle dbc fault clock envelope ads set model gates effects library reading ego compute-delay
+stack-process tick-limit duration after-collision"""
+COMPARISON_ORDER = """seed vehicle fault clock ads set dbc model gates stage-gates stage-logs effects library ego
+duration reading stack-process tick-limit after-collision"""
+
+
+def test_the_words_of_a_repeating_command_keep_their_order() -> None:
+    """The command stands in result.json, and `dvp replay` and users read it there: a new option goes to the end."""
+    for settings, order in ((REPEATED, RUN_ORDER.split()), (COMPARISON, COMPARISON_ORDER.split())):
+        assert [one.name for one in settings][: len(order)] == order
 
 
 def test_no_option_has_the_place_of_another() -> None:
