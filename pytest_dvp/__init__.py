@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pytest_dvp.rooms import side_by_side
 from pytest_dvp.text import old_paths
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ __all__ = [
 ]
 
 old_paths.install()
+side_by_side.install()
 
 # pytest imports this package in every session that has the plugin installed, so nothing heavy may load here.
 _HOMES = {

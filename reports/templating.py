@@ -17,7 +17,7 @@ def asset(name: str) -> str:
 def environment() -> Environment:
     """Templates that escape what they are given and fail on a name that they are not; filters are the page's own."""
     return Environment(
-        loader=PackageLoader("reports"),
+        loader=PackageLoader(__package__),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

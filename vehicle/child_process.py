@@ -22,7 +22,8 @@ def own_module(name: str) -> list[str]:
 
     Not `python -m` alone: that puts the current folder first, where a project may have a package of the same name.
     """
-    return [sys.executable, "-P", "-m", name]
+    here = __name__.removesuffix("vehicle.child_process")  # what stands before the names of all our packages
+    return [sys.executable, "-P", "-m", name if name.startswith("pytest_dvp.") else here + name]
 
 
 def own_path() -> dict[str, str]:

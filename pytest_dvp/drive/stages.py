@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.drive.option import STAGES
 from pytest_dvp.drive.run_spec import RunSpec
+from pytest_dvp.rooms import side_by_side
 from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
@@ -244,11 +245,11 @@ def find_adapter(name: str) -> Adapter:
         text = unknown("vehicle", name, [*VEHICLES, REPLAY, *points])
         raise StageError(f"{text} (a car of yours: an entry point of {ADAPTERS})")
     try:
-        found = points[name].load()
+        found = side_by_side.load(points[name])
     except Exception as error:  # a foreign package may raise anything while it loads
         raise StageError(f"vehicle {name!r} cannot be loaded: {type(error).__name__}: {error}") from error
     real, real_time = getattr(found, "is_real", True) is not False, getattr(found, "real_time", False) is True
-    return Adapter(name, found, real, points[name].value, real_time)
+    return Adapter(name, found, real, side_by_side.own_value(points[name]), real_time)
 
 
 def gate_apart(vehicle: str) -> Adapter | None:

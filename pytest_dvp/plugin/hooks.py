@@ -23,6 +23,7 @@ from pytest_dvp.logs.unfinished_run import FULL
 from pytest_dvp.plugin import fixtures
 from pytest_dvp.plugin.fixtures import gate, run  # noqa: F401  (pytest finds fixtures among a plugin's names)
 from pytest_dvp.plugin.item_notes import ITEM_KEY, SETTINGS_KEY
+from pytest_dvp.rooms.side_by_side import make_room
 from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.spelling import misspelt
 
@@ -50,6 +51,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         group.addoption(f"--dvp-{setting.name}", **attributes)
         kind = {"paths": "paths", "files": "paths", "logs": "paths", "assignments": "args"}.get(setting.kind, "string")
         parser.addini(setting.ini, setting.help, type=kind, default=None)  # type: ignore[arg-type]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) -> None:
+    """See the project's packages before a conftest.py or an option can load ours of the same name."""
+    root, here = early_config.rootpath, early_config.invocation_params.dir
+    asked = [(here / word.partition("::")[0]) for word in args if not word.startswith("-")]
+    above = [folder for path in asked for folder in (path, *path.parents) if folder.is_relative_to(root)]
+    make_room(dict.fromkeys(place for folder in [root, here, *above] for place in (folder, folder / "src")))
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -1,4 +1,4 @@
-"""The packages beside this one, whose names are common: a project may have its own of the same name before them."""
+"""Whether a package of the project stands in the way of one of ours; `pytest_dvp.rooms.side_by_side` mostly prevents it."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ import sys
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 
-PACKAGES = ("machine_code", "openscenario", "vehicle", "ads", "reports", "scenarios")
+from pytest_dvp.rooms.side_by_side import APART, PACKAGES, ROOT, VARIABLE, is_apart, make_room
 
 
 def hidden_package() -> str | None:
-    """One line about a package of ours that Python finds elsewhere, None if all are where they belong.
+    """One line about a package of ours that Python finds elsewhere, None if ours can be imported.
 
-    A module hides a package as well as a package does: `vehicle.py`. The folder that has it is on Python's path by
-    PYTHONPATH, or because `python -m` puts the current one there.
+    This is left where some of our packages were loaded under their own names before the project's package was in sight.
+    A module hides a package as well as a package does: `vehicle.py`.
     """
-    ours = Path(__file__).resolve().parents[2]
+    make_room()
+    if is_apart():
+        return None
     for name in PACKAGES:
         module = sys.modules.get(name)
         try:
@@ -24,8 +26,8 @@ def hidden_package() -> str | None:
         except (ImportError, ValueError):
             continue
         places = _places(spec) if spec is not None else []
-        if places and ours / name not in places:
-            cure = "rename it, or keep its folder off Python's path (PYTHONPATH; pytest in place of python -m pytest)"
+        if places and ROOT / name not in places:
+            cure = f"set the environment variable {VARIABLE}={APART}, or import pytest_dvp before both"
             return f"{places[0]} hides the package {name!r} that pytest_dvp needs: {cure}"
     return None
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from pytest_dvp.rooms.side_by_side import ROOT
 from pytest_dvp.workers.scenario_files import reachable
 
 PACKAGES = ("machine_code", "openscenario", "vehicle", "ads", "pytest_dvp")
@@ -127,12 +128,9 @@ def _library(folder: str) -> str:
 
 def package_folders() -> Iterator[tuple[str, Path]]:
     """Name and folder of each of PACKAGES that is installed."""
-    import importlib.util
-
     for package in PACKAGES:
-        spec = importlib.util.find_spec(package)
-        if spec is not None and spec.origin is not None:
-            yield package, Path(spec.origin).parent
+        if (ROOT / package / "__init__.py").is_file():
+            yield package, ROOT / package
 
 
 @functools.cache
