@@ -28,6 +28,15 @@ CODE = (
 )  # fmt: skip
 
 
+PREFIX = __name__.removesuffix("machine_code.fingerprint")
+"""What stands before the names of all our packages where a project has packages of the same names; else nothing."""
+
+
+def plain_name(module: str) -> str:
+    """Name of a module without PREFIX, so that the same source has the same machine code under both names."""
+    return module.removeprefix(PREFIX)
+
+
 def fingerprint(function: Callable[..., Any], options: Mapping[str, Any]) -> str:
     """64 hex digits of all that becomes machine code when `function` is compiled with `options` now."""
     walk = _Walk()
@@ -55,7 +64,7 @@ class _Walk:
 
     def function(self, function: Any) -> None:
         """A Python function: its name, code, defaults, and what its names stand for."""
-        self._write("function", function.__module__, function.__qualname__)
+        self._write("function", plain_name(function.__module__), function.__qualname__)
         if self._known(function):
             return
         names, code = _read(function.__code__)
@@ -75,7 +84,7 @@ class _Walk:
 
     def value(self, value: Any, names: tuple[str, ...]) -> None:
         """A value that code with these `names` can read."""
-        self._write(type(value).__module__, type(value).__qualname__)
+        self._write(plain_name(type(value).__module__), type(value).__qualname__)
         if isinstance(value, PLAIN):
             self._write(repr(value))
         elif isinstance(value, (tuple, list)):
@@ -103,7 +112,7 @@ class _Walk:
     def _namespace(self, space: Any, names: tuple[str, ...]) -> None:
         """A module or class: those of its attributes that are read."""
         module = space.__name__ if isinstance(space, ModuleType) else space.__module__
-        self._write(module, space.__name__)
+        self._write(plain_name(module), plain_name(space.__name__))
         if _foreign(module):
             return
         for name in (*names, "_fields"):

@@ -32,7 +32,7 @@ import numpy as np
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _Cache, _CacheLocator
 from numba.misc.appdirs import AppDirs
 
-from machine_code.fingerprint import fingerprint
+from machine_code.fingerprint import fingerprint, plain_name
 
 try:
     import fcntl
@@ -103,7 +103,7 @@ class StoredCode(_Cache):  # type: ignore[misc, unused-ignore]
         if source.startswith("<") or " at 0x" in asked or self._function.__module__ not in sys.modules:
             return
         digest = fingerprint(self._function, self._options)
-        name = re.sub(r"[^\w.]", "", f"{self._function.__module__}.{self._function.__qualname__}")
+        name = re.sub(r"[^\w.]", "", f"{plain_name(self._function.__module__)}.{self._function.__qualname__}")
         function = f"{name[-100:]}-{hashlib.sha256(asked.encode()).hexdigest()[:8]}"
         for place in places(_home(self._function)):
             yield _Folder(place / kind_of_machine(target_context.codegen()), function, digest[:32])
@@ -176,7 +176,9 @@ def places(home: Path) -> list[Path]:
 def _home(function: Callable[..., Any]) -> Path:
     """Folder of the package to which a function belongs; of its file, if it belongs to none."""
     file = Path(function.__code__.co_filename)
-    package = getattr(sys.modules.get(function.__module__.partition(".")[0]), "__file__", None)
+    module = function.__module__
+    top = module.removesuffix(plain_name(module)) + plain_name(module).partition(".")[0]
+    package = getattr(sys.modules.get(top), "__file__", None)
     if package is not None and file.is_relative_to(Path(package).parent):
         return Path(package).parent
     return file.parent

@@ -1,4 +1,4 @@
-"""Whether a package of the project stands in the way of one of ours; `pytest_dvp.rooms.side_by_side` mostly prevents it."""
+"""Whether a package of the project stands in the way of one of ours: `pytest_dvp.rooms` prevents nearly all of it."""
 
 from __future__ import annotations
 

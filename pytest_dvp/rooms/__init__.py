@@ -1,7 +1,7 @@
 """Our packages under names that no other project has: `pytest_dvp.rooms.vehicle` is our `vehicle`, whatever hides that.
 
-Begin with `side_by_side.py`, which says when the packages are loaded under these names, and how. A project with a package
-`vehicle` of its own writes `from pytest_dvp.rooms.vehicle.messages import Command`.
+Begin with `side_by_side.py`, which says when the packages are loaded under these names, and how. A project with a
+package `vehicle` of its own writes `from pytest_dvp.rooms.vehicle.messages import Command`.
 """
 
 from __future__ import annotations

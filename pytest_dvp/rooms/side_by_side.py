@@ -5,8 +5,8 @@ Python knows one module a name. As long as no project has a package of these nam
 found before ours are loaded, all of ours are loaded as `pytest_dvp.rooms.NAME` (mode "apart"), and then
 
 - an import of `vehicle` in a module of ours gives ours: `builtins.__import__` is wrapped, and looks who imports;
-- an import of `vehicle` anywhere else gives the project's package, wherever Python's path has it, and ours under a second
-  name only if the project has none;
+- an import of `vehicle` anywhere else gives the project's package, wherever Python's path has it, and ours under a
+  second name only if the project has none;
 - processes that are started from here do the same, by the environment variable DVP_ROOMS.
 
 Which of these were tried, and what does not work: docs/decisions/own-packages.md.
@@ -15,17 +15,19 @@ Which of these were tried, and what does not work: docs/decisions/own-packages.m
 from __future__ import annotations
 
 import builtins
+import functools
 import importlib
 import importlib.util
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
-from importlib.metadata import EntryPoint
 from pathlib import Path
 from types import CodeType, ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 PACKAGES = ("machine_code", "openscenario", "vehicle", "ads", "reports", "scenarios")
 ROOT = Path(__file__).resolve().parents[2]
@@ -46,7 +48,7 @@ def make_room(folders: Iterable[Path] = ()) -> None:
     """
     if is_apart() or any(_is_ours(sys.modules.get(name)) for name in PACKAGES):
         return
-    if os.environ.get(VARIABLE) == APART or any(_in_sight(name, [*folders, Path.cwd()]) for name in PACKAGES):
+    if os.environ.get(VARIABLE) == APART or any(_in_sight(name, [*folders, Path(_here())]) for name in PACKAGES):
         os.environ[VARIABLE] = APART
         sys.meta_path[:] = [finder for finder in sys.meta_path if not isinstance(finder, _SecondNames)]
         sys.meta_path.insert(0, _ProjectFirst())
@@ -55,7 +57,7 @@ def make_room(folders: Iterable[Path] = ()) -> None:
 
 def is_apart() -> bool:
     """Whether our packages are loaded as `pytest_dvp.rooms.NAME` in this process."""
-    return builtins.__import__ is _import or any(isinstance(finder, _ProjectFirst) for finder in sys.meta_path)
+    return any(isinstance(finder, _ProjectFirst) for finder in sys.meta_path)
 
 
 def install() -> None:
@@ -68,7 +70,7 @@ def install() -> None:
 
 def load(point: EntryPoint) -> Any:
     """What an entry point names; one of ours is looked up in our packages. Raises whatever its module raises."""
-    return EntryPoint(point.name, own_value(point), point.group).load()
+    return type(point)(point.name, own_value(point), point.group).load()
 
 
 def own_value(point: EntryPoint) -> str:
@@ -104,12 +106,10 @@ def _by_us(globals: Mapping[str, object] | None) -> bool:
     return name == "pytest_dvp" or name.startswith("pytest_dvp.")
 
 
-class _ProjectFirst(MetaPathFinder):
+class _ProjectFirst:
     """Mode "apart": an import by its plain name finds the project's package, else ours under a second name."""
 
-    def find_spec(
-        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
-    ) -> ModuleSpec | None:
+    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
         top = name.partition(".")[0]
         if top not in PACKAGES:
             return None
@@ -120,28 +120,24 @@ class _ProjectFirst(MetaPathFinder):
         return None
 
 
-class _SecondNames(MetaPathFinder):
+class _SecondNames:
     """Otherwise: `pytest_dvp.rooms.vehicle` is the module `vehicle`."""
 
-    def find_spec(
-        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
-    ) -> ModuleSpec | None:
+    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
         plain = name.removeprefix(PREFIX)
         if plain == name or plain.partition(".")[0] not in PACKAGES:
             return None
         return _second_name(name, plain)
 
 
-class _TooLate(MetaPathFinder):
+class _TooLate:
     """Asked last: says why a module of the project's package is not found where ours was loaded before it was seen."""
 
-    def find_spec(
-        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
-    ) -> ModuleSpec | None:
+    def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
         top = name.partition(".")[0]
         if name == top or top not in PACKAGES or not _is_ours(sys.modules.get(top)):
             return None
-        for place in dict.fromkeys([*sys.path, os.getcwd()]):
+        for place in dict.fromkeys([*sys.path, _here()]):
             folder, inside = Path(place or ".").absolute() / top, name.split(".")[1:]
             if folder.resolve() == ROOT / top:
                 continue
@@ -153,8 +149,8 @@ class _TooLate(MetaPathFinder):
         return None
 
 
-class _SecondName(Loader):
-    """Loads nothing: puts a module under one more name."""
+class _SecondName:
+    """Loads nothing: puts a module under one more name (the protocol of loaders of `importlib`)."""
 
     def __init__(self, first: str) -> None:
         self._first = first
@@ -180,7 +176,7 @@ def _second_name(name: str, first: str) -> ModuleSpec | None:
         return None
     if found is None:
         return None
-    spec = ModuleSpec(name, _SecondName(first), origin=found.origin, is_package=False)
+    spec = ModuleSpec(name, _SecondName(first), origin=found.origin)  # type: ignore[arg-type]
     spec.submodule_search_locations = found.submodule_search_locations
     return spec
 
@@ -199,13 +195,26 @@ def _theirs(name: str) -> ModuleSpec | None:
         if isinstance(finder, _ProjectFirst | _SecondNames | _TooLate):
             continue
         if finder is PathFinder:
-            path = [place for place in sys.path if Path(place or ".").resolve() != ROOT]
-            spec = PathFinder.find_spec(name, path)
+            spec = PathFinder.find_spec(name, _other_places(tuple(sys.path), _here()))
         else:
             spec = finder.find_spec(name, None)
         if spec is not None and spec.origin is not None and not _lies_here(spec.origin):
             return spec
     return None
+
+
+@functools.lru_cache(maxsize=4)
+def _other_places(path: tuple[str, ...], here: str) -> list[str]:
+    """Python's path without the folder that has our packages; `here` is what "" stands for."""
+    return [place for place in path if Path(here, place).resolve() != ROOT]
+
+
+def _here() -> str:
+    """The current folder; our own where it was removed, which hides nothing."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return str(ROOT)
 
 
 def _is_ours(module: ModuleType | None) -> bool:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -175,56 +173,6 @@ def test_an_unknown_stack_is_a_usage_error(written: Callable[[str], Wrong], pyte
     result = pytester.runpytest_inprocess("x.xosc", "--dvp-ads", "referense")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: --dvp-ads: unknown ADS 'referense', did you mean 'reference'?*"])
-
-
-def test_a_package_of_the_project_that_hides_one_of_ours_is_named(tmp_path: Path) -> None:
-    """python -m pytest puts the project's folder first on the path."""
-    write_scenario(tmp_path, "s.xosc")
-    (tmp_path / "pytest.ini").write_text("[pytest]\ndvp_duration = 0.1\n")
-    (tmp_path / "vehicle").mkdir()
-    (tmp_path / "vehicle" / "__init__.py").touch()
-    (tmp_path / "test_own.py").write_text("def test_own(run):\n    run('s.xosc')\n")
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "s.xosc", "test_own.py"]
-    command += ["--continue-on-collection-errors", "-r", "N"]  # the summary repeats messages whole where CI is set
-    found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
-    assert found.count(f"{tmp_path}/vehicle hides the package 'vehicle' that pytest_dvp needs") == 2
-    assert "Traceback" not in found
-    assert "pytest_dvp/" not in found  # no line of ours
-
-
-@pytest.mark.parametrize("name", ["machine_code", "openscenario", "vehicle", "ads", "reports", "vehicle.py"])
-def test_the_command_beside_a_package_that_hides_one_of_ours_says_so_in_one_line(name: str, tmp_path: Path) -> None:
-    """PYTHONPATH=. puts the project's folder first on the path; a module of the name hides the package as well."""
-    write_scenario(tmp_path, "s.xosc")
-    hiding = tmp_path / name
-    if hiding.suffix:
-        hiding.touch()
-    else:
-        hiding.mkdir()
-        (hiding / "__init__.py").touch()
-    program = "from pytest_dvp.cli.command_line import main; raise SystemExit(main())"
-    command = ["-c", program, "check", "s.xosc", "--json"]
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, *command], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
-    )
-    said = f"{hiding} hides the package {hiding.stem!r} that pytest_dvp needs"
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"dvp: {said}: rename it, or keep its folder off Python's path")
-    assert done.stderr.count("\n") == 1
-    assert json.loads(done.stdout)["error"].startswith(said)
-
-
-@pytest.mark.parametrize("option", ["--dvp-set=P.LQR_q11=3", "--dvp-compute-delay=0.1", "test_search.py"])
-def test_an_option_that_asks_a_hidden_package_says_so(option: str, tmp_path: Path) -> None:
-    (tmp_path / "pytest.ini").write_text("[pytest]\n")
-    (tmp_path / "vehicle.py").touch()
-    (tmp_path / "test_search.py").write_text("from pytest_dvp import run\n")
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", option]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode in (pytest.ExitCode.USAGE_ERROR, pytest.ExitCode.INTERRUPTED)
-    assert f"{tmp_path}/vehicle.py hides the package 'vehicle'" in done.stdout + done.stderr
-    assert "INTERNALERROR" not in done.stdout + done.stderr
 
 
 def test_what_checks_a_folder_finds_our_packages_whatever_stands_beside(
