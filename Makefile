@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: interop demo demo-gap test lint types contract compiled unit stages real-time nightly conformance reliability bench blind licences ads-report paper paper-searches paper-kills clean
+.PHONY: interop demo demo-gap test lint types contract compiled unit wheel stages real-time nightly conformance reliability bench blind licences ads-report paper paper-searches paper-kills clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -60,6 +60,11 @@ contract: $(STAMP)
 # A file stays with one worker: what its tests share, such as a drive or a process, is then made once.
 unit: $(STAMP)
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile tests scenarios
+
+# Builds sdist and wheel into dist/, and tries the wheel in an empty environment from an empty folder. Minutes, most of
+# them to install and to compile, so it is no part of `make test`, which only compares the lists of files.
+wheel: $(STAMP)
+	$(BIN)/python -m scripts.try_wheel
 
 # About an hour, most of it what `make test` does with 800 mutated scenarios, 300 roads and 750 random elements, with
 # 100,000 of each. Killed, it goes on where it was (runs/fuzz); DVP_FUZZ=10000 takes fewer. Then 12 variants of each

@@ -8,6 +8,7 @@ from pytest_dvp.rooms import side_by_side
 from pytest_dvp.text import old_paths
 
 if TYPE_CHECKING:
+    __version__: str
     from pytest_dvp.campaigns.variant import Variant
     from pytest_dvp.drive.result import RunResult
     from pytest_dvp.drive.run import run
@@ -48,6 +49,10 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":  # stands in pyproject.toml alone
+        from importlib.metadata import version
+
+        return version("pytest-dvp")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     import importlib

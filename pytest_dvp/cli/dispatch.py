@@ -63,9 +63,9 @@ class Version(argparse.Action):
         super().__init__(option_strings, argparse.SUPPRESS, nargs=0, help="print the version and end")
 
     def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> NoReturn:
-        from importlib.metadata import version
+        from pytest_dvp import __version__
 
-        print(f"dvp {version('pytest-dvp')}")
+        print(f"dvp {__version__}")
         parser.exit()
 
 
