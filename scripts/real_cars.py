@@ -148,9 +148,9 @@ def _studied(study: Study, folder: Path) -> str:
 
 
 def _with_setup(values: Values, run: Values | None) -> Values:
-    from pytest_dvp.gap.diagnose.diagnosis import SETUP
+    from vehicle.model.effect_catalogue import run_setups
 
-    return values if run is None else {k: v for k, v in values.items() if k[0] not in SETUP} | dict(run)
+    return values if run is None else {k: v for k, v in values.items() if k[0] not in run_setups()} | dict(run)
 
 
 def _effects(found: Diagnosis) -> Iterator[str]:

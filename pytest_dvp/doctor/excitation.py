@@ -15,6 +15,9 @@ import numpy as np
 from pytest_dvp.doctor.redundant_motion import Motion, motion_of
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
+from vehicle.model.effect import Effect
+from vehicle.model.effect_catalogue import catalogue
+from vehicle.model.shown_by import BRAKE, DRIVE, STEER, Drive, ShownBy
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,176 +49,12 @@ class Excitation:
         }
 
 
-@dataclasses.dataclass(frozen=True)
-class _Rule:
-    """Effects; columns that they need, each group by one of its names; and least drives (fact, at least, said as).
-
-    drives  without these nobody sees the effect, were it at the strong end of its usual range
-    usual   without these only a strong one shows: for one in the (geometric) middle of that range
-    """
-
-    effects: tuple[str, ...]
-    columns: tuple[tuple[str, ...], ...]
-    drives: tuple[tuple[str, float, str], ...] = ()
-    usual: tuple[tuple[str, float, str], ...] = ()
-
-
-_DRIVE = ("accel_cmd", "throttle_cmd", "motor_current")
-_BRAKE = ("accel_cmd", "brake_cmd", "brake_pressure", "motor_current")
-_STEER = ("steer_cmd", "steer_cmd_norm", "steer")
-_COMMAND = ("steer_cmd", "steer_cmd_norm")
-_SPEED = ("v", "vx", "x")
-_TURN = ("yaw_rate", "yaw", "ay")
-
-_ACCELERATES = ("acceleration", 0.5, "accelerating by 0.5 m/s^2")
-_BRAKES = ("braking", 0.5, "braking by 0.5 m/s^2")
-_TURNS = ("turn_rate", 0.05, "turning by 0.05 rad/s")
-_MOVES_WHEEL = ("steer_rate", 0.02, "steering by 0.02 rad/s")
-_CURVES = ("lateral_acceleration", 1.0, "curves of 1 m/s^2")
-
-_RULES = (
-    _Rule(
-        ("drive_delay", "drive_lag", "force_rise", "jerk_limit", "accel_controller"),
-        (_DRIVE, _SPEED),
-        (_ACCELERATES, ("command_rate", 0.5, "a command that changes by 0.5 m/s^3")),
-    ),
-    _Rule(("drive_gain", "mass"), (_DRIVE, _SPEED), (_ACCELERATES,)),
-    _Rule(("motor_torque", "motor_inertia", "motor_damping"), (_DRIVE, _SPEED), (_ACCELERATES,)),
-    _Rule(("brake_lag",), (_BRAKE, _SPEED), (_BRAKES, ("command_rate", 0.5, "a command that changes by 0.5 m/s^3"))),
-    _Rule(("brake_gain",), (_BRAKE, _SPEED), (_BRAKES,)),
-    _Rule(
-        ("brake_limit",),
-        (_BRAKE, _SPEED),
-        (("braking_wanted", 1.0, "braking by 1 m/s^2"),),
-        (("braking_wanted", 3.0, "braking by 3 m/s^2"),),
-    ),
-    _Rule(
-        ("power_limit",),
-        (_DRIVE, _SPEED),
-        (("power_wanted", 3.0, "acceleration * speed of 3 W/kg"),),
-        (("power_wanted", 11.0, "acceleration * speed of 11 W/kg"),),
-    ),
-    _Rule(("pedal_deadband",), (_DRIVE, _SPEED), (("small_commands", 1.0, "1 s of small commands while moving"),)),
-    _Rule(("lift_off_braking",), (_DRIVE, _SPEED), (("coasting", 2.0, "2 s of coasting (command about zero)"),)),
-    _Rule(
-        ("rolling_resistance", "viscous_resistance"),
-        (_DRIVE, _SPEED),
-        (("moving_time", 10.0, "10 s of driving"), ("speed_range", 3.0, "speeds 3 m/s apart")),
-    ),
-    # 0.002 / m makes 0.2 m/s^2 at 10 m/s, and 0.02 / m half a m/s^2 at 5.
-    _Rule(
-        ("aero_drag",),
-        (_DRIVE, _SPEED),
-        (("speed", 5.0, "5 m/s"), ("speed_range", 3.0, "speeds 3 m/s apart")),
-        (("speed", 10.0, "10 m/s"),),
-    ),
-    _Rule(
-        ("headwind",),
-        (_DRIVE, _SPEED),
-        (("speed", 5.0, "5 m/s"), ("headings", 1.5, "headings 1.5 rad apart")),
-        (("speed", 10.0, "10 m/s"),),
-    ),
-    _Rule(("cornering_drag",), (_DRIVE, _SPEED, _TURN), (_CURVES,)),
-    _Rule(
-        ("road_grade",),
-        (_SPEED, ("ax", *_DRIVE)),
-        (("moving_time", 10.0, "10 s of driving"), ("headings", 1.5, "headings 1.5 rad apart")),
-    ),
-    _Rule(
-        ("road_bank",),
-        (_TURN, ("ay",)),
-        (("moving_time", 10.0, "10 s of driving"), ("headings", 1.5, "headings 1.5 rad apart")),
-    ),
-    _Rule(
-        ("steer_delay", "steer_lag"),
-        (_COMMAND, _TURN),
-        (_MOVES_WHEEL, _TURNS),
-        (("steer_rate", 0.04, "steering by 0.04 rad/s"),),  # 0.2 s of it turn a car at 5 m/s by 0.015 rad/s
-    ),
-    _Rule(
-        ("steer_rate_limit",),
-        (_COMMAND, _TURN),
-        (("steer_rate", 0.05, "steering by 0.05 rad/s"), _TURNS),
-        (("steer_rate", 0.2, "steering by 0.2 rad/s"),),
-    ),
-    _Rule(
-        ("steer_angle_limit",),
-        (_COMMAND, _TURN),
-        (("steer_angle", 0.08, "0.08 rad at the road wheel"), _TURNS),
-        (("steer_angle", 0.2, "0.2 rad at the road wheel"),),
-    ),
-    _Rule(
-        ("steer_stiction", "steer_backlash"),
-        (_COMMAND, _TURN),
-        (("steer_reversals", 6.0, "6 reversals of the steering"), _TURNS),
-    ),
-    _Rule(("steer_ratio",), (_STEER, _TURN), (_TURNS,)),
-    _Rule(
-        ("steer_asymmetry",),
-        (_STEER, _TURN),
-        (("turn_left", 0.05, "left curves of 0.05 rad/s"), ("turn_right", 0.05, "right curves of 0.05 rad/s")),
-    ),
-    _Rule(("steer_offset",), (_STEER, _TURN), (("moving_time", 5.0, "5 s of driving"),)),
-    _Rule(("understeer",), (_STEER, _TURN), (_CURVES, ("turning_speed_range", 2.0, "curves at speeds 2 m/s apart"))),
-    _Rule(
-        ("tyre_saturation",),
-        (_STEER, _TURN),
-        (("lateral_acceleration", 2.0, "curves of 2 m/s^2"),),
-        (("lateral_acceleration", 5.0, "curves of 5 m/s^2"),),
-    ),
-    _Rule(
-        ("load_transfer", "steer_compliance"), (_STEER, _TURN), (("lateral_acceleration", 2.0, "curves of 2 m/s^2"),)
-    ),
-    _Rule(
-        ("tyre_relaxation", "yaw_inertia", "cornering_compliance", "roll_dynamics"),
-        (_STEER, _TURN),
-        (("lateral_acceleration", 1.0, "curves of 1 m/s^2"), ("steer_rate", 0.1, "steering by 0.1 rad/s")),
-    ),
-    _Rule(("wheel_radius",), (("v",), ("x",)), (("moving_time", 5.0, "5 s of driving"),)),
-    _Rule(("gyro_bias",), (("yaw_rate",), ("yaw", "x"))),
-    _Rule(("yaw_rate_latency",), (("yaw_rate",), ("yaw", "x", "steer")), (_TURNS,)),
-    _Rule(("accelerometer_bias",), (("ax",), _SPEED)),
-    _Rule(("imu_misalignment",), (("ax",), ("ay",)), (("acceleration", 1.0, "accelerating by 1 m/s^2"), _CURVES)),
-    _Rule(("pitch", "body_pitch"), (("ax",), _SPEED), (("acceleration", 1.0, "accelerating by 1 m/s^2"),)),
-    _Rule(("roll", "body_roll"), (("ay",), ("yaw_rate", "yaw")), (_CURVES,)),
-    _Rule(("heading_bias",), (("yaw",), ("x",)), (("moving_time", 5.0, "5 s of driving"),)),
-    _Rule(
-        ("gnss_latency",),
-        (("x",), _SPEED),
-        (("moving_time", 5.0, "5 s of driving"), ("speed_range", 2.0, "speeds 2 m/s apart")),
-    ),
-    _Rule(("gnss_lever_arm",), (("x",), ("yaw",)), (_TURNS,)),
-    _Rule(("speed_controller",), (("speed_cmd",), _SPEED), (("speed_range", 1.0, "speeds 1 m/s apart"),)),
-)
-_PERCEPTION = (
-    "detection_latency",
-    "detection_offset",
-    "detection_range",
-    "detection_misses",
-    "detection_false",
-    "detection_noise",
-)
-
-
-# Effects of a user's own, by the slot they act in: that is all that is known of them.
-_BY_SLOT: Mapping[str, _Rule] = {
-    **dict.fromkeys(
-        ("command", "actuator"),
-        _Rule((), ((*_COMMAND, *_DRIVE, *_BRAKE), (*_SPEED, *_TURN)), (("moving_time", 5.0, "5 s of driving"),)),
-    ),
-    **dict.fromkeys(
-        ("force", "body", "road"), _Rule((), ((*_SPEED, *_TURN),), (("moving_time", 5.0, "5 s of driving"),))
-    ),
-    "sensor": _Rule((), ((*_SPEED, *_TURN, "ax"),)),
-}
-
-
-def excitation(log: Log, model: Any = None, own: Mapping[str, Any] | None = None) -> Excitation:
+def excitation(log: Log, model: Any = None, own: Mapping[str, Effect] | None = None) -> Excitation:
     """What the log could reveal; with a model, of its inputs only (longitudinal = "v": no effect of the drive).
 
-    own  effects of the user's own by name: judged by their slot alone
+    own  effects of the user's own by name
 
-    Bounds: the least meaningful sizes of the catalogue against usual sensor noise; they are deliberately low.
+    What each effect needs stands in its own file, as `shown_by`.
     """
     motion = motion_of(log)
     facts = _facts(log, motion)
@@ -228,40 +67,40 @@ def excitation(log: Log, model: Any = None, own: Mapping[str, Any] | None = None
     inputs = getattr(model, "inputs", None)
     if inputs is not None:
         longitudinal = set(inputs.longitudinal)
-        held -= ({*_DRIVE, *_BRAKE, "speed_cmd"} - longitudinal) | ({*_STEER} - {inputs.steer})
-        held |= {"steer_cmd"} if inputs.steer in held and inputs.steer not in _STEER else set()
+        held -= ({*DRIVE, *BRAKE, "speed_cmd"} - longitudinal) | ({*STEER} - {inputs.steer})
+        held |= {"steer_cmd"} if inputs.steer in held and inputs.steer not in STEER else set()
     within: list[str] = []
     hardly: dict[str, str] = {}
     out: dict[str, str] = {}
-    mine = [
-        dataclasses.replace(_BY_SLOT[effect.slot], effects=(name,))
-        for name, effect in (own or {}).items()
-        if effect.slot in _BY_SLOT
-    ]
-    perceived = (*_PERCEPTION, *(name for name, effect in (own or {}).items() if effect.slot == "perception"))
-    for rule in (*_RULES, *mine):
-        lacking = _lacking(rule, held, value)
-        if lacking:
-            out.update((effect, lacking) for effect in rule.effects)
-        elif missed := _missed(rule.usual, value):
-            hardly.update((effect, missed) for effect in rule.effects)
+    seen = bool(log.detections.t.size and log.objects)
+    for effect in _judged(own or {}):
+        if effect.slot == "perception":
+            lacking = "" if seen else "needs objects, true and detected"
         else:
-            within.extend(rule.effects)
-    if log.detections.t.size and log.objects:
-        within.extend(perceived)
-    else:
-        out.update((effect, "needs objects, true and detected") for effect in perceived)
+            lacking = _lacking(effect.shown_by, held, value)
+        if lacking:
+            out[effect.name] = lacking
+        elif missed := _missed(effect.shown_by.usual, value):
+            hardly[effect.name] = missed
+        else:
+            within.append(effect.name)
     return Excitation(facts, tuple(within), hardly, out)
 
 
-def _lacking(rule: _Rule, held: set[str], value: Mapping[str, float]) -> str:
+def _judged(own: Mapping[str, Effect]) -> list[Effect]:
+    """The effects of the catalogue by their place, then the user's own; those of perception after the others."""
+    known = sorted(catalogue().values(), key=lambda effect: (effect.shown_by.place, effect.name))
+    return sorted([*known, *own.values()], key=lambda effect: effect.slot == "perception")
+
+
+def _lacking(rule: ShownBy, held: set[str], value: Mapping[str, float]) -> str:
     for group in rule.columns:
         if not held & set(group):
             return "needs a column " + " or ".join(group[:3])
     return _missed(rule.drives, value)
 
 
-def _missed(drives: tuple[tuple[str, float, str], ...], value: Mapping[str, float]) -> str:
+def _missed(drives: tuple[Drive, ...], value: Mapping[str, float]) -> str:
     missed = [text for name, least, text in drives if value.get(name, 0.0) < least]
     return "needs " + ", ".join(missed) if missed else ""
 

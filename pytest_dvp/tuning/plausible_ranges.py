@@ -9,50 +9,39 @@ from __future__ import annotations
 import dataclasses
 
 from pytest_dvp.workers.errors import TuneError
+from vehicle.model.effect_catalogue import catalogue
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Plausible:
-    """Range of a parameter on the TABBY EVO, why, and what a value beyond it stands in for."""
+    """Range of a parameter on the TABBY EVO, and why."""
 
     low: float
     high: float
     why: str
-    stands_for: tuple[str, ...]
 
 
 S_RANGES = {
     "EGO_mass": Plausible(
-        650.0, 1100.0, "730 kg with batteries, and up to four people",
-        ("drive_lag", "drive_delay", "jerk_limit", "drive_gain", "brake_gain", "force_rise"),
+        650.0, 1100.0, "730 kg with batteries, and up to four people"
     ),
     "EGO_max_steer_angle": Plausible(
-        18.0, 25.0, "+-20 deg by the data sheet", ("steer_angle_limit", "steer_ratio", "understeer")
+        18.0, 25.0, "+-20 deg by the data sheet"
     ),
     "EGO_dr_full_throttle": Plausible(
-        0.0, 0.10, "friction of motor and gearbox: at most a tenth of 128 N m at top speed",
-        ("rolling_resistance", "viscous_resistance", "aero_drag", "drive_gain", "power_limit"),
+        0.0, 0.10, "friction of motor and gearbox: at most a tenth of 128 N m at top speed"
     ),
     "EGO_dr_zero_throttle": Plausible(
-        0.0, 0.60, "recuperation, at most 0.6 of what the motor drives with",
-        ("lift_off_braking", "viscous_resistance", "rolling_resistance", "brake_gain"),
+        0.0, 0.60, "recuperation, at most 0.6 of what the motor drives with"
     ),
     "EGO_moi": Plausible(
-        0.0, 0.20, "rotor and gears of a 29.5 kW motor", ("mass", "drive_lag", "drive_gain", "jerk_limit")
+        0.0, 0.20, "rotor and gears of a 29.5 kW motor"
     ),
-    "THROTTLE_delay": Plausible(0.0, 0.5, "bus and inverter", ("drive_delay", "drive_lag")),
-    "GNSS_x": Plausible(-1.52, 1.52, "the antenna is on the car, 3.03 m long", ("gnss_lever_arm", "gnss_latency")),
-    "CAMERA_x": Plausible(-1.52, 1.52, "the camera is on the car, 3.03 m long", ("detection_offset",)),
+    "THROTTLE_delay": Plausible(0.0, 0.5, "bus and inverter"),
+    "GNSS_x": Plausible(-1.52, 1.52, "the antenna is on the car, 3.03 m long"),
+    "CAMERA_x": Plausible(-1.52, 1.52, "the camera is on the car, 3.03 m long"),
 }  # fmt: skip
 """By name; parameters of software (the pedal controller) have no plausible range but their declared one."""
-
-OF_SOFTWARE = {
-    "THROTTLE_kp": ("drive_lag", "drive_gain", "mass"),
-    "THROTTLE_ki": ("drive_lag", "drive_gain", "mass"),
-    "BRAKE_kp": ("brake_lag", "brake_gain", "mass"),
-    "BRAKE_ki": ("brake_lag", "brake_gain", "mass"),
-}
-"""What they stand in for."""
 
 ACROSS = {"EGO_max_steer_angle": ("yaw", "yaw_rate", "ay", "steer")}
 ALONG = ("v", "ax")
@@ -61,9 +50,15 @@ error across the road that no such parameter touches would hide what it does alo
 
 
 def stands_for(name: str) -> tuple[str, ...]:
-    """Effects that "S.NAME" may stand in for."""
+    """Effects that "S.NAME" may stand in for, in the order in which they are tried: those that say it of themselves."""
     bare = name.removeprefix("S.")
-    return S_RANGES[bare].stands_for if bare in S_RANGES else OF_SOFTWARE.get(bare, ())
+    places = [
+        (place, effect)
+        for effect in catalogue().values()
+        for hidden, place in effect.diagnosed.hides_in
+        if hidden == bare
+    ]
+    return tuple(effect.name for _, effect in sorted(places, key=lambda pair: (pair[0], pair[1].name)))
 
 
 def shows_in(name: str) -> tuple[str, ...]:

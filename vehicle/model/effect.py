@@ -17,12 +17,14 @@ The function is compiled on first use; it may call the helpers of `vehicle.model
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf, isfinite, isnan
 from typing import Any, Literal, TypeAlias
 
 from vehicle.model.bus import BUS_FIELDS
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.errors import ModelError, nearest_name
+from vehicle.model.shown_by import BY_SLOT, ShownBy
 from vehicle.model.step_maths import DELAY_LINE
 
 Slot: TypeAlias = Literal["command", "actuator", "force", "body", "road", "sensor", "perception"]
@@ -93,6 +95,8 @@ class Effect:
     delay: str = ""
     tyres: bool = False
     fine: bool = False
+    shown_by: ShownBy = field(default_factory=ShownBy)
+    diagnosed: Diagnosed = field(default_factory=Diagnosed)
 
     def key(self, name: str) -> Key:
         """The parameter called `name`. Raises ModelError with the nearest name."""
@@ -152,13 +156,17 @@ def effect(
     delay: str = "",
     tyres: bool = False,
     fine: bool = False,
+    shown_by: ShownBy | None = None,
+    diagnosed: Diagnosed | None = None,
 ) -> Callable[[EffectFunction], Effect]:
     """Turn a function into an Effect.
 
     `order` sorts effects within a slot (smaller first, then by name); `ties` names effects that data of the usual kind
     cannot tell from this one; `delay` names the parameter that a delay line of `maths.DELAY_LINE` steps must hold;
     `tyres` says that it acts on tyre forces: a kinematic car with it moves as a single-track car with tyres;
-    `fine` that a replay needs steps of 10 ms with it (as with every tyre effect that has a memory), not of 20.
+    `fine` that a replay needs steps of 10 ms with it (as with every tyre effect that has a memory), not of 20;
+    `shown_by` what a log must hold for it to show (left out: what its slot tells);
+    `diagnosed` how a diagnosis tries it on a log.
     Raises ModelError at once if the description is wrong, so that a faulty third-party effect cannot get far.
     """
     if slot not in SLOTS:
@@ -192,6 +200,8 @@ def effect(
             delay=delay,
             tyres=tyres,
             fine=fine,
+            shown_by=shown_by or BY_SLOT[slot],
+            diagnosed=diagnosed or Diagnosed(),
         )
 
     return make

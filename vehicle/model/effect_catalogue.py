@@ -59,6 +59,12 @@ def perceived() -> frozenset[str]:
     return frozenset(name for name, effect in catalogue().items() if effect.slot == "perception")
 
 
+@cache
+def run_setups() -> frozenset[str]:
+    """Names of the effects whose values may differ from run to run of the same car: zeros and mountings."""
+    return frozenset(name for name, effect in catalogue().items() if effect.diagnosed.run_setup)
+
+
 def effects_of_file(path: Path) -> Mapping[str, Effect]:
     """The effects of a user's Python file. Raises ModelError if it is missing, fails or holds none.
 

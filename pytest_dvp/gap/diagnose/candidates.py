@@ -14,16 +14,11 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from vehicle.model.effect import Effect, Key
 from vehicle.model.vehicle_model import VehicleModel
 
-_NEED_DATA = ("accel_controller", "motor_damping", "motor_inertia", "motor_torque")
-"""Parts of a drive train whose data sheet must be known: tried only on a model that has one of them."""
-_DETAILS = ("body_pitch", "body_roll", "cornering_compliance", "force_rise")
-"""What few logs can tell from plainer effects: tried only where none of those pays any more."""
 _FINER = ("lead", "inertia")  # keys that only a fit finds: no grid begins with them
 HOW = ("heading", "tau", "frequency", "damping", *_FINER)  # keys that say how, not how much
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _LIMITS = 9  # points of a limit: between one that is never met and one always met the error has a narrow valley
 _COARSE = (3, 3, 2)
-_ROUGH = {"steer_stiction": 60}  # effects whose error has many valleys, and points to find the right one
 
 
 Point: TypeAlias = dict[tuple[str, str], float]
@@ -50,7 +45,7 @@ class Candidate:
     @property
     def detail(self) -> bool:
         """See the class."""
-        return self.effect.name in _DETAILS
+        return bool(self.effect.diagnosed.details)
 
     def weaker(self, point: Point, share: float) -> list[Point]:
         """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit)."""
@@ -71,24 +66,24 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
     places, rear axle and centre of gravity, are tried, unless the model names one.
     """
     places = (0.0, model.car.cg_to_rear_axle) if ay and model.car.ay_x == 0.0 else ()
-    present = {a.name for a in model.effects}
+    groups = {a.effect.diagnosed.needs for a in model.effects}
     found = []
     for effect in effects:
         if effect.slot == "perception" or model.base not in effect.base:
             continue
-        if effect.name in _NEED_DATA and not present & set(_NEED_DATA):
+        tried = effect.diagnosed
+        if tried.needs and tried.needs not in groups:
             continue
-        if effect.name == "speed_controller" and model.inputs.longitudinal != ("speed_cmd",):
+        if tried.input and model.inputs.longitudinal != (tried.input,):
             continue
         coordinates = tuple(
-            Coordinate(effect.name, key, effect.name in _ROUGH, _samples_unsure(effect, key))
+            Coordinate(effect.name, key, tried.grid_points > 0, _samples_unsure(effect, key))
             for key in effect.parameters
         )
         mounts = places if effect.tyres else ()
         limit = len(coordinates) == 1 and isinf(coordinates[0].key.neutral)
         fine, coarse = (
-            (count,) if (count := _ROUGH.get(effect.name)) else each
-            for each in ((_LIMITS,) if limit else _FINE, _COARSE)
+            (tried.grid_points,) if tried.grid_points else each for each in ((_LIMITS,) if limit else _FINE, _COARSE)
         )
         found.append(
             Candidate(effect, coordinates, _points(coordinates, fine, mounts), _points(coordinates, coarse, mounts))
@@ -97,13 +92,8 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
 
 
 def _samples_unsure(effect: Effect, key: Key) -> float:
-    """Share of a sample by which a dead time is never known, 0 for what is none.
-
-    A yaw rate jumps with a held steering command: between two stamps nothing tells how old it is.
-    """
-    if key.name != effect.delay:
-        return 0.0
-    return 1.0 if effect.name == "yaw_rate_latency" else 0.1
+    """Share of a sample by which a dead time is never known, 0 for what is none."""
+    return effect.diagnosed.delay_error if key.name == effect.delay else 0.0
 
 
 def _points(

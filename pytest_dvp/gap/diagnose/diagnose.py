@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pytest_dvp.gap.diagnose.candidates import candidates
-from pytest_dvp.gap.diagnose.diagnosis import SETUP, Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
+from pytest_dvp.gap.diagnose.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.gap.diagnose.equation_error import votes
 from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, folds, own_setup, predicted, shows, step
-from pytest_dvp.gap.diagnose.input_scales import MAP_TIES, input_map
+from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import intervals, widened
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.residual_signature import signature
@@ -22,6 +22,7 @@ from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, PR
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
 from pytest_dvp.logs.log import Log
+from vehicle.model.effect_catalogue import run_setups
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -54,8 +55,9 @@ def diagnose(
     tick("preparing")
     target = campaign(logs, model, extra=effects)
     nuisance, start = input_map(model)
-    tied = {name for c in nuisance for name in MAP_TIES.get(c.key.name, ())}
-    tried = [c for c in candidates(model, known.values(), ay="ay" in target.channels) if c.name not in tied]
+    tried = [
+        c for c in candidates(model, known.values(), ay="ay" in target.channels) if not repeats(c.effect, nuisance)
+    ]
     removed = _removed(target, model)
     while True:
         search = Search(target, tried, nuisance=nuisance, start=start, fixed=removed, tick=tick)
@@ -174,14 +176,15 @@ def _veto(search: Search, found: Found, judges: tuple[Fold, ...], apart: Callabl
                 gains[name] = total / samples
         level = max(1.0, final.chi2 / search.count)
         own = any(fold.setup for fold in judges)
-        if own and not set(SETUP) & set(final.names):
+        if own and not run_setups() & set(final.names):
             judges, tried_apart = given, True
             continue
-        idle = [n for n in gains if own and n in SETUP and gains[n] < OWN * level]  # not even the run's own value helps
+        # Not even the run's own value helps with these.
+        idle = [n for n in gains if own and n in run_setups() and gains[n] < OWN * level]
         worst = min(idle or gains, key=lambda n: gains[n], default="")
         if not worst or (not idle and gains[worst] > -max(ROUNDING * level, SLIGHT * fitted[worst])):
             return found, tuple(vetoed), gains, judges
-        if worst in SETUP and not own and not tried_apart and (others := apart()):
+        if worst in run_setups() and not own and not tried_apart and (others := apart()):
             judges = others
             continue
         vetoed.append(worst)

@@ -6,8 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, Literal, TypeAlias
 
-SETUP = ("steer_offset", "gyro_bias", "heading_bias", "accelerometer_bias", "gnss_lever_arm")
-"""Effects whose values may differ from run to run of the same car: zeros of steering and sensors, the antenna."""
+from vehicle.model.effect_catalogue import run_setups
 
 Verdict: TypeAlias = Literal["NOTHING_MISSING", "NAMED", "AMBIGUOUS", "PARTIAL", "UNKNOWN", "NOT_EXCITED"]
 Action: TypeAlias = Literal["add", "change", "remove"]
@@ -111,7 +110,7 @@ class Diagnosis:
     @property
     def set_up(self) -> tuple[str, ...]:
         """Effects that differ from run to run: these values are those of the runs fitted on, not the car's."""
-        return tuple(n for n in self.names if n in SETUP) if self.ladder[-1].held_out_setups else ()
+        return tuple(n for n in self.names if n in run_setups()) if self.ladder[-1].held_out_setups else ()
 
     def as_dict(self) -> dict[str, Any]:
         """The document of `diagnose --json`."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.diagnosis import SETUP, Step
+from pytest_dvp.gap.diagnose.diagnosis import Step
 from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
 from pytest_dvp.gap.diagnose.least_squares import VALLEYS
 from pytest_dvp.gap.diagnose.linear_algebra import square
@@ -17,6 +17,7 @@ from pytest_dvp.gap.diagnose.search import PRACTICAL, Search
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_part import cut_log
+from vehicle.model.effect_catalogue import run_setups
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -78,7 +79,7 @@ def predicted(search: Search, fold: Fold, trial: Trial, *, without: str = "") ->
     if rough:
         trial = _valley(search, fold, trial, rough)
     if fold.fitted is None:
-        if fold.setup is None or not set(SETUP) & set(trial.names):
+        if fold.setup is None or not run_setups() & set(trial.names):
             return trial
         return dataclasses.replace(trial, values=fold.setup.fitted(trial.values, without=without))
     shown = [name for name in trial.names if name not in rough and shows(search, fold, trial, name)]
@@ -128,7 +129,7 @@ def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str | None
     for fold in judges:
         fitted = predicted(search, fold, trial)
         if fold.setup is not None:
-            runs.append({key: value for key, value in fitted.values.items() if key[0] in SETUP})
+            runs.append({key: value for key, value in fitted.values.items() if key[0] in run_setups()})
         segments += fold.judge.by_segment(fold.judge.whitened(fitted.values)).tolist()
         samples += fold.judge.count
         for name, rmse in fold.judge.rmse(fitted.values).items():

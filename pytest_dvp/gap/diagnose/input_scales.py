@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 
 if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
 
-MAP_TIES: Mapping[str, tuple[str, ...]] = {
-    "steer_scale": ("steer_ratio",),
-    "full_throttle": ("drive_gain", "mass"),
-    "full_brake": ("brake_gain", "mass"),
-}
-"""What cannot be told from a scale of the input map that is fitted anyway."""
+
+def repeats(effect: Effect, scales: Iterable[Coordinate]) -> bool:
+    """True if data cannot tell the effect from one of these scales of the input map, which are fitted anyway."""
+    return any(c.key.name in effect.diagnosed.input_scales for c in scales)
 
 
 def input_map(model: VehicleModel) -> tuple[tuple[Coordinate, ...], dict[tuple[str, str], float]]:

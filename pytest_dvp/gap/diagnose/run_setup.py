@@ -13,39 +13,43 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pytest_dvp.gap.diagnose.candidates import candidates
-from pytest_dvp.gap.diagnose.diagnosis import SETUP
 from pytest_dvp.gap.diagnose.experiment import Campaign, Values, campaign
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_part import cut_log
+from vehicle.model.effect_catalogue import catalogue
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
 
 SHARE = 0.3  # of a held-out run, its beginning, that its set-up is taken from
-_PLACES = ("gnss_lever_arm",)  # not a zero: asked of a run only if another one has it
 _FEWEST = 200  # rows on either side
 _SHOWS = 1e-3  # of chi^2, that a value must be worth to be taken from so little
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class RunSetup:
-    """The beginning of a run, and what is fitted to it anew, whatever other runs say."""
+    """The beginning of a run, and what is fitted to it anew, whatever other runs say.
+
+    zeros: the effects of `coordinates` that are zeros; where a sensor is mounted is asked only if another run has it.
+    """
 
     first: Campaign
     coordinates: tuple[Coordinate, ...]
+    zeros: frozenset[str]
 
     def less(self, name: str) -> RunSetup:
         """The same without an effect that even of the run itself says nothing."""
-        return RunSetup(self.first, tuple(c for c in self.coordinates if c.effect != name))
+        return dataclasses.replace(self, coordinates=tuple(c for c in self.coordinates if c.effect != name))
 
     def fitted(self, values: Values, *, without: str = "") -> dict[tuple[str, str], float]:
         """The values with the set-up as the run itself has it; `without` is an effect that is not to be there."""
         names = {c.effect for c in self.coordinates}
         kept = {key: value for key, value in values.items() if key[0] not in names}
         found = {name for name, _ in values}
-        mine = [c for c in self.coordinates if c.effect != without and (c.effect in found or c.effect not in _PLACES)]
+        asked = found | self.zeros
+        mine = [c for c in self.coordinates if c.effect != without and c.effect in asked]
         best = fit(
             self.first,
             mine,
@@ -70,9 +74,8 @@ def parted(
     logs: Mapping[str, Log], model: VehicleModel, effects: tuple[Effect, ...] = ()
 ) -> list[tuple[RunSetup, Campaign]]:
     """Of each log its beginning, for its set-up, and the rest, which judges; without logs too short to be parted."""
-    from vehicle.model.effect_catalogue import catalogue
-
-    known = [e for name, e in catalogue().items() if name in SETUP]
+    known = [e for e in catalogue().values() if e.diagnosed.run_setup]
+    zeros = frozenset(e.name for e in known if e.diagnosed.run_setup == "zero")
     coordinates = tuple(c for one in candidates(model, known) for c in one.coordinates)
     found = []
     for name, log in logs.items():
@@ -82,5 +85,5 @@ def parted(
             continue
         first = campaign({name: cut_log(log, -np.inf, border)}, model, extra=effects)
         rest = campaign({name: cut_log(log, border, np.inf)}, model, extra=effects)
-        found.append((RunSetup(first, coordinates), rest))
+        found.append((RunSetup(first, coordinates, zeros), rest))
     return found

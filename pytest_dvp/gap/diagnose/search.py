@@ -34,7 +34,6 @@ MADE_UP = 0.2  # of what is lost with effects whose values mean nothing: as much
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
 ROUGH = 2.0 * PRACTICAL  # of max(1, chi^2/N): a set further behind the best need not be fitted well
 PRICE = 0.005  # of max(1, chi^2/N), for a parameter
-_CONTAINS = {"steer_asymmetry": "steer_ratio"}  # effects that can do exactly what a simpler one does
 EQUAL = 5e-4  # of chi^2/N: sets that differ by less do the same
 MISFIT = 1.3  # chi^2/N over all channels, above which something is left
 CHANNEL_MISFIT = 1.5  # of one channel
@@ -275,7 +274,7 @@ class Search:
                     exchanged = sound[0]
                     break
                 rivals[name] = tuple(
-                    t.names[-1] for t in trials if self.alike(best, t) and _CONTAINS.get(t.names[-1]) != name
+                    t.names[-1] for t in trials if self.alike(best, t) and self._contained(t.names[-1]) != name
                 )
             if exchanged is None:
                 return best, rivals
@@ -297,10 +296,14 @@ class Search:
             return True
         return gap < PRACTICAL * worth and self.sure(other.rest, best.rest) < SURE
 
+    def _contained(self, name: str) -> str:
+        """The simpler effect that this one can do exactly, "" if there is none."""
+        return self.tried[name].effect.diagnosed.contains
+
     def _simplified(self, best: Trial) -> Trial:
         """The set with the simpler one of two effects of which one contains the other, where that one does as well."""
         for name in best.names:
-            simple = _CONTAINS.get(name)
+            simple = self._contained(name)
             if simple in self.tried and simple not in best.names:
                 rest = tuple(n for n in best.names if n != name)
                 point = min(
@@ -313,7 +316,7 @@ class Search:
 
     def _simpler(self, name: str, best: Trial, other: Trial) -> bool:
         """True if the other set only has, in place of an effect, one that contains it, and is hardly better."""
-        contains = any(_CONTAINS.get(n) == name for n in set(other.names) - set(best.names))
+        contains = any(self._contained(n) == name for n in set(other.names) - set(best.names))
         return contains and best.chi2 - other.chi2 < PRACTICAL * max(self.count, other.chi2)
 
     def without(self, best: Trial, name: str) -> Trial:

@@ -14,7 +14,7 @@ from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, Step
 from pytest_dvp.gap.diagnose.experiment import Campaign, Values, campaign
 from pytest_dvp.gap.diagnose.held_out import Fold, folds, step
-from pytest_dvp.gap.diagnose.input_scales import MAP_TIES, input_map
+from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
@@ -154,9 +154,8 @@ def _kept(model: VehicleModel, named: set[str]) -> list[Candidate]:
 def _search(target: Campaign, model: VehicleModel, tried: Sequence[Candidate], lost: Sequence[str]) -> Search:
     """What fits the new model. Scales of the input map that nobody knows are fitted along, as `diagnose` does, but for
     those that an effect repeats."""
-    names = {c.name for c in tried}
     nuisance, start = input_map(model)
-    free = [] if not tried else [c for c in nuisance if not names & set(MAP_TIES.get(c.key.name, ()))]
+    free = [] if not tried else [c for c in nuisance if not any(repeats(one.effect, [c]) for one in tried)]
     off = {(a.name, key.name): key.neutral for a in model.effects if a.name in lost for key in a.effect.parameters}
     return Search(target, tried, nuisance=free, start=start, fixed=off)
 

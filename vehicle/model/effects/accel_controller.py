@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import ACCELERATES, CHANGES_COMMAND, DRIVE, SPEED, ShownBy
 from vehicle.model.step_maths import lag_end
 
 
@@ -25,6 +27,8 @@ from vehicle.model.step_maths import lag_end
     memory=(Memory("v", start="vx"), Memory("a"), Memory("sum")),
     ties=("drive_gain", "brake_gain"),
     reveals="acceleration steps uphill and downhill",
+    shown_by=ShownBy(50, (DRIVE, SPEED), (ACCELERATES, CHANGES_COMMAND)),
+    diagnosed=Diagnosed(needs="drive_train"),
 )
 def accel_controller(x: Bus, p: Any, m: Any) -> None:
     if x.settle > 0.0:

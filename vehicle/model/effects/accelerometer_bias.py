@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import SPEED, ShownBy
 
 
 @effect(
@@ -30,6 +32,8 @@ from vehicle.model.effect import Key, effect
     ),
     ties=("road_grade",),
     reveals="5 s of standstill on level ground",
+    shown_by=ShownBy(440, (("ax",), SPEED)),
+    diagnosed=Diagnosed(run_setup="zero"),
 )
 def accelerometer_bias(x: Bus, p: Any, m: Any) -> None:
     x.meas_ax += p.b

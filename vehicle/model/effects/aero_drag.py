@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import DRIVE, SPEED, SPEEDS_3_APART, ShownBy
 
 
 @effect(
@@ -17,6 +19,11 @@ from vehicle.model.effect import Key, effect
     parameters=(Key("k", "1/m", 0.0002, 0.02, neutral=0.0, least=0.0001, minimum=0.0, meaning="drag over mass"),),
     ties=("viscous_resistance", "pedal_deadband"),
     reveals="coast down from the highest speed allowed",
+    # 0.002 / m makes 0.2 m/s^2 at 10 m/s, and 0.02 / m half a m/s^2 at 5.
+    shown_by=ShownBy(
+        190, (DRIVE, SPEED), (("speed", 5.0, "5 m/s"), SPEEDS_3_APART), usual=(("speed", 10.0, "10 m/s"),)
+    ),
+    diagnosed=Diagnosed(hides_in=(("EGO_dr_full_throttle", 30),)),
 )
 def aero_drag(x: Bus, p: Any, m: Any) -> None:
     x.drag -= p.k * x.mass_ref * x.vx * abs(x.vx)

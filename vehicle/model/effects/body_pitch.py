@@ -6,7 +6,9 @@ from math import cos, exp, pi, sin, sqrt
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import ACCELERATES_WELL, SPEED, ShownBy
 
 
 @effect(
@@ -37,6 +39,8 @@ from vehicle.model.effect import Key, Memory, effect
         "drive_gain",
     ),
     reveals="acceleration and brake steps with speeds logged",
+    shown_by=ShownBy(470, (("ax",), SPEED), (ACCELERATES_WELL,)),
+    diagnosed=Diagnosed(details="pitch"),
 )
 def body_pitch(x: Bus, p: Any, m: Any) -> None:
     if m.begun == 0.0:

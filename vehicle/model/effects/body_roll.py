@@ -6,7 +6,9 @@ from math import cos, exp, pi, sin, sqrt
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import CURVES, ShownBy
 
 
 @effect(
@@ -61,6 +63,8 @@ from vehicle.model.effect import Key, Memory, effect
         "road_bank",
     ),
     reveals="steering steps and lane changes at 10 m/s",
+    shown_by=ShownBy(490, (("ay",), ("yaw_rate", "yaw")), (CURVES,)),
+    diagnosed=Diagnosed(details="roll"),
 )
 def body_roll(x: Bus, p: Any, m: Any) -> None:
     pushed = (x.fy_front + x.fy_rear) / x.mass if x.vx > x.slow else x.vx * x.vx * x.curvature

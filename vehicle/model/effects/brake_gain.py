@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import BRAKE, BRAKES, SPEED, ShownBy
 
 
 @effect(
@@ -23,6 +25,11 @@ from vehicle.model.effect import Key, effect
         "brake_limit",
     ),
     reveals="equal steps of drive and brake command from 3 to 8 m/s",
+    shown_by=ShownBy(120, (BRAKE, SPEED), (BRAKES,)),
+    diagnosed=Diagnosed(
+        input_scales=("full_brake",),
+        hides_in=(("EGO_mass", 50), ("EGO_dr_zero_throttle", 40), ("BRAKE_kp", 20), ("BRAKE_ki", 20)),
+    ),
 )
 def brake_gain(x: Bus, p: Any, m: Any) -> None:
     if x.accel < 0.0:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import BRAKE, BRAKES, CHANGES_COMMAND, SPEED, ShownBy
 from vehicle.model.step_maths import lag
 
 
@@ -20,6 +22,8 @@ from vehicle.model.step_maths import lag
     memory=(Memory("a"),),
     ties=("drive_lag", "jerk_limit"),
     reveals="brake steps of several sizes from 8 m/s, beside equal steps of the drive",
+    shown_by=ShownBy(110, (BRAKE, SPEED), (BRAKES, CHANGES_COMMAND)),
+    diagnosed=Diagnosed(hides_in=(("BRAKE_kp", 10), ("BRAKE_ki", 10))),
 )
 def brake_lag(x: Bus, p: Any, m: Any) -> None:
     start = m.a

@@ -7,6 +7,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import BRAKE, SPEED, ShownBy
 
 
 @effect(
@@ -19,6 +20,12 @@ from vehicle.model.effect import Key, effect
     parameters=(Key("limit", "m/s^2", 1.0, 9.0, neutral=inf, least=0.1, minimum=0.0, meaning="greatest deceleration"),),
     ties=("brake_gain",),
     reveals="brake steps of growing size up to the full command",
+    shown_by=ShownBy(
+        130,
+        (BRAKE, SPEED),
+        (("braking_wanted", 1.0, "braking by 1 m/s^2"),),
+        usual=(("braking_wanted", 3.0, "braking by 3 m/s^2"),),
+    ),
 )
 def brake_limit(x: Bus, p: Any, m: Any) -> None:
     if x.accel - abs(x.accel_lead) < -p.limit:

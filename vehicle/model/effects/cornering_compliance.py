@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import CURVES, STEER, TURN, ShownBy
 
 
 @effect(
@@ -37,6 +39,8 @@ from vehicle.model.effect import Key, effect
         "understeer",
     ),
     reveals="steering steps of both signs at 3 and at 10 m/s, with position and heading logged",
+    shown_by=ShownBy(390, (STEER, TURN), (CURVES, ("steer_rate", 0.1, "steering by 0.1 rad/s"))),
+    diagnosed=Diagnosed(details="understeer"),
 )
 def cornering_compliance(x: Bus, p: Any, m: Any) -> None:
     load = x.mass / x.wheelbase

@@ -6,6 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import CURVES, DRIVE, SPEED, TURN, ShownBy
 
 
 @effect(
@@ -21,6 +22,7 @@ from vehicle.model.effect import Key, effect
     ),
     ties=("rolling_resistance",),
     reveals="steady circles at constant command and growing speed",
+    shown_by=ShownBy(210, (DRIVE, SPEED, TURN), (CURVES,)),
 )
 def cornering_drag(x: Bus, p: Any, m: Any) -> None:
     x.resistance += p.c * x.mass * abs(x.vx * x.vx * x.curvature)

@@ -8,6 +8,7 @@ import numpy as np
 
 from vehicle.model.effect import Key, effect
 from vehicle.model.perception_effects import TRACK_COLUMNS, Tracks
+from vehicle.model.shown_by import ShownBy
 
 REACH = 50.0  # m around the ego
 
@@ -34,6 +35,7 @@ REACH = 50.0  # m around the ego
         ),
     ),
     reveals="an empty road for a minute",
+    shown_by=ShownBy(50),
 )
 def detection_false(tracks: Tracks, p: Any, rng: np.random.Generator) -> Tracks:
     """Each false object lives for one stamp of the tracks; a track list without rows stays empty."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from vehicle.model.effect import Key, effect
 from vehicle.model.perception_effects import Tracks
+from vehicle.model.shown_by import ShownBy
 
 
 @effect(
@@ -24,6 +25,7 @@ from vehicle.model.perception_effects import Tracks
         "gnss_latency",
     ),
     reveals="a crossing object at constant speed",
+    shown_by=ShownBy(10),
 )
 def detection_latency(tracks: Tracks, p: Any, rng: np.random.Generator) -> Tracks:
     """Each object where it was T ago, straight between its stamps; nothing before it was first there."""

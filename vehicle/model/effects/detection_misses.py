@@ -8,6 +8,7 @@ import numpy as np
 
 from vehicle.model.effect import Key, effect
 from vehicle.model.perception_effects import Tracks
+from vehicle.model.shown_by import ShownBy
 
 
 @effect(
@@ -22,6 +23,7 @@ from vehicle.model.perception_effects import Tracks
     ),
     ties=("detection_range",),
     reveals="any object in view for 10 s",
+    shown_by=ShownBy(40),
 )
 def detection_misses(tracks: Tracks, p: Any, rng: np.random.Generator) -> Tracks:
     return tracks.rows(rng.random(len(tracks.t)) >= p.rate)

@@ -8,6 +8,7 @@ import numpy as np
 
 from vehicle.model.effect import Key, effect
 from vehicle.model.perception_effects import Tracks
+from vehicle.model.shown_by import ShownBy
 
 
 @effect(
@@ -22,6 +23,7 @@ from vehicle.model.perception_effects import Tracks
         Key("slope", "-", 0.0, 0.1, neutral=0.0, least=0.002, minimum=0.0, meaning="growth over distance"),
     ),
     reveals="parked objects at 5 to 60 m, in view for 10 s each",
+    shown_by=ShownBy(60),
 )
 def detection_noise(tracks: Tracks, p: Any, rng: np.random.Generator) -> Tracks:
     sigma = p.sigma0 + p.slope * tracks.distance()

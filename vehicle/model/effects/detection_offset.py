@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
 from vehicle.model.perception_effects import Tracks
+from vehicle.model.shown_by import ShownBy
 
 
 @effect(
@@ -26,6 +28,8 @@ from vehicle.model.perception_effects import Tracks
         "gnss_lever_arm",
     ),
     reveals="a parked object passed at walking speed",
+    shown_by=ShownBy(20),
+    diagnosed=Diagnosed(hides_in=(("CAMERA_x", 10),)),
 )
 def detection_offset(tracks: Tracks, p: Any, rng: np.random.Generator) -> Tracks:
     return tracks.moved(p.x, p.y)

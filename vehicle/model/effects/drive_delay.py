@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import DELAY_MEMORY, Key, Memory, effect
+from vehicle.model.shown_by import ACCELERATES, CHANGES_COMMAND, DRIVE, SPEED, ShownBy
 from vehicle.model.step_maths import arrived, delayed
 
 
@@ -21,6 +23,8 @@ from vehicle.model.step_maths import arrived, delayed
     delay="T",
     ties=("drive_lag", "jerk_limit"),
     reveals="steps of the acceleration command, each held for 2 s",
+    shown_by=ShownBy(10, (DRIVE, SPEED), (ACCELERATES, CHANGES_COMMAND)),
+    diagnosed=Diagnosed(hides_in=(("EGO_mass", 20), ("THROTTLE_delay", 10))),
 )
 def drive_delay(x: Bus, p: Any, m: Any) -> None:
     x.accel, x.accel_lead = delayed(m, x.accel, x.accel_lead, p.T, x.t, x.dt)

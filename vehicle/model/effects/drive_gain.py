@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import ACCELERATES, DRIVE, SPEED, ShownBy
 
 
 @effect(
@@ -23,6 +25,17 @@ from vehicle.model.effect import Key, effect
         "power_limit",
     ),
     reveals="equal steps of drive and brake command from 3 to 8 m/s",
+    shown_by=ShownBy(60, (DRIVE, SPEED), (ACCELERATES,)),
+    diagnosed=Diagnosed(
+        input_scales=("full_throttle",),
+        hides_in=(
+            ("EGO_mass", 40),
+            ("EGO_dr_full_throttle", 40),
+            ("EGO_moi", 30),
+            ("THROTTLE_kp", 20),
+            ("THROTTLE_ki", 20),
+        ),
+    ),
 )
 def drive_gain(x: Bus, p: Any, m: Any) -> None:
     if x.accel > 0.0:

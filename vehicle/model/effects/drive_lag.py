@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import ACCELERATES, CHANGES_COMMAND, DRIVE, SPEED, ShownBy
 from vehicle.model.step_maths import lag
 
 
@@ -20,6 +22,10 @@ from vehicle.model.step_maths import lag
     memory=(Memory("a"),),
     ties=("drive_delay", "jerk_limit"),
     reveals="steps of the acceleration command, each held for 2 s",
+    shown_by=ShownBy(20, (DRIVE, SPEED), (ACCELERATES, CHANGES_COMMAND)),
+    diagnosed=Diagnosed(
+        hides_in=(("EGO_mass", 10), ("EGO_moi", 20), ("THROTTLE_delay", 20), ("THROTTLE_kp", 10), ("THROTTLE_ki", 10))
+    ),
 )
 def drive_lag(x: Bus, p: Any, m: Any) -> None:
     start = m.a

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import ACCELERATES, CHANGES_COMMAND, DRIVE, SPEED, ShownBy
 from vehicle.model.step_maths import lag
 
 
@@ -32,6 +34,8 @@ from vehicle.model.step_maths import lag
     memory=(Memory("a"),),
     ties=("drive_delay", "drive_lag", "brake_lag", "jerk_limit"),
     reveals="steps of the acceleration command of both signs, logged at 50 Hz or more",
+    shown_by=ShownBy(30, (DRIVE, SPEED), (ACCELERATES, CHANGES_COMMAND)),
+    diagnosed=Diagnosed(details="drive_lag", hides_in=(("EGO_mass", 60),)),
 )
 def force_rise(x: Bus, p: Any, m: Any) -> None:
     start = m.a if x.vx != 0.0 else max(m.a, 0.0)  # brakes hold a car that stands with no force at all

@@ -6,7 +6,9 @@ from math import cos, sin
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import HISTORY_MEMORY, Key, Memory, effect
+from vehicle.model.shown_by import DRIVES_5_S, SPEED, ShownBy
 from vehicle.model.step_maths import DELAY_LINE, recall, remember
 
 BEFORE = 1.0  # s, as far back as a pose can be asked for
@@ -30,6 +32,8 @@ BEFORE = 1.0  # s, as far back as a pose can be asked for
         "steer_delay",
     ),
     reveals="speed steps and turns with a clock-synchronous speed or yaw rate logged",
+    shown_by=ShownBy(510, (("x",), SPEED), (DRIVES_5_S, ("speed_range", 2.0, "speeds 2 m/s apart"))),
+    diagnosed=Diagnosed(hides_in=(("GNSS_x", 20),)),
 )
 def gnss_latency(x: Bus, p: Any, m: Any) -> None:
     if m.head == 0.0:  # before the log began the car is taken to have come straight

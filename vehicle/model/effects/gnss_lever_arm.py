@@ -6,7 +6,9 @@ from math import cos, sin
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import TURNS, ShownBy
 
 
 @effect(
@@ -35,6 +37,8 @@ from vehicle.model.effect import Key, effect
         "heading_bias",
     ),
     reveals="tight circles to both sides at walking speed",
+    shown_by=ShownBy(520, (("x",), ("yaw",)), (TURNS,)),
+    diagnosed=Diagnosed(run_setup="place", hides_in=(("GNSS_x", 10),)),
 )
 def gnss_lever_arm(x: Bus, p: Any, m: Any) -> None:
     c, s = cos(x.meas_yaw), sin(x.meas_yaw)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import ShownBy
 
 
 @effect(
@@ -22,6 +24,8 @@ from vehicle.model.effect import Key, effect
     ),
     ties=("steer_offset",),
     reveals="5 s of standstill, and a straight with headings logged",
+    shown_by=ShownBy(420, (("yaw_rate",), ("yaw", "x"))),
+    diagnosed=Diagnosed(run_setup="zero"),
 )
 def gyro_bias(x: Bus, p: Any, m: Any) -> None:
     x.meas_yaw_rate += p.b

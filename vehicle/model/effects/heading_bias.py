@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import DRIVES_5_S, ShownBy
 
 
 @effect(
@@ -30,6 +32,8 @@ from vehicle.model.effect import Key, effect
     ),
     ties=("gnss_lever_arm",),
     reveals="straights with positions logged",
+    shown_by=ShownBy(500, (("yaw",), ("x",)), (DRIVES_5_S,)),
+    diagnosed=Diagnosed(run_setup="zero"),
 )
 def heading_bias(x: Bus, p: Any, m: Any) -> None:
     x.meas_yaw += p.b

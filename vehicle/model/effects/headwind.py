@@ -6,6 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import DRIVE, SPEED, TURNS_AROUND, ShownBy
 
 
 @effect(
@@ -43,6 +44,7 @@ from vehicle.model.effect import Key, effect
         "rolling_resistance",
     ),
     reveals="the same straight at two constant speeds, in both directions",
+    shown_by=ShownBy(200, (DRIVE, SPEED), (("speed", 5.0, "5 m/s"), TURNS_AROUND), usual=(("speed", 10.0, "10 m/s"),)),
 )
 def headwind(x: Bus, p: Any, m: Any) -> None:
     air = x.vx + p.speed

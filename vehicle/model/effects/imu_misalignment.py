@@ -7,6 +7,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import ACCELERATES_WELL, CURVES, ShownBy
 
 
 @effect(
@@ -34,6 +35,7 @@ from vehicle.model.effect import Key, effect
         "road_bank",
     ),
     reveals="straight acceleration and braking, then a steady circle",
+    shown_by=ShownBy(450, (("ax",), ("ay",)), (ACCELERATES_WELL, CURVES)),
 )
 def imu_misalignment(x: Bus, p: Any, m: Any) -> None:
     ax, ay, c, s = x.meas_ax, x.meas_ay, cos(p.angle), sin(p.angle)

@@ -6,7 +6,9 @@ from math import inf
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import ACCELERATES, CHANGES_COMMAND, DRIVE, SPEED, ShownBy
 from vehicle.model.step_maths import limit_rate
 
 
@@ -24,6 +26,8 @@ from vehicle.model.step_maths import limit_rate
         "drive_delay",
     ),
     reveals="acceleration steps of growing size, both signs",
+    shown_by=ShownBy(40, (DRIVE, SPEED), (ACCELERATES, CHANGES_COMMAND)),
+    diagnosed=Diagnosed(hides_in=(("EGO_mass", 30), ("EGO_moi", 40))),
 )
 def jerk_limit(x: Bus, p: Any, m: Any) -> None:
     start = m.a

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import DRIVE, SPEED, ShownBy
 
 RELEASED = 0.05  # m/s^2, commands below count as a released pedal
 
@@ -26,6 +28,8 @@ RELEASED = 0.05  # m/s^2, commands below count as a released pedal
         "pedal_deadband",
     ),
     reveals="lift-off from several speeds, held for 3 s",
+    shown_by=ShownBy(160, (DRIVE, SPEED), (("coasting", 2.0, "2 s of coasting (command about zero)"),)),
+    diagnosed=Diagnosed(hides_in=(("EGO_dr_zero_throttle", 10),)),
 )
 def lift_off_braking(x: Bus, p: Any, m: Any) -> None:
     if abs(x.accel) < RELEASED:

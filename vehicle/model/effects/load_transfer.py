@@ -6,6 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import GRAVITY, Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import SHARP_CURVES, STEER, TURN, ShownBy
 
 
 @effect(
@@ -34,6 +35,7 @@ from vehicle.model.effect import Key, effect
         "understeer",
     ),
     reveals="steady circles at growing speed up to the limit",
+    shown_by=ShownBy(350, (STEER, TURN), (SHARP_CURVES,)),
 )
 def load_transfer(x: Bus, p: Any, m: Any) -> None:
     share = x.vx * x.yaw_rate / GRAVITY

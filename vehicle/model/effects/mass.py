@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import ACCELERATES, DRIVE, SPEED, ShownBy
 
 
 @effect(
@@ -24,6 +26,11 @@ from vehicle.model.effect import Key, effect
         "motor_inertia",
     ),
     reveals="equal steps of drive and brake command from 3 to 8 m/s",
+    shown_by=ShownBy(70, (DRIVE, SPEED), (ACCELERATES,)),
+    diagnosed=Diagnosed(
+        input_scales=("full_throttle", "full_brake"),
+        hides_in=(("EGO_moi", 10), ("THROTTLE_kp", 30), ("THROTTLE_ki", 30), ("BRAKE_kp", 30), ("BRAKE_ki", 30)),
+    ),
 )
 def mass(x: Bus, p: Any, m: Any) -> None:
     x.accel /= p.ratio

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import ACCELERATES, DRIVE, SPEED, ShownBy
 from vehicle.model.step_maths import clip
 
 
@@ -21,6 +23,8 @@ from vehicle.model.step_maths import clip
     ),
     ties=("viscous_resistance", "lift_off_braking"),
     reveals="coast down after full throttle, and full throttle, at several speeds",
+    shown_by=ShownBy(100, (DRIVE, SPEED), (ACCELERATES,)),
+    diagnosed=Diagnosed(needs="drive_train"),
 )
 def motor_damping(x: Bus, p: Any, m: Any) -> None:
     throttle = clip(x.accel / x.full_throttle, 0.0, 1.0)

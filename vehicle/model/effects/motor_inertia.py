@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import ACCELERATES, DRIVE, SPEED, ShownBy
 
 
 @effect(
@@ -19,6 +21,8 @@ from vehicle.model.effect import Key, effect
     ),
     ties=("mass", "drive_gain"),
     reveals="equal steps of drive and brake force",
+    shown_by=ShownBy(90, (DRIVE, SPEED), (ACCELERATES,)),
+    diagnosed=Diagnosed(needs="drive_train"),
 )
 def motor_inertia(x: Bus, p: Any, m: Any) -> None:
     ratio = x.gear_ratio / x.wheel_radius

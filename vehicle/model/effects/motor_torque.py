@@ -6,7 +6,9 @@ from math import inf
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import ACCELERATES, DRIVE, SPEED, ShownBy
 
 
 @effect(
@@ -25,6 +27,8 @@ from vehicle.model.effect import Key, effect
     ),
     ties=("power_limit",),
     reveals="full acceleration from standstill to the highest speed allowed",
+    shown_by=ShownBy(80, (DRIVE, SPEED), (ACCELERATES,)),
+    diagnosed=Diagnosed(needs="drive_train"),
 )
 def motor_torque(x: Bus, p: Any, m: Any) -> None:
     ratio = x.gear_ratio / x.wheel_radius

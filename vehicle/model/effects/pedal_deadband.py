@@ -6,6 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import DRIVE, SPEED, ShownBy
 
 
 @effect(
@@ -24,6 +25,7 @@ from vehicle.model.effect import Key, effect
         "lift_off_braking",
     ),
     reveals="small steps of the acceleration command around nought, both signs",
+    shown_by=ShownBy(150, (DRIVE, SPEED), (("small_commands", 1.0, "1 s of small commands while moving"),)),
 )
 def pedal_deadband(x: Bus, p: Any, m: Any) -> None:
     if abs(x.accel) < p.width:

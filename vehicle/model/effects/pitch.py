@@ -6,6 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import ACCELERATES_WELL, SPEED, ShownBy
 
 
 @effect(
@@ -18,6 +19,7 @@ from vehicle.model.effect import Key, effect
     parameters=(Key("gain", "-", 0.0, 0.3, neutral=0.0, least=0.01, minimum=-0.9, maximum=5.0, meaning="share added"),),
     ties=("drive_gain",),
     reveals="acceleration and brake steps with speeds logged",
+    shown_by=ShownBy(460, (("ax",), SPEED), (ACCELERATES_WELL,)),
 )
 def pitch(x: Bus, p: Any, m: Any) -> None:
     x.meas_ax *= 1.0 + p.gain

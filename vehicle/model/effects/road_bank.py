@@ -7,6 +7,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import DRIVES_10_S, TURN, TURNS_AROUND, ShownBy
 
 
 @effect(
@@ -32,6 +33,7 @@ from vehicle.model.effect import Key, effect
         "gyro_bias",
     ),
     reveals="the same straight driven in both directions, hands off",
+    shown_by=ShownBy(230, (TURN, ("ay",)), (DRIVES_10_S, TURNS_AROUND)),
 )
 def road_bank(x: Bus, p: Any, m: Any) -> None:
     x.bank += p.slope * cos(x.yaw - p.heading)

@@ -6,6 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import GRAVITY, Bus
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import CURVES, STEER, TURN, ShownBy
 from vehicle.model.step_maths import lag
 
 
@@ -37,6 +38,7 @@ from vehicle.model.step_maths import lag
         "tyre_relaxation",
     ),
     reveals="lane changes and steady circles at 10 m/s",
+    shown_by=ShownBy(400, (STEER, TURN), (CURVES, ("steer_rate", 0.1, "steering by 0.1 rad/s"))),
 )
 def roll_dynamics(x: Bus, p: Any, m: Any) -> None:
     target = x.vx * x.yaw_rate / GRAVITY

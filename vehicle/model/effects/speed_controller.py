@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import SPEED, ShownBy
 
 
 @effect(
@@ -22,6 +24,8 @@ from vehicle.model.effect import Key, Memory, effect
     memory=(Memory("sum"),),
     ties=("drive_lag",),
     reveals="steps of the commanded speed up and down",
+    shown_by=ShownBy(530, (("speed_cmd",), SPEED), (("speed_range", 1.0, "speeds 1 m/s apart"),)),
+    diagnosed=Diagnosed(input="speed_cmd"),
 )
 def speed_controller(x: Bus, p: Any, m: Any) -> None:
     error = x.speed_cmd - x.vx

@@ -6,7 +6,9 @@ from math import inf
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import COMMAND, TURN, TURNS, ShownBy
 from vehicle.model.step_maths import clip
 
 
@@ -22,6 +24,13 @@ from vehicle.model.step_maths import clip
     ),
     ties=("steer_ratio",),
     reveals="slow full-lock turns to both sides",
+    shown_by=ShownBy(
+        270,
+        (COMMAND, TURN),
+        (("steer_angle", 0.08, "0.08 rad at the road wheel"), TURNS),
+        usual=(("steer_angle", 0.2, "0.2 rad at the road wheel"),),
+    ),
+    diagnosed=Diagnosed(hides_in=(("EGO_max_steer_angle", 10),)),
 )
 def steer_angle_limit(x: Bus, p: Any, m: Any) -> None:
     start = clip(x.steer + x.steer_lead, -p.limit, p.limit)

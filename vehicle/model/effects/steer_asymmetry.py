@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import STEER, TURN, ShownBy
 
 
 @effect(
@@ -24,6 +26,12 @@ from vehicle.model.effect import Key, effect
         "steer_offset",
     ),
     reveals="steady circles to both sides at 3 m/s",
+    shown_by=ShownBy(
+        310,
+        (STEER, TURN),
+        (("turn_left", 0.05, "left curves of 0.05 rad/s"), ("turn_right", 0.05, "right curves of 0.05 rad/s")),
+    ),
+    diagnosed=Diagnosed(contains="steer_ratio"),
 )
 def steer_asymmetry(x: Bus, p: Any, m: Any) -> None:
     g = p.g_left if x.steer > 0.0 else p.g_right

@@ -6,6 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import COMMAND, TURN, TURNS, ShownBy
 from vehicle.model.step_maths import clip
 
 
@@ -25,6 +26,7 @@ from vehicle.model.step_maths import clip
         "pedal_deadband",
     ),
     reveals="slow steering waves of small amplitude with many reversals",
+    shown_by=ShownBy(290, (COMMAND, TURN), (("steer_reversals", 6.0, "6 reversals of the steering"), TURNS)),
 )
 def steer_backlash(x: Bus, p: Any, m: Any) -> None:
     start = clip(m.d, x.steer + x.steer_lead - p.half_width, x.steer + x.steer_lead + p.half_width)

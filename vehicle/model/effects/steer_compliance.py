@@ -7,6 +7,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import SHARP_CURVES, STEER, TURN, ShownBy
 
 NEWTON = 7  # steps of Newton's method, for a force right to a thousandth in the bend
 STEEPEST = 1e9  # secant over tangent of a tyre's force: beyond it, it does not change any more
@@ -25,6 +26,7 @@ STEEPEST = 1e9  # secant over tangent of a tyre's force: beyond it, it does not 
     ),
     ties=("understeer",),
     reveals="steady circles at growing speed",
+    shown_by=ShownBy(360, (STEER, TURN), (SHARP_CURVES,)),
 )
 def steer_compliance(x: Bus, p: Any, m: Any) -> None:
     c = 1e-3 * p.c

@@ -6,6 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import DELAY_MEMORY, Key, Memory, effect
+from vehicle.model.shown_by import COMMAND, MOVES_WHEEL, TURN, TURNS, ShownBy
 from vehicle.model.step_maths import delayed
 
 
@@ -21,6 +22,10 @@ from vehicle.model.step_maths import delayed
     delay="T",
     ties=("steer_lag", "tyre_relaxation", "yaw_rate_latency"),
     reveals="steps of the steering command of both signs at 5 m/s",
+    # 0.2 s of 0.04 rad/s turn a car at 5 m/s by 0.015 rad/s.
+    shown_by=ShownBy(
+        240, (COMMAND, TURN), (MOVES_WHEEL, TURNS), usual=(("steer_rate", 0.04, "steering by 0.04 rad/s"),)
+    ),
 )
 def steer_delay(x: Bus, p: Any, m: Any) -> None:
     x.steer, x.steer_lead = delayed(m, x.steer, x.steer_lead, p.T, x.t, x.dt)

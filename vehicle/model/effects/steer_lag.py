@@ -6,6 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import COMMAND, MOVES_WHEEL, TURN, TURNS, ShownBy
 from vehicle.model.step_maths import lag
 
 
@@ -20,6 +21,10 @@ from vehicle.model.step_maths import lag
     memory=(Memory("d", start="steer"),),
     ties=("steer_delay", "tyre_relaxation"),
     reveals="steps of the steering command of both signs at 5 m/s",
+    # 0.2 s of 0.04 rad/s turn a car at 5 m/s by 0.015 rad/s.
+    shown_by=ShownBy(
+        250, (COMMAND, TURN), (MOVES_WHEEL, TURNS), usual=(("steer_rate", 0.04, "steering by 0.04 rad/s"),)
+    ),
 )
 def steer_lag(x: Bus, p: Any, m: Any) -> None:
     start = m.d

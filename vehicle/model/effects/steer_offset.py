@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import DRIVES_5_S, STEER, TURN, ShownBy
 
 
 @effect(
@@ -33,6 +35,8 @@ from vehicle.model.effect import Key, effect
         "road_bank",
     ),
     reveals="a straight with command zero for 5 s, in both directions",
+    shown_by=ShownBy(320, (STEER, TURN), (DRIVES_5_S,)),
+    diagnosed=Diagnosed(run_setup="zero"),
 )
 def steer_offset(x: Bus, p: Any, m: Any) -> None:
     x.steer += p.offset

@@ -7,6 +7,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import COMMAND, TURN, TURNS, ShownBy
 from vehicle.model.step_maths import limit_rate
 
 
@@ -21,6 +22,12 @@ from vehicle.model.step_maths import limit_rate
     memory=(Memory("d", start="steer"),),
     ties=("steer_lag",),
     reveals="steering steps of growing size at 3 m/s",
+    shown_by=ShownBy(
+        260,
+        (COMMAND, TURN),
+        (("steer_rate", 0.05, "steering by 0.05 rad/s"), TURNS),
+        usual=(("steer_rate", 0.2, "steering by 0.2 rad/s"),),
+    ),
 )
 def steer_rate_limit(x: Bus, p: Any, m: Any) -> None:
     start = m.d

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import STEER, TURN, TURNS, ShownBy
 
 
 @effect(
@@ -23,6 +25,8 @@ from vehicle.model.effect import Key, effect
         "steer_asymmetry",
     ),
     reveals="steady circles at 2 and at 10 m/s, both sides",
+    shown_by=ShownBy(300, (STEER, TURN), (TURNS,)),
+    diagnosed=Diagnosed(input_scales=("steer_scale",), hides_in=(("EGO_max_steer_angle", 20),)),
 )
 def steer_ratio(x: Bus, p: Any, m: Any) -> None:
     x.steer *= p.g

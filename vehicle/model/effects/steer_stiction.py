@@ -6,7 +6,9 @@ from math import copysign
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import COMMAND, TURN, TURNS, ShownBy
 from vehicle.model.step_maths import clip
 
 
@@ -25,6 +27,8 @@ from vehicle.model.step_maths import clip
     memory=(Memory("d", start="steer"),),
     ties=("steer_backlash",),
     reveals="slow steering ramps of small amplitude with reversals",
+    shown_by=ShownBy(280, (COMMAND, TURN), (("steer_reversals", 6.0, "6 reversals of the steering"), TURNS)),
+    diagnosed=Diagnosed(grid_points=60),
 )
 def steer_stiction(x: Bus, p: Any, m: Any) -> None:
     start, end = x.steer + x.steer_lead, x.steer - x.steer_lead

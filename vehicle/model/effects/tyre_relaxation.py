@@ -7,6 +7,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, Memory, effect
+from vehicle.model.shown_by import CURVES, STEER, TURN, ShownBy
 
 MEMORY = ("front", "rear", "front_steady", "rear_steady", "front_tangent", "rear_tangent", "gone", "follow", "begun")
 
@@ -26,6 +27,7 @@ MEMORY = ("front", "rear", "front_steady", "rear_steady", "front_tangent", "rear
         "steer_delay",
     ),
     reveals="steering steps of both signs at 3 and at 10 m/s",
+    shown_by=ShownBy(370, (STEER, TURN), (CURVES, ("steer_rate", 0.1, "steering by 0.1 rad/s"))),
 )
 def tyre_relaxation(x: Bus, p: Any, m: Any) -> None:
     if m.begun == 0.0:

@@ -7,6 +7,7 @@ from typing import Any
 
 from vehicle.model.bus import GRAVITY, Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import SHARP_CURVES, STEER, TURN, ShownBy
 
 
 @effect(
@@ -23,6 +24,7 @@ from vehicle.model.effect import Key, effect
     ),
     ties=("understeer",),
     reveals="steady turns of growing lateral acceleration",
+    shown_by=ShownBy(340, (STEER, TURN), (SHARP_CURVES,), usual=(("lateral_acceleration", 5.0, "curves of 5 m/s^2"),)),
 )
 def tyre_saturation(x: Bus, p: Any, m: Any) -> None:
     if p.limit == inf:

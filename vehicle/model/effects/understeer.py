@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import CURVES, STEER, TURN, ShownBy
 
 
 @effect(
@@ -36,6 +38,8 @@ from vehicle.model.effect import Key, effect
         "roll_dynamics",
     ),
     reveals="steady circles at growing speed",
+    shown_by=ShownBy(330, (STEER, TURN), (CURVES, ("turning_speed_range", 2.0, "curves at speeds 2 m/s apart"))),
+    diagnosed=Diagnosed(hides_in=(("EGO_max_steer_angle", 30),)),
 )
 def understeer(x: Bus, p: Any, m: Any) -> None:
     load = x.mass / x.wheelbase

@@ -6,6 +6,7 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.effect import Key, effect
+from vehicle.model.shown_by import CURVES, STEER, TURN, ShownBy
 
 
 @effect(
@@ -23,6 +24,7 @@ from vehicle.model.effect import Key, effect
         "steer_lag",
     ),
     reveals="steering steps and fast steering waves at 10 m/s",
+    shown_by=ShownBy(380, (STEER, TURN), (CURVES, ("steer_rate", 0.1, "steering by 0.1 rad/s"))),
 )
 def yaw_inertia(x: Bus, p: Any, m: Any) -> None:
     x.turning_inertia *= p.ratio

@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import HISTORY_MEMORY, Key, Memory, effect
+from vehicle.model.shown_by import TURNS, ShownBy
 from vehicle.model.step_maths import DELAY_LINE, recall, remember
 
 
@@ -26,6 +28,9 @@ from vehicle.model.step_maths import DELAY_LINE, recall, remember
         "steer_lag",
     ),
     reveals="steering steps of both signs with a clock-synchronous heading or ay logged",
+    shown_by=ShownBy(430, (("yaw_rate",), ("yaw", "x", "steer")), (TURNS,)),
+    # A yaw rate jumps with a held steering command: between two stamps nothing tells how old it is.
+    diagnosed=Diagnosed(delay_error=1.0),
 )
 def yaw_rate_latency(x: Bus, p: Any, m: Any) -> None:
     at = remember(m, x.t)

@@ -1,0 +1,35 @@
+"""What a diagnosis must know about an effect before it tries it on a log."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosed:
+    """How an effect is tried.
+
+    details      the plainer effect that this one is a finer form of: few logs can tell it from plainer effects, so it
+                 is tried only where none of those pays any more
+    contains     the simpler effect that this one can do exactly; where both explain a log, the simpler one is named
+    needs        group of parts whose data sheet must be known: tried only on a model that has an effect of this group
+    input        the command that must drive the model's longitudinal motion, "" for any
+    run_setup    "zero": a zero of a sensor or of the steering, which may differ from run to run of the same car;
+                 "place": where a sensor is mounted, asked of a held-out run only if another run has it
+    grid_points  points of the grid for an effect whose error has many valleys; 0: as many as its parameters ask for
+    delay_error  share of a sample by which the dead time `delay` is never known
+    input_scales scales of the model's input map that do the same as this effect
+    hides_in     (parameter of S, place): parameters whose tuned value may stand in for this effect, and its place among
+                 the effects tried for each; only the first few are tried
+    """
+
+    details: str = ""
+    contains: str = ""
+    needs: str = ""
+    input: str = ""
+    run_setup: Literal["", "zero", "place"] = ""
+    grid_points: int = 0
+    delay_error: float = 0.1
+    input_scales: tuple[str, ...] = ()
+    hides_in: tuple[tuple[str, int], ...] = ()
