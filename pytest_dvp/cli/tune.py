@@ -20,6 +20,7 @@ from pytest_dvp.cli.shared.worker_options import add_workers, check_workers, wor
 from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.plain_json import finite
 from pytest_dvp.text.spelling import unknown
+from pytest_dvp.tuning.searchers import search_names
 
 if TYPE_CHECKING:
     from pytest_dvp.tuning.repeat_commands import Again
@@ -33,7 +34,7 @@ SAID = 3  # commands that are printed
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("study", metavar="STUDY.toml", help="candidates, objective, constraints, scenarios, budget")
-    parser.add_argument("--search", metavar="NAME", help="coordinate (as the paper), cma or tpe (extra tune)")
+    parser.add_argument("--search", metavar="NAME", help=f"{', '.join(search_names())}; coordinate is the paper's")
     parser.add_argument("--budget", type=int, metavar="N", help="simulations, those kept from before included")
     parser.add_argument("--seed", type=int, metavar="N", help="of the search")
     add_workers(parser)
@@ -49,12 +50,11 @@ def execute(arguments: argparse.Namespace) -> int:
         if value is not None and value < (1 if option == "budget" else 0):
             raise SettingError(f"--{option} is {value}, expected a whole number >= {1 if option == 'budget' else 0}")
     from pytest_dvp.tuning.repeat_commands import again
-    from pytest_dvp.tuning.study import SEARCHES
     from pytest_dvp.tuning.study_file import read_study
     from pytest_dvp.tuning.tune import tune
 
-    if arguments.search is not None and arguments.search not in SEARCHES:
-        raise SettingError(f"--search: {unknown('search', arguments.search, SEARCHES)}")
+    if arguments.search is not None and arguments.search not in search_names():
+        raise SettingError(f"--search: {unknown('search', arguments.search, search_names())}")
     study = read_study(path, search=arguments.search, budget=arguments.budget, seed=arguments.seed)
     out = folder_of(arguments.out, f"{study.name}-{study.search}")
     model = out / BEST_MODEL

@@ -8,7 +8,7 @@ from typing import Any
 
 from pytest_dvp.tuning.iteration_plan import MOUNTS, Plan
 from pytest_dvp.tuning.objective import ALIGNMENT
-from pytest_dvp.tuning.study import SEARCHES
+from pytest_dvp.tuning.searchers import search_names
 from pytest_dvp.tuning.toml_reader import Reader
 
 _TOP = ("iterate", "scenario", "held_out", "parameters", "term", "constraint")
@@ -53,7 +53,7 @@ class _PlanReader(Reader):
             last_seeds=tuple(self.wholes(head, "last_seeds", (101, 102, 103, 104, 105))),
             other_seeds=tuple(self.wholes(head, "other_seeds", (201, 202, 203, 204, 205))),
             iterations=self.whole(head, "iterations", 6, least=1),
-            search=str(self.word(head, "search", SEARCHES, "coordinate")),
+            search=str(self.word(head, "search", search_names(), "coordinate")),
             seed=self.whole(head, "seed", 1),
             budget_P=self.whole(head, "budget_P", 100, least=1),
             budget_S=self.whole(head, "budget_S", 400, least=1),

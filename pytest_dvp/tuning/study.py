@@ -10,8 +10,6 @@ from pytest_dvp.tuning.objective import Objective
 from pytest_dvp.tuning.tuned_parameter import Knob, Point, split
 from pytest_dvp.workers.job import Job, pairs
 
-SEARCHES = ("coordinate", "cma", "tpe")
-
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Variant:

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.tuning.objective import Kind
-from pytest_dvp.tuning.study import SEARCHES, Study
+from pytest_dvp.tuning.searchers import search_names
+from pytest_dvp.tuning.study import Study
 from pytest_dvp.tuning.toml_reader import Reader
 
 _TOP = ("study", "scenario", "parameters", "fixed", "term", "constraint")
@@ -50,7 +51,7 @@ class _StudyReader(Reader):
                 self.fail(name, f"{name} stands in [parameters] and in [fixed], expected in one of them")
         held = {name: value for name, value in {**P, **S, **fixed}.items() if name not in start}
         self.allowed({**held, **start})
-        search = str(changes.get("search", self.word(head, "search", SEARCHES, "coordinate")))
+        search = str(changes.get("search", self.word(head, "search", search_names(), "coordinate")))
         study = Study(
             name=self.path.stem,
             objective=self.objective(kind),

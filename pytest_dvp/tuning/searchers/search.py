@@ -1,14 +1,13 @@
-"""What a searcher is, and the coordinate search of the paper."""
+"""What a searcher is, and how one is found by the name of its file."""
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, cast
 
 from pytest_dvp.tuning.tuned_parameter import Knob, Point
 from pytest_dvp.workers.errors import TuneError
-
-LEAST_GAIN = 1e-9  # of a score: what is less is rounding
 
 
 class Searcher(Protocol):
@@ -23,56 +22,10 @@ class Searcher(Protocol):
         ...
 
 
-class CoordinateSearch:
-    """For each knob all its candidates are tried with the others held, the best is kept; repeated until a whole
-    round improves nothing.
-
-    Source: Arango et al., Sensors 2026, 26, 1338 (derivative-free coordinate search).
-    """
-
-    def __init__(self, knobs: Sequence[Knob], start: Point) -> None:
-        self.knobs, self.best = tuple(knobs), dict(start)
-        self._score: float | None = None
-        self._next = 0
-        self._idle = 0  # knobs in a row that improved nothing
-
-    def ask(self) -> list[Point]:
-        if self._score is None:
-            return [dict(self.best)]
-        while self._idle < len(self.knobs):
-            knob = self.knobs[self._next]
-            others = [value for value in knob.values if value != self.best[knob.name]]
-            if others:
-                return [{**self.best, knob.name: value} for value in others]
-            self._advance(improved=False)
-        return []
-
-    def tell(self, points: Sequence[Point], scores: Sequence[float]) -> None:
-        if self._score is None:
-            self._score = scores[0]
-            return
-        k = min(range(len(scores)), key=lambda i: (scores[i], i))
-        improved = scores[k] < self._score - LEAST_GAIN
-        if improved:
-            self.best, self._score = dict(points[k]), scores[k]
-        self._advance(improved)
-
-    def _advance(self, improved: bool) -> None:
-        self._idle = 1 if improved else self._idle + 1
-        self._next = (self._next + 1) % len(self.knobs)
-
-
 def make_searcher(name: str, knobs: Sequence[Knob], start: Point, seed: int) -> Searcher:
-    """A searcher by its name. Raises TuneError if what it needs is not installed."""
-    if name == "coordinate":
-        return CoordinateSearch(knobs, start)
+    """The searcher of the file `name`, one of `search_names()`. Raises TuneError if what it needs is not installed."""
     try:
-        if name == "cma":
-            from pytest_dvp.tuning.searchers.cma_es import CmaEs
-
-            return CmaEs(knobs, start, seed)
-        from pytest_dvp.tuning.searchers.tpe import Tpe
-
-        return Tpe(knobs, start, seed)
+        module = importlib.import_module(f"{__package__}.{name}")
+        return cast("Searcher", module.make(knobs, start, seed))
     except ModuleNotFoundError as error:
         raise TuneError(f"search {name!r} needs {error.name}: pip install -e '.[tune]' from the checkout") from None

@@ -42,3 +42,8 @@ class Tpe:
         self._first = False
         for trial, score in zip(self._asked, scores, strict=False):
             self._study.tell(trial, score)
+
+
+def make(knobs: Sequence[Knob], start: Point, seed: int) -> Tpe:
+    """The search from `start` on. Raises ModuleNotFoundError without the package."""
+    return Tpe(knobs, start, seed)

@@ -54,3 +54,8 @@ class CmaEs:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             self._strategy.tell(self._asked, list(scores))
+
+
+def make(knobs: Sequence[Knob], start: Point, seed: int) -> CmaEs:
+    """The search from `start` on. Raises ModuleNotFoundError without the package."""
+    return CmaEs(knobs, start, seed)
