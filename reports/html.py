@@ -12,22 +12,21 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Unpack
 
+from markupsafe import Markup
+
 from reports.beliefs import belief_rows
 from reports.embed import compact, embed
 from reports.figures import place_shares, timeline
 from reports.frame import frame
 from reports.nets import drawings
+from reports.panels.panel import Run, draw, styles
 from reports.run_data import RunData
 from reports.scene import scene
 from reports.templating import environment
-from reports.verdicts import Row, headline, pretty_unit, rows
+from reports.verdicts import STATUS_SIGNS, headline, rows
 from reports.whole_file import write_page
 
 MAX_DATA_BYTES = 310_000  # leaves 90 kB of the 400 kB of a page for its tables, drawings, styles and scripts
-
-_TOO_LONG = {("model", "toml")}  # conditions that are whole files
-
-STATUS_SIGNS = {"PASS": "✓", "FAIL": "✗", "INCONCLUSIVE": "?", "ERROR": "!"}
 
 
 def write_run_report(
@@ -67,55 +66,19 @@ def render_run_report(result: Mapping[str, Any], *, library: str | None = None, 
         if len(embed(slim)) <= MAX_DATA_BYTES or stride >= 64:
             break
         stride *= 2
+    nets = drawings(_nets(meta), place_shares(columns))
+    shown = Run(result, columns, run["objects"], events, meta, rows=table, nets=nets, data=data)
+    framed = frame(slim, ["view.js", "run.js"], ["run.css"], library)
     page: str = _template().render(
         result=result,
         title=f"{result.get('scenario', '')} · {result.get('stage', '')}",
         sign=STATUS_SIGNS.get(str(result.get("status")), "?"),
-        signs=STATUS_SIGNS,
         headline=headline(str(result.get("status", "")), table),
-        rows=table,
-        metrics=_metric_rows(metrics, table),
-        conditions=conditions(meta),
-        nets=drawings(_nets(meta), place_shares(columns)),
-        legend=legend(data),
+        panels=draw(shown),
         duration=float(columns["t"][-1]) if len(columns.get("t", ())) else 0.0,
-        **frame(slim, ["view.js", "run.js"], ["run.css"], library),
+        **{**framed, "style": framed["style"] + Markup(styles())},
     )
     return page
-
-
-def legend(data: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """(CSS classes, label) of what the top view of this run shows, and of nothing else."""
-    kinds = {entry["kind"] for entry in data["objects"]}
-    entries = [
-        ("box ego", "ego", True),
-        *(("box " + kind, kind, kind in kinds) for kind in ("vehicle", "pedestrian", "bicycle", "misc")),
-        ("box detected", "detected", bool(data["detections"]["t"])),
-        ("line driven", "driven", True),
-        ("box estimated", "estimated pose", "ads.x" in data["ego"]),
-        ("line planned", "planned", bool(data["paths"]["t"])),
-        ("diamond worst", "worst moments", bool(data["marks"])),
-        ("diamond event", "storyboard event", bool(data["events"])),
-    ]
-    return [(mark, label) for mark, label, is_there in entries if is_there]
-
-
-def conditions(meta: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str]]]]:
-    """(heading, rows) of what the run was made of, in reading order; what has no group of its own comes last."""
-    single: list[tuple[str, str]] = []
-    groups: list[tuple[str, list[tuple[str, str]]]] = []
-    names = {"parameters": "Scenario parameters", "P": "ADS parameters (P)", "S": "Simulator parameters (S)",
-             "task": "Task", "ego": "Ego", "versions": "Versions", "model": "Vehicle model",
-             "timing": "Real time [s]"}  # fmt: skip
-    shown = [key for key in meta if key not in ("nets", *names)]  # the nets are drawn
-    for key in [*(key for key in names if key in meta), *shown]:
-        value = meta[key]
-        if isinstance(value, Mapping):
-            entries = [(str(name), _text(entry)) for name, entry in value.items() if (key, name) not in _TOO_LONG]
-            groups.append((names.get(key, key), entries or [("all at their defaults", "")]))
-        else:
-            single.append((names.get(key, key), _text(value)))
-    return [("Run", single), *groups] if single else groups
 
 
 def _nets(meta: Mapping[str, Any]) -> list[Any]:
@@ -123,27 +86,6 @@ def _nets(meta: Mapping[str, Any]) -> list[Any]:
     return list(nets) if isinstance(nets, list | tuple) else []
 
 
-def _text(value: Any) -> str:
-    if value is None or value in ("", (), []):
-        return "–"
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key} {_text(entry)}" for key, entry in value.items())
-    if isinstance(value, (list, tuple)):
-        return ", ".join(_text(entry) for entry in value)
-    return str(value)
-
-
-def _metric_rows(metrics: Mapping[str, Mapping[str, Any]], table: Sequence[Row]) -> list[dict[str, Any]]:
-    """Metrics that no gate looks at: they are shown, not judged."""
-    gated = {row.metric for row in table}
-    return [{"name": name, **value} for name, value in sorted(metrics.items()) if name not in gated]
-
-
 @cache
 def _template() -> Any:
-    made = environment()
-    made.filters["unit"] = pretty_unit
-    made.filters["short"] = lambda value: "–" if value is None else f"{value:.4g}"
-    return made.get_template("run.html")
+    return environment().get_template("run.html")

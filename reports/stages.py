@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from reports.figures import BLUE, GREEN, ORANGE, Figure, numbers, thin
 from reports.frame import frame
-from reports.html import STATUS_SIGNS
 from reports.templating import environment
-from reports.verdicts import headline, pretty_unit, rows
+from reports.verdicts import STATUS_SIGNS, headline, pretty_unit, rows
 from reports.whole_file import write_page
 
 COLOURS = {"dt": ORANGE, "pe": GREEN, "rw": BLUE}

@@ -11,6 +11,8 @@ SEVERITY = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3, "NOT ASKED": 4}
 HARM = {"collision": 1, "road_departure": 2}  # what a reader must learn first, however far the others missed
 _RUN_ITSELF, _ANY_OTHER = 0, 3
 
+STATUS_SIGNS = {"PASS": "✓", "FAIL": "✗", "INCONCLUSIVE": "?", "ERROR": "!"}
+
 
 @dataclass(frozen=True)
 class Row:

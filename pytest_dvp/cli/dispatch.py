@@ -19,7 +19,6 @@ import pkgutil
 import sys
 import warnings
 from collections.abc import Sequence
-from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
@@ -39,8 +38,8 @@ def commands() -> tuple[ModuleType, ...]:
     A command's module has `add_arguments(parser)`, `execute(arguments)`, a docstring, and `PLACE`, its place in the
     help. `READS_NO_LOG = True` leaves out the options that say how large a log may be.
     """
-    folder = str(Path(__file__).parent)
-    names = [module.name for module in pkgutil.iter_modules([folder]) if module.name not in NO_COMMANDS]
+    folder = importlib.import_module(str(__package__)).__path__
+    names = [module.name for module in pkgutil.iter_modules(folder) if module.name not in NO_COMMANDS]
     found = [importlib.import_module(f"{__package__}.{name}") for name in names]
     return tuple(sorted(found, key=lambda module: (module.PLACE, module.__name__)))
 

@@ -9,7 +9,6 @@ import math
 import pkgutil
 from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import entry_points
-from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
@@ -39,7 +38,7 @@ def known_metrics() -> Mapping[str, Metric]:
 
 
 def _candidates() -> Iterator[tuple[str, Metric]]:
-    for module in sorted(m.name for m in pkgutil.iter_modules([str(Path(__file__).parent)])):
+    for module in sorted(m.name for m in pkgutil.iter_modules(importlib.import_module(str(__package__)).__path__)):
         if not module.startswith("_") and module not in ("metric", "registry"):
             yield from _metrics_of(importlib.import_module(f"{__package__}.{module}"), module)
     for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda p: p.name):

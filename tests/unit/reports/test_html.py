@@ -15,7 +15,8 @@ import pytest
 from contents import contents
 
 from reports.embed import embed
-from reports.html import conditions, render_run_report, write_run_report
+from reports.html import render_run_report, write_run_report
+from reports.panels.conditions import conditions
 
 MakeRun = Callable[..., dict[str, Any]]
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\u2028${7*7}{{7*7}}"
