@@ -134,6 +134,13 @@ class CameraFrame(msgspec.Struct, frozen=True):
     boxes: tuple[CameraBox, ...]
 
 
+class Reading(msgspec.Struct, frozen=True):
+    """What a sensor without a message of its own measured; its file says what each of `values` is, and its unit."""
+
+    t: float
+    values: tuple[float, ...]
+
+
 class SignalState(msgspec.Struct, frozen=True):
     """State of a traffic signal of the map, by its OpenDRIVE id: "red", "amber", "green" or the file's own word."""
 
@@ -160,6 +167,7 @@ class Observation(msgspec.Struct, frozen=True):
     camera: CameraFrame | None = None
     signals: tuple[SignalState, ...] = ()
     task: Task | None = None  # set when it is new
+    readings: dict[str, tuple[Reading, ...]] = {}  # of further sensors, by the name of their file
 
 
 class Command(msgspec.Struct, frozen=True):

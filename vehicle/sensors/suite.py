@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import msgspec
 import numpy as np
@@ -15,6 +16,7 @@ from vehicle.messages import (
     LidarScan,
     Observation,
     Odometry,
+    Reading,
     Surroundings,
     Task,
     VehicleDescription,
@@ -22,6 +24,7 @@ from vehicle.messages import (
 from vehicle.model.car import Car
 from vehicle.sensors.camera import Camera
 from vehicle.sensors.common import Mount, Timing
+from vehicle.sensors.further import further_sensors
 from vehicle.sensors.gnss import Gnss
 from vehicle.sensors.imu import InertialUnit
 from vehicle.sensors.lidar import Lidar
@@ -30,15 +33,36 @@ from vehicle.sensors.odometry import WheelOdometry
 TABBY_CENTER_X = 1.18  # m, rear axle to the middle of the TABBY EVO
 
 
+class RunningSensor(Protocol):
+    """A further sensor at work."""
+
+    def measure(self, row: Sequence[float]) -> None:
+        """Take a trace row (TRACE_COLUMNS); measure if it is time."""
+        ...
+
+    def arrived(self, t: float) -> tuple[Reading, ...]:
+        """Readings that have arrived by `t` [s], oldest first; each only once."""
+        ...
+
+
+class Sensor(Protocol):
+    """The description of a further sensor."""
+
+    def start(self, t: float, seed: np.random.SeedSequence) -> RunningSensor:
+        """The sensor at work from `t` [s], drawing from `seed`."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class SensorSuite:
-    """Which sensors a car has; None = it lacks that one."""
+    """Which sensors a car has; None = it lacks that one. further: others, by the name of their file."""
 
     gnss: Gnss | None = None
     odometry: WheelOdometry | None = None
     imu: InertialUnit | None = None
     lidar: Lidar | None = None
     camera: Camera | None = None
+    further: Mapping[str, Sensor] = field(default_factory=dict)
 
     def with_mount_x(self, sensor: str, x: float) -> SensorSuite:
         """The suite with `sensor` ("gnss", "imu", "lidar" or "camera") moved to `x` [m]; unchanged if it lacks it."""
@@ -81,13 +105,17 @@ class RunningSensors:
 
     def __init__(self, suite: SensorSuite, row: Sequence[float], seed: int) -> None:
         t = row[0]
-        seeds = np.random.SeedSequence(seed).spawn(5)
+        seeds = np.random.SeedSequence(seed).spawn(5 + len(suite.further))
         self._gnss = suite.gnss.start(t, seeds[0]) if suite.gnss else None
         self._odometry = suite.odometry.start(t, seeds[1]) if suite.odometry else None
         self._imu = suite.imu.start(t, seeds[2]) if suite.imu else None
         self._lidar = suite.lidar.start(t, seeds[3]) if suite.lidar else None
         self._camera = suite.camera.start(t, seeds[4]) if suite.camera else None
+        self._further = {
+            name: sensor.start(t, each) for (name, sensor), each in zip(suite.further.items(), seeds[5:], strict=True)
+        }
         self._moving = [s.measure for s in (self._gnss, self._odometry, self._imu) if s]
+        self._moving += [s.measure for s in self._further.values()]
         self._row = row
         self.feed([row])
 
@@ -116,7 +144,8 @@ class RunningSensors:
         if self._camera:
             self._camera.measure(t, x, y, z, yaw, surroundings.seen_by("camera"))
             camera = self._camera.arrived(t)
-        return Observation(t, gnss, odometry, imu, lidar, camera, surroundings.signals, task)
+        readings = {name: new for name, sensor in self._further.items() if (new := sensor.arrived(t))}
+        return Observation(t, gnss, odometry, imu, lidar, camera, surroundings.signals, task, readings)
 
 
 def default_sensors(parameters: Mapping[str, float] | None = None, *, car: Car | None = None) -> SensorSuite:
@@ -134,4 +163,5 @@ def default_sensors(parameters: Mapping[str, float] | None = None, *, car: Car |
         imu=InertialUnit(Mount(x=center, z=0.5), Timing(rate=100.0, latency=0.0)),
         lidar=Lidar(Mount(x=center, z=1.5), Timing(rate=10.0, latency=0.05)),
         camera=Camera(Mount(x=center + values.get("CAMERA_x", 0.4), z=1.4), Timing(rate=10.0, latency=0.1)),
+        further={name: module.default() for name, module in further_sensors().items()},
     )
