@@ -74,7 +74,7 @@ def said_of(log: Log) -> tuple[str, ...]:
         reasons = dict.fromkeys(reason for span in mine for reason in span[3] if reason != "not_armed")
         why = [what] if what == "speed" else [reason for reason in reasons if what != "handed_over"]
         told = ", ".join(WORDS.get(reason, reason.replace("_", " ")) for reason in why)
-        lines.append(f"command gate: {does} for {seconds:.2f} s from t={t:.2f} s on{f' ({told})' if told else ''}")
+        lines.append(f"guard: {does} for {seconds:.2f} s from t={t:.2f} s on{f' ({told})' if told else ''}")
     return tuple(line + _bound(log, line) for line in lines)
 
 

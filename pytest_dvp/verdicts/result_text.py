@@ -22,7 +22,7 @@ FEW = 3  # gates that are named where they share a reason
 NOT_WRITTEN = "not written: "  # begins the note on a file that could not be written
 
 
-BESIDE_VERDICTS = ("not judged:", "recording:", "command gate:", NOT_WRITTEN)
+BESIDE_VERDICTS = ("not judged:", "recording:", "guard:", NOT_WRITTEN)
 """Begins of notes without which verdicts mislead, or a user looks for files in vain."""
 
 

@@ -24,7 +24,7 @@ from vehicle.wire.health import Trouble
 RAISED = {kind.__name__: kind for kind in (VehicleLost, ArmingRefused, ValueError)}
 OPEN, ANSWER = 90.0, 10.0  # s of wall time until the car is there, and for an answer
 SILENT = 5.0  # s without a beat: what compiles or loads in it on a busy machine holds them up
-WHO = "the command gate"
+WHO = "the guard"
 
 
 class GateProcess:

@@ -261,8 +261,8 @@ def test_an_envelope_below_the_starting_speed_is_why_the_gate_braked(
     """The ego starts at 5 m/s: beyond 1.1 times 4 m/s it is braked, until 4 m/s it gets no traction."""
     keys["envelope"].write_text("area = [[-50, -50], [1050, -50], [1050, 50], [-50, 50]]\nmax_speed = 4.0\n")
     result = run(keys["scenario"], stage="pe", vehicle="toy", ads=Coasting, duration=1.0, envelope=keys["envelope"])
-    said = [note for note in result.notes if note.startswith("command gate: ")]
-    assert said[0].startswith("command gate: braked for 0.")
+    said = [note for note in result.notes if note.startswith("guard: ")]
+    assert said[0].startswith("guard: braked for 0.")
     assert said[0].endswith("s from t=0.00 s on (far over the highest speed), the envelope allows 4 m/s")
 
 

@@ -239,8 +239,8 @@ def test_a_harness_that_says_nothing_has_its_car_braked(car: GateProcess, file: 
 @pytest.mark.parametrize(
     ("how", "says"),
     [
-        (signal.SIGKILL, r"^the command gate's process ended \(killed by SIGKILL\)$"),
-        (signal.SIGSTOP, r"^the command gate's process is stopped \(SIGSTOP\)$"),
+        (signal.SIGKILL, r"^the guard's process ended \(killed by SIGKILL\)$"),
+        (signal.SIGSTOP, r"^the guard's process is stopped \(SIGSTOP\)$"),
     ],
 )
 def test_a_gate_that_dies_or_is_stopped_ends_the_run(car: GateProcess, how: signal.Signals, says: str) -> None:
@@ -254,8 +254,8 @@ def test_a_gate_that_dies_or_is_stopped_ends_the_run(car: GateProcess, how: sign
     ("name", "says"),
     [
         ("none", r"^vehicle 'toy': str is no Vehicle \(vehicle\.adapter\.Vehicle\)$"),
-        ("broken", r"^the command gate's process: RuntimeError: no battery$"),
-        ("nothing", r"^the command gate's process: AttributeError: .*has no attribute 'nothing'$"),
+        ("broken", r"^the guard's process: RuntimeError: no battery$"),
+        ("nothing", r"^the guard's process: AttributeError: .*has no attribute 'nothing'$"),
     ],
 )
 def test_a_car_that_cannot_be_opened_is_one_line(name: str, says: str) -> None:
