@@ -43,12 +43,12 @@ def test_a_name_that_says_the_same_in_other_words_is_the_nearest() -> None:
 def test_the_page_lists_the_names_that_are_known() -> None:
     """The table of the page, read as a reader would: it has every name that is understood, and no other."""
     page = DOCS.read_text(encoding="utf-8")
-    asked = re.findall(r"`(\w+)`", page[page.index("Words that say it is asked for") :].splitlines()[0])
+    asked = re.findall(r"`(\w+)`", page[page.index("Command words, before or after the name") :].splitlines()[0])
     listed: dict[str, str] = {}
     for signal, unit, names in re.findall(r"^\| `(\w+)` \| (\S+) \| (.+) \|$", page, re.MULTILINE):
         assert unit == SIGNALS[signal].unit
         for name in re.findall(r"`(\w+)`", names):
-            if "with a word that says it is asked for" in names and not name.endswith("_cmd"):
+            if "with a command word" in names and not name.endswith("_cmd"):
                 listed |= {form: signal for word in asked for form in (f"{name}_{word}", f"{word}_{name}")}
             else:
                 listed[name] = signal
