@@ -72,7 +72,7 @@ def searches(runs: Path, jobs: int, docs: Path) -> str:
     back = "; ".join(found.pruned) or "nothing"
     doubts = [f"- {suspicion.sentence}" for suspicion in suspects] or ["- nothing: each value is plausible by itself"]
     lines = [*head, *rows, "", *_caveats(hidden), ""]
-    lines += ["What the guard says of the coordinate search alone:", "", *doubts, ""]
+    lines += ["Implausible values after the coordinate search alone:", "", *doubts, ""]
     lines += [f"The diagnosis took no simulation: set back to the data sheet: {back}; taken: {told}.", ""]
     lines += [
         "| P on performance | simulations | score, start | score, drives tuned on | score, held-out drives (DT) |"
@@ -88,14 +88,14 @@ def _caveats(hidden: Path) -> list[str]:
     none = " and ".join(f"`{name}`" for name in effects if name not in near)
     some = "".join(f"; for `{name}` it has only {near[name]}" for name in effects if name in near)
     return [
-        "How to read it:",
+        "How to read the table:",
         "",
         f"- Of the {len(effects)} hidden effects, {none} have no parameter in S{some}.",
-        "  So no search can reach the car by tuning alone: the difference is what it costs to leave structure out,",
+        "  So no search can match the car by tuning alone. The difference shows the cost of missing effects,",
         "  not that one searcher is better than another.",
         "- The motion in logs of pe and rw is that of the surrogate's reference system, which has no sensor noise so",
-        "  far, while chi²/N is in units of the noise of real sensors. So it can fall below 1; of a measured car it",
-        "  ends near 1.",
+        "  far, while chi²/N is in units of the noise of real sensors. It can therefore fall below 1; on a measured car",
+        "  it ends near 1.",
     ]
 
 
