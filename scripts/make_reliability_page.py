@@ -111,7 +111,7 @@ def gate_part(
         same = sum(1 for where, _, reason in mutants.survivors if where == module and reason)
         cells = (made, killed, same) if made is not None else ("-", "-", "-")
         out.append(f"| `{name}` | {lines} | {run} | {branches} | {taken} | " + " | ".join(map(str, cells)) + " |")
-    out += ["", "Equivalent mutants, which no test can tell from the gate:", ""]
+    out += ["", "Equivalent mutants, which behave exactly like the guard:", ""]
     out += [f"- `{m.before}` -> `{m.after}`: {reason}" for _, m, reason in mutants.survivors if reason]
     if mutants.unexplained:
         out += ["", "Mutants that survive without a reason:", ""]
@@ -122,7 +122,7 @@ def gate_part(
         f"{count:,} random and boundary commands, 0 outputs outside their bounds; "
         f"up to {rules:,} rules tried on the states (dry, armed, overridden, stopped), 0 broken.",
         "",
-        "| what came of a command | times |",
+        "| outcome of a command | times |",
         "|---|--|",
         *(f"| {name.replace('_', ' ')} | {seen[name]:,} |" for name in outcomes),
         "",

@@ -20,7 +20,7 @@ def read(path: Path, vehicle: str, scenario: str) -> Arming:
     arming = _read(path)
     for key, found, expected in (("vehicle", arming.vehicle, vehicle), ("scenario", arming.scenario, scenario)):
         if found != expected:
-            raise ArmingRefused(f"{path}: second key: {key} = {found!r}, this drive is of {expected!r}")
+            raise ArmingRefused(f"{path}: arming file: {key} = {found!r}, this drive is of {expected!r}")
     return arming
 
 

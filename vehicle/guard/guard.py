@@ -100,9 +100,9 @@ class Gate:
             if named != self.vehicle:
                 raise ArmingRefused(f"first key: the vehicle is {self.vehicle!r}, named was {named!r}")
             if arming is None or (arming.vehicle, arming.scenario) != (self.vehicle, self.scenario):
-                raise ArmingRefused(f"second key: no arming for {self.vehicle!r} and {self.scenario!r}: {arming}")
+                raise ArmingRefused(f"arming file: no arming for {self.vehicle!r} and {self.scenario!r}: {arming}")
             if arming.written <= self._last_arming:
-                raise ArmingRefused("second key: this arming was used; a human writes a new one")
+                raise ArmingRefused("arming file: this arming was used; a human writes a new one")
             self._last_arming = arming.written
         self.state, self._held = State.ARMED, None
         steer = min(max(float(measured.steer), -self.limits.max_steer), self.limits.max_steer)

@@ -26,7 +26,7 @@ FAULTS: Mapping[str, str] = {
     "delay": "messages come 0.3 s later",
     "duplicate": "each message comes twice",
     "reorder": "each message comes after the next one",
-    "nan": "three of ten messages carry a number that is none",
+    "nan": "three of ten messages carry a value that is not a finite number",
     "clock_ahead": "the car's clock is 0.5 s ahead",
     "clock_back": "the car's clock is 0.5 s behind",
     "burst": "nothing comes, then all at once",

@@ -141,7 +141,7 @@ def test_with_both_keys_it_drives_once_and_is_called_by_its_stage_alone(
 
 def test_an_arming_for_another_scenario_does_not_fit(told: list[Command], keys: dict[str, Path]) -> None:
     keys["arming"].write_text('vehicle = "tabby"\nscenario = "other.xosc"\n')
-    with pytest.raises(ArmingRefused, match="second key"):
+    with pytest.raises(ArmingRefused, match="arming file"):
         drive(keys)
     assert told == []
 
@@ -217,7 +217,7 @@ def test_the_two_keys_are_rehearsed_with_a_car_that_is_not_real(
     told: list[Command], keys: dict[str, Path], tmp_path: Path
 ) -> None:
     """As with a real one: this vehicle, this scenario, an area, on pe first; used up by the drive."""
-    with pytest.raises(ArmingRefused, match="second key: vehicle = 'tabby', this drive is of 'toy'"):
+    with pytest.raises(ArmingRefused, match="arming file: vehicle = 'tabby', this drive is of 'toy'"):
         drive(keys, vehicle="toy")
     key = keys["arming"].read_text().replace("tabby", "toy")
     keys["arming"].write_text(key)

@@ -66,11 +66,11 @@ def test_it_can_be_read_before_the_drive_and_stays(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("vehicle", "scenario", "why"),
     [
-        ("tabi", "overtaking.xosc", r"arming\.toml: second key: vehicle = 'tabby', this drive is of 'tabi'"),
+        ("tabi", "overtaking.xosc", r"arming\.toml: arming file: vehicle = 'tabby', this drive is of 'tabi'"),
         (
             "tabby",
             "urban.xosc",
-            r"arming\.toml: second key: scenario = 'overtaking\.xosc', this drive is of 'urban\.xosc'",
+            r"arming\.toml: arming file: scenario = 'overtaking\.xosc', this drive is of 'urban\.xosc'",
         ),
     ],
 )

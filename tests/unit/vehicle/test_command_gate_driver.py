@@ -130,9 +130,9 @@ def test_a_real_car_is_armed_by_its_name_and_a_humans_word() -> None:
     [
         (None, KEY, "first key"),
         ("cart", KEY, "first key: the vehicle is 'car', named was 'cart'"),
-        ("car", None, "second key"),
-        ("car", replace(KEY, vehicle="cart"), "second key"),
-        ("car", replace(KEY, scenario="b.xosc"), "second key: no arming for 'car' and 'a.xosc'"),
+        ("car", None, "arming file"),
+        ("car", replace(KEY, vehicle="cart"), "arming file"),
+        ("car", replace(KEY, scenario="b.xosc"), "arming file: no arming for 'car' and 'a.xosc'"),
     ],
 )
 def test_with_one_key_or_a_wrong_one_it_stays_dry(named: str | None, arming: Arming | None, why: str) -> None:

@@ -125,7 +125,7 @@ def test_a_car_that_is_not_real_can_be_asked_for_both_keys_as_a_rehearsal() -> N
     assert (vehicle.is_real, vehicle.needs_keys, gated(Car())[0].needs_keys) == (False, True, False)
     vehicle.reset(START)
     assert not vehicle.armed
-    with pytest.raises(ArmingRefused, match="second key"):
+    with pytest.raises(ArmingRefused, match="arming file"):
         vehicle.reset(START, named="car", arming=Arming("car", "b.xosc", 1))
     vehicle.reset(START, named="car", arming=KEY)
     assert vehicle.armed
