@@ -1,4 +1,4 @@
-"""All findings of scenario, road, gate, model, log, study and plan files; runs nothing."""
+"""Prints all findings in scenario, road, gate, model, log, study and plan files; runs nothing."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _BY = "_by"  # key of the file whose check told a finding
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "paths", nargs="+", metavar="PATH", help=".xosc, .xodr, .gates.toml, .toml, .mcap, .csv, or a folder"
+        "paths", nargs="+", metavar="PATH", help=".xosc, .xodr, .gates.toml, .toml, .mcap or .csv file, or a folder"
     )
     add_settings(parser, ("library", "ego"))
     add_log_options(parser)

@@ -1,7 +1,7 @@
-"""How far a model is from measured logs, and where the error sits.
+"""Compares a model with measured logs: how far it is from them, and where the error is.
 
-The model is a vehicle model (.toml), a Python file with step(state, inputs, dt) (.py), an FMU (.fmu), or a second log:
-its own output.
+The model is a vehicle model (.toml), a Python file with step(state, inputs, dt) (.py), an FMU (.fmu), or a second log
+with its output.
 """
 
 from __future__ import annotations
@@ -31,11 +31,14 @@ PLACE = 70  # in `dvp --help`
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="+", metavar="LOG", help="measured log; a part of it as LOG@0:285 (seconds)")
     parser.add_argument(
-        "--model", required=True, metavar="M", help="M.toml, step.py or step.py:function, model.fmu, or a second log"
+        "--model",
+        required=True,
+        metavar="M",
+        help="model: M.toml, step.py or step.py:function, model.fmu, or a second log",
     )
     add_log_options(parser)
     add_effects(parser)
-    parser.add_argument("--channels", metavar="LIST", help="only these, as in v,yaw_rate")
+    parser.add_argument("--channels", metavar="LIST", help="compare only these channels, as in v,yaw_rate")
     add_report(parser)
     add_json(parser)
 

@@ -1,7 +1,7 @@
-"""Which physical effect a model lacks: every effect of the catalogue tried on measured logs.
+"""Names the physical effect that a model lacks, after trying every effect of the catalogue on measured logs.
 
-The answer is an effect with its value, its rivals where these data cannot tell them apart, or that nothing is missing,
-or that nothing known explains what is left.
+The answer is an effect with its value, and its rivals if these data cannot distinguish them; or that nothing is
+missing; or that nothing known explains the residual.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ PLACE = 80  # in `dvp --help`
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("logs", nargs="+", metavar="LOG", help="measured log; a part of it as LOG@0:285 (seconds)")
-    parser.add_argument("--model", required=True, metavar="M.toml", help="the vehicle model that lacks something")
+    parser.add_argument("--model", required=True, metavar="M.toml", help="vehicle model that lacks an effect")
     parser.add_argument(
         "--held-out", action="append", default=[], metavar="LOG",
-        help="log that is not fitted on but judges every effect; default: each log is predicted from the others",
+        help="log that judges every effect and is not fitted to; default: each log is predicted from the others",
     )  # fmt: skip
     parser.add_argument(
         "--twin", action="append", default=[], metavar="RUN",
-        help="run of the twin in a scenario of the logs: their detections are compared with its; one option a run",
+        help="run of the twin in a scenario of the logs, whose detections are compared; repeat for each run",
     )  # fmt: skip
     add_log_options(parser)
     add_effects(parser)
     add_report(parser)
-    parser.add_argument("--plan", metavar="FOLDER", help="write the manoeuvre that decides between rivals (dvp plan)")
+    parser.add_argument("--plan", metavar="FOLDER", help="write the manoeuvre that distinguishes rivals (dvp plan)")
     add_limits(parser)
     add_json(parser)
 

@@ -1,4 +1,4 @@
-"""What is wrong with a log, and which effects it could ever reveal."""
+"""Finds what is wrong with a log, and which effects it could reveal."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ PLACE = 130  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("logs", nargs="+", metavar="LOG", help="a log, or a part of one: LOG@START:STOP in seconds")
+    parser.add_argument("logs", nargs="+", metavar="LOG", help="log, or a part of it as LOG@START:STOP (seconds)")
     add_log_options(parser)
-    parser.add_argument("--model", metavar="FILE", help="vehicle model: judge by its inputs which effects could show")
+    parser.add_argument("--model", metavar="FILE", help="vehicle model, whose inputs decide which effects could show")
     add_effects(parser)
     add_json(parser)
 
 
 def add_log_options(parser: argparse.ArgumentParser) -> None:
     """How a foreign log is to be read: shared by the commands that take one."""
-    parser.add_argument("--map", metavar="FILE", help="which field is which signal (TOML; `dvp map LOG` proposes one)")
+    parser.add_argument("--map", metavar="FILE", help="mapping of fields to signals (TOML; `dvp map LOG` proposes one)")
     parser.add_argument("--msg", action="append", default=[], metavar="DIR", help="folder of .msg files (ROS types)")
 
 

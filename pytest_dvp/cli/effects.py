@@ -1,4 +1,4 @@
-"""The catalogue of physical effects: equation, keys, unit, range, source."""
+"""Lists the catalogue of physical effects, with equation, keys, unit, range and source."""
 
 from __future__ import annotations
 
@@ -20,9 +20,13 @@ READS_NO_LOG = True
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", nargs="?", metavar="NAME", help="one effect in full; default: a line for each")
     parser.add_argument(
-        "--fields", action="store_true", help="what an effect of your own may read and change: fields, unit, meaning"
+        "name", nargs="?", metavar="NAME", help="effect to describe in full; default: one line for each effect"
+    )
+    parser.add_argument(
+        "--fields",
+        action="store_true",
+        help="list the fields that your effect may read and change, with unit and meaning",
     )
     add_effects(parser)
     add_json(parser)
@@ -53,7 +57,7 @@ def add_effects(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="FILE.py",
-        help="effects of your own, written with @effect; the file is run: name only files that you trust",
+        help="file with your effects, written with @effect; it is executed, so name only files that you trust",
     )
 
 

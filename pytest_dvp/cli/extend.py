@@ -1,9 +1,9 @@
-"""Adds the effect that a model lacks: fits it, shows the error fall, and writes the new model.
+"""Adds the effect that a model lacks: fits it, shows how the error falls, and writes the new model.
 
-Without --add, what `dvp diagnose` names on the logs is added. If it names nothing for the model (NOTHING_MISSING,
-UNKNOWN, NOT_EXCITED, or only what is of the run), the question is answered: the new file is an unchanged copy of the
-model, and the exit code is 0. Nothing is written, and the exit code is 1, if an effect that was asked for explains
-nothing or loses on data it was not fitted on.
+Without --add, the effects that `dvp diagnose` names on the logs are added. If it names none for the model
+(NOTHING_MISSING, UNKNOWN, NOT_EXCITED, or only effects of the run), the question is answered: the new file is an
+unchanged copy of the model, and the exit code is 0. Nothing is written, and the exit code is 1, if a requested effect
+explains nothing or loses on held-out data.
 """
 
 from __future__ import annotations
@@ -44,19 +44,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     def many(option: str, metavar: str, text: str, **more: Any) -> None:
         parser.add_argument(option, nargs="+", action="extend", metavar=metavar, help=text, **more)
 
-    parser.add_argument("--model", required=True, metavar="M.toml", help="the vehicle model that lacks something")
+    parser.add_argument("--model", required=True, metavar="M.toml", help="vehicle model that lacks an effect")
     many("--add", "EFFECT", "effect to add (dvp effects lists them); default: what dvp diagnose names", default=[])
     many("--remove", "EFFECT", "effect of the model that the car does not have", default=[])
-    parser.add_argument("--from", dest="diagnosis", metavar="D.json", help="do what `dvp diagnose --json` named")
-    parser.add_argument("--refit", action="store_true", help="fit the model's other effects again, too")
+    parser.add_argument(
+        "--from", dest="diagnosis", metavar="D.json", help="add the effects that `dvp diagnose --json` named"
+    )
+    parser.add_argument("--refit", action="store_true", help="also fit the other effects of the model again")
     many("--fit", "LOG", "measured logs to fit on; a part of one as LOG@0:285 (seconds)", required=True)
     many(
         "--held-out", "LOG", "logs that are not fitted on but judge the result; default: each log is predicted from "
         "the others, a single one its last 40 %% from what came before", default=[],
     )  # fmt: skip
-    parser.add_argument("--out", required=True, metavar="M2.toml", help="where the new model is written")
-    parser.add_argument("--force", action="store_true", help="M2 may be M: overwrite the model that was read")
-    parser.add_argument("--gates", action="append", default=[], metavar="FILE", help="show which verdicts change")
+    parser.add_argument("--out", required=True, metavar="M2.toml", help="file of the new model")
+    parser.add_argument("--force", action="store_true", help="overwrite the model that was read (M2 may be M)")
+    parser.add_argument(
+        "--gates", action="append", default=[], metavar="FILE", help="show which verdicts of these gates change"
+    )
     add_log_options(parser)
     add_effects(parser)
     add_json(parser)

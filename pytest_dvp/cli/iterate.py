@@ -1,7 +1,7 @@
-"""Closes reality gap and performance gap: drives on dt, pe and rw, finds what the twin lacks, tunes S and P, again.
+"""Closes reality gap and performance gap: drives on dt, pe and rw, finds what the twin lacks, tunes S and P; repeats.
 
-A ledger keeps every iteration: parameters, effects, metrics, what changed and why. Drives that nothing was learnt from
-judge each change; it ends when nothing improves on them.
+A ledger keeps every iteration: parameters, effects, metrics, what changed and why. Held-out drives judge each change.
+The iteration ends when nothing improves on them.
 """
 
 from __future__ import annotations
@@ -22,13 +22,17 @@ PLACE = 120  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("plan", metavar="PLAN.toml", help="twin, scenarios to learn on, held-out ones, candidates")
+    parser.add_argument(
+        "plan", metavar="PLAN.toml", help="plan file: twin, scenarios to fit to, held-out scenarios, candidates"
+    )
     parser.add_argument("--vehicle", metavar="NAME", help="car of pe and rw: surrogate or surrogate:HIDDEN.toml")
-    parser.add_argument("--iterations", type=int, metavar="N", help="at most")
-    parser.add_argument("--tune-only", action="store_true", help="look for no missing effect: what tuning alone makes")
+    parser.add_argument("--iterations", type=int, metavar="N", help="maximum number of iterations")
+    parser.add_argument(
+        "--tune-only", action="store_true", help="tune parameters only; do not search for missing effects"
+    )
     add_workers(parser)
     parser.add_argument("--out", metavar="DIR", help="folder of the ledger; default: ROOTDIR/runs/tuning/PLAN")
-    parser.add_argument("--report", metavar="FILE", help="the page; default: report.html in the folder")
+    parser.add_argument("--report", metavar="FILE", help="file of the page; default: report.html in the folder")
     add_json(parser)
 
 

@@ -16,7 +16,7 @@ PLACE = 140  # in `dvp --help`
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("log", metavar="LOG", help="MCAP, ROS bag (.bag, .db3 or its folder), .mf4, .mat or .csv")
     parser.add_argument("--msg", action="append", default=[], metavar="DIR", help="folder of .msg files (ROS types)")
-    parser.add_argument("--out", metavar="FILE", help="where to write the mapping; default: stdout")
+    parser.add_argument("--out", metavar="FILE", help="file of the mapping; default: stdout")
     add_json(parser)
 
 

@@ -1,4 +1,4 @@
-"""The metrics that a gate may bound: unit, direction and definition."""
+"""Lists the metrics that a gate may bound, with unit, direction and definition."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DIRECTION = {True: "bigger is worse", False: "smaller is worse", None: "neither 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("names", nargs="*", metavar="NAME", help="only these; default all")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="metrics to list; default: all")
     add_json(parser)
 
 

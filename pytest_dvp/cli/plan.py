@@ -1,7 +1,7 @@
-"""Which manoeuvre to drive next: to tell rivals apart, or to show what the data could not.
+"""Plans the manoeuvre to drive next, to distinguish rivals or to show effects that the data could not.
 
-With logs they are diagnosed first. Every manoeuvre keeps within the limits given; it is written as a scenario, as
-commands for a car driven by wire, and as a card for a driver.
+If logs are given, they are diagnosed first. Every manoeuvre stays within the given limits. It is written as a scenario,
+as commands for a drive-by-wire car, and as a card for a driver.
 """
 
 from __future__ import annotations
@@ -38,15 +38,17 @@ PLACE = 90  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("logs", nargs="*", metavar="LOG", help="measured log that leaves something open")
-    parser.add_argument("--model", required=True, metavar="M.toml", help="the vehicle model")
-    parser.add_argument("--between", metavar="A,B", help="tell these effects apart")
+    parser.add_argument("logs", nargs="*", metavar="LOG", help="measured log whose diagnosis leaves a question open")
+    parser.add_argument("--model", required=True, metavar="M.toml", help="vehicle model")
+    parser.add_argument("--between", metavar="A,B", help="distinguish these effects")
     parser.add_argument("--excite", metavar="A,B", help="show these effects, if the car has them")
     parser.add_argument(
         "--held-out", action="append", default=[], metavar="LOG", help="log that judges the diagnosis, as in diagnose"
     )
-    parser.add_argument("--out", default="plan", metavar="FOLDER", help="where the files go, default ./plan")
-    parser.add_argument("--only", metavar="A,B", help="choose among these manoeuvres, such as step_steer,coast_down")
+    parser.add_argument("--out", default="plan", metavar="FOLDER", help="folder of the files; default: ./plan")
+    parser.add_argument(
+        "--only", metavar="A,B", help="choose only among these manoeuvres, such as step_steer,coast_down"
+    )
     add_limits(parser)
     add_log_options(parser)
     add_effects(parser)

@@ -1,6 +1,6 @@
-"""The storyboard alone with default controllers, no ADS: positions as CSV, transitions as events.
+"""Plays the storyboard alone with default controllers, without a stack; writes positions and transitions as CSV.
 
-Without --csv and --events a summary: how it ended, which events fired when, how far each entity came.
+Without --csv and --events, it prints a summary: how it ended, which events fired when, how far each entity came.
 """
 
 from __future__ import annotations
@@ -29,9 +29,11 @@ READS_NO_LOG = True
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="X.xosc")
-    parser.add_argument("--dt", default="0.01", metavar="SECONDS", help="step of the storyboard [s], default 0.01")
-    parser.add_argument("--csv", metavar="FILE", help="rows time,entity,x,y,h,speed every 0.05 s; - for stdout")
-    parser.add_argument("--events", metavar="FILE", help="rows time,element,from,transition,to")
+    parser.add_argument("--dt", default="0.01", metavar="SECONDS", help="step of the storyboard [s]; default: 0.01")
+    parser.add_argument(
+        "--csv", metavar="FILE", help="file for rows time,entity,x,y,h,speed every 0.05 s; - for stdout"
+    )
+    parser.add_argument("--events", metavar="FILE", help="file for rows time,element,from,transition,to")
     add_settings(parser, ("duration", "library", "reading", "set"))
     add_json(parser)
 

@@ -1,4 +1,4 @@
-"""Writes what is whole of a damaged log (CSV or MCAP) to a new file, and says how much was lost."""
+"""Writes the intact part of a damaged log (CSV or MCAP) to a new file, and says how much was lost."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "log",
         metavar="LOG",
-        help="a .csv or .mcap file that was cut or damaged, or a run's folder, also of a run that was killed",
+        help="cut or damaged .csv or .mcap file, or the folder of a run (it may have been killed)",
     )
-    parser.add_argument("--out", required=True, metavar="FILE", help="the new file, of the same kind")
+    parser.add_argument("--out", required=True, metavar="FILE", help="new file of the same kind")
     add_json(parser)
 
 

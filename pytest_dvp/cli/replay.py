@@ -1,4 +1,4 @@
-"""Drives a recorded run again and compares the logs: the same bytes, or what differs first, and when."""
+"""Drives a recorded run again and compares the logs: equal bytes, or the first difference and its time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PLACE = 50  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("run", metavar="RUN", help="a run's folder, with log.mcap and result.json")
+    parser.add_argument("run", metavar="RUN", help="run folder, with log.mcap and result.json")
     add_json(parser)
 
 

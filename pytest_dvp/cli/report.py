@@ -1,7 +1,7 @@
-"""Judge a log again and write its report.html beside it, and its result.json if it has one, so that both agree.
+"""Judges a log again and writes its report.html, and its result.json if it has one, so that both agree.
 
-Among runs that share the library that draws, the report does so, too; elsewhere, under a name of its own (`--out`) and
-with `--single-file` it is one file that needs no other.
+Among runs that share the library that draws, the report shares it, too. Elsewhere, with another name (`--out`) or with
+`--single-file`, it is one file that needs no other.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ PLACE = 60  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("log", metavar="LOG", help="log.mcap, or a run folder that holds one")
-    parser.add_argument("--out", metavar="FILE", help="where to write; default report.html beside the log")
+    parser.add_argument("log", metavar="LOG", help="log.mcap, or a run folder that contains one")
+    parser.add_argument("--out", metavar="FILE", help="file of the report; default: report.html next to the log")
     add_settings(parser, ("gates", "single-file"))
     add_json(parser)
 

@@ -1,4 +1,4 @@
-"""Scenarios with the ADS in the loop: metrics, verdicts, a run folder with log and report for each."""
+"""Drives scenarios with the stack in the loop; writes metrics, verdicts, and a run folder with log and report."""
 
 from __future__ import annotations
 
@@ -35,22 +35,22 @@ ON_THE_WIRE = "  still at it; a car of its own, beside the harness, may take a m
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scenarios", nargs="+", metavar="X.xosc", help="a scenario, or a folder: all that are in it")
+    parser.add_argument("scenarios", nargs="+", metavar="X.xosc", help="scenario, or a folder with scenarios")
     parser.add_argument(
         "--stage",
         default="dt",
-        help="dt, pe or rw (these two against --vehicle); several, as dt,rw, or all, to compare",
+        help="stage: dt, pe or rw (pe and rw drive --vehicle); several to compare them, as dt,rw or all",
     )
-    parser.add_argument("--no-report", action="store_true", help="judge only, write no run folder")
+    parser.add_argument("--no-report", action="store_true", help="judge only; do not write a run folder")
     parser.add_argument(
         "--gate", action="append", metavar="METRIC", help="let only the gates on this metric decide; may be repeated"
     )
     parser.add_argument(
         "--optional-event", action="append", metavar="EVENT", default=[],
-        help="storyboard event that need not fire; without this a run in which one never fired does not pass",
+        help="storyboard event that need not fire; otherwise, a run does not pass if an event never fired",
     )  # fmt: skip
-    parser.add_argument("--no-ini", action="store_true", help="the dvp_ keys of the project's ini file do not count")
-    add_settings(parser, OF_A_RUN)
+    parser.add_argument("--no-ini", action="store_true", help="ignore the dvp_ keys of the project's ini file")
+    add_settings(parser, SETTINGS)
     add_json(parser)
 
 

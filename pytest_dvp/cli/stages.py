@@ -1,7 +1,7 @@
-"""Logs of a scenario on several stages: the table that holds them side by side, and the gates between them.
+"""Compares logs of a scenario on several stages: prints a table, and judges the gates between stages.
 
-Logs of several scenarios are held against each other scenario by scenario. The first log of a stage counts. Without
-gates the exit code is 0, with gates 0 only if all of them pass.
+Logs of several scenarios are compared scenario by scenario. The first log of a stage counts. The exit code is 0
+without gates; with gates it is 0 only if all of them pass.
 """
 
 from __future__ import annotations
@@ -28,9 +28,11 @@ PLACE = 40  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("logs", nargs="+", metavar="LOG", help="log.mcap or run folder of one stage each")
-    parser.add_argument("--before", metavar="LOG", help="what the first stage is compared with: the iteration before")
-    parser.add_argument("--out", metavar="FILE", help="write a page with table and figures")
+    parser.add_argument("logs", nargs="+", metavar="LOG", help="log.mcap or run folder of one stage")
+    parser.add_argument(
+        "--before", metavar="LOG", help="log of the previous iteration, with which the first stage is compared"
+    )
+    parser.add_argument("--out", metavar="FILE", help="write a page with a table and figures")
     add_settings(parser, ("gates",))
     add_json(parser)
 

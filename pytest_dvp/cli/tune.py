@@ -1,6 +1,6 @@
 """Tunes parameters of the driving stack (P) or of the twin (S) over declared candidates, until nothing improves.
 
-Every simulation is kept by a hash of what it depends on: killed, the same command goes on where it was.
+Every simulation is stored under a hash of everything that it depends on. After a kill, the same command continues.
 """
 
 from __future__ import annotations
@@ -33,10 +33,14 @@ SAID = 3  # commands that are printed
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("study", metavar="STUDY.toml", help="candidates, objective, constraints, scenarios, budget")
-    parser.add_argument("--search", metavar="NAME", help=f"{', '.join(search_names())}; coordinate is the paper's")
-    parser.add_argument("--budget", type=int, metavar="N", help="simulations, those kept from before included")
-    parser.add_argument("--seed", type=int, metavar="N", help="of the search")
+    parser.add_argument(
+        "study", metavar="STUDY.toml", help="study file: candidates, objective, constraints, scenarios, budget"
+    )
+    parser.add_argument(
+        "--search", metavar="NAME", help="search algorithm: coordinate (the paper's), cma or tpe (extra tune)"
+    )
+    parser.add_argument("--budget", type=int, metavar="N", help="maximum number of simulations, including stored ones")
+    parser.add_argument("--seed", type=int, metavar="N", help="seed of the search algorithm")
     add_workers(parser)
     parser.add_argument("--out", metavar="DIR", help="folder of the result; default: ROOTDIR/runs/tuning/STUDY-SEARCH")
     add_json(parser)

@@ -98,7 +98,7 @@ class Gate:
             raise ArmingRefused("a real car needs a declared area")
         if self.real or self.state is not State.DRY:
             if named != self.vehicle:
-                raise ArmingRefused(f"first key: the vehicle is {self.vehicle!r}, named was {named!r}")
+                raise ArmingRefused(f"wrong vehicle: it is {self.vehicle!r}, but {named!r} was named")
             if arming is None or (arming.vehicle, arming.scenario) != (self.vehicle, self.scenario):
                 raise ArmingRefused(f"arming file: no arming for {self.vehicle!r} and {self.scenario!r}: {arming}")
             if arming.written <= self._last_arming:

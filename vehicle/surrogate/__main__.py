@@ -25,19 +25,30 @@ if TYPE_CHECKING:
 def main(argv: list[str] | None = None) -> int:
     """Returns the exit code: 0 written, served or right, 2 a wrong option or file."""
     parser = argparse.ArgumentParser(prog="python -m vehicle.surrogate", description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--drive", choices=("rich", "urban"), default="rich", help="programme: 120 s or 45 s")
-    parser.add_argument("--hidden", type=Path, metavar="F.toml", help="what is hidden in the car; default: nothing")
-    parser.add_argument("--seed", type=int, default=0, help="of drive and sensor noise")
+    parser.add_argument(
+        "--drive", choices=("rich", "urban"), default="rich", help="drive: rich (120 s) or urban (45 s)"
+    )
+    parser.add_argument(
+        "--hidden", type=Path, metavar="F.toml", help="file with the hidden effects of the car; default: none"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="seed of drive and sensor noise")
     parser.add_argument("--out", type=Path, metavar="LOG.csv")
-    parser.add_argument("--dds", type=int, metavar="DOMAIN", help="be a car on this DDS domain (0 to 232) instead")
-    parser.add_argument("--ros1", metavar="NAMESPACE", help="be one on ROS 1, topics under this name, or ''")
-    parser.add_argument("--ros1-file", type=Path, metavar="F.toml", help="how ROS 1 is reached (vehicle/wire/ros1.py)")
+    parser.add_argument("--dds", type=int, metavar="DOMAIN", help="act as a car on this DDS domain (0 to 232) instead")
+    parser.add_argument("--ros1", metavar="NAMESPACE", help="act as a car on ROS 1, with topics under this name, or ''")
+    parser.add_argument(
+        "--ros1-file", type=Path, metavar="F.toml", help="file that says how ROS 1 is reached (vehicle/wire/ros1.py)"
+    )
     parser.add_argument("--can", metavar="BUS", help="with --dds: commands come over CAN, as udp_multicast:GROUP:PORT")
-    parser.add_argument("--dbc", type=Path, metavar="F.dbc", help="messages there, signal map beside it; default: ours")
-    parser.add_argument("--clock", choices=("stepped", "real"), default="stepped", help="on a wire: whose time counts")
-    parser.add_argument("--at", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="on a wire: where it stands first")
-    parser.add_argument("--driver", action="store_true", help="in a real car's place: its driver's hands too")
-    parser.add_argument("--check", action="store_true", help="read the file of --hidden, and do nothing else")
+    parser.add_argument(
+        "--dbc",
+        type=Path,
+        metavar="F.dbc",
+        help="messages on that bus, with the signal map next to them; default: those that ship",
+    )
+    parser.add_argument("--clock", choices=("stepped", "real"), default="stepped", help="clock on a wire")
+    parser.add_argument("--at", type=float, nargs=3, metavar=("X", "Y", "YAW"), help="initial pose on a wire")
+    parser.add_argument("--driver", action="store_true", help="act as a real car: also report the driver's hands")
+    parser.add_argument("--check", action="store_true", help="read the file of --hidden and do nothing else")
     args = parser.parse_args(argv)
     if not args.check and [args.out, args.dds, args.ros1].count(None) != 2:
         parser.error("one of --out LOG.csv, --dds DOMAIN and --ros1 NAMESPACE is needed")

@@ -36,14 +36,14 @@ def add_settings(parser: argparse._ActionsContainer, names: Collection[str]) -> 
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--json", action="store_true", help="one JSON document on stdout and nothing else")
+    parser.add_argument("--json", action="store_true", help="print one JSON document on stdout and nothing else")
 
 
 def add_report(parser: argparse.ArgumentParser) -> None:
     """`--report` of the commands whose page has a name of its own: such a page is mailed, so it is one file always."""
-    parser.add_argument("--report", metavar="FILE", help="write a page with figures: one file that needs no other")
+    parser.add_argument("--report", metavar="FILE", help="write a page with figures, as one file that needs no other")
     parser.add_argument(
-        "--single-file", action="store_true", help="as of dvp run; the page of --report is one file without it, too"
+        "--single-file", action="store_true", help="as in dvp run; the page of --report is always one file"
     )
 
 

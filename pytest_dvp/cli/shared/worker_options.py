@@ -17,13 +17,20 @@ if TYPE_CHECKING:
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--jobs", type=int, metavar="N", help="processes; default: one a core. No result depends on it")
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        help="number of processes; default: one for each core. Results do not depend on it",
+    )
     parser.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="tcp://host:8786 of a `dask scheduler`: its workers simulate, not this machine (extra cluster)",
+        help="address of a `dask scheduler`, as tcp://host:8786, whose workers simulate (extra cluster)",
     )
-    parser.add_argument("--cache", metavar="DIR", help="kept simulations; default: ROOTDIR/runs/tuning/cache")
+    parser.add_argument(
+        "--cache", metavar="DIR", help="folder of stored simulations; default: ROOTDIR/runs/tuning/cache"
+    )
 
 
 def check_workers(arguments: argparse.Namespace) -> None:

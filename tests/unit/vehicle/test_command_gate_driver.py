@@ -108,7 +108,7 @@ def test_it_begins_dry_where_all_is_decided_and_nothing_is_live() -> None:
 
 def test_by_default_a_vehicle_is_real() -> None:
     gate = Gate(FIELD, vehicle="car", scenario="a.xosc", record=[].append)
-    with pytest.raises(ArmingRefused, match="first key"):
+    with pytest.raises(ArmingRefused, match="wrong vehicle"):
         gate.arm(0.0, Drive().motion)
 
 
@@ -128,8 +128,8 @@ def test_a_real_car_is_armed_by_its_name_and_a_humans_word() -> None:
 @pytest.mark.parametrize(
     ("named", "arming", "why"),
     [
-        (None, KEY, "first key"),
-        ("cart", KEY, "first key: the vehicle is 'car', named was 'cart'"),
+        (None, KEY, "wrong vehicle"),
+        ("cart", KEY, "wrong vehicle: it is 'car', but 'cart' was named"),
         ("car", None, "arming file"),
         ("car", replace(KEY, vehicle="cart"), "arming file"),
         ("car", replace(KEY, scenario="b.xosc"), "arming file: no arming for 'car' and 'a.xosc'"),

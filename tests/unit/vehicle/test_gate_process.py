@@ -215,7 +215,7 @@ def test_over_the_wire_it_is_used_as_a_gated_vehicle_is(car: GateProcess) -> Non
 
 
 def test_keys_that_do_not_fit_are_refused_there_and_told_here(car: GateProcess) -> None:
-    with pytest.raises(ArmingRefused, match=r"^first key: the vehicle is 'toy', named was 'bus'$"):
+    with pytest.raises(ArmingRefused, match=r"^wrong vehicle: it is 'toy', but 'bus' was named$"):
         car.reset(START, named="bus", arming=KEYS.arming)
     assert not car.armed
 

@@ -245,7 +245,7 @@ def test_the_emergency_stop_latches_until_both_keys_are_given(by: str) -> None:
     vehicle.step(0.04)
     assert log[-1].state is State.STOPPED
     assert car.told[-1].brake == 1.0
-    with pytest.raises(ArmingRefused, match="first key"):
+    with pytest.raises(ArmingRefused, match="wrong vehicle"):
         vehicle.arm()
     vehicle.arm("car", KEY)
     assert vehicle.armed
