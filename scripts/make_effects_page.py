@@ -17,10 +17,10 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "effects.md"
 HEAD = """\
 # Effects
 
-A vehicle model is a base (`kinematic_bicycle`, `dynamic_bicycle`) and effects that act on it, one compiled step for
-all: commands -> actuators -> forces -> body -> road -> sensors. An effect at its neutral value is not there at all.
-`dvp effects` lists them, `dvp effects NAME` says all about one, `--json` for programs. This page is made by
-`python -m scripts.make_effects_page`.
+A vehicle model consists of a base (`kinematic_bicycle`, `dynamic_bicycle`) and of effects that act on it. One compiled
+step computes them all: commands -> actuators -> forces -> body -> road -> sensors. An effect at its neutral value
+changes nothing. `dvp effects` lists the effects, `dvp effects NAME` describes one, and `--json` is for programs.
+`python -m scripts.make_effects_page` writes this page.
 
 ## In a model file
 
@@ -39,23 +39,23 @@ value = 0.21
 unit = "s"
 ```
 
-Tyre effects (marked T) need tyres: with one of them a kinematic car moves as a single-track car whose axles are stiff
-(cornering stiffness 48/rad of their load) unless `cornering_stiffness_front` and `_rear` are given. They steer
+Tyre effects (marked T) need tyres. With one of them, a kinematic car moves as a single-track car with stiff axles
+(cornering stiffness 48/rad of their load), unless `cornering_stiffness_front` and `_rear` are given. These axles steer
 neutrally, so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every car is kinematic.
 
-## What a replay takes for granted
+## Assumptions of an open-loop run
 
-- A command logged at t holds from t to the next stamp; stamps need not be even. A measured input (`steer`, `v`) runs
-  straight from stamp to stamp.
+- A command logged at t holds from t to the next stamp; stamps need not be even. A measured input (`steer`, `v`) is
+  interpolated linearly between stamps.
 - A row shows the motion at its stamp, with the command of that stamp already acting: the ideal car has
   `yaw_rate = v tan(steer_cmd)/wheelbase` and `ax = accel_cmd` in the same row.
-- Before the log begins its first command has been held for long: actuators are at rest there.
-- Where a segment starts anew, pose and speed are set; delay lines, lags, limits and play run on; a sensor that shows
-  the past sees a past moved along with the car.
-- The ground is the plane of `road_grade` and `road_bank`: a replay knows no road, so a grade that changes along the way
-  is not in it. (The twin in a scenario gets it from the elevation of the road file.)
-- `ax`, `ay` are those at the rear axle; `ax_x`, `ay_x` in `[parameters]` name points ahead of it. Matters with tyres: a
-  log whose `ay` is that of the centre of gravity shows the turn-in otherwise than the rear axle.
+- Before the log begins, its first command is assumed to have been held for a long time, so actuators start at rest.
+- At the start of a segment, pose and speed are set; delay lines, lags, limits and play continue. A sensor with latency
+  gets a past that is moved together with the car.
+- The ground is the plane of `road_grade` and `road_bank`. An open-loop run has no road file, so it does not contain a
+  grade that changes along the way. (In a scenario, the twin gets the grade from the elevation of the road file.)
+- `ax` and `ay` are those at the rear axle; `ax_x` and `ay_x` in `[parameters]` name points ahead of it. This matters
+  with tyres: an `ay` at the centre of gravity shows the turn-in differently from one at the rear axle.
 
 ```python
 from vehicle.model.model_file import read_model
@@ -65,22 +65,22 @@ replay = Replay(read_model("model.toml"), t, {"steer_cmd": steer_cmd, "accel_cmd
 rows = replay.run({("steer_delay", "T"): 0.21})  # (n, 8): x y yaw v yaw_rate ax ay steer
 ```
 
-A run of 165 s at 50 Hz costs about 0.5 ms; another value costs no more than the run. The names `"inputs"` and
-`"parameters"` in place of an effect's reach the input map and the car: `("inputs", "full_brake")`,
-`("parameters", "cornering_stiffness_rear")`.
+A run of 165 s at 50 Hz takes about 0.5 ms; a changed value adds nothing to it. With the names `"inputs"` and
+`"parameters"` in place of an effect's name, you can set input scales and parameters of the car: `("inputs",
+"full_brake")`, `("parameters", "cornering_stiffness_rear")`.
 
-## Input maps
+## Inputs
 
 `longitudinal` may be `accel_cmd`, `throttle_cmd + brake_cmd`, `throttle_cmd + brake_pressure`, `throttle_cmd`,
 `motor_current`, `speed_cmd` (with the effect `speed_controller`) or `v` (measured: then only lateral motion is judged).
-Scales stand in `[inputs]` and can be fitted:
+Input scales are in `[inputs]` and can be fitted:
 
 """
 
 OWN = """
 ## Your own effect
 
-One file; the decorator describes it, the function is compiled on first use:
+Write one file. The decorator describes the effect, and the function is compiled on first use:
 
 ```python
 from vehicle.model.effect import Key, effect
@@ -95,16 +95,16 @@ def magnet(x, p, m):
     x.drag += p.c * x.mass
 ```
 
-`dvp effects magnet --effects my_effect.py` shows it, `dvp compare` takes `--effects` too. A package announces its
-effects under the entry point group `pytest_dvp.effects` (a module, or one effect). `x` is the bus (its fields are
-listed below; `dvp effects --fields` prints them), `p` the parameters by key, `m` the effect's own memory, declared as
-`memory=(Memory("name"),)`.
+`dvp effects magnet --effects my_effect.py` shows it, and `dvp compare` also accepts `--effects`. A package announces
+its effects under the entry point group `pytest_dvp.effects` (a module, or one effect). `x` is the bus (its fields are
+listed below; `dvp effects --fields` prints them), `p` holds the parameters by key, and `m` is the memory of the effect,
+declared as `memory=(Memory("name"),)`.
 
-A `Key` has two ranges. `low` to `high` is what is met in practice: a search looks there, and a model file may hold a
-value outside it without a word. `minimum` to `maximum` is what the equation allows (where left out: anything): a value
-outside is refused, with the place in the file and what is allowed. The neutral value always passes.
+A `Key` has two ranges. `low` to `high` is the typical range: a search stays near it, and a model file may hold a value
+outside it without a warning. `minimum` to `maximum` is the range that the equation allows (without them: any value). A
+value outside it is refused, with its place in the file and the allowed range. The neutral value always passes.
 
-Slots run in this order:
+The slots are computed in this order:
 
 | slot | changes |
 |---|---|
@@ -121,15 +121,15 @@ Slots run in this order:
 FIELDS = """\
 ### Fields of the bus
 
-All are doubles in SI units; x forward, y left, yaw counter-clockwise. An effect may read all of them in any slot (what
-a later slot sets is that of the last step) and change those of its own slot. Per step: wish, slots command and
-actuator, forces, tyres, slot body, slot road, integration, slot sensor.
+All fields are doubles in SI units, with x forward, y left and yaw counter-clockwise. An effect may read all of them in
+any slot (a field that a later slot sets holds the value of the last step) and may change those of its slot. Each step
+computes: command, slots command and actuator, forces, tyres, slot body, slot road, integration, slot sensor.
 """
 
 CATALOGUE = """
 ## Catalogue
 
-Keys show the range met in practice, then what is allowed in a model file.
+Each key shows its typical range, and then the range that a model file may use.
 """
 
 

@@ -33,28 +33,29 @@ _VERSIONS = " to ".join(f"{major}.{minor}" for major, minor in (VERSIONS[0], VER
 HEAD = f"""\
 # OpenSCENARIO: what is run, accepted, refused
 
-OpenSCENARIO XML {_VERSIONS}; what older versions spell otherwise (`overwrite`,
-`velocity`, ...) reads the same. This page is made by `python -m scripts.make_openscenario_page`.
+This page lists every element of OpenSCENARIO XML {_VERSIONS}. Other spellings of older versions (`overwrite`,
+`velocity`, ...) are read as well. `python -m scripts.make_openscenario_page` writes this page.
 
-- **run**: acts as the standard says.
-- **accepted**: read, checked, written back; it changes nothing here, or what the row says.
-- **refused**: an error finding with file and line, from `dvp play` and `dvp run` before anything moves; a file with it
-  is never run without it. `dvp check` reports what is wrong in itself, not what is merely refused by the storyboard.
+- **run**: the element acts as the standard says.
+- **accepted**: the element is read, checked and written back. It changes nothing here, or only what the row says.
+- **refused**: `dvp play` and `dvp run` report an error with file and line before anything moves. A file with such an
+  element never runs without it. `dvp check` reports what is wrong in itself, not what only the storyboard refuses.
 
-A warning of `dvp check` (exit code 0) is what runs and hardly means what it says: a shape that has no time for it
-(`value.no_transition`), and a scenario that nothing in it ever ends (`storyboard.never_ends`): no stop trigger that can
-become true, and an act that can never end. That is said only of what follows from the file: times before the beginning,
-parameters that nothing sets, elements that wait for such or for each other, actions without an end of their own.
+A warning of `dvp check` (exit code 0) marks an element that runs but probably not as intended: a shape that has no time
+(`value.no_transition`), or a scenario that never ends (`storyboard.never_ends`), because no stop trigger can become
+true and an act can never end. The second warning is given only if it follows from the file: times before the start,
+parameters that nothing sets, elements that wait for these or for each other, actions that never end by themselves.
 
-The column "with" names what belongs to an element and shares its fate. What stands nowhere on this page is no element
-of the standard, and an error finding. OpenSCENARIO DSL (`.osc`), lanelet2, CommonRoad and SUMO are refused by name.
+The column "with" names elements that belong to the element of the row and are treated like it. An element that is not
+on this page is not in the standard and causes an error. OpenSCENARIO DSL (`.osc`), lanelet2, CommonRoad and SUMO are
+refused by name.
 """
 
 DISTRIBUTIONS = """
 ## Parameter distributions
 
-A file with a `ParameterValueDistribution` is a set of runs of its `ScenarioFile`. This one, `speeds.xosc`, is five runs
-of `overtaking.xosc` with its parameter `oncoming_speed` at 2, 3, 4, 5 and 6:
+A file with a `ParameterValueDistribution` describes a set of runs of its `ScenarioFile`. This one, `speeds.xosc`,
+describes five runs of `overtaking.xosc` with the parameter `oncoming_speed` at 2, 3, 4, 5 and 6:
 
 ```xml
 <?xml version="1.0" encoding="UTF-8"?>
@@ -72,24 +73,25 @@ of `overtaking.xosc` with its parameter `oncoming_speed` at 2, 3, 4, 5 and 6:
 ```
 
 ```
-pytest speeds.xosc                    # an item a case: speeds.xosc::dt[3-oncoming_speed=4]
-pytest speeds.xosc --dvp-cases 50     # a random sample of 50, the same for the same --dvp-seed
+pytest speeds.xosc                    # one item for each case: speeds.xosc::dt[3-oncoming_speed=4]
+pytest speeds.xosc --dvp-cases 50     # 50 random cases, the same for the same --dvp-seed
 dvp run speeds.xosc --cases 50
-dvp check speeds.xosc                 # how many cases; unknown parameters, values outside constraints, step 0, ...
+dvp check speeds.xosc                 # number of cases; unknown parameters, values outside constraints, step 0, ...
 ```
 
-More than 1000 cases run only when `--cases` says how many. A deterministic distribution is every combination of its
-values, the last distribution of the file changing fastest; its number is computed, no case is built for it. A range
-holds its upper limit if a step ends there, counted in decimals (1.1 to 1.5 by 0.2 is three values).
+More than 1000 cases run only if `--cases` gives their number. A deterministic distribution consists of every
+combination of its values; the last distribution of the file changes fastest. The number of cases is computed without
+building them. A range contains its upper limit if a step ends there, counted in decimals (1.1 to 1.5 by 0.2 is three
+values).
 
-A stochastic distribution draws `numberOfTestRuns` cases from its `randomSeed` (without one: from `--seed`); the draw of
-a case depends on the seed, the parameter's name and the number of the case alone. `LogNormalDistribution` has the
+A stochastic distribution draws `numberOfTestRuns` cases from its `randomSeed` (without one: from `--seed`). The draw of
+a case depends only on the seed, the name of the parameter and the number of the case. `LogNormalDistribution` has the
 expected value and variance of the log-normal distribution itself, not of its logarithm. Drawn values for whole
 parameters are rounded to the nearest.
 
-Each case is judged by the gates beside the distribution (`speeds.gates.toml`), else by those beside its scenario, and
-its run folder is called after the distribution and the number of the case (`runs/0012-speeds-07-dt`). Cases run on the
-digital twin only: what is varied automatically never drives a real car.
+Each case is judged by the gate file next to the distribution (`speeds.gates.toml`), or by the one next to its
+scenario. Its run folder is named after the distribution and the number of the case (`runs/0012-speeds-07-dt`). Cases
+run on the digital twin only: an automatic variation never drives a real car.
 
 In Python: `openscenario.read.read_cases(path)` gives `count`, `cases[n]` and an iterator.
 """
@@ -97,45 +99,49 @@ In Python: `openscenario.read.read_cases(path)` gives `count`, `cases[n]` and an
 OPEN = """
 ## Where the standard leaves the meaning open
 
-What the widely used tools do, where they agree with each other or nothing speaks against it:
+In these cases, the implementation follows the widely used tools, if they agree or if nothing contradicts them:
 
-- `SynchronizeAction` names no speed profile: ramps of constant acceleration, one if it fits, else two. The master's
-  pace is that of its last motion; being put somewhere is none. So at t = 0, and in the instant in which a trajectory
-  takes the master over, the master stands; who has a final speed stands as well, until the last ramp fits.
-- `SpeedAction`, relative to another entity and not `continuous`: the target moves with that entity until it is reached;
-  relative to oneself it is that of the start. `time`: after it the target of then is reached. `rate`: so the speed goes
-  there, and never faster. `distance`: on all of it. A step sets the speed at once, at the start only; after that, as
-  everywhere, a vehicle changes its speed no faster than its `Performance` says, whichever `followingMode` is given.
-- `SpeedProfileAction`: limits are those of its `DynamicConstraints`, and of the vehicle's `Performance` where they have
-  none. Where they need more time than an entry gives, it and all that follow come later, with a warning; speeds beyond
-  `maxSpeed` are cut to it. Mode `position`: straight lines, which no limit of jerk applies to. Mode `follow`: each
-  corner is a parabola of the allowed jerk; where there is no room for that, each entry is reached by itself, with no
-  acceleration there. An `entityRef`: its speed at the start. Present accelerations do not jump.
-- `DynamicConstraints` of the two distance actions: the narrower of them and, along the road, of the `Performance`;
-  limits of jerk apply to accelerating or braking harder, not to letting go. Without any the entity is put there, and
-  kept there no faster than the vehicle's `maxSpeed`.
-- `RelativeLanePosition` with neither `ds` nor `dsLane`, both optional since 1.1: beside the other entity, as with `ds`
-  of 0 (lanes and offset are those of the road). With both it is refused.
-- `LaneOffsetAction`, continuous and relative to another entity: `maxLateralAcc` holds on the way and afterwards; who
-  follows comes later where the other moves over harder.
-- `TeleportAction`: the default controller goes on from there 10 ms later; other actions at once.
-- Where a lane ends and its road goes on, here or as the road linked there, the default controller goes on in the
-  nearest lane of the same side; where the road ends it stops.
+- `SynchronizeAction` names no speed profile. Here it uses ramps of constant acceleration, one if that fits, otherwise
+  two. The pace of the master is that of its last motion; a teleport does not count as motion. At t = 0, and in the
+  instant in which a trajectory takes control of the master, the master therefore stands. An entity with a final speed
+  stands as well, until the last ramp fits.
+- `SpeedAction`, relative to another entity and not `continuous`: the target moves with that entity until it is reached.
+  Relative to the entity itself, the target is fixed at the start. With `time`, the target of that later moment is
+  reached then. With `rate`, the speed changes at this rate and never faster. With `distance`, the change takes the
+  whole distance. A step sets the speed at once, but only at the start. After that, as everywhere, a vehicle changes its
+  speed no faster than its `Performance` permits, whichever `followingMode` is given.
+- `SpeedProfileAction`: the limits are those of its `DynamicConstraints`, or of the vehicle's `Performance` where these
+  state none. If the limits need more time than an entry gives, this entry and all later ones are delayed, with a
+  warning. Speeds beyond `maxSpeed` are cut to it. Mode `position` uses straight lines, without a limit of jerk. In mode
+  `follow`, each corner is a parabola of the allowed jerk; if there is no room for it, each entry is reached separately,
+  with no acceleration there. An `entityRef` means the speed of that entity at the start. Accelerations do not jump.
+- `DynamicConstraints` of the two distance actions: the narrower of these and, along the road, the `Performance` holds.
+  Limits of jerk apply to stronger acceleration or braking, not to their release. Without constraints, the entity is put
+  at the distance at once, and kept there no faster than the vehicle's `maxSpeed`.
+- `RelativeLanePosition` with neither `ds` nor `dsLane`, both optional since 1.1, means next to the other entity, as with
+  `ds` of 0 (lanes and offset are those of the road). With both, it is refused.
+- `LaneOffsetAction`, continuous and relative to another entity: `maxLateralAcc` holds on the way and afterwards; the
+  follower arrives later if the other entity moves over more sharply.
+- `TeleportAction`: the default controller continues from there 10 ms later, other actions at once.
+- If a lane ends and its road or the linked road continues, the default controller continues in the nearest lane of the
+  same side. If the road ends, it stops.
 - `LightStateAction`: flashing has no regular ending, as an animation in a loop has none; an action on the same light of
   the same entity stops it. On and off end with the transition time.
-- `freespace` distances to or from who draws trailers are those of the nearest parts: a trailer belongs to its vehicle.
-- `alongRoute` (deprecated): the distance with turns of the road straightened out; what lies to the side counts, as in
-  the straight line that `false` means.
+- `freespace` distances to or from a vehicle with trailers are those of the nearest parts: a trailer belongs to its
+  vehicle.
+- `alongRoute` (deprecated): the distance along the straightened road; a lateral distance counts, as in the straight
+  line that `false` means.
 - NURBS with time stamps: a control point's time is that of the place of its greatest influence, or of the last whole
   metre of the control polygon before it; between, time runs evenly in the curve's parameter.
 - `LateralDistanceAction` names no law. Across a road: a critically damped spring; in entity coordinates: steering for
-  the line beside the other entity, with a turning radius of 1.5 v²/a, and into that entity's direction.
-- Distances in the coordinates of a trajectory are there while who measures them follows one; else infinite.
+  the line next to the other entity, with a turning radius of 1.5 v²/a, and into that entity's direction.
+- Distances in the coordinates of a trajectory are defined while the measuring entity follows one; otherwise they are
+  infinite.
 - Following mode `follow`: constant acceleration between the time stamps of a polyline, and even turning; `position`:
   constant speed between them, turning at the vertices.
 
-Where the standard is explicit it is followed, whatever other tools do, but for three rules that scenarios of the field
-are written for: those go by esmini unless `--reading standard` is given, with a warning where it mattered.
+Where the standard is explicit, the implementation follows it, whatever other tools do, except for three rules that
+existing scenarios rely on. These follow esmini unless `--reading standard` is given, with a warning where it mattered.
 `docs/conformance.md` quotes the clauses.
 """
 
@@ -143,23 +149,26 @@ TRAFFIC = """
 ## Traffic that comes and goes
 
 `TrafficAction` puts entities called `NAME-1`, `NAME-2`, ... (`traffic-1` without a `trafficName`) on driving lanes, in
-the direction of the lane, where there is room behind and ahead: fewer than asked for if there is none, 300 at most.
-Everything is drawn from the seed: the same seed, the same traffic. They are entities like others: in `dvp play`'s rows,
-before the sensors of the stack under test, in conditions on any entity or on a type.
+the direction of the lane, where there is room behind and ahead. If there is no room, fewer are added; 300 is the
+maximum. The draws depend on the seed only, so the same seed gives the same traffic. These entities are like all others:
+they are in the rows of `dvp play`, the sensors of the stack detect them, and conditions on any entity or on a type see
+them.
 
-- **How they drive** the standard leaves to controllers, which are not run here: in the middle of their lane, straight
-  on where roads part, behind others by the intelligent driver model (Treiber et al. 2000; 1.5 m/s², 2 m/s², 1.5 s, 2 m)
-  with the speed they came with. No lane changes, no right of way. At the end of their lane they are gone.
-- **What they are**: templates of a `TrafficDistribution` by weight (1.3), categories of a `TrafficDefinition` by weight
-  (until 1.2) as vehicles of usual size, else cars. Roles and controllers change nothing.
-- `TrafficSourceAction`: one more every 1 / `rate` seconds within the radius, all lanes in it, or on the nearest lane;
-  with the speed given, else the limit of the lane, else 50 km/h.
-- `TrafficSinkAction`: takes such traffic out of its radius; an entity that the file names stays.
-- `TrafficSwarmAction`: keeps the number in the ellipse that moves with the central entity; nobody appears in the inner
-  circle, who leaves the ellipse is gone.
-- `TrafficAreaAction`: fills a polygon or a stretch of a road once, or keeps the number in it (`continuous`). A
+- **Behaviour.** The standard leaves it to controllers, which are not run here. The entities drive in the middle of
+  their lane, straight on where roads part, and behind others by the intelligent driver model (Treiber et al. 2000;
+  1.5 m/s², 2 m/s², 1.5 s, 2 m) with their initial speed. They do not change lanes and know no right of way. At the end
+  of their lane they disappear.
+- **Kinds.** Templates of a `TrafficDistribution` by weight (1.3); categories of a `TrafficDefinition` by weight (until
+  1.2) as vehicles of usual size; otherwise cars. Roles and controllers change nothing.
+- `TrafficSourceAction` adds one entity every 1 / `rate` seconds, on all lanes within the radius or on the nearest lane.
+  Its speed is the given one, or the limit of the lane, or 50 km/h.
+- `TrafficSinkAction` removes such traffic within its radius; an entity that the file names stays.
+- `TrafficSwarmAction` keeps the number in the ellipse that moves with the central entity. No entity appears in the
+  inner circle, and an entity that leaves the ellipse disappears.
+- `TrafficAreaAction` fills a polygon or a stretch of a road once, or keeps the number in it (`continuous`). A
   `RoadRange` over several roads is refused.
-- `TrafficStopAction`: nobody comes or goes any more by the action of that name, or by any; who is there drives on.
+- `TrafficStopAction` ends the additions and removals by the action of that name, or by all actions; existing entities
+  drive on.
 """
 
 MEANING: Mapping[type[Element], tuple[str, str]] = {

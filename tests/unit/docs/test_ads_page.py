@@ -48,9 +48,10 @@ def test_readme_tells_both_figures_of_the_faults_as_the_page_has_them() -> None:
     own = found("seeded faults that a gate that ships does not pass").partition(" ")[0]
     anywhere = found("the same in at least one of the 6 scenarios").partition(" ")[0]
     readme = " ".join((PAGE.parents[1] / "README.md").read_text(encoding="utf-8").split())
-    assert f"the {total} faults seeded into it: under gates tightened to this stack {tightened} of them" in readme
+    assert f"{total} faults that were seeded into it. Under gates tightened to this stack, {tightened} of the" in readme
     assert (
-        f"under the gates that ship {own}, each in its own scenario, or {anywhere} if each is driven in all" in readme
+        f"Under the gates that ship, {own} do not pass if each fault is driven in its scenario, and {anywhere} if"
+        in readme
     )
 
 
