@@ -118,8 +118,8 @@ In these cases, the implementation follows the widely used tools, if they agree 
 - `DynamicConstraints` of the two distance actions: the narrower of these and, along the road, the `Performance` holds.
   Limits of jerk apply to stronger acceleration or braking, not to their release. Without constraints, the entity is put
   at the distance at once, and kept there no faster than the vehicle's `maxSpeed`.
-- `RelativeLanePosition` with neither `ds` nor `dsLane`, both optional since 1.1, means next to the other entity, as with
-  `ds` of 0 (lanes and offset are those of the road). With both, it is refused.
+- `RelativeLanePosition` with neither `ds` nor `dsLane`, both optional since 1.1, means next to the other entity, as
+  with `ds` of 0 (lanes and offset are those of the road). With both, it is refused.
 - `LaneOffsetAction`, continuous and relative to another entity: `maxLateralAcc` holds on the way and afterwards; the
   follower arrives later if the other entity moves over more sharply.
 - `TeleportAction`: the default controller continues from there 10 ms later, other actions at once.

@@ -94,8 +94,8 @@ def _caveats(hidden: Path) -> list[str]:
         "  So no search can match the car by tuning alone. The difference shows the cost of missing effects,",
         "  not that one searcher is better than another.",
         "- The motion in logs of pe and rw is that of the surrogate's reference system, which has no sensor noise so",
-        "  far, while chi²/N is in units of the noise of real sensors. It can therefore fall below 1; on a measured car",
-        "  it ends near 1.",
+        "  far, while chi²/N is in units of the noise of real sensors. It can therefore fall below 1; on a measured",
+        "  car it ends near 1.",
     ]
 
 
