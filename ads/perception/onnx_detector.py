@@ -55,7 +55,10 @@ class OnnxDetector:
         self._mount, self._least = sensor_frames(car)["lidar"], least_score
 
     def boxes(self, scan: LidarScan) -> FloatArray:
-        """Boxes (k, BOX) in the base frame. Raises DetectorError if the model returns another shape."""
+        """Boxes (k, BOX) of a scan in the base frame: x, y [m], yaw [rad], length, width [m], kind, score (0 to 1).
+
+        Raises DetectorError if the model returns another shape.
+        """
         points = np.ascontiguousarray(scan.points, dtype=np.float32).reshape(-1, 3)
         found = np.asarray(self._session.run([self._output], {self._input: points})[0], dtype=np.float64)
         if not _fits(found.shape, BOX):

@@ -93,11 +93,11 @@ def run(scenario: str | Path, /, **options: Unpack[RunOptions]) -> RunResult:
     folder_name      what is between number and stage in the name of the run folder; default: the scenario's name
     gated            the twin drives behind the command gate, as the car of the other stages does; default: False
 
-    Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost, and
-    UnknownKeyword, a TypeError, for an option that is none: one line each about a user's file or value, before anything
-    runs or is written. A stack or a car that breaks while it drives is an ERROR verdict. What cannot be written
-    afterwards is a note: the verdicts stand. ResultError if no run folder can be made; Interrupted, which is a
-    KeyboardInterrupt, after SIGINT, with the car stopped and the log so far kept.
+    Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, ArmingRefused,
+    VehicleLost: one line about a user's file or value, before anything runs or is written. A stack or a car that breaks
+    while it drives is an ERROR verdict. A file that cannot be written afterwards is a note, and the verdicts stand.
+    ResultError if no run folder can be made; Interrupted, a KeyboardInterrupt, after SIGINT, with the car stopped and
+    the log so far kept.
     """
     spec = spec_of(options)
     check_stage(

@@ -63,7 +63,10 @@ class Residuals:
 
 
 def measured_array(columns: Mapping[str, FloatArray]) -> FloatArray:
-    """The measured channels of a log as one array (n, 8), NaN where not measured; yaw without turns of 2 pi."""
+    """The measured channels of a log as one array (n, 8) in SI units, NaN where not measured; yaw without turns of 2 pi.
+
+    Columns: x, y [m], yaw [rad], v [m/s], yaw_rate [rad/s], ax, ay [m/s^2], steer [rad].
+    """
     n = len(columns["t"])
     nothing = np.full(n, np.nan)
     found = np.ascontiguousarray(np.column_stack([columns.get(name, nothing) for name in CHANNELS]))
