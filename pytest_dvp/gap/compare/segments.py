@@ -63,7 +63,7 @@ class Residuals:
 
 
 def measured_array(columns: Mapping[str, FloatArray]) -> FloatArray:
-    """The measured channels of a log as one array (n, 8) in SI units, NaN where not measured; yaw without turns of 2 pi.
+    """The measured channels of a log as one array (n, 8), NaN where not measured; yaw without turns of 2 pi.
 
     Columns: x, y [m], yaw [rad], v [m/s], yaw_rate [rad/s], ax, ay [m/s^2], steer [rad].
     """

@@ -7,10 +7,7 @@ Held for what `pytest_dvp` exports and for every name that a page imports in an 
 from __future__ import annotations
 
 import ast
-import importlib
-import inspect
 import re
-import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -59,34 +56,42 @@ def name(node: ast.expr) -> str:
     return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
 
 
-def functions_of(thing: object) -> list[tuple[str, Function]]:
-    """A function itself, or the public methods and properties of a class, from its source; [] for anything else."""
-    if not inspect.isclass(thing) and not inspect.isfunction(thing):
-        return []
-    (node,) = ast.parse(textwrap.dedent(inspect.getsource(thing))).body
+def definition(module: str, key: str) -> tuple[str, ast.stmt]:
+    """Module and node of a name that a module defines or imports from one of ours."""
+    path = ROOT / module.replace(".", "/")
+    tree = ast.parse((path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and any(a.name == key for a in node.names):
+            return definition(node.module, key)
+    for node in tree.body:
+        defined = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
+        if key in [getattr(node, "name", ""), *(getattr(target, "id", "") for target in defined)]:
+            return module, node
+    raise LookupError(f"{module} has no {key}")
+
+
+def functions_of(node: ast.stmt) -> dict[str, Function]:
+    """A function itself, or the public methods and properties of a class, by name; nothing for anything else."""
     if isinstance(node, Function):
-        return [(node.name, node)]
-    assert isinstance(node, ast.ClassDef)
-    methods = [child for child in node.body if isinstance(child, Function) and not child.name.startswith("_")]
-    overloads = [child for child in methods if any(name(d) == "overload" for d in child.decorator_list)]
-    return [(f"{node.name}.{child.name}", child) for child in methods if child not in overloads]
+        return {node.name: node}
+    methods = [n for n in node.body if isinstance(n, Function)] if isinstance(node, ast.ClassDef) else []
+    kept = [n for n in methods if n.name[0] != "_" and all(name(d) != "overload" for d in n.decorator_list)]
+    return {f"{getattr(node, 'name', '')}.{n.name}": n for n in kept}
 
 
-def public_things() -> dict[str, object]:
-    """What `pytest_dvp` exports, and what the examples of the pages import from our packages, by dotted name."""
-    things = {f"pytest_dvp.{key}": getattr(pytest_dvp, key) for key in pytest_dvp.__all__}
+def public_names() -> set[tuple[str, str]]:
+    """Module and name of what `pytest_dvp` exports, and of what the examples of the pages import from our packages."""
     pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
     text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
-    for module, names in re.findall(rf"^from ((?:{'|'.join(PACKAGES)})[\w.]*) import (.+)$", text, re.MULTILINE):
-        for key in names.split("#")[0].split(","):
-            things[f"{module}.{key.strip()}"] = getattr(importlib.import_module(module), key.strip())
-    return things
+    lines = re.findall(rf"^from ((?:{'|'.join(PACKAGES)})[\w.]*) import (.+)$", text, re.MULTILINE)
+    named = {(module, key.strip()) for module, keys in lines for key in keys.split("#")[0].split(",")}
+    return named | {("pytest_dvp", key) for key in pytest_dvp.__all__}
 
 
 PUBLIC = {
-    f"{thing.__module__}.{label}": function
-    for thing in public_things().values()
-    for label, function in functions_of(thing)
+    f"{module}.{label}": function
+    for module, node in (definition(*names) for names in public_names())
+    for label, function in functions_of(node).items()
 }
 
 
