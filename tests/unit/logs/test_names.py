@@ -43,7 +43,7 @@ def test_a_name_that_says_the_same_in_other_words_is_the_nearest() -> None:
 def test_the_page_lists_the_names_that_are_known() -> None:
     """The table of the page, read as a reader would: it has every name that is understood, and no other."""
     page = DOCS.read_text(encoding="utf-8")
-    asked = re.findall(r"`(\w+)`", page[page.index("Command words, before or after the name") :].splitlines()[0])
+    asked = re.findall(r"`(\w+)`", page[page.index("Command words, before or after the name") :].split("\n\n")[0])
     listed: dict[str, str] = {}
     for signal, unit, names in re.findall(r"^\| `(\w+)` \| (\S+) \| (.+) \|$", page, re.MULTILINE):
         assert unit == SIGNALS[signal].unit
