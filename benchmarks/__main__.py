@@ -21,7 +21,7 @@ def table(rows: list[Row]) -> str:
     lines = [
         "# Measured speed",
         "",
-        "Made by `make bench`. CPU time, medians, warm, one run of one machine: compare within the run, by ratio.",
+        "`make bench` writes this page: medians of CPU time, warm, from one run on one machine. Compare ratios only.",
         f"Machine: {platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}.",
         f"State: {state()}.",
         "",

@@ -14,8 +14,8 @@ from pathlib import Path
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 HEAD = """# Blind cases
 
-Logs of a car with hidden effects; who made them keeps the answers. Below is what `dvp diagnose` says to each, unedited;
-the whole documents are in [blind.jsonl](blind.jsonl). Made by `make blind`.
+These are logs of a car with hidden effects; only their authors know the answers. For each log, this page shows the
+unedited output of `dvp diagnose`. The complete documents are in [blind.jsonl](blind.jsonl). `make blind` writes both.
 """
 
 

@@ -12,11 +12,12 @@ from benchmarks.hidden_effects.score import Line, Share
 
 HEAD = """# Hidden effects
 
-Made by `python -m benchmarks.hidden_effects`. Truth cars that share no code with the kernel hide effects in their logs;
-the diagnosis has to name them. Every value is drawn from the effect's typical range, and redrawn until the truth with
-and without it differs by 5 % of the noise floor in chi^2/N. Two of one family (structural ties, one containing the
-other) are never hidden together. Effects of how slipping tyres work are hidden in a car whose baseline has tyres.
-A run of another seed of the same car is held out. Logs that `dvp doctor` finds errors in count as refused.
+`python -m benchmarks.hidden_effects` writes this page. Truth cars that share no code with the kernel hide effects in
+their logs, and the diagnosis must name them. Every value is drawn from the effect's typical range, and drawn again
+until the logs with and without it differ by 5 % of the noise floor in chi^2/N. Two effects of one family (which data
+cannot distinguish, or of which one contains the other) are never hidden together. Effects of slipping tyres are
+hidden in a car whose baseline has tyres. A run of another seed of the same car is held out. A log in which `dvp
+doctor` finds errors counts as refused.
 """.splitlines()
 
 
