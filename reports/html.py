@@ -7,7 +7,7 @@ whose `<`, `>` and `&` are escaped, and the page's scripts write it with `textCo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Unpack

@@ -4,7 +4,7 @@
     carla = bridge.module("carla")            # stands in for the module: attributes, calls, lists, exceptions
     client = carla.Client("127.0.0.1", 2000)
 
-The far end is `bridge_server.py`, which says how they talk. It beats every 20 ms: one that dies is known of at once,
+The far end is `interpreter_server.py`, which says how they talk. It beats every 20 ms: one that dies is known of at once,
 one that hangs after SILENT. It does not outlive this process.
 """
 
@@ -46,7 +46,7 @@ class Bridge:
 
     who     it is, in what is said of it
     error   the kind of error that says that it is gone, hangs or cannot do what is asked
-    server  what it runs: `bridge_server.py`, or a program that speaks as it does
+    server  what it runs: `interpreter_server.py`, or a program that speaks as it does
     silent  [s] of listening without a beat after which it hangs
 
     Raises `error` if it does not come.

@@ -31,12 +31,14 @@ class Instant:
         self._do = do
 
     def start(self) -> bool:
+        """Do it; True, as that was all."""
         if self._do is not None:
             self._do()
         return True
 
     def step(self, dt: float) -> bool:
+        """Do nothing in a step of `dt` [s]; True, as it is over."""
         return True
 
     def stop(self) -> None:
-        return None
+        """Do nothing: nothing is held."""

@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="storyboard event that need not fire; otherwise, a run does not pass if an event never fired",
     )  # fmt: skip
     parser.add_argument("--no-ini", action="store_true", help="ignore the dvp_ keys of the project's ini file")
-    add_settings(parser, SETTINGS)
+    add_settings(parser, OF_A_RUN)
     add_json(parser)
 
 

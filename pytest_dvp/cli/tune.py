@@ -36,9 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "study", metavar="STUDY.toml", help="study file: candidates, objective, constraints, scenarios, budget"
     )
-    parser.add_argument(
-        "--search", metavar="NAME", help="search algorithm: coordinate (the paper's), cma or tpe (extra tune)"
-    )
+    names = ", ".join(search_names())
+    parser.add_argument("--search", metavar="NAME", help=f"search algorithm: {names}; coordinate is the paper's")
     parser.add_argument("--budget", type=int, metavar="N", help="maximum number of simulations, including stored ones")
     parser.add_argument("--seed", type=int, metavar="N", help="seed of the search algorithm")
     add_workers(parser)

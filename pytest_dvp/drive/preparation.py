@@ -282,7 +282,7 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
 
 
 def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
-    """The car of stages pe and rw behind the command gate; its body is its own, not the scenario's."""
+    """The car of stages pe and rw behind the guard; its body is its own, not the scenario's."""
     from vehicle.guard.envelope import read_envelope
     from vehicle.model.simulator_parameters import scenario_parameters
 

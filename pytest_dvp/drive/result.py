@@ -99,30 +99,10 @@ def replay_command(request: Request) -> str:
     """The `dvp run` that does the same again, or why there is none."""
     if request.ads is not None and request.ads.word is None:
         return f"no command line can name the ADS {request.ads.name}; repeat the test or script that made it"
-    if request.gated:
+    if request.spec.gated:
         return "no command line puts the twin behind the guard; repeat the script that made it"
-    words = ["dvp", "run", shown(request.path), "--seed", str(request.seed)]
-    if request.stage != "dt":
-        words += ["--stage", request.stage]
-        words += ["--vehicle", request.vehicle] if request.vehicle != SURROGATE else []
-        words += ["--dbc", shown(request.dbc)] if request.dbc is not None else []
-        words += ["--fault", request.fault] if request.fault is not None else []
-        words += ["--clock", request.clock] if request.clock != STEPPED else []
-        words += ["--envelope", shown(request.envelope)] if request.envelope is not None else []
-    if request.ads is not None and request.ads.word != REFERENCE:
-        words += ["--ads", request.ads.word]
-    for name, value in sorted(assigned(request).items()):
-        words += ["--set", f"{name}={value}"]
-    for option, path in (("--model", request.model), ("--gates", request.gates)):
-        words += [option, shown(path)] if path is not None else []
-    words += [word for file in request.effects for word in ("--effects", shown(file))]
-    words += [word for folder in request.library for word in ("--library", shown(folder))]
-    words += ["--reading", request.reading] if request.reading != USUAL else []
-    words += ["--ego", request.ego] if request.ego is not None else []
-    words += ["--compute-delay", str(request.compute_delay)] if request.compute_delay is not None else []
-    words += ["--stack-process", request.stack_process] if request.stack_process is not None else []
-    words += ["--tick-limit", f"{request.tick_limit:g}"] if request.tick_limit != TICK_LIMIT else []
-    words += ["--duration", f"{duration:g}"] if duration is not None else []
-    words += ["--after-collision", f"{after_collision:g}"] if after_collision != AFTER_COLLISION else []
-    words += ["--no-ini"] if changes_a_run(words, request.stage) else []
+    ads = None if request.ads is None else request.ads.word
+    delay = None if request.compute_delay is None else str(request.compute_delay)
+    words = ["dvp", "run", shown(request.path), *words_of_run(request.spec, ads, assigned(request), delay)]
+    words += ["--no-ini"] if changes_a_run(words, request.spec.stage) else []
     return shlex.join(words)

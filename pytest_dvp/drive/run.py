@@ -54,12 +54,12 @@ def run(scenario: str | Path, /, **options: Unpack[RunOptions]) -> RunResult:
                      takes them, else with nothing, and what it makes needs `tick(observation) -> Command` and may have
                      trace, path and detections; default: reference
     model            vehicle model (TOML); default: the TABBY EVO
-    effects          effects of your own that the model uses; the file is run
+    effects          file with your effects that the model uses; it is executed
     gates            gate file; default: NAME.gates.toml beside the scenario; without that file the default gates hold
     passed           run folders of earlier drives: on stage rw a real car drives only what passed on pe in one of them
     library          folder that scenarios may refer to, besides their own and the rootdir
-    reading          of three rules where that player and the standard differ: esmini or standard (docs/conformance.md);
-                     default: esmini
+    reading          reading of three rules on which esmini and the standard differ: esmini or standard
+                     (docs/conformance.md); default: esmini
     ego              entity that the ADS drives; default: Ego
     parameters       declared parameters of the scenario, by name
     P                parameters of the ADS (its own, if it declares some), by name
@@ -68,36 +68,37 @@ def run(scenario: str | Path, /, **options: Unpack[RunOptions]) -> RunResult:
     wall_limit       longest wall time of one run [s]; a run that it ends is an ERROR; default: 600
     tick_limit       longest wall time of one tick of the stack [s]; six times that for the first one and for loading
                      it; a stack that takes longer is ended, and the run is an ERROR; default: 10
-    stack_process    whether a stack given by name runs in a process of its own: on or off; default: on, the reference
-                     stack: off; in a process of its own it can be ended whatever it does; a class or an object always
-                     runs in this process, where its Python code is interrupted
+    stack_process    whether a stack that is given by name runs in a separate process: on or off; default: on, for the
+                     reference stack off; in a process of its own it can be ended whatever it does; a class or an object
+                     always runs in this process, where its Python code is interrupted
     compute_delay    stage dt: commands reach the car later, and a share of them never: SECONDS[+-JITTER][,drop=SHARE]
     after_collision  simulated time from a collision to the end of the run [s]; default: 1
     vehicle          car of stages pe and rw: surrogate or can (:HIDDEN.toml), ros1 (:FILE), replay:LOG, ros2_car:N or
                      yours; can is the surrogate with its drive-by-wire on CAN, ros1 the surrogate over ROS 1; a file
                      behind the colon says what is hidden in it, of ros1 how it is reached; replay is a recording;
                      ros1_car:FILE, ros2_car:DOMAIN and other adapters are cars; default: surrogate
-    dbc              stages pe and rw: messages of a vehicle on CAN, its signal map beside it; default: our own
-    fault            stages pe and rw: what goes wrong on the wire to the surrogate, as drop@5+3 (s)
+    dbc              stages pe and rw: messages of a vehicle on CAN, with the signal map next to them; default: those
+                     that ship
+    fault            stages pe and rw: wire fault to make between surrogate and harness, as drop@5+3 (seconds)
     clock            time of stages pe and rw: stepped (lock-step) or real (wall clock); before a drive by the wall
                      clock the twin rehearses it, so that everything is loaded; a real car drives only what passed
                      there; default: stepped
-    arming           stages pe and rw: second key of a real car: a file for this vehicle and scenario, used up; without
-                     it a real car makes a dry run, which never passes; a surrogate that is given one needs both keys
-                     and an area, too: a rehearsal
-    envelope         stages pe and rw: where and how fast a real car may drive (TOML: area, max_speed)
+    arming           stages pe and rw: arming file that permits one run of this vehicle in this scenario; the run
+                     renames it to .used; without it a real car makes a dry run, which never passes; a surrogate that is
+                     given one needs both keys and an area, too: a rehearsal
+    envelope         stages pe and rw: file with the area and the highest speed of a real car (TOML: area, max_speed)
     log_dir          folder for a numbered run folder; default: nothing is written
     single_file      a report of one file: it shares nothing with the other runs (2 MB more); default: False
-    require_real     stages pe and rw: a surrogate in the place of a real vehicle is an ERROR; default: False
+    require_real     stages pe and rw: make it an ERROR if a surrogate takes the place of a real vehicle; default: False
     rootdir          folder that scenarios may refer to; files of a stack are looked for in it
     folder_name      what is between number and stage in the name of the run folder; default: the scenario's name
-    gated            the twin drives behind the command gate, as the car of the other stages does; default: False
+    gated            the twin drives behind the guard, as the car of the other stages does; default: False
 
-    Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, ArmingRefused,
-    VehicleLost: one line about a user's file or value, before anything runs or is written. A stack or a car that breaks
-    while it drives is an ERROR verdict. A file that cannot be written afterwards is a note, and the verdicts stand.
-    ResultError if no run folder can be made; Interrupted, a KeyboardInterrupt, after SIGINT, with the car stopped and
-    the log so far kept.
+    Raises ScenarioError, GateError, ModelError, ParameterError, TrafficError, StageError, AdsError, VehicleLost, and
+    UnknownKeyword, a TypeError, for an option that is none: one line each about a user's file or value, before anything
+    runs or is written. A stack or a car that breaks while it drives is an ERROR verdict. What cannot be written
+    afterwards is a note: the verdicts stand. ResultError if no run folder can be made; Interrupted, which is a
+    KeyboardInterrupt, after SIGINT, with the car stopped and the log so far kept.
     """
     spec = spec_of(options)
     check_stage(

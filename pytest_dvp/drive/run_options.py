@@ -27,7 +27,7 @@ class RunOptions(TypedDict, total=False):
     model: str | Path | None
     """vehicle model (TOML); default: the TABBY EVO."""
     effects: Sequence[str | Path]
-    """effects of your own that the model uses; the file is run."""
+    """file with your effects that the model uses; it is executed."""
     gates: str | Path | None
     """gate file; default: NAME.gates.toml beside the scenario; without that file the default gates hold."""
     passed: Sequence[str | Path]
@@ -35,8 +35,8 @@ class RunOptions(TypedDict, total=False):
     library: Sequence[str | Path]
     """folder that scenarios may refer to, besides their own and the rootdir."""
     reading: Reading
-    """of three rules where that player and the standard differ: esmini or standard (docs/conformance.md); default:
-    esmini."""
+    """reading of three rules on which esmini and the standard differ: esmini or standard (docs/conformance.md);
+    default: esmini."""
     ego: str | None
     """entity that the ADS drives; default: Ego."""
     parameters: Mapping[str, str | float | bool] | None
@@ -53,9 +53,9 @@ class RunOptions(TypedDict, total=False):
     """longest wall time of one tick of the stack [s]; six times that for the first one and for loading it; a stack that
     takes longer is ended, and the run is an ERROR; default: 10."""
     stack_process: str | None
-    """whether a stack given by name runs in a process of its own: on or off; default: on, the reference stack: off; in
-    a process of its own it can be ended whatever it does; a class or an object always runs in this process, where its
-    Python code is interrupted."""
+    """whether a stack that is given by name runs in a separate process: on or off; default: on, for the reference stack
+    off; in a process of its own it can be ended whatever it does; a class or an object always runs in this process,
+    where its Python code is interrupted."""
     compute_delay: str | None
     """stage dt: commands reach the car later, and a share of them never: SECONDS[+-JITTER][,drop=SHARE]."""
     after_collision: float
@@ -66,26 +66,27 @@ class RunOptions(TypedDict, total=False):
     hidden in it, of ros1 how it is reached; replay is a recording; ros1_car:FILE, ros2_car:DOMAIN and other adapters
     are cars; default: surrogate."""
     dbc: str | Path | None
-    """stages pe and rw: messages of a vehicle on CAN, its signal map beside it; default: our own."""
+    """stages pe and rw: messages of a vehicle on CAN, with the signal map next to them; default: those that ship."""
     fault: str | None
-    """stages pe and rw: what goes wrong on the wire to the surrogate, as drop@5+3 (s)."""
+    """stages pe and rw: wire fault to make between surrogate and harness, as drop@5+3 (seconds)."""
     clock: str
     """time of stages pe and rw: stepped (lock-step) or real (wall clock); before a drive by the wall clock the twin
     rehearses it, so that everything is loaded; a real car drives only what passed there; default: stepped."""
     arming: str | Path | None
-    """stages pe and rw: second key of a real car: a file for this vehicle and scenario, used up; without it a real car
-    makes a dry run, which never passes; a surrogate that is given one needs both keys and an area, too: a rehearsal."""
+    """stages pe and rw: arming file that permits one run of this vehicle in this scenario; the run renames it to .used;
+    without it a real car makes a dry run, which never passes; a surrogate that is given one needs both keys and an
+    area, too: a rehearsal."""
     envelope: str | Path | None
-    """stages pe and rw: where and how fast a real car may drive (TOML: area, max_speed)."""
+    """stages pe and rw: file with the area and the highest speed of a real car (TOML: area, max_speed)."""
     log_dir: str | Path | None
     """folder for a numbered run folder; default: nothing is written."""
     single_file: bool
     """a report of one file: it shares nothing with the other runs (2 MB more); default: False."""
     require_real: bool
-    """stages pe and rw: a surrogate in the place of a real vehicle is an ERROR; default: False."""
+    """stages pe and rw: make it an ERROR if a surrogate takes the place of a real vehicle; default: False."""
     rootdir: Path | None
     """folder that scenarios may refer to; files of a stack are looked for in it."""
     folder_name: str | None
     """what is between number and stage in the name of the run folder; default: the scenario's name."""
     gated: bool
-    """the twin drives behind the command gate, as the car of the other stages does; default: False."""
+    """the twin drives behind the guard, as the car of the other stages does; default: False."""

@@ -60,7 +60,7 @@ class RunSpec:
     effects: tuple[Path, ...] = option(
         "files",
         (),
-        "effects of your own that the model uses; the file is run",
+        "file with your effects that the model uses; it is executed",
         "FILE.py",
         replay=120,
         compared=120,
@@ -105,7 +105,7 @@ class RunSpec:
     reading: Literal["esmini", "standard"] = option(
         "str",
         "esmini",
-        "of three rules where that player and the standard differ: esmini or standard (docs/conformance.md)",
+        "reading of three rules on which esmini and the standard differ: esmini or standard (docs/conformance.md)",
         "NAME",
         choices=("esmini", "standard"),
         keywords=(("reading", "Reading", ""),),
@@ -134,7 +134,7 @@ class RunSpec:
     cases: int | None = option(
         "int",
         None,
-        "cases of a distribution that run, a random sample by the seed; default: all",
+        "number of random cases of a distribution; default: all",
         "N",
         1,
         keyword="",
@@ -175,7 +175,7 @@ class RunSpec:
     stack_process: str | None = option(
         "str",
         None,
-        "whether a stack given by name runs in a process of its own: on or off; default: on, the reference stack: off",
+        "whether a stack that is given by name runs in a separate process: on or off; default: on, for the reference stack off",
         "on|off",
         choices=("on", "off"),
         more="in a process of its own it can be ended whatever it does; a class or an object always runs in this "
@@ -218,7 +218,7 @@ class RunSpec:
     dbc: Path | None = option(
         "file",
         None,
-        "messages of a vehicle on CAN, its signal map beside it; default: our own",
+        "messages of a vehicle on CAN, with the signal map next to them; default: those that ship",
         "F.dbc",
         stages=OF_A_CAR,
         replay=40,
@@ -227,7 +227,7 @@ class RunSpec:
     fault: str | None = option(
         "str",
         None,
-        "what goes wrong on the wire to the surrogate, as drop@5+3 (s)",
+        "wire fault to make between surrogate and harness, as drop@5+3 (seconds)",
         "NAME",
         stages=OF_A_CAR,
         replay=50,
@@ -248,7 +248,7 @@ class RunSpec:
     arming: Path | None = option(
         "file",
         None,
-        "second key of a real car: a file for this vehicle and scenario, used up",
+        "arming file that permits one run of this vehicle in this scenario; the run renames it to .used",
         "FILE",
         more="without it a real car makes a dry run, which never passes; a surrogate that is given one needs both keys "
         "and an area, too: a rehearsal",
@@ -257,7 +257,7 @@ class RunSpec:
     envelope: Path | None = option(
         "file",
         None,
-        "where and how fast a real car may drive (TOML: area, max_speed)",
+        "file with the area and the highest speed of a real car (TOML: area, max_speed)",
         "FILE",
         stages=OF_A_CAR,
         replay=70,
@@ -291,13 +291,13 @@ class RunSpec:
     )
     single_file: bool = option("flag", False, "a report of one file: it shares nothing with the other runs (2 MB more)")
     require_real: bool = option(
-        "flag", False, "a surrogate in the place of a real vehicle is an ERROR", stages=OF_A_CAR
+        "flag", False, "make it an ERROR if a surrogate takes the place of a real vehicle", stages=OF_A_CAR
     )
     scenarios: tuple[Path, ...] = option(
         "paths", (), "folder whose .xosc files are collected, besides those on the command line", "DIR", home="pytest"
     )
     no_diagnosis: bool = option(
-        "flag", False, "a model that does not match is not diagnosed (it costs seconds)", home="pytest"
+        "flag", False, "do not diagnose a model that does not match (a diagnosis takes seconds)", home="pytest"
     )
     rootdir: Path = option(
         "path",
@@ -313,7 +313,7 @@ class RunSpec:
         home="python",
     )  # fmt: skip
     gated: bool = option(
-        "flag", False, "the twin drives behind the command gate, as the car of the other stages does",
+        "flag", False, "the twin drives behind the guard, as the car of the other stages does",
         home="python", stages=("dt",),
     )  # fmt: skip
     origins: Mapping[str, str] = dataclasses.field(default_factory=dict, compare=False, repr=False)

@@ -32,7 +32,7 @@ class Study:
     start      a value for each knob
     fixed_P, fixed_S  all other values of P and S; P of the stack's presets where nothing is stated
     variants, seeds   performance: each with each is one simulation
-    gated      the twin behind the command gate, as the car is
+    gated      the twin behind the guard, as the car is
     ads        "FILE.py:Class", the driving stack; None: the reference stack
     logs       alignment: recorded logs, one replay each
     budget     simulations (or replays), those that the cache had included

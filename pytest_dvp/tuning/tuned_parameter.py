@@ -32,14 +32,17 @@ class Knob:
 
     @property
     def low(self) -> float:
+        """Least value, in `unit`."""
         return self.values[0]
 
     @property
     def high(self) -> float:
+        """Greatest value, in `unit`."""
         return self.values[-1]
 
     @property
     def logarithmic(self) -> bool:
+        """Whether the range is searched by its logarithm: it spans more than a factor of 30."""
         return self.low > 0.0 and self.high / self.low > 30.0
 
     def at(self, share: float) -> float:

@@ -24,7 +24,7 @@ class Job:
 
     scenario, model, gates, log, vehicle  files as named; the key holds their bytes, so a changed file is another job
     parameters of the scenario; P, S      values by name
-    gated  the twin behind the command gate, as the car is
+    gated  the twin behind the guard, as the car is
     ads    "FILE.py:Class" in place of the reference stack: one of a user's own, whose folder the key holds, or
            "NAME_robot.py:Class", which plays NAME_commands.csv beside it
     """

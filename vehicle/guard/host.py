@@ -1,6 +1,6 @@
 """The process that holds a real car and the command gate before it:  python -m vehicle.guard.host FD
 
-Nobody else reaches the car. The harness asks (`gate_process.py`): reset, observe, apply, step ...; while it says
+Nobody else reaches the car. The harness asks (`process.py`): reset, observe, apply, step ...; while it says
 nothing, the gate goes on by itself, 50 cycles a second by the wall clock, so that a stack that hangs, or a harness that
 is stopped, has the car braked within 100 ms and a cycle. What the car did meanwhile comes with the next steps.
 """

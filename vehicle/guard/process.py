@@ -1,4 +1,4 @@
-"""A real car whose command gate runs in a process of its own (`gate_host.py`), which alone reaches the car.
+"""A real car whose guard runs in a process of its own (`host.py`), which alone reaches the car.
 
     car = GateProcess(Opening("my_package:Tabby", "7", ...), record=log.append, trouble=wire_log.append)
 

@@ -36,6 +36,7 @@ def add_settings(parser: argparse._ActionsContainer, names: Collection[str]) -> 
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
+    """Add the option `--json`, which every command that prints a result has."""
     parser.add_argument("--json", action="store_true", help="print one JSON document on stdout and nothing else")
 
 

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[3]
 GLOSSARY = ROOT / "docs" / "glossary.md"
 TOP = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md")
 PAGES = sorted({path for name in TOP if (path := ROOT / name).exists()} | {*(ROOT / "docs").rglob("*.md")} - {GLOSSARY})
-BEING_REWRITTEN = {"arming"}  # options whose help comes from the declaration of a run's options
+BEING_REWRITTEN: frozenset[str] = frozenset()
 
 
 def rows() -> list[tuple[str, str, str]]:
