@@ -4,7 +4,7 @@
     carla = bridge.module("carla")            # stands in for the module: attributes, calls, lists, exceptions
     client = carla.Client("127.0.0.1", 2000)
 
-The far end is `interpreter_server.py`, which says how they talk. It beats every 20 ms: one that dies is known of at once,
+The far end is `interpreter_server.py`, which says how they talk. It beats every 20 ms: one that dies is known at once,
 one that hangs after SILENT. It does not outlive this process.
 """
 

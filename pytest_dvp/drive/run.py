@@ -68,9 +68,9 @@ def run(scenario: str | Path, /, **options: Unpack[RunOptions]) -> RunResult:
     wall_limit       longest wall time of one run [s]; a run that it ends is an ERROR; default: 600
     tick_limit       longest wall time of one tick of the stack [s]; six times that for the first one and for loading
                      it; a stack that takes longer is ended, and the run is an ERROR; default: 10
-    stack_process    whether a stack that is given by name runs in a separate process: on or off; default: on, for the
-                     reference stack off; in a process of its own it can be ended whatever it does; a class or an object
-                     always runs in this process, where its Python code is interrupted
+    stack_process    whether a stack that is given by name runs in a separate process; default: on, for the reference
+                     stack off; in a process of its own it can be ended whatever it does; a class or an object always
+                     runs in this process, where its Python code is interrupted
     compute_delay    stage dt: commands reach the car later, and a share of them never: SECONDS[+-JITTER][,drop=SHARE]
     after_collision  simulated time from a collision to the end of the run [s]; default: 1
     vehicle          car of stages pe and rw: surrogate or can (:HIDDEN.toml), ros1 (:FILE), replay:LOG, ros2_car:N or

@@ -53,9 +53,9 @@ class RunOptions(TypedDict, total=False):
     """longest wall time of one tick of the stack [s]; six times that for the first one and for loading it; a stack that
     takes longer is ended, and the run is an ERROR; default: 10."""
     stack_process: str | None
-    """whether a stack that is given by name runs in a separate process: on or off; default: on, for the reference stack
-    off; in a process of its own it can be ended whatever it does; a class or an object always runs in this process,
-    where its Python code is interrupted."""
+    """whether a stack that is given by name runs in a separate process; default: on, for the reference stack off; in a
+    process of its own it can be ended whatever it does; a class or an object always runs in this process, where its
+    Python code is interrupted."""
     compute_delay: str | None
     """stage dt: commands reach the car later, and a share of them never: SECONDS[+-JITTER][,drop=SHARE]."""
     after_collision: float

@@ -175,7 +175,7 @@ class RunSpec:
     stack_process: str | None = option(
         "str",
         None,
-        "whether a stack that is given by name runs in a separate process: on or off; default: on, for the reference stack off",
+        "whether a stack that is given by name runs in a separate process; default: on, for the reference stack off",
         "on|off",
         choices=("on", "off"),
         more="in a process of its own it can be ended whatever it does; a class or an object always runs in this "
