@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: interop demo demo-gap test lint types contract compiled unit wheel stages real-time nightly conformance reliability bench blind licences ads-report paper paper-searches paper-kills clean
+.PHONY: interop demo demo-gap test lint types contract compiled unit wheel mutants stages real-time nightly conformance reliability bench blind licences ads-report paper paper-searches paper-kills clean
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -113,6 +113,11 @@ bench: $(STAMP)
 # The command gate: coverage, every mutant, a million commands, its states; writes its part of docs/reliability.md.
 reliability: $(STAMP)
 	$(BIN)/python -m scripts.make_reliability_page
+
+# 600 mutants of what compares, diagnoses, judges and drives, and the share of them that the tests notice; hours, so
+# MINUTES=35 ends sooner, and the next call goes on where it was. Figures and survivors stand in docs/quality.md.
+mutants: $(STAMP)
+	nice $(BIN)/python -m scripts.mutants --minutes $${MINUTES:-inf}
 
 blind: $(STAMP)
 	$(BIN)/python -m scripts.blind_answers $${DVP_SHARED:-../shared}/blind

@@ -1,0 +1,77 @@
+"""Which tests judge a mutant of a file, in the order in which they run.
+
+First the test files that import the mutated module by its name, then those that import a module which itself imports
+it, then the unit tests of its folder; in each group the fastest first. mutant_test_times.json has the seconds that each
+test file took on its own; what would take longer than BUDGET in all is left out, so a mutant that only slow tests would
+notice counts as a survivor.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+from scripts.mutant_sample import ROOT
+
+TIMES = Path(__file__).with_name("mutant_test_times.json")
+BUDGET = 45.0  # s, of all tests that judge one mutant
+HOMES = {
+    "pytest_dvp/gap": ("tests/unit/gap", "tests/truth"),
+    "pytest_dvp/metrics": ("tests/unit/results",),
+    "pytest_dvp/verdicts": ("tests/unit/results",),
+    "openscenario/storyboard": ("tests/unit/storyboard",),
+    "vehicle/model": ("tests/unit/vehicle", "tests/physics"),
+}
+ROOMS = ("machine_code", "openscenario", "vehicle", "ads", "reports", "pytest_dvp")
+
+
+@cache
+def imports(path: Path) -> frozenset[str]:
+    """Names of our modules that a file imports anywhere, in its functions too."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module)
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return frozenset(name for name in found if name.partition(".")[0] in ROOMS)
+
+
+@cache
+def importers() -> Mapping[str, frozenset[str]]:
+    """Name of each module -> names of our modules that import it."""
+    found: dict[str, set[str]] = {}
+    for room in ROOMS:
+        for path in sorted((ROOT / room).rglob("*.py")):
+            module = path.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".")
+            for name in imports(path):
+                found.setdefault(name, set()).add(module)
+    return {name: frozenset(modules) for name, modules in found.items()}
+
+
+@cache
+def times() -> Mapping[str, float]:
+    """Test file -> seconds that it took."""
+    found: dict[str, float] = json.loads(TIMES.read_text(encoding="utf-8"))
+    return found
+
+
+def judges(path: str, folder: str) -> list[str]:
+    """Test files that judge the mutants of a file, the first to run first."""
+    module = path.removesuffix(".py").replace("/", ".")
+    near = importers().get(module, frozenset())
+    home = {name for name in times() if name.startswith(HOMES[folder])}
+    direct = {name for name in times() if (ROOT / name).exists() and module in imports(ROOT / name)}
+    second = {name for name in home - direct if near & imports(ROOT / name)}
+    chosen: list[str] = []
+    spent = 0.0
+    for group in (direct, second, home - direct - second):
+        for name in sorted(group, key=lambda test: (times()[test], test)):
+            if not chosen or spent + times()[name] <= BUDGET:
+                chosen.append(name)
+                spent += times()[name]
+    return chosen
