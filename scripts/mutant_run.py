@@ -26,7 +26,7 @@ from scripts.mutant_sample import ROOT, Mutant
 OWN = ("machine_code", "openscenario", "vehicle", "ads", "reports", "pytest_dvp", "scenarios", "tests", "scripts",
        "benchmarks")  # fmt: skip
 WARM = ("pytest", "_pytest.junitxml", "hypothesis", "numpy", "scipy.optimize", "scipy.signal", "numba", "pandas",
-        "lxml.etree", "pymunk", "mcap.writer", "mcap.reader", "msgspec", "jinja2", "rich.console", "xdist")  # fmt: skip
+        "lxml.etree", "pymunk", "mcap.writer", "mcap.reader", "msgspec", "jinja2", "rich.console")  # fmt: skip
 _LATER = 1_000  # s after the original's time stamp: no byte code of the original is taken for the mutant's
 
 
@@ -146,7 +146,8 @@ def _be_a_test_run(checkout: Path, tests: Sequence[str], seconds: float, keep: b
             os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
         import pytest
 
-        options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:randomly", "--rootdir", str(checkout)]
+        plain = ["-p", "no:cacheprovider", "-p", "no:randomly", "-W", "ignore::pytest.PytestAssertRewriteWarning"]
+        options = ["-x", "-q", *plain, "--rootdir", str(checkout)]
         status = int(pytest.main([*options, *tests], plugins=[_FirstFailure(failed)]))
     finally:
         os._exit(status)
