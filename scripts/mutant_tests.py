@@ -19,6 +19,7 @@ from scripts.mutant_sample import ROOT
 TIMES = Path(__file__).with_name("mutant_test_times.json")
 BUDGET = 45.0  # s, of all tests that judge one mutant
 HOMES = {
+    "pytest_dvp/doctor": ("tests/unit/logs",),
     "pytest_dvp/gap": ("tests/unit/gap", "tests/truth"),
     "pytest_dvp/metrics": ("tests/unit/results",),
     "pytest_dvp/verdicts": ("tests/unit/results",),

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from scripts.decision_constants import MovedConstant, moved_constants
 from scripts.mutant_run import Checkout, run_tests, warm_up
 from scripts.mutant_sample import FOLDERS, ROOT, SEED, SIZE, Mutant, sample
 from scripts.mutant_tests import ROOMS, judges, times
@@ -34,7 +35,7 @@ _COMPILING = 90.0  # s more, because most folders compile code: beyond that a mu
 class Judged:
     """A mutant and what became of it: "killed", "killed by time" or "survived"."""
 
-    mutant: Mutant
+    mutant: Mutant | MovedConstant
     verdict: str
 
 
@@ -57,7 +58,7 @@ def digest(*parts: str) -> str:
     return found.hexdigest()[:20]
 
 
-def key(mutant: Mutant) -> str:
+def key(mutant: Mutant | MovedConstant) -> str:
     """Digest of the mutated source."""
     return digest(mutant.operator, str(mutant.occurrence), mutant.path)
 
@@ -76,14 +77,14 @@ def seconds(tests: Sequence[str]) -> float:
     return _COMPILING + _SLOWER * sum(times().get(name, 10.0) for name in tests)
 
 
-def difference(mutant: Mutant) -> list[str]:
+def difference(mutant: Mutant | MovedConstant) -> list[str]:
     """The changed lines, the old ones with a minus and the new ones with a plus."""
     original = (ROOT / mutant.path).read_text(encoding="utf-8")
     lines = difflib.unified_diff(original.splitlines(), mutant.source(original).splitlines(), lineterm="", n=0)
     return [line for line in lines if line[:1] in "+-" and line[:3] not in ("+++", "---")]
 
 
-def judge(chosen: Sequence[Mutant], minutes: float) -> list[Judged]:
+def judge(chosen: Sequence[Mutant | MovedConstant], minutes: float, place: Path) -> list[Judged]:
     """Judge the mutants in their order until the time is over; those judged before cost nothing."""
     verdicts = KEPT / "verdicts.jsonl"
     KEPT.mkdir(parents=True, exist_ok=True)
@@ -104,7 +105,7 @@ def judge(chosen: Sequence[Mutant], minutes: float) -> list[Judged]:
                 continue
             if checkout is None:
                 warm_up()
-                checkout = Checkout(KEPT / "checkout")
+                checkout = Checkout(place)
             for test in tests:
                 if (state := _state(test)) not in sound:
                     if run_tests(checkout.place, [test], seconds=600.0, keep=True)[0] != "survived":
@@ -162,11 +163,15 @@ def main() -> int:
     parser.add_argument("--size", type=int, default=SIZE, help="mutants in the sample")
     parser.add_argument("--seed", type=int, default=SEED, help="seed of the sample")
     parser.add_argument("--only", default="", help="beginning of the paths that are judged, for a look at one file")
+    parser.add_argument("--constants", action="store_true", help="move each constant that decides, not the sample")
+    parser.add_argument("--place", default="checkout", help="name of the copy of the checkout, one for each run")
     options = parser.parse_args()
     os.environ.setdefault("DVP_SHARED", str(ROOT.parent / "shared"))
-    chosen = [mutant for mutant in sample(options.size, options.seed) if mutant.path.startswith(options.only)]
-    judged = judge(chosen, options.minutes)
-    print(f"\n{len(judged)} of {len(chosen)} mutants judged (seed {options.seed})", *table(judged), "", sep="\n")
+    every = list(moved_constants()) if options.constants else sample(options.size, options.seed)
+    chosen = [mutant for mutant in every if mutant.path.startswith(options.only)]
+    judged = judge(chosen, options.minutes, KEPT / options.place)
+    print(f"\n{len(judged)} of {len(chosen)} mutants judged (seed {options.seed})")
+    print("" if options.constants else "\n".join(table(judged)), end="\n\n")
     for one in judged:
         if one.verdict == "survived":
             print(f"{one.mutant.name}", *(f"    {line}" for line in difference(one.mutant)), sep="\n")
