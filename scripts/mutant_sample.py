@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -30,6 +30,14 @@ _NEIGHBOURS = {
                    "NotEq_Eq", "Is_IsNot", "IsNot_Is"),
     "Unary": ("USub_UAdd", "Delete_Not", "Delete_Invert"),
 }  # fmt: skip
+_BINARY = (
+    "arith_expr",
+    "term",
+    "power",
+    "expr",
+    "xor_expr",
+    "and_expr",
+)  # else `*` and `**` unpack, or part parameters
 OPERATORS = (
     *(f"Replace{kind}Operator_{change}" for kind, changes in _NEIGHBOURS.items() for change in changes),
     "AddNot",
@@ -90,7 +98,7 @@ def mutants(path: str, original: str) -> Iterator[Mutant]:
     for node in ast_nodes(get_ast(original)):
         for name in OPERATORS:
             for start, _ in operator(name).mutation_positions(node):
-                if not idle(start):
+                if not (idle(start) or ("Binary" in name and node.parent.type not in _BINARY)):
                     yield Mutant(path, start[0], name, counts[name])
                 counts[name] += 1
 
@@ -101,22 +109,26 @@ def sample(size: int = SIZE, seed: int = SEED) -> list[Mutant]:
     They are ordered so that the first N, for any N, are again in that proportion: a run that was cut short is a
     smaller sample of the same kind.
     """
-    rng = random.Random(seed)
-    every: dict[str, list[Mutant]] = {}
-    for folder in FOLDERS:
-        found = [
+    every = {
+        folder: [
             mutant
             for file in files(folder)
             for mutant in mutants(file.relative_to(ROOT).as_posix(), file.read_text(encoding="utf-8"))
         ]
-        rng.shuffle(found)
-        every[folder] = found
+        for folder in FOLDERS
+    }
+    return stratified(every, seed)[:size]
+
+
+def stratified(every: Mapping[str, Sequence[Mutant]], seed: int) -> list[Mutant]:
+    """All mutants in an order of which each beginning has as large a share of each folder as the whole."""
+    rng = random.Random(seed)
     placed = [
         ((rank + 0.5) / len(found), folder, mutant)
         for folder, found in every.items()
-        for rank, mutant in enumerate(found)
+        for rank, mutant in enumerate(rng.sample(found, len(found)))
     ]
-    return [mutant for _, _, mutant in sorted(placed)[:size]]
+    return [mutant for _, _, mutant in sorted(placed)]
 
 
 def _without_effect(source: str) -> Callable[[tuple[int, int]], bool]:
