@@ -147,7 +147,7 @@ def _be_a_test_run(checkout: Path, tests: Sequence[str], seconds: float, keep: b
         import pytest
 
         plain = ["-p", "no:cacheprovider", "-p", "no:randomly", "-W", "ignore::pytest.PytestAssertRewriteWarning"]
-        options = ["-x", "-q", *plain, "--rootdir", str(checkout)]
+        options = ["-x", "-q", "--tb=no", *plain, "--rootdir", str(checkout)]
         status = int(pytest.main([*options, *tests], plugins=[_FirstFailure(failed)]))
     finally:
         os._exit(status)

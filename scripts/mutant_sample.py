@@ -37,7 +37,7 @@ _BINARY = (
     "expr",
     "xor_expr",
     "and_expr",
-)  # else `*` and `**` unpack, or part parameters
+)  # else a star unpacks or parts parameters
 OPERATORS = (
     *(f"Replace{kind}Operator_{change}" for kind, changes in _NEIGHBOURS.items() for change in changes),
     "AddNot",
