@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import importlib
+import importlib.util
 import os
 import resource
 import shutil
@@ -20,6 +21,8 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 from scripts.mutant_sample import ROOT, Mutant
 
@@ -52,6 +55,12 @@ class Checkout:
             return
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(source, target)
+        if source.suffix == ".py":  # byte code is valid for any file with the source's size and time stamp
+            code = Path(importlib.util.cache_from_source(str(source)))
+            for made in (code, code.with_name(f"{code.stem}-pytest-{pytest.__version__}.pyc")):
+                if made.exists():
+                    (target.parent / "__pycache__").mkdir(exist_ok=True)
+                    shutil.copy2(made, target.parent / "__pycache__" / made.name)
 
     @contextlib.contextmanager
     def changed(self, mutant: Mutant) -> Iterator[None]:
@@ -144,8 +153,6 @@ def _be_a_test_run(checkout: Path, tests: Sequence[str], seconds: float, keep: b
         os.environ.pop("PYTEST_CURRENT_TEST", None)
         if not keep:
             os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
-        import pytest
-
         plain = ["-p", "no:cacheprovider", "-p", "no:randomly", "-W", "ignore::pytest.PytestAssertRewriteWarning"]
         options = ["-x", "-q", "--tb=no", *plain, "--rootdir", str(checkout)]
         status = int(pytest.main([*options, *tests], plugins=[_FirstFailure(failed)]))
