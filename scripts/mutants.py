@@ -164,11 +164,14 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=SEED, help="seed of the sample")
     parser.add_argument("--only", default="", help="beginning of the paths that are judged, for a look at one file")
     parser.add_argument("--constants", action="store_true", help="move each constant that decides, not the sample")
+    parser.add_argument("--part", default="0/1", help="K/N: each Nth mutant from the Kth on, for several processes")
     parser.add_argument("--place", default="checkout", help="name of the copy of the checkout, one for each run")
     options = parser.parse_args()
     os.environ.setdefault("DVP_SHARED", str(ROOT.parent / "shared"))
     every = list(moved_constants()) if options.constants else sample(options.size, options.seed)
     chosen = [mutant for mutant in every if mutant.path.startswith(options.only)]
+    first, step = map(int, options.part.split("/"))
+    chosen = chosen[first::step]
     judged = judge(chosen, options.minutes, KEPT / options.place)
     print(f"\n{len(judged)} of {len(chosen)} mutants judged (seed {options.seed})")
     print("" if options.constants else "\n".join(table(judged)), end="\n\n")
