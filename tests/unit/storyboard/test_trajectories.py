@@ -144,3 +144,19 @@ def test_clothoid_spline_without_position_starts_where_the_entity_is() -> None:
     )
     path = course(model.Trajectory(name="t", closed=False, shape=shape), resolve, Place(3.0, 4.0, 0.0, math.pi / 2))
     assert path.at(10.0)[:2] == (pytest.approx(3.0), pytest.approx(14.0))
+
+
+@pytest.mark.parametrize(("start", "stop", "ends"), [(2.0, 6.0, 6.0), (None, None, None)])
+def test_a_clothoid_with_times_is_passed_evenly_between_them(
+    start: float | None, stop: float | None, ends: float | None
+) -> None:
+    """ASAM OpenSCENARIO 1.3, Clothoid: startTime and stopTime; 20 m of a straight one from 2 s to 6 s, 5 m/s."""
+    shape = model.Clothoid(position=at(0, 0), curvature=0.0, curvature_prime=0.0, length=20.0, start_time=start,
+                           stop_time=stop)  # fmt: skip
+    found = along(shape)
+    assert found.length == pytest.approx(20.0)
+    if ends is None:
+        assert found.t is None
+    else:
+        assert (found.start_time, found.end_time) == (2.0, ends)
+        assert found.s_at(3.0) == pytest.approx(5.0)

@@ -212,3 +212,10 @@ def test_reading_a_model_needs_no_compiler() -> None:
     code += "print([n for n in ('numba', 'pandas', 'scipy') if n in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(("text", "key"), [("tyres = 4\n", "tyres"), ("[model]\nnaem = 'car'\n", "model.naem")])
+def test_an_unknown_key_is_named_with_its_table(text: str, key: str) -> None:
+    with pytest.raises(ModelError) as error:
+        parse_model(text)
+    assert error.value.key == key

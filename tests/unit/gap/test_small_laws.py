@@ -1,0 +1,50 @@
+"""Small laws of comparison and diagnosis against closed forms: what rating, regression and page do with numbers."""
+
+from __future__ import annotations
+
+from math import cos, sin, sqrt
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pytest_dvp.gap.compare.iso18571 import _corridor
+from pytest_dvp.gap.diagnose.equation_error import _FOLDS, _linear
+from pytest_dvp.gap.diagnose.regression_signals import Signals, _judged
+from pytest_dvp.gap.words.diagnosis_page import _turned
+
+
+def test_a_reference_of_zero_is_met_exactly_or_not_at_all() -> None:
+    """ISO/TS 18571 scales its corridors with the largest value of the reference: there is none here."""
+    assert _corridor(np.zeros(8), np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-6, 1.0])) == 0.75
+
+
+def test_an_unknown_is_fitted_on_the_other_folds_and_not_pulled_to_nought() -> None:
+    """The same normal equations A x = B in each fold: the others say x = B / A, and it takes 2 x B - A x^2 away."""
+    a, b = 4.0, 6.0
+    folds_a, folds_b = np.full((_FOLDS, 1, 1), a), np.full((_FOLDS, 1), b)
+    assert _linear(folds_a, folds_b) == pytest.approx(_FOLDS * b * b / a, rel=1e-6)
+
+
+def test_means_and_slopes_over_a_window_have_the_noise_of_their_samples() -> None:
+    """Independent samples: the mean of ten has 1/sqrt(10) of their noise, a slope from two of them sqrt(2) of it over
+    the time between them. A lateral acceleration less v r has that of both; the root mean square of this v is 5 m/s."""
+    step, w, count = 0.02, 5, 100
+    zeros = np.zeros(count)
+    v = np.where(np.arange(count) % 2, 7.0, 1.0)
+    s = Signals(step=step, w=w, rows=np.arange(10, 90, 5), t=np.arange(count) * step, v=v, rate=zeros, yaw=zeros,
+                accel=zeros, steer=zeros, wheelbase=2.5, cg_front=1.2, gyration=1.5, measured={}, noise={})  # fmt: skip
+    noise = {"v": 0.03, "ax": 0.2, "yaw_rate": 0.01, "yaw": 0.002, "ay": 0.1}
+    _judged(s, dict.fromkeys(noise, zeros), noise)
+    assert s.noise["ax"] == pytest.approx(0.2 / sqrt(10.0))
+    assert s.noise["r"] == pytest.approx(0.01 / sqrt(10.0))
+    assert s.noise["dv"] == pytest.approx(0.03 * sqrt(2.0) / 0.2)
+    assert s.noise["dyaw"] == pytest.approx(0.002 * sqrt(2.0) / 0.2)
+    assert s.noise["ay"] == pytest.approx(sqrt(0.1**2 + (5.0 * 0.01) ** 2) / sqrt(10.0))
+
+
+def test_an_error_of_position_is_drawn_along_and_across_the_cars_heading() -> None:
+    """3 m ahead and 1 m to the left of a car that heads 0.6 rad to the left of the map's axis."""
+    rest = np.array([[3.0 * cos(0.6) - sin(0.6), 3.0 * sin(0.6) + cos(0.6), 0.0]])
+    along, across = _turned(rest, SimpleNamespace(measured=np.array([[0.0, 0.0, 0.6]])))  # type: ignore[arg-type]
+    assert (along[0], across[0]) == pytest.approx((3.0, 1.0))
