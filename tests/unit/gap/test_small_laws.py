@@ -8,10 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.compare.error_location import locate
 from pytest_dvp.gap.compare.iso18571 import _corridor
 from pytest_dvp.gap.diagnose.equation_error import _FOLDS, _linear
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, intervals
 from pytest_dvp.gap.diagnose.regression_signals import Signals, _judged
 from pytest_dvp.gap.words.diagnosis_page import _turned
+from vehicle.model.effect_catalogue import find_effect
 
 
 def test_a_reference_of_zero_is_met_exactly_or_not_at_all() -> None:
@@ -48,3 +51,29 @@ def test_an_error_of_position_is_drawn_along_and_across_the_cars_heading() -> No
     rest = np.array([[3.0 * cos(0.6) - sin(0.6), 3.0 * sin(0.6) + cos(0.6), 0.0]])
     along, across = _turned(rest, SimpleNamespace(measured=np.array([[0.0, 0.0, 0.6]])))  # type: ignore[arg-type]
     assert (along[0], across[0]) == pytest.approx((3.0, 1.0))
+
+
+@pytest.mark.parametrize("segments", [3, 4, 26])
+def test_an_interval_of_few_segments_is_wider_by_their_number(segments: int) -> None:
+    """Ten samples a segment, all off by e with a sign of their own: each segment tells once, so the variance of a mean
+    is e^2 / m, and e^2 / (m - 1) as its mean was fitted (Liang and Zeger 1986). The interval is 2.5 standard deviations
+    wide; the gain's range of 0.7 to 1.2 makes half a unit of one."""
+    (key,) = find_effect("drive_gain").parameters
+    assert (key.low, key.high) == (0.7, 1.2)
+    e = 0.04
+    residual = np.repeat(e * np.where(np.arange(segments) % 2, 1.0, -1.0), 10)
+    gain = Coordinate("drive_gain", key)
+    found = Fit((gain,), {gain.name: 0.9}, residual, float(residual @ residual), np.ones((1, len(residual))))
+    low, high = intervals(found, np.arange(0, len(residual), 10))[gain.name]
+    assert 0.5 * (high - low) == pytest.approx(0.5 * 2.5 * e / sqrt(segments - 1.0))
+
+
+@pytest.mark.parametrize(("rows", "named"), [(19, False), (21, True)])
+def test_where_an_error_is_needs_two_thousandths_of_the_time(rows: int, named: bool) -> None:
+    count = 10_000
+    rest = np.full(count, 0.1)
+    rest[:rows] = 5.0
+    mask = np.arange(count) < rows
+    whole = SimpleNamespace(starts=np.array([0]), ends=np.array([count]))
+    where = locate({"v": rest}, {"v": 2.0}, {"launch": mask}, np.arange(count) * 0.02, np.full(count, 8.0), None, whole)  # type: ignore[arg-type]
+    assert ("launch" in [each.regime for each in where]) is named
