@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from vehicle_models import CAR, plant
+
+from vehicle.model.kernel import DYNAMIC, KINEMATIC, _blend, _tyres
 
 L = CAR["wheelbase"]
 A = CAR["cg_to_front_axle"]
@@ -183,3 +186,23 @@ def test_bank_shows_on_the_accelerometer_at_rest() -> None:
     car = plant()
     car.road(0.0, bank=0.1)
     assert car.advance(1)[0, 10] == pytest.approx(9.80665 * math.sin(0.1), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("speed", "share"), [(0.0, 0.0), (0.99, 0.0), (1.25, 0.15625), (1.5, 0.5), (1.75, 0.84375), (2.01, 1.0)]
+)
+def test_tyres_take_over_smoothly_from_the_least_speed_to_twice_of_it(speed: float, share: float) -> None:
+    """3 s^2 - 2 s^3 between 1 and 2 m/s: slip angles divide by the speed and mean nothing when the car hardly rolls."""
+    assert _blend.py_func(SimpleNamespace(vx=speed, slow=1.0), DYNAMIC) == pytest.approx(share)
+    assert _blend.py_func(SimpleNamespace(vx=speed, slow=1.0), KINEMATIC) == 0.0
+
+
+@pytest.mark.parametrize(("speed", "taken"), [(0.1, 1.5), (1.4, 1.5), (1.6, 1.6), (10.0, 10.0)])
+def test_slip_angles_are_those_of_the_least_speed_below_it(speed: float, taken: float) -> None:
+    """Textbook slip angles of a single track, with a lateral speed of 0.2 m/s and a yaw rate of 0.3 rad/s."""
+    x = SimpleNamespace(vx=speed, slow=1.5, vy=0.2, yaw_rate=0.3, steer=0.05, cg_front=1.2, cg_rear=1.5,
+                        stiffness_front=8e4, stiffness_rear=9e4)  # fmt: skip
+    _tyres.py_func(x)
+    assert x.slip_front == pytest.approx(0.05 - math.atan((0.2 + 1.2 * 0.3) / taken))
+    assert x.slip_rear == pytest.approx(-math.atan((0.2 - 1.5 * 0.3) / taken))
+    assert (x.fy_front, x.fy_rear) == pytest.approx((8e4 * x.slip_front, 9e4 * x.slip_rear))
