@@ -241,3 +241,13 @@ def test_an_effect_whose_strongest_would_change_less_than_five_percent_is_not_ex
     s = search("drive_gain")
     s._shown = {"drive_gain": change}
     assert s._hidden() == hidden
+
+
+def test_the_twelve_that_came_nearest_may_take_the_place_of_an_effect() -> None:
+    plain = ("drive_gain", "brake_gain", "drive_lag", "brake_lag", "steer_lag", "steer_delay", "drive_delay",
+             "aero_drag", "rolling_resistance", "viscous_resistance", "headwind", "mass", "steer_ratio",
+             "understeer")  # fmt: skip
+    s = Ordered(Samples(yaw=3.0), candidates(MODEL, [find_effect(name) for name in plain]))  # type: ignore[arg-type]
+    s.leaves = {name: 2000.0 + k for k, name in enumerate(plain)}
+    s._next(left(4000.0))
+    assert s._near["drive_gain"] == plain[:12]
