@@ -9,10 +9,10 @@ from math import sqrt
 
 import pytest
 
+from scripts import mutant_tests
 from scripts.decision_constants import MovedConstant
 from scripts.fixed_mutants import FIXED
 from scripts.mutant_sample import FOLDERS, ROOT, Mutant, mutants, stratified
-from scripts.mutant_tests import judges
 from scripts.mutants import wilson
 
 
@@ -70,9 +70,11 @@ def test_a_moved_constant_changes_its_number_alone() -> None:
     assert moved.source("B = 1\nA = 0.5  # m\n") == "B = 1\nA = 0.75  # m\n"
 
 
-def test_tests_that_import_a_module_by_its_name_judge_it_first() -> None:
-    assert judges("pytest_dvp/gap/compare/iso18571.py", "pytest_dvp/gap")[0] == "tests/unit/gap/test_iso18571.py"
-    assert judges("vehicle/model/car.py", "vehicle/model")
+def test_tests_that_import_a_module_by_its_name_judge_it_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    near, quick, slow = (f"tests/unit/gap/test_{name}.py" for name in ("iso18571", "regimes", "diagnose"))
+    monkeypatch.setattr(mutant_tests, "importers", dict)
+    monkeypatch.setattr(mutant_tests, "times", lambda: {quick: 0.1, near: 5.0, slow: 60.0})
+    assert mutant_tests.judges("pytest_dvp/gap/compare/iso18571.py", "pytest_dvp/gap") == [near, quick]
 
 
 @pytest.mark.parametrize(("killed", "count"), [(540, 600), (0, 10), (10, 10), (7, 9)])

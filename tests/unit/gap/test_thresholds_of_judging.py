@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_dvp.gap.compare.compare import _lag, _score
+from pytest_dvp.gap.compare.compare import _lag, _score, noise_floor
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose import held_out
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
@@ -135,3 +135,11 @@ def test_a_value_below_the_least_size_matters_if_it_gains_twice_what_a_first_eff
     search = Search(data, [tried])  # type: ignore[arg-type]
     fit = Fit((Coordinate("drive_gain", key),), {GAIN: value}, np.zeros(1000), 0.0, np.zeros((1, 1000)))
     assert search._matters(Trial(("drive_gain",), {GAIN: value}, fit, np.zeros(1)), "drive_gain", data) is matters  # type: ignore[arg-type]
+
+
+def test_a_signal_without_noise_gets_that_of_the_best_sensors_of_road_cars() -> None:
+    """A centimetre, half a milliradian, 1 cm/s, half a milliradian a second, 2 cm/s^2, a milliradian of steering."""
+    t = np.arange(500) * 0.02
+    best = {"x": 0.01, "y": 0.01, "yaw": 0.0005, "v": 0.01, "yaw_rate": 0.0005, "ax": 0.02, "ay": 0.02, "steer": 0.001}
+    found = noise_floor(t, np.zeros((len(t), len(CHANNELS))), CHANNELS)
+    assert dict(zip(CHANNELS, found.tolist(), strict=True)) == best
