@@ -70,6 +70,7 @@ PYTEST = "import sys, pytest; sys.path.pop(0); raise SystemExit(pytest.main())"
 """What the command `pytest` does: unlike `python -m pytest` it leaves the current folder out of Python's path."""
 
 
+@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
 def test_their_stack_and_their_tests_run_beside_ours_in_a_worker_of_xdist(project: Path) -> None:
     done = started(["-c", PYTEST, "-q", "-n", "1", "-p", "no:cacheprovider"], project)
     assert "2 passed" in done.stdout, done.stdout + done.stderr

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from openscenario.findings import Findings
-from pytest_dvp.doctor.excitation import _BY_SLOT, _RULES, _missed
+from pytest_dvp.doctor.excitation import _missed
 from pytest_dvp.doctor.missing_values import check_missing
 from pytest_dvp.doctor.redundant_motion import Motion
 from pytest_dvp.doctor.sensor_faults import check_sensors
@@ -19,6 +19,8 @@ from pytest_dvp.doctor.speed_and_acceleration import check_wishes
 from pytest_dvp.doctor.time_base import check_rate, check_stamps
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
+from vehicle.model.effect_catalogue import catalogue
+from vehicle.model.shown_by import BY_SLOT
 
 STEP = 0.02  # s
 
@@ -150,7 +152,7 @@ def test_a_drive_answers_with_a_quarter_to_four_times_what_a_driver_asks_for(
 
 
 def drives() -> list[tuple[str, float, str]]:
-    rules = (*_RULES, *_BY_SLOT.values())
+    rules = [effect.shown_by for effect in catalogue().values() if effect.shown_by] + list(BY_SLOT.values())
     return sorted({drive for rule in rules for drive in (*rule.drives, *rule.usual)})
 
 
