@@ -24,7 +24,7 @@ SEARCHES = (("coordinate", "coordinate search"), ("cma", "CMA-ES"), ("tpe", "TPE
 
 def searches(runs: Path, jobs: int, docs: Path) -> str:
     """Tables as markdown; the figure is written to docs/mcrpg-searches.svg."""
-    from pytest_dvp.tuning.implausible_values import guard
+    from pytest_dvp.tuning.implausible_values import find_implausible_values
     from pytest_dvp.tuning.iterate import baked, beginning
     from pytest_dvp.tuning.iteration_plan import drives
     from pytest_dvp.tuning.iteration_plan_file import read_plan
@@ -59,7 +59,9 @@ def searches(runs: Path, jobs: int, docs: Path) -> str:
             text = f"S on alignment, {what}"
             panels.append(Panel(text, "replays of logs", "chi²/N, best so far", True, courses, (0.1, 1000.0)))
         study = alone["coordinate"].study
-        suspects = guard(study.knobs, study.start, alone["coordinate"].best.point, logs, state.model, print)
+        suspects = find_implausible_values(
+            study.knobs, study.start, alone["coordinate"].best.point, logs, state.model, print
+        )
         better = dataclasses.replace(state, model=extended)
         performance = {name: _performance(plan, better, name, workers) for name, _ in SEARCHES}
         panels.append(Panel("P on performance, on the extended twin", "simulations", "score, best so far", False,

@@ -45,10 +45,10 @@ class Study:
 
     def logs(self, folder: Path, *, held_out: bool = False) -> dict[str, Log]:
         """The logs by name; `folder` holds the cars' folders. Raises LogError."""
-        from pytest_dvp.doctor.checked_log import read_sound
+        from pytest_dvp.doctor.checked_log import read_checked_log
 
         names = self.held_out if held_out else self.fitted
-        return {name: read_sound(folder / self.folder / name)[0] for name in names}
+        return {name: read_checked_log(folder / self.folder / name)[0] for name in names}
 
     def model(self, folder: Path) -> VehicleModel:
         """The given model, with this study's columns. Raises ModelError."""

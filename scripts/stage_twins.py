@@ -117,9 +117,9 @@ def hold(twin: str, scenario: str, seed: int, over: str = "ros2") -> Held:
             stage: run(path, stage=stage, seed=seed, model=folder / "twin.toml", vehicle=vehicle)
             for stage in ("dt", "rw")
         }
-    drives = {stage: stage_comparison.Driven(result.log) for stage, result in results.items()}
+    drives = {stage: stage_comparison.StageDrive(result.log) for stage, result in results.items()}
     about = {"scenario": f"{scenario}.xosc", "line": 1, "seed": seed, "replay": ""}
-    held = stage_comparison.hold(
+    held = stage_comparison.compare_stages(
         drives, stage_comparison.gates_between(path, None, shipped("stages.toml")), [("dt", "rw")], about
     )
     bad = [verdict for verdict in held.verdicts if verdict.status != "PASS"]

@@ -48,7 +48,7 @@ class Vehicle(Protocol):
 
 
 @runtime_checkable
-class Candid(Protocol):
+class ReportsMessageFaults(Protocol):
     """What a vehicle that judges its own messages also has."""
 
     def tell(self, record: Callable[[Any], None]) -> None:

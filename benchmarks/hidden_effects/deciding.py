@@ -30,7 +30,7 @@ from pytest_dvp.gap.manoeuvres.catalogue import Manoeuvre
 from pytest_dvp.gap.manoeuvres.choice import Choice
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
 from pytest_dvp.gap.manoeuvres.simulated_drive import drive
-from pytest_dvp.gap.manoeuvres.simulated_driver import Wish
+from pytest_dvp.gap.manoeuvres.simulated_driver import DriverDemand
 from pytest_dvp.logs.log import Log
 from tests.truth.car import FINE, N_STATE, PERIOD, SUBSTEPS, advance
 from tests.truth.effects import C_CF, C_CR, C_DYNAMIC, PLANT, Effects, FloatArray, TruthCar, checked, parameters
@@ -65,7 +65,7 @@ def driven(effects: Effects, manoeuvre: Manoeuvre, noise: Noise, seed: int, *, e
     rows: list[FloatArray] = []
     table = np.zeros((20_000, 3))
 
-    def respond(wish: Wish) -> tuple[float, float, float, float, float]:
+    def respond(wish: DriverDemand) -> tuple[float, float, float, float, float]:
         k = len(commands)
         commands.append((wish.accel, wish.steer, wish.speed))
         table[k] = commands[-1]

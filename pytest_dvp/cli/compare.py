@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options, read_files
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_report, existing, new_file
-from pytest_dvp.cli.shared.command_columns import driven_by
+from pytest_dvp.cli.shared.command_columns import check_command_columns
 from pytest_dvp.text.plain_json import finite
 from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
     from openscenario.findings import Finding
     from pytest_dvp.gap.compare.compare import Comparison
-    from pytest_dvp.gap.compare.compared_model import Subject
+    from pytest_dvp.gap.compare.compared_model import ComparedModel
     from pytest_dvp.logs.log import Log
 
 PLACE = 70  # in `dvp --help`
@@ -59,7 +59,9 @@ def execute(arguments: argparse.Namespace) -> int:
     channels = _channels(arguments)
     subject, logs = _read_all(arguments)
     if isinstance(subject, ModelSubject):
-        driven_by("dvp compare", subject.model, arguments.model, {name: log for name, (log, _) in logs.items()})
+        check_command_columns(
+            "dvp compare", subject.model, arguments.model, {name: log for name, (log, _) in logs.items()}
+        )
     found = _compare_all(subject, {name: log for name, (log, _) in logs.items()}, channels)
     if arguments.report is not None:
         _report(arguments.report, found, {name: findings for name, (_, findings) in logs.items()})
@@ -73,32 +75,32 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _read_all(arguments: argparse.Namespace) -> tuple[Subject, dict[str, tuple[Log, tuple[Finding, ...]]]]:
+def _read_all(arguments: argparse.Namespace) -> tuple[ComparedModel, dict[str, tuple[Log, tuple[Finding, ...]]]]:
     """The model, and logs with their warnings by name, all before any physics; the warnings are told on stderr.
 
     Raises LogError for a log with an error: a model would be bent to explain it.
     """
     from rich.console import Console
 
-    from pytest_dvp.doctor import read_sound, tell
+    from pytest_dvp.doctor import print_findings, read_checked_log
     from pytest_dvp.gap.compare.compared_model import LogSubject
-    from pytest_dvp.gap.compare.model_loader import load_subject
+    from pytest_dvp.gap.compare.model_loader import load_compared_model
 
     options = log_options(arguments)
     logs: dict[str, tuple[Log, tuple[Finding, ...]]] = {}
     with Console(stderr=True).status("reading") as status:
-        subject = load_subject(arguments.model, effects_from(arguments), **options)
+        subject = load_compared_model(arguments.model, effects_from(arguments), **options)
         for text in arguments.logs:
             status.update(f"reading {text}")
             name = Path(text).name
-            logs[name if name not in logs else text] = read_sound(text, **options)
+            logs[name if name not in logs else text] = read_checked_log(text, **options)
     for _, findings in logs.values():
-        tell(findings)
-    tell(subject.findings if isinstance(subject, LogSubject) else ())
+        print_findings(findings)
+    print_findings(subject.findings if isinstance(subject, LogSubject) else ())
     return subject, logs
 
 
-def _compare_all(subject: Subject, logs: dict[str, Log], channels: list[str] | None) -> dict[str, Comparison]:
+def _compare_all(subject: ComparedModel, logs: dict[str, Log], channels: list[str] | None) -> dict[str, Comparison]:
     """Comparisons by log as it was named; the status line on stderr is shown on terminals only."""
     from rich.console import Console
 

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING
 from pytest_dvp.cli.doctor import add_log_options, existing_log, log_options, read_files
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_report, existing, new_file
-from pytest_dvp.cli.shared.command_columns import driven_by
-from pytest_dvp.cli.shared.forwarded_options import carried
+from pytest_dvp.cli.shared.command_columns import check_command_columns
+from pytest_dvp.cli.shared.forwarded_options import forwarded_options
 from pytest_dvp.cli.shared.held_out_logs import refuse_same_drive, refuse_same_path
 from pytest_dvp.cli.shared.manoeuvre_options import add_limits, check_folder, limit_words, limits_from, with_manoeuvres
 from pytest_dvp.cli.shared.progress import progress
-from pytest_dvp.cli.shared.selected_parts import LookedAt, looked_at
+from pytest_dvp.cli.shared.selected_parts import SelectedParts, select_parts
 from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
@@ -67,16 +67,16 @@ def execute(arguments: argparse.Namespace) -> int:
     envelope = limits_from(arguments)
     from pytest_dvp.gap.diagnose.diagnose import diagnose
     from pytest_dvp.gap.diagnose.wheelbase_check import wrong_wheelbase
-    from vehicle.model.effect_catalogue import perceived
+    from vehicle.model.effect_catalogue import perception_effect_names
     from vehicle.model.model_file import read_model
 
     extra = effects_from(arguments)
     model = read_model(arguments.model, extra=extra)
     logs, held_out = read_all(arguments.logs, arguments), read_all(arguments.held_out, arguments)
     refuse_same_drive(logs, held_out)
-    driven_by("dvp diagnose", model, arguments.model, logs, held_out)
-    fitted = looked_at(arguments.logs, logs, model)
-    judged = looked_at(arguments.held_out, held_out, model)
+    check_command_columns("dvp diagnose", model, arguments.model, logs, held_out)
+    fitted = select_parts(arguments.logs, logs, model)
+    judged = select_parts(arguments.held_out, held_out, model)
     logs, held_out = fitted.logs, judged.logs
     twins = _twins(arguments, logs)
     told = (fitted.said, judged.said, _true_motion({**held_out, **logs}), _unjudged(logs, twins))
@@ -91,7 +91,9 @@ def execute(arguments: argparse.Namespace) -> int:
             found = with_manoeuvres(found, logs, model, envelope, tuple(extra.values()), Path(arguments.plan))
     own = found
     if twins:  # what their detections show comes on top of the sensors that the twin has: no value for its model
-        own = dataclasses.replace(found, effects=tuple(e for e in found.effects if e.name not in perceived()))
+        own = dataclasses.replace(
+            found, effects=tuple(e for e in found.effects if e.name not in perception_effect_names())
+        )
         if own.effects != found.effects:
             said.append(
                 "of the detections nothing is to be added to the model: they differ on top of the twin's own sensors"
@@ -108,21 +110,21 @@ def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.gap.words.diagnosis import extend_command, page, plan_command
 
     given = (own, arguments.model, fitted.texts, judged.texts)
-    command = extend_command(*given, carried(arguments))
-    plan = plan_command(*given, [*carried(arguments), *limit_words(arguments)])
+    command = extend_command(*given, forwarded_options(arguments))
+    plan = plan_command(*given, [*forwarded_options(arguments), *limit_words(arguments)])
     print(*said, page(found, model=Path(arguments.model).name, command=command, plan=plan), sep="\n")
     return 0
 
 
-def _report(arguments: argparse.Namespace, found: Diagnosis, own: Diagnosis, fitted: LookedAt, model: VehicleModel,
-            judged: LookedAt, extra: tuple[Effect, ...]) -> None:  # fmt: skip
+def _report(arguments: argparse.Namespace, found: Diagnosis, own: Diagnosis, fitted: SelectedParts, model: VehicleModel,
+            judged: SelectedParts, extra: tuple[Effect, ...]) -> None:  # fmt: skip
     from pytest_dvp.gap.words.diagnosis import extend_command
     from pytest_dvp.gap.words.diagnosis_page import Typed, diagnosis_page
     from reports.diagnosis import write_diagnosis_report
 
-    typed = Typed(arguments.model, fitted.texts, judged.texts, carried(arguments))
+    typed = Typed(arguments.model, fitted.texts, judged.texts, forwarded_options(arguments))
     page = diagnosis_page(found, fitted.logs, model, held_out=judged.logs, effects=extra, typed=typed)
-    page["command"] = extend_command(own, arguments.model, fitted.texts, judged.texts, carried(arguments))
+    page["command"] = extend_command(own, arguments.model, fitted.texts, judged.texts, forwarded_options(arguments))
     write_diagnosis_report(arguments.report, page)
     print(f"dvp diagnose: report in {arguments.report}", file=sys.stderr)
 
@@ -172,12 +174,12 @@ def _true_motion(logs: dict[str, Log]) -> str:
 
 def read_all(texts: list[str], arguments: argparse.Namespace) -> dict[str, Log]:
     """Logs by name; warnings are told on stderr. Raises LogError for a log with an error."""
-    from pytest_dvp.doctor import read_sound, tell
+    from pytest_dvp.doctor import print_findings, read_checked_log
 
     logs: dict[str, Log] = {}
     for text in texts:
-        log, findings = read_sound(text, **log_options(arguments))
+        log, findings = read_checked_log(text, **log_options(arguments))
         name = Path(text).name
         logs[name if name not in logs else text] = log
-        tell(findings)
+        print_findings(findings)
     return logs

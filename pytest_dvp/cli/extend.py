@@ -21,11 +21,11 @@ from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log, read_files
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing, new_file
-from pytest_dvp.cli.shared.command_columns import driven_by
+from pytest_dvp.cli.shared.command_columns import check_command_columns
 from pytest_dvp.cli.shared.held_out_logs import refuse_same_drive, refuse_same_path
-from pytest_dvp.cli.shared.named_effects import Named, named, of_the_run
+from pytest_dvp.cli.shared.named_effects import NamedEffects, named, of_the_run
 from pytest_dvp.cli.shared.progress import progress
-from pytest_dvp.cli.shared.selected_parts import looked_at
+from pytest_dvp.cli.shared.selected_parts import select_parts
 from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
@@ -80,20 +80,20 @@ def execute(arguments: argparse.Namespace) -> int:
     gates = _gates(arguments)
     logs, held_out = read_all(arguments.fit, arguments), read_all(arguments.held_out, arguments)
     refuse_same_drive(logs, held_out)
-    driven_by("dvp extend", model, arguments.model, logs, held_out)
+    check_command_columns("dvp extend", model, arguments.model, logs, held_out)
     wanted = wanted.shown_by(logs, model)
     if wanted.nothing:
         return _copied(arguments, wanted.nothing, wanted.verdict)
     if arguments.diagnosis and wanted.empty:
-        return _not_written(arguments, "; ".join(wanted.left))
-    for text in wanted.told(model, Path(arguments.model).name):
+        return _not_written(arguments, "; ".join(wanted.skipped))
+    for text in wanted.notes(model, Path(arguments.model).name):
         print(f"dvp extend: {text}", file=sys.stderr)
     rivals: dict[str, tuple[str, ...]] = {}
     with progress("dvp extend", "extending") as tick:
         start = None
         if wanted.empty and not arguments.refit:
-            fitted = looked_at(arguments.fit, logs, model)
-            judged = looked_at(arguments.held_out, held_out, model)
+            fitted = select_parts(arguments.fit, logs, model)
+            judged = select_parts(arguments.held_out, held_out, model)
             for text in (fitted.said, judged.said):
                 if text:
                     print(f"dvp extend: the diagnosis {text}", file=sys.stderr)
@@ -109,7 +109,7 @@ def execute(arguments: argparse.Namespace) -> int:
             tick=tick,
         )  # fmt: skip
         effects = [dataclasses.replace(e, rivals=rivals.get(e.name, ())) for e in extension.effects]
-        notes = (*wanted.left, *extension.notes)
+        notes = (*wanted.skipped, *extension.notes)
         extension = dataclasses.replace(extension, effects=tuple(effects), notes=notes)
         changes = _changes(gates, {**logs, **held_out}, model, extension, tuple(extra.values()))
     if not extension.refusal:
@@ -152,7 +152,7 @@ def _diagnosed(logs: Mapping[str, Log], model: VehicleModel, held_out: Mapping[s
     return diagnose(logs, model, held_out=held_out, effects=extra, tick=tick)
 
 
-def _asked(found: Diagnosis) -> Named:
+def _asked(found: Diagnosis) -> NamedEffects:
     from pytest_dvp.gap.words.diagnosis import page
 
     own = found.set_up
@@ -161,7 +161,7 @@ def _asked(found: Diagnosis) -> Named:
     remove = tuple(e.name for e in of_car if e.action == "remove")
     left = (of_the_run(own),) if own else ()
     nothing = "" if of_car else "; ".join([page(found).splitlines()[0], *left])
-    return Named(add, remove, left, diagnosed=True, verdict=found.verdict, nothing=nothing)
+    return NamedEffects(add, remove, left, diagnosed=True, verdict=found.verdict, nothing=nothing)
 
 
 def _copied(arguments: argparse.Namespace, why: str, verdict: str) -> int:

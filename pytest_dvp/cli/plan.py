@@ -17,12 +17,12 @@ from pytest_dvp.cli.diagnose import read_all
 from pytest_dvp.cli.doctor import add_log_options, existing_log
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing
-from pytest_dvp.cli.shared.command_columns import driven_by
-from pytest_dvp.cli.shared.forwarded_options import carried
+from pytest_dvp.cli.shared.command_columns import check_command_columns
+from pytest_dvp.cli.shared.forwarded_options import forwarded_options
 from pytest_dvp.cli.shared.held_out_logs import refuse_same_drive, refuse_same_path
 from pytest_dvp.cli.shared.manoeuvre_options import add_limits, check_folder, limits_from, write_all
 from pytest_dvp.cli.shared.progress import progress
-from pytest_dvp.cli.shared.selected_parts import looked_at
+from pytest_dvp.cli.shared.selected_parts import select_parts
 from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
@@ -86,8 +86,11 @@ def execute(arguments: argparse.Namespace) -> int:
 
             measured, held_out = read_all(arguments.logs, arguments), read_all(arguments.held_out, arguments)
             refuse_same_drive(measured, held_out)
-            driven_by("dvp plan", model, arguments.model, measured, held_out)
-            fitted, judged = looked_at(arguments.logs, measured, model), looked_at(arguments.held_out, held_out, model)
+            check_command_columns("dvp plan", model, arguments.model, measured, held_out)
+            fitted, judged = (
+                select_parts(arguments.logs, measured, model),
+                select_parts(arguments.held_out, held_out, model),
+            )
             logs = fitted.logs
             for text in (fitted.said, judged.said):
                 if text:
@@ -111,17 +114,17 @@ def execute(arguments: argparse.Namespace) -> int:
 def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelope, effects: tuple[Effect, ...],
            manoeuvres: tuple[Manoeuvre, ...]) -> tuple[Choice, ...]:  # fmt: skip
     from pytest_dvp.gap.manoeuvres.advice import between
-    from pytest_dvp.gap.manoeuvres.choice import PlanError, tried_on
+    from pytest_dvp.gap.manoeuvres.choice import PlanError, candidates_by_name
     from pytest_dvp.gap.manoeuvres.exciting_manoeuvres import excite
 
     for option, text in (("--between", arguments.between), ("--excite", arguments.excite)):
         try:
-            tried_on(model, _names(text or ""), effects)
+            candidates_by_name(model, _names(text or ""), effects)
         except PlanError as error:
             raise WrongArgument(f"{option}: {error}") from None
     choices: tuple[Choice, ...] = ()
     logs = read_all(arguments.logs, arguments)
-    driven_by("dvp plan", model, arguments.model, logs)
+    check_command_columns("dvp plan", model, arguments.model, logs)
     if arguments.between:
         choices += (between(_names(arguments.between), logs, model, envelope, effects=effects, manoeuvres=manoeuvres),)
     if arguments.excite:
@@ -166,7 +169,16 @@ def _page(arguments: argparse.Namespace, found: Diagnosis | None, choices: tuple
         sets = [" or ".join((e.name, *e.rivals)) for e in found.effects]
         parts.append(f"{found.verdict}: {'; '.join(sets) or 'no effect named'}")
     parts += [
-        card(choice, model, envelope, noise or NOISE, files, arguments.model, arguments.logs, carried(arguments))
+        card(
+            choice,
+            model,
+            envelope,
+            noise or NOISE,
+            files,
+            arguments.model,
+            arguments.logs,
+            forwarded_options(arguments),
+        )
         for choice, files in zip(choices, written, strict=True)
     ]
     parts += [f"no manoeuvre: {line}" for line in refused]

@@ -25,7 +25,7 @@ from pytest_dvp.verdicts.result_text import BESIDE_VERDICTS, NOT_WRITTEN
 if TYPE_CHECKING:
     from pytest_dvp.drive.chosen_stack import Ads
     from pytest_dvp.drive.result import RunResult
-    from pytest_dvp.drive.stage_comparison import Across
+    from pytest_dvp.drive.stage_comparison import StageComparison
 
 PLACE = 30  # in `dvp --help`
 
@@ -290,7 +290,7 @@ def _across(
     stages: Sequence[str],
     arguments: argparse.Namespace,
     settings: RunSpec,
-) -> Across:
+) -> StageComparison:
     """The stages of one scenario held against each other, with those of earlier logs. failed: why one did not begin."""
     from pytest_dvp.drive import stage_comparison
 
@@ -320,7 +320,7 @@ def _across(
         if stage not in drives:
             missing.setdefault(stage, f"stage {stage} was not asked for: --stage {','.join((*stages, stage))}")
     unjudged = stage_comparison.left_out(gates, pairs, [*results, *drives])
-    return stage_comparison.hold(
+    return stage_comparison.compare_stages(
         drives,
         gates,
         pairs,
@@ -331,7 +331,7 @@ def _across(
     )
 
 
-def across_text(held: Across) -> str:
+def across_text(held: StageComparison) -> str:
     """The gates between stages and the table, as text."""
     from pytest_dvp.text.printable import clean
     from pytest_dvp.verdicts.result_text import WHY, gathered, page_of

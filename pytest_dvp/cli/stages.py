@@ -20,7 +20,7 @@ from pytest_dvp.drive.option import STAGES
 from pytest_dvp.text.plain_json import finite
 
 if TYPE_CHECKING:
-    from pytest_dvp.drive.stage_comparison import Across, Driven
+    from pytest_dvp.drive.stage_comparison import StageComparison, StageDrive
     from pytest_dvp.logs.log import Log
     from pytest_dvp.verdicts.judging import Gate
 
@@ -70,13 +70,13 @@ def execute(arguments: argparse.Namespace) -> int:
     return 0 if not gates or all(held.status == "PASS" for held in compared) else 1
 
 
-def _by_scenario(names: Sequence[str]) -> dict[str, dict[str, Driven]]:
+def _by_scenario(names: Sequence[str]) -> dict[str, dict[str, StageDrive]]:
     """The drives by scenario and stage. Those of which there are no two stages of one scenario are one group: that
     they are not compared is for the verdicts to say."""
-    from pytest_dvp.drive.stage_comparison import Driven
+    from pytest_dvp.drive.stage_comparison import StageDrive
     from pytest_dvp.logs.log import Log
 
-    groups: dict[str, dict[str, Driven]] = {}
+    groups: dict[str, dict[str, StageDrive]] = {}
     for text in names:
         if not Path(text).exists():
             raise WrongArgument(f"{text}: no such log")
@@ -85,14 +85,14 @@ def _by_scenario(names: Sequence[str]) -> dict[str, dict[str, Driven]]:
         drives = groups.setdefault(str(log.meta.get("scenario", "")), {})
         if stage in drives:
             _say_left_out(text, f"{drives[stage].place} is of stage {stage} as well")
-        drives.setdefault(stage, Driven(log, Path(text)))
+        drives.setdefault(stage, StageDrive(log, Path(text)))
     whole = {scenario: drives for scenario, drives in groups.items() if len(drives) > 1}
     if whole:
         for scenario, drives in groups.items():
             for drive in drives.values() if scenario not in whole else ():
                 _say_left_out(str(drive.place), f"no other stage of {scenario or 'its scenario'} is among the logs")
         return whole
-    together: dict[str, Driven] = {}
+    together: dict[str, StageDrive] = {}
     for drives in groups.values():
         for stage, drive in drives.items():
             if stage in together:
@@ -105,8 +105,10 @@ def _say_left_out(log: str, why: str) -> None:
     print(f"dvp stages: {log} left out: {why}", file=sys.stderr)
 
 
-def _held(drives: Mapping[str, Driven], gates: Sequence[Gate], before: Log | None, options: Sequence[str]) -> Across:
-    from pytest_dvp.drive.stage_comparison import hold, left_out, pairs_driven
+def _held(
+    drives: Mapping[str, StageDrive], gates: Sequence[Gate], before: Log | None, options: Sequence[str]
+) -> StageComparison:
+    from pytest_dvp.drive.stage_comparison import compare_stages, left_out, pairs_driven
     from pytest_dvp.verdicts.stage_table import stage_table
 
     first = next(iter(drives.values())).log.meta
@@ -119,7 +121,7 @@ def _held(drives: Mapping[str, Driven], gates: Sequence[Gate], before: Log | Non
     }
     pairs = pairs_driven(gates, list(drives))
     missing = {stage: f"none of the logs is of stage {stage}" for stage in STAGES if stage not in drives}
-    held = hold(drives, gates, pairs, about, missing=missing, notes=left_out(gates, pairs, list(drives)))
+    held = compare_stages(drives, gates, pairs, about, missing=missing, notes=left_out(gates, pairs, list(drives)))
     if before is None:
         return held
     logs = {drive.label: drive.log for drive in drives.values()}

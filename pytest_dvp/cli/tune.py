@@ -23,7 +23,7 @@ from pytest_dvp.text.spelling import unknown
 from pytest_dvp.tuning.searchers import search_names
 
 if TYPE_CHECKING:
-    from pytest_dvp.tuning.repeat_commands import Again
+    from pytest_dvp.tuning.repeat_commands import RepeatableRun
     from pytest_dvp.tuning.tune import Tuning
 
 PLACE = 110  # in `dvp --help`
@@ -52,7 +52,7 @@ def execute(arguments: argparse.Namespace) -> int:
         value = getattr(arguments, option)
         if value is not None and value < (1 if option == "budget" else 0):
             raise SettingError(f"--{option} is {value}, expected a whole number >= {1 if option == 'budget' else 0}")
-    from pytest_dvp.tuning.repeat_commands import again
+    from pytest_dvp.tuning.repeat_commands import repeatable_runs
     from pytest_dvp.tuning.study_file import read_study
     from pytest_dvp.tuning.tune import tune
 
@@ -62,8 +62,8 @@ def execute(arguments: argparse.Namespace) -> int:
     out = folder_of(arguments.out, f"{study.name}-{study.search}")
     model = out / BEST_MODEL
     with progress("dvp tune", "tuning") as tick, workers(arguments, tick) as worked:
-        found = tune(study, worked, tick, lambda so_far: write(so_far, again(so_far, model), out))
-    rows = again(found, model)
+        found = tune(study, worked, tick, lambda so_far: write(so_far, repeatable_runs(so_far, model), out))
+    rows = repeatable_runs(found, model)
     write(found, rows, out)
     print(f"dvp tune: {worked.done} simulated, {worked.known} kept from before; {out}", file=sys.stderr)
     _say_next(rows, out)
@@ -84,7 +84,7 @@ def folder_of(text: str | None, name: str) -> Path:
     return folder
 
 
-def write(found: Tuning, rows: Sequence[Again], out: Path) -> None:
+def write(found: Tuning, rows: Sequence[RepeatableRun], out: Path) -> None:
     """result.json, trials.csv and `rows`, the commands that repeat the best point; of an alignment its twin, too. Each
     whole or not at all."""
     from pytest_dvp.tuning.repeat_commands import best_model
@@ -113,13 +113,13 @@ def write(found: Tuning, rows: Sequence[Again], out: Path) -> None:
     write_whole(out / "best.txt", ("\n".join(lines) + "\n").encode())
 
 
-def _document(found: Tuning, rows: Sequence[Again]) -> dict[str, Any]:
+def _document(found: Tuning, rows: Sequence[RepeatableRun]) -> dict[str, Any]:
     from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
 
     return {**found.as_dict(), "again": [row.as_dict() for row in rows], "sensitivity": as_dict(sensitivity(found))}
 
 
-def _say_next(rows: Sequence[Again], out: Path) -> None:
+def _say_next(rows: Sequence[RepeatableRun], out: Path) -> None:
     """The commands that drive the best point again, exactly as it was judged."""
     for row in rows[:SAID]:
         print(f"dvp tune: next: {row.command}", file=sys.stderr)

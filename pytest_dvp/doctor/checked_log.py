@@ -14,17 +14,17 @@ from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 
 
-def read_sound(argument: str | Path, *, output: bool = False, **options: Any) -> tuple[Log, tuple[Finding, ...]]:
+def read_checked_log(argument: str | Path, *, output: bool = False, **options: Any) -> tuple[Log, tuple[Finding, ...]]:
     """A log and the warnings about it; `options` are those of read_log, `output` as of examine.
 
     Raises LogError with all findings if one of them is an error: degrees taken for radians and the like, which a model
     would be bent to explain.
     """
     log = read_log(argument, **options)
-    return log, check_sound(log, file=str(argument), line=3, output=output)
+    return log, check_log(log, file=str(argument), line=3, output=output)
 
 
-def check_sound(log: Log, *, file: str = "", line: int | None = None, output: bool = False) -> tuple[Finding, ...]:
+def check_log(log: Log, *, file: str = "", line: int | None = None, output: bool = False) -> tuple[Finding, ...]:
     """The warnings about a log; arguments as of examine. Raises LogError with all findings if one is an error."""
     findings = examine(log, file=file, line=line, output=output)
     if any(finding.severity == "error" for finding in findings):
@@ -32,7 +32,7 @@ def check_sound(log: Log, *, file: str = "", line: int | None = None, output: bo
     return findings
 
 
-def tell(findings: Iterable[Finding]) -> None:
+def print_findings(findings: Iterable[Finding]) -> None:
     """One line each on stderr: stdout belongs to the answer."""
     for finding in findings:
         print(finding, file=sys.stderr)

@@ -92,7 +92,7 @@ class CommandRange:
         )
 
 
-def said_of(finding: Mapping[str, Any]) -> str:
+def finding_text(finding: Mapping[str, Any]) -> str:
     """A finding in one line."""
     name, count = finding["field"], finding["count"]
     unit, ticks = UNITS[name], f"{count} tick{'' if count == 1 else 's'}"

@@ -50,7 +50,7 @@ def fitted_model(
     return _scaled(model, vehicle, body, wheelbase, mass), about
 
 
-def told(model: VehicleModel, about: dict[str, Any]) -> dict[str, Any]:
+def with_model_text(model: VehicleModel, about: dict[str, Any]) -> dict[str, Any]:
     """`about` with the whole model as text, so that a log can be held against another one without any file."""
     return {**about, "toml": model_text(model)}
 
@@ -90,8 +90,8 @@ def _with_limits(
 
     performance, steered = vehicle.performance, vehicle.axles.front_axle
     names = {applied.name for applied in model.effects}
-    forward = _or(performance.max_acceleration, model.inputs.full_throttle)
-    backward = _or(performance.max_deceleration, model.inputs.full_brake)
+    forward = _plausible_limit(performance.max_acceleration, model.inputs.full_throttle)
+    backward = _plausible_limit(performance.max_deceleration, model.inputs.full_brake)
     inputs = dataclasses.replace(model.inputs, full_throttle=forward, full_brake=backward)
     scaled = dataclasses.replace(scaled, inputs=inputs)
     if "brake_limit" in names:
@@ -117,6 +117,6 @@ def _guessed_mass(model: VehicleModel, body: dict[str, float]) -> float:
     return car.mass * volume / (car.length * car.width * car.height)
 
 
-def _or(limit: float, default: float) -> float:
+def _plausible_limit(limit: float, default: float) -> float:
     """A file's limit [m/s^2] where it is a limit: 0 or 200 mean that nobody thought about it."""
     return limit if 0.5 <= limit <= 15.0 else default

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vehicle.guard.messages import Decision
 
 
-class GateLog:
+class GuardLog:
     """Takes every decision (`record`) and hands them to a recorder once a tick (`drain`), those of the `wire` too."""
 
     def __init__(self) -> None:
@@ -57,7 +57,7 @@ WORDS = {"overspeed": "far over the highest speed", "speed": "at the highest spe
 """What reasons of the gate that an envelope sets mean; the others are words."""
 
 
-def said_of(log: Log) -> tuple[str, ...]:
+def guard_notes(log: Log) -> tuple[str, ...]:
     """A line each for the stop profile, traction that was taken away, and hands that took over; usually nothing."""
     armed = log.meta.get("vehicle", {}).get("armed") is not False
     spans = _spans(log)

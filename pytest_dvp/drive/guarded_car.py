@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING
 from pytest_dvp.drive.stages import gate_apart, open_vehicle
 
 if TYPE_CHECKING:
-    from pytest_dvp.drive.guard_log import GateLog
+    from pytest_dvp.drive.guard_log import GuardLog
     from pytest_dvp.drive.request import Request
     from vehicle.guard.envelope import Envelope
-    from vehicle.guard.guarded_vehicle import Gated
-    from vehicle.guard.process import GateProcess
+    from vehicle.guard.guarded_vehicle import GuardedVehicle
+    from vehicle.guard.process import GuardProcess
 
 
-def behind_gate(request: Request, envelope: Envelope | None, gate_log: GateLog) -> Gated | GateProcess:
+def guarded_car(request: Request, envelope: Envelope | None, gate_log: GuardLog) -> GuardedVehicle | GuardProcess:
     """The car that is asked for; `gate_log` gets what its gate decides. Raises VehicleLost if it does not come."""
     name, _, argument = request.spec.vehicle.partition(":")
     max_speed, area = (None, None) if envelope is None else (envelope.max_speed, envelope.area)
     scenario, apart = request.path.name, gate_apart(request.spec.vehicle)
     if apart is None:
-        from vehicle.guard.guarded_vehicle import Gated, limits_of
+        from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 
         car, gate_log.punctuality = open_vehicle(
             request.spec.stage,
@@ -33,12 +33,12 @@ def behind_gate(request: Request, envelope: Envelope | None, gate_log: GateLog) 
         )
         limits = limits_of(car.description, max_speed=max_speed, area=area)
         keys = request.spec.arming is not None
-        return Gated(car, limits, name=name, scenario=scenario, record=gate_log.record, keys=keys)
-    from vehicle.guard.process import GateProcess
+        return GuardedVehicle(car, limits, name=name, scenario=scenario, record=gate_log.record, keys=keys)
+    from vehicle.guard.process import GuardProcess
     from vehicle.guard.process_messages import Opening
 
     place, parallel = apart.place, request.spec.stage == "pe"
     opening = Opening(place, argument, parallel, request.spec.seed, name, scenario, max_speed, area)
-    held = GateProcess(opening, record=gate_log.record, trouble=gate_log.wire.record)
+    held = GuardProcess(opening, record=gate_log.record, trouble=gate_log.wire.record)
     gate_log.punctuality = held.punctuality
     return held

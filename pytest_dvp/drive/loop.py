@@ -21,7 +21,7 @@ from openscenario.road.route import RouteError
 from pytest_dvp.drive.command_range import CommandRange
 from pytest_dvp.drive.ego_task import route_from_here
 from pytest_dvp.drive.stack_faults import StackHung, told_of
-from pytest_dvp.drive.terrain import Grounded, Terrain
+from pytest_dvp.drive.terrain import NeedsTerrain, Terrain
 from pytest_dvp.logs.event_names import EventNames
 from vehicle.adapters.mirror import SAME, Mirror
 from vehicle.messages import FloatArray, RoadPoint, SignalState, Surroundings, Task
@@ -171,7 +171,7 @@ class Loop:
         )
         self._storyboard.step(TICK)
         self._drain(t)
-        if self._terrain is not None and isinstance(self._vehicle, Grounded):
+        if self._terrain is not None and isinstance(self._vehicle, NeedsTerrain):
             self._vehicle.place_on_road(*self._terrain.under(float(state[1]), float(state[2]), float(state[4])))
         rows = self._vehicle.step(TICK)
         if self._unplaced and len(rows):

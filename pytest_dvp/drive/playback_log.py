@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from pytest_dvp.drive.guard_log import GateLog
+from pytest_dvp.drive.guard_log import GuardLog
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.obeyed_commands import REPLAY, divergence_time
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 ERRORS = ("replay_steer_error", "replay_accel_error")  # metrics
 
 
-class ReplayLog(GateLog):
+class PlaybackLog(GuardLog):
     """Takes every difference (`compare`) and hands what follows to a recorder once a tick.
 
     length: of the recording [s]
@@ -58,7 +58,7 @@ class ReplayLog(GateLog):
         return {"replay.steer_cmd": self._newest.steer, "replay.accel_cmd": self._newest.accel}
 
 
-def said_of(log: Log, metrics: Mapping[str, MetricValue]) -> tuple[str, ...]:
+def playback_notes(log: Log, metrics: Mapping[str, MetricValue]) -> tuple[str, ...]:
     """One line about what a stack asked for in a replay, whether a gate judges it or not; nothing for other runs.
 
     metrics: those of the log by name

@@ -25,10 +25,10 @@ from openscenario.storyboard.engine import Storyboard
 from openscenario.storyboard.reading import USUAL
 from pytest_dvp.drive.compute_delay import Delayed
 from pytest_dvp.drive.deadline import Deadline
-from pytest_dvp.drive.ego_model import fitted_model, told
+from pytest_dvp.drive.ego_model import fitted_model, with_model_text
 from pytest_dvp.drive.ego_task import EgoTask, find_ego, task_of
-from pytest_dvp.drive.guard_log import GateLog
-from pytest_dvp.drive.guarded_car import behind_gate
+from pytest_dvp.drive.guard_log import GuardLog
+from pytest_dvp.drive.guarded_car import guarded_car
 from pytest_dvp.drive.parameter_checks import declared_names
 from pytest_dvp.drive.prepared_run import Ready
 from pytest_dvp.drive.request import Request
@@ -262,7 +262,7 @@ def _of_the_scenario(request: Request) -> dict[str, str]:
     return {name: repr(value) for name, value in values.items() if name in declared}
 
 
-def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
+def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GuardLog]:
     if request.spec.stage != "dt":
         return _car(request, ego)
     from vehicle.model.simulator_parameters import apply_s
@@ -272,16 +272,20 @@ def _vehicle(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, 
     model, about = fitted_model(request.spec.model, ego, request.spec.effects)
     model, sensors = apply_s(model, default_sensors(car=model.car), request.S)
     twin: Vehicle = Twin(model, sensors, request.spec.seed)
-    gate_log = GateLog()
+    gate_log = GuardLog()
     if request.spec.gated:
-        from vehicle.guard.guarded_vehicle import Gated, limits_of
+        from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 
         limits = limits_of(twin.description)
-        twin = Gated(twin, limits, name="twin", scenario=request.path.name, record=gate_log.record)
-    return twin, {"model": told(model, about), "ego": {"name": ego.name, **_size(twin.description)}}, gate_log
+        twin = GuardedVehicle(twin, limits, name="twin", scenario=request.path.name, record=gate_log.record)
+    return (
+        twin,
+        {"model": with_model_text(model, about), "ego": {"name": ego.name, **_size(twin.description)}},
+        gate_log,
+    )
 
 
-def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
+def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GuardLog]:
     """The car of stages pe and rw behind the guard; its body is its own, not the scenario's."""
     from vehicle.guard.envelope import read_envelope
     from vehicle.model.simulator_parameters import scenario_parameters
@@ -293,8 +297,8 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     envelope = (
         None if request.spec.envelope is None else read_envelope(request.spec.envelope)
     )  # before waiting for the car
-    gate_log = GateLog()
-    car = behind_gate(request, envelope, gate_log)
+    gate_log = GuardLog()
+    car = guarded_car(request, envelope, gate_log)
     name = request.spec.vehicle.partition(":")[0]
     allowed = {} if envelope is None or envelope.max_speed is None else {"envelope_speed": envelope.max_speed}
     if name not in VEHICLES:
@@ -311,9 +315,9 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     return car, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
 
 
-def _replayed(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GateLog]:
+def _replayed(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GuardLog]:
     """A recording in the place of the car. No gate: nothing hangs on it that could move."""
-    from pytest_dvp.drive.playback_log import ReplayLog
+    from pytest_dvp.drive.playback_log import PlaybackLog
     from pytest_dvp.drive.playback_source import open_recording
     from vehicle.adapters.mirror import Parallel
     from vehicle.adapters.replay import Replay
@@ -325,7 +329,7 @@ def _replayed(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str,
     recording, looks = open_recording(
         argument, Twin(model, default_sensors(car=model.car), request.spec.seed).description
     )
-    replay_log = ReplayLog(recording.duration)
+    replay_log = PlaybackLog(recording.duration)
     replay: Vehicle = Replay(recording, replay_log.compare)
     if request.spec.stage == "pe" or not looks:
         replay = Parallel(replay, request.spec.seed)
@@ -339,10 +343,10 @@ def _reset(vehicle: Vehicle, state: VehicleState, request: Request) -> bool | No
     Raises ArmingRefused.
     """
     from vehicle.guard.arming import take
-    from vehicle.guard.guarded_vehicle import Gated
-    from vehicle.guard.process import GateProcess
+    from vehicle.guard.guarded_vehicle import GuardedVehicle
+    from vehicle.guard.process import GuardProcess
 
-    if not isinstance(vehicle, Gated | GateProcess) or not vehicle.needs_keys:
+    if not isinstance(vehicle, GuardedVehicle | GuardProcess) or not vehicle.needs_keys:
         vehicle.reset(state)
         return None
     if request.spec.arming is None:

@@ -9,7 +9,7 @@ from openscenario.model.scenario import Scenario
 from openscenario.road.network import RoadNetwork
 from openscenario.storyboard.engine import Storyboard
 from pytest_dvp.drive.ego_task import EgoTask
-from pytest_dvp.drive.guard_log import GateLog
+from pytest_dvp.drive.guard_log import GuardLog
 from pytest_dvp.drive.world import World
 from pytest_dvp.logs.recorder import LogRecorder
 from pytest_dvp.verdicts.judging import GateFile
@@ -35,7 +35,7 @@ class Ready:
     driver: Driver
     recorder: LogRecorder
     first_row: FloatArray  # (1, 12) TRACE_COLUMNS at t = 0
-    gate_log: GateLog = dataclasses.field(default_factory=GateLog)  # of stages pe and rw
+    gate_log: GuardLog = dataclasses.field(default_factory=GuardLog)  # of stages pe and rw
 
     def close(self) -> None:
         self.vehicle.close()

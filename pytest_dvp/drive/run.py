@@ -8,12 +8,12 @@ import inspect
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
-from pytest_dvp.drive.command_range import said_of as said_of_command
+from pytest_dvp.drive.command_range import finding_text as said_of_command
 from pytest_dvp.drive.compute_delay import parse_delay
-from pytest_dvp.drive.guard_log import said_of as said_of_gate
+from pytest_dvp.drive.guard_log import guard_notes as said_of_gate
 from pytest_dvp.drive.loop import TICK, Ending, Limits, Loop
-from pytest_dvp.drive.playback_log import ReplayLog
-from pytest_dvp.drive.playback_log import said_of as said_of_replay
+from pytest_dvp.drive.playback_log import PlaybackLog
+from pytest_dvp.drive.playback_log import playback_notes as said_of_replay
 from pytest_dvp.drive.real_time_priority import punctual
 from pytest_dvp.drive.request import Request, request_of, spec_of
 from pytest_dvp.drive.result import RunResult, assigned, replay_command
@@ -28,8 +28,8 @@ from pytest_dvp.drive.stages import (
     is_real,
     label,
 )
-from pytest_dvp.drive.tick_time import said_of as said_of_ticks
 from pytest_dvp.drive.tick_time import tick_time
+from pytest_dvp.drive.tick_time import tick_time_notes as said_of_ticks
 from pytest_dvp.logs.log import Log
 from pytest_dvp.text.paths import shown
 from pytest_dvp.verdicts.result_text import NOT_WRITTEN
@@ -124,7 +124,7 @@ def _drive(request: Request, live: bool) -> RunResult:
     spec = request.spec
     ready = prepare(request)
     limit = spec.duration if spec.duration is not None else (DURATION if ready.task.goal is None else DURATION_TO_GOAL)
-    recorded = ready.gate_log.length if isinstance(ready.gate_log, ReplayLog) else float("inf")
+    recorded = ready.gate_log.length if isinstance(ready.gate_log, PlaybackLog) else float("inf")
     whole = recorded <= limit
     limit = min(limit, recorded)
     kept: Kept | None = None

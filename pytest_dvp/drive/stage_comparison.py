@@ -29,7 +29,7 @@ CONDITIONS = ("parameters", "P", "ads", "seed", "compute_delay")
 
 
 @dataclasses.dataclass(frozen=True)
-class Driven:
+class StageDrive:
     """A drive on one stage: its log, and the file or run folder it is in (None: it was not written).
 
     before  True if it was driven in another session
@@ -46,7 +46,7 @@ class Driven:
 
 
 @dataclasses.dataclass(frozen=True)
-class Across:
+class StageComparison:
     """Result of `hold`. Looks like a RunResult to summaries: `as_dict` has the same keys, and besides them the table.
 
     stage   "dt-rw-surrogate": the stages that were compared
@@ -110,8 +110,8 @@ class Files:
 _NO_FILES = Files()
 
 
-def hold(
-    drives: Mapping[str, Driven],
+def compare_stages(
+    drives: Mapping[str, StageDrive],
     gates: Sequence[Gate],
     pairs: Sequence[tuple[Stage, Stage]],
     about: Mapping[str, Any],
@@ -119,7 +119,7 @@ def hold(
     missing: Mapping[str, str] | None = None,
     notes: Sequence[str] = (),
     files: Files = _NO_FILES,
-) -> Across:
+) -> StageComparison:
     """Judge the gates between `pairs` of stages, and make the table of all `drives` (by stage, "dt", "pe", "rw").
 
     about    `scenario`, `line`, `seed`, `ads`, `set`, `replay` as in Across
@@ -141,7 +141,7 @@ def hold(
     labels: dict[str, str] = {stage: there[stage].label if stage in there else stage for stage in STAGES}
     compared = [stage for stage in STAGES if (any(stage in pair for pair in pairs) if pairs else stage in logs)]
     table = stage_table({labels[stage]: logs[stage] for stage in STAGES if stage in logs}) if len(logs) > 1 else None
-    result = Across(
+    result = StageComparison(
         stage=pair_name(tuple(labels[stage] for stage in compared)),
         status=overall(verdicts),
         verdicts=tuple(verdicts),
@@ -198,14 +198,14 @@ def pair_name(labels: Sequence[str]) -> str:
     return "-".join([*stages, *extra])
 
 
-def driven(result: RunResult) -> Driven | str:
+def driven(result: RunResult) -> StageDrive | str:
     """A finished run as a drive to compare, or why it is none."""
     if result.error is not None:
         return f"the drive of stage {result.stage} broke off: {result.error.strip().splitlines()[-1]}"
-    return Driven(result.log, result.folder)
+    return StageDrive(result.log, result.folder)
 
 
-def earlier(paths: Sequence[Path], scenario_name: str) -> tuple[dict[str, Driven], dict[str, str]]:
+def earlier(paths: Sequence[Path], scenario_name: str) -> tuple[dict[str, StageDrive], dict[str, str]]:
     """Drives of a scenario from logs or run folders of earlier sessions, by stage; the last one of a stage counts.
 
     Second, by stage, why there is none among logs that are of that stage in other scenarios only: who names logs wants
@@ -213,13 +213,13 @@ def earlier(paths: Sequence[Path], scenario_name: str) -> tuple[dict[str, Driven
 
     Raises LogError for a file that is no log of ours.
     """
-    found: dict[str, Driven] = {}
+    found: dict[str, StageDrive] = {}
     others: dict[str, list[str]] = {}
     for path in paths:
         log = Log.load(path)
         stage, scenario = str(log.meta.get("stage", "")).split("-")[0], str(log.meta.get("scenario", "no scenario"))
         if scenario == scenario_name:
-            found[stage] = Driven(log, path, before=True)
+            found[stage] = StageDrive(log, path, before=True)
         else:
             others.setdefault(stage, []).append(scenario)
     missing = {
@@ -269,10 +269,10 @@ def replay(scenario: Path, options: Mapping[str, Any], stages: Sequence[str], se
     return shlex.join(words)
 
 
-def _of_one_scenario(drives: Mapping[str, Driven], absent: dict[str, str]) -> dict[str, Driven]:
+def _of_one_scenario(drives: Mapping[str, StageDrive], absent: dict[str, str]) -> dict[str, StageDrive]:
     """The drives in the order of STAGES, without those of another version of scenario or road, noted in `absent`."""
-    kept: dict[str, Driven] = {}
-    first: Driven | None = None
+    kept: dict[str, StageDrive] = {}
+    first: StageDrive | None = None
     # What was driven now says which version counts: an earlier log gives way to it.
     for stage, drive in sorted(drives.items(), key=lambda item: (item[1].before, _STAGES.index(item[0]))):
         unfit = _unfit(drive)
@@ -292,11 +292,11 @@ def _of_one_scenario(drives: Mapping[str, Driven], absent: dict[str, str]) -> di
     return {stage: kept[stage] for stage in STAGES if stage in kept}
 
 
-def _place(drive: Driven) -> str:
+def _place(drive: StageDrive) -> str:
     return drive.label if drive.place is None else shown(drive.place)
 
 
-def _unfit(drive: Driven) -> str:
+def _unfit(drive: StageDrive) -> str:
     """Why a log is no evidence about its stage; empty if it is."""
     from pytest_dvp.drive.wire_log import wire_verdict
 
@@ -312,11 +312,11 @@ def _unfit(drive: Driven) -> str:
     return ""
 
 
-def _digest(drive: Driven, what: str) -> object:
+def _digest(drive: StageDrive, what: str) -> object:
     return drive.log.meta.get(f"{what}_sha256")
 
 
-def _differences(drives: Mapping[str, Driven]) -> list[str]:
+def _differences(drives: Mapping[str, StageDrive]) -> list[str]:
     """One line for each condition in which drives differ: two drives that were not the same test are not alike."""
     if len(drives) < 2:
         return []

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @runtime_checkable
-class Grounded(Protocol):
+class NeedsTerrain(Protocol):
     """A vehicle that must be told what is under its wheels; a real one feels it."""
 
     def place_on_road(self, z: float, grade: float = 0.0, bank: float = 0.0) -> None: ...

@@ -32,7 +32,7 @@ def tick_time(seconds: Sequence[float], cycle: float) -> dict[str, Any]:
     }
 
 
-def said_of(figures: Mapping[str, Any]) -> tuple[str, ...]:
+def tick_time_notes(figures: Mapping[str, Any]) -> tuple[str, ...]:
     """One line about a stack that was slower than the cycle; nothing else."""
     if not figures["exceeded"]:
         return ()

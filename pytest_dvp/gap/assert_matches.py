@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from openscenario.findings import Finding
     from pytest_dvp.gap.compare.compare import Comparable, Comparison
-    from pytest_dvp.gap.compare.compared_model import Subject
+    from pytest_dvp.gap.compare.compared_model import ComparedModel
     from pytest_dvp.logs.log import Log
     from vehicle.model.effect import Effect
 
@@ -49,16 +49,16 @@ def assert_matches(
     bounds = {"rmse": rmse, "mncc": mncc, "lag": lag, "gain": gain}
     if all(not isinstance(bound, float | int) and not bound for bound in bounds.values()):
         raise ValueError("assert_matches: no bound is given; pass rmse, mncc, lag or gain")
-    from pytest_dvp.doctor import tell
+    from pytest_dvp.doctor import print_findings
     from pytest_dvp.gap.compare.compare import compare
     from pytest_dvp.gap.compare.compared_model import LogSubject
     from pytest_dvp.gap.compare.match_bounds import judge_bounds
     from pytest_dvp.gap.words.comparison import failure
 
     measured, findings = _measured(log, None if map is None else Path(map), msg_dirs)
-    tell(findings)
+    print_findings(findings)
     subject = _subject(model, effects, None if map is None else Path(map), msg_dirs)
-    tell(subject.findings if isinstance(subject, LogSubject) else ())
+    print_findings(subject.findings if isinstance(subject, LogSubject) else ())
     comparison = compare(measured, subject, channels=channels)
     judged = judge_bounds(comparison, bounds)
     if any(not one.holds for one in judged):
@@ -69,7 +69,7 @@ def assert_matches(
     return comparison
 
 
-def _explanation(measured: Log, subject: Subject, log: object, model: object, effects: Sequence[str | Path],
+def _explanation(measured: Log, subject: ComparedModel, log: object, model: object, effects: Sequence[str | Path],
                  mapping: str | Path | None) -> list[str]:  # fmt: skip
     """What the model lacks, if it is one to which effects can be added; not for each example of a search."""
     from pytest_dvp.gap.compare.compared_model import ModelSubject
@@ -93,30 +93,30 @@ def _measured(
     log: Log | pd.DataFrame | str | Path, mapping: Path | None, msg_dirs: Sequence[Path]
 ) -> tuple[Log, tuple[Finding, ...]]:
     """The log that is meant, with the doctor's warnings if it was read here."""
-    from pytest_dvp.doctor import check_sound, read_sound
+    from pytest_dvp.doctor import check_log, read_checked_log
     from pytest_dvp.logs.dataframe import frame_log
     from pytest_dvp.logs.log import Log
 
     if isinstance(log, str | Path):
-        return read_sound(log, mapping=mapping, msg_dirs=msg_dirs)
+        return read_checked_log(log, mapping=mapping, msg_dirs=msg_dirs)
     if isinstance(log, Log):
         return log, ()
     if _is_frame(log):
         found = frame_log(log)
-        return found, check_sound(found, file="DataFrame")
+        return found, check_log(found, file="DataFrame")
     raise TypeError(f"assert_matches: log is a {type(log).__name__}; allowed: a file's name, a Log, a pandas DataFrame")
 
 
 def _subject(
     model: Comparable | pd.DataFrame | str | Path, effects: Sequence[str | Path], mapping: Path | None,
     msg_dirs: Sequence[Path],
-) -> Subject:  # fmt: skip
+) -> ComparedModel:  # fmt: skip
     from pytest_dvp.gap.compare.compare import as_subject
-    from pytest_dvp.gap.compare.model_loader import load_subject
+    from pytest_dvp.gap.compare.model_loader import load_compared_model
     from pytest_dvp.logs.dataframe import frame_log
 
     if isinstance(model, str | Path):
-        return load_subject(str(model), _own(effects), mapping=mapping, msg_dirs=msg_dirs)
+        return load_compared_model(str(model), _own(effects), mapping=mapping, msg_dirs=msg_dirs)
     if _is_frame(model):
         return as_subject(frame_log(model, "DataFrame of the model"))
     found = as_subject(cast("Comparable", model))

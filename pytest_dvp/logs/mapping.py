@@ -179,7 +179,7 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
         column = np.full(len(base), np.nan)
         rows = np.searchsorted(stamps, np.round(t / STAMP).astype(np.int64))
         column[rows] = values
-        if describe(signal.name).held:
+        if describe(signal.name).keeps_value:
             column = _held(column)
         known = SIGNALS.get(signal.name)
         target = known.unit if known is not None else _si(signal.unit)

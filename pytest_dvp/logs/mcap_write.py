@@ -101,7 +101,7 @@ def _head(log: LogContents) -> Iterator[Message]:
 
 
 def _signals(log: LogContents) -> Iterator[Message]:
-    names = [name for name in log.columns if not describe(name).held]
+    names = [name for name in log.columns if not describe(name).keeps_value]
     columns = [_Blocks(log.columns[name]) for name in names]
     for a in range(0, len(log.t), BLOCK):
         b = min(a + BLOCK, len(log.t))
@@ -111,7 +111,7 @@ def _signals(log: LogContents) -> Iterator[Message]:
 
 def _held(log: LogContents) -> Iterator[Message]:
     """Quantities that change with the stack's tick only: their rows of change instead of all rows."""
-    held = [name for name in log.columns if describe(name).held]
+    held = [name for name in log.columns if describe(name).keeps_value]
     for topic, names in (
         ("/commands", [n for n in held if not n.startswith("ads.")]),
         ("/ads", [n for n in held if n.startswith("ads.")]),

@@ -23,7 +23,7 @@ class Signal:
     unit: str
     frame: str
     meaning: str
-    held: bool = False
+    keeps_value: bool = False
 
 
 _EGO = (
@@ -47,41 +47,53 @@ _EGO = (
     Signal("gear", "-", "", "-1 reverse, 0 neutral, 1 and up forward"),
 )
 _COMMANDS = (
-    Signal("steer_cmd", "rad", "body", "wanted road-wheel angle", held=True),
-    Signal("accel_cmd", "m/s^2", "body", "wanted longitudinal acceleration", held=True),
-    Signal("throttle_cmd", "-", "", "wanted throttle pedal, 0 to 1", held=True),
-    Signal("brake_cmd", "-", "", "wanted brake pedal, 0 to 1", held=True),
-    Signal("speed_cmd", "m/s", "body", "wanted speed", held=True),
+    Signal("steer_cmd", "rad", "body", "wanted road-wheel angle", keeps_value=True),
+    Signal("accel_cmd", "m/s^2", "body", "wanted longitudinal acceleration", keeps_value=True),
+    Signal("throttle_cmd", "-", "", "wanted throttle pedal, 0 to 1", keeps_value=True),
+    Signal("brake_cmd", "-", "", "wanted brake pedal, 0 to 1", keeps_value=True),
+    Signal("speed_cmd", "m/s", "body", "wanted speed", keeps_value=True),
 )
-_WORLD = (Signal("on_road", "-", "", "1 while all corners of the ego's box are on a drivable lane, else 0", held=True),)
+_WORLD = (
+    Signal("on_road", "-", "", "1 while all corners of the ego's box are on a drivable lane, else 0", keeps_value=True),
+)
 _MIRROR = (
-    Signal("mirror_error", "m", "map", "distance of the pose shown in the simulator from the measured one", held=True),
-    Signal("mirror_latency", "s", "", "age of the measurement that the shown pose is extrapolated from", held=True),
+    Signal(
+        "mirror_error",
+        "m",
+        "map",
+        "distance of the pose shown in the simulator from the measured one",
+        keeps_value=True,
+    ),
+    Signal(
+        "mirror_latency", "s", "", "age of the measurement that the shown pose is extrapolated from", keeps_value=True
+    ),
 )
 _GATE = (
-    Signal("gate.steer_cmd", "rad", "body", "road-wheel angle that the command gate let out", held=True),
-    Signal("gate.accel_cmd", "m/s^2", "body", "acceleration that the command gate let out", held=True),
-    Signal("gate.throttle_cmd", "-", "", "throttle pedal that the command gate let out", held=True),
-    Signal("gate.brake_cmd", "-", "", "brake pedal that the command gate let out", held=True),
+    Signal("gate.steer_cmd", "rad", "body", "road-wheel angle that the command gate let out", keeps_value=True),
+    Signal("gate.accel_cmd", "m/s^2", "body", "acceleration that the command gate let out", keeps_value=True),
+    Signal("gate.throttle_cmd", "-", "", "throttle pedal that the command gate let out", keeps_value=True),
+    Signal("gate.brake_cmd", "-", "", "brake pedal that the command gate let out", keeps_value=True),
 )
 _ARRIVED = (
-    Signal("arrived.steer_cmd", "rad", "body", "road-wheel angle that has reached the car", held=True),
-    Signal("arrived.accel_cmd", "m/s^2", "body", "acceleration that has reached the car", held=True),
-    Signal("arrived.throttle_cmd", "-", "", "throttle pedal that has reached the car", held=True),
-    Signal("arrived.brake_cmd", "-", "", "brake pedal that has reached the car", held=True),
+    Signal("arrived.steer_cmd", "rad", "body", "road-wheel angle that has reached the car", keeps_value=True),
+    Signal("arrived.accel_cmd", "m/s^2", "body", "acceleration that has reached the car", keeps_value=True),
+    Signal("arrived.throttle_cmd", "-", "", "throttle pedal that has reached the car", keeps_value=True),
+    Signal("arrived.brake_cmd", "-", "", "brake pedal that has reached the car", keeps_value=True),
 )
 _REPLAY = (
-    Signal("replay.steer_cmd", "rad", "body", "road-wheel angle asked for when the recording was made", held=True),
-    Signal("replay.accel_cmd", "m/s^2", "body", "acceleration asked for when the recording was made", held=True),
+    Signal(
+        "replay.steer_cmd", "rad", "body", "road-wheel angle asked for when the recording was made", keeps_value=True
+    ),
+    Signal("replay.accel_cmd", "m/s^2", "body", "acceleration asked for when the recording was made", keeps_value=True),
 )
 _ADS = (
-    Signal("ads.x", "m", "map", "position as the ADS estimates it", held=True),
-    Signal("ads.y", "m", "map", "position as the ADS estimates it", held=True),
-    Signal("ads.yaw", "rad", "map", "heading as the ADS estimates it", held=True),
-    Signal("ads.v", "m/s", "body", "speed as the ADS estimates it", held=True),
-    Signal("ads.path_error", "m", "body", "lateral offset to its path as the ADS sees it", held=True),
-    Signal("ads.target_speed", "m/s", "body", "speed the ADS aims at", held=True),
-    Signal("ads.solve_time", "s", "", "CPU time of its solver; only recorded when asked for", held=True),
+    Signal("ads.x", "m", "map", "position as the ADS estimates it", keeps_value=True),
+    Signal("ads.y", "m", "map", "position as the ADS estimates it", keeps_value=True),
+    Signal("ads.yaw", "rad", "map", "heading as the ADS estimates it", keeps_value=True),
+    Signal("ads.v", "m/s", "body", "speed as the ADS estimates it", keeps_value=True),
+    Signal("ads.path_error", "m", "body", "lateral offset to its path as the ADS sees it", keeps_value=True),
+    Signal("ads.target_speed", "m/s", "body", "speed the ADS aims at", keeps_value=True),
+    Signal("ads.solve_time", "s", "", "CPU time of its solver; only recorded when asked for", keeps_value=True),
 )
 
 SIGNALS: Mapping[str, Signal] = MappingProxyType(
@@ -102,7 +114,7 @@ def describe(name: str) -> Signal:
     if known is not None:
         return known
     if name.startswith("ads.net."):
-        return Signal(name, "-", "", "1 while this place of the Petri net holds the token, else 0", held=True)
+        return Signal(name, "-", "", "1 while this place of the Petri net holds the token, else 0", keeps_value=True)
     if name.startswith("ads."):
-        return Signal(name, "?", "", "internal quantity of the ADS", held=True)
-    return Signal(name, "?", "", "unlisted column", held=name.endswith("_cmd"))
+        return Signal(name, "?", "", "internal quantity of the ADS", keeps_value=True)
+    return Signal(name, "?", "", "unlisted column", keeps_value=name.endswith("_cmd"))

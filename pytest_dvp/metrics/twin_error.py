@@ -61,7 +61,7 @@ def twin_error(model: Log, measured: Log, *, signal: str = POSITION) -> Measured
 @functools.lru_cache(maxsize=2)
 def _compared(model: Log, measured: Log) -> Comparison:
     """The last comparisons, as several bounds ask for one."""
-    from pytest_dvp.doctor import check_sound
+    from pytest_dvp.doctor import check_log
     from pytest_dvp.gap.compare.compare import compare
     from pytest_dvp.gap.compare.compared_model import CompareError
     from vehicle.model.errors import ModelError
@@ -72,7 +72,7 @@ def _compared(model: Log, measured: Log) -> Comparison:
     if not isinstance(text, str):
         raise Undefined("the log it is compared with is not of a twin, or of an older version: it holds no model")
     measured = with_obeyed_commands(measured)
-    check_sound(measured)  # a wrong unit is no reality gap
+    check_log(measured)  # a wrong unit is no reality gap
     try:
         return compare(measured, parse_model(text))
     except (CompareError, ModelError) as error:

@@ -46,7 +46,7 @@ class ScenarioFile(pytest.File):
 
         settings = settings_of(self.config)
         try:
-            sight = look(self.path, settings)
+            sight = classify_file(self.path, settings)
         except ScenarioError as error:
             raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
         if sight.what != "scenario" and sight.what != DISTRIBUTION:
@@ -180,7 +180,7 @@ class ScenarioItem(pytest.Function):
         return report
 
 
-class Sight:
+class FileKind:
     """What a first look at a file shows: "scenario" or what else it is, and the line of its storyboard or root."""
 
     def __init__(self, what: str, line: int) -> None:
@@ -232,7 +232,7 @@ def asked_for(path: Path, config: pytest.Config, settings: RunSpec) -> tuple[boo
     return named, any(real.is_relative_to(folder.resolve()) for folder in folders)
 
 
-def look(path: Path, settings: RunSpec) -> Sight:
+def classify_file(path: Path, settings: RunSpec) -> FileKind:
     """Say whether a file is a scenario that could run; reads it whole, so that a broken one shows at collection.
 
     Raises ScenarioError for a file that is no scenario, catalogue or distribution.
@@ -244,9 +244,9 @@ def look(path: Path, settings: RunSpec) -> Sight:
     child = {element.tag: element.line for element in root.children}
     for tag, what in (("Catalog", "a catalogue"), ("ParameterValueDistribution", DISTRIBUTION)):
         if tag in child:
-            return Sight(what, child[tag] or 1)
+            return FileKind(what, child[tag] or 1)
     scenario = read_scenario(path, library=settings.library, rootdir=settings.rootdir)
-    return Sight("scenario", scenario.storyboard.at.line or 1)
+    return FileKind("scenario", scenario.storyboard.at.line or 1)
 
 
 def check_parameters(items: Sequence[pytest.Item], settings: RunSpec) -> None:

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Protocol, Unpack
 import pytest
 
 from pytest_dvp.plugin.item_notes import RESULTS_KEY, VARIANT_KEY, current_item, settings_of
-from pytest_dvp.plugin.run_summary import Noted, metrics_of
+from pytest_dvp.plugin.run_summary import RunSummary, metrics_of
 from pytest_dvp.text.errors import SettingError
 
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.variant import Variant
     from pytest_dvp.drive.result import RunResult
     from pytest_dvp.drive.run_options import RunOptions
-    from pytest_dvp.drive.stage_comparison import Across
+    from pytest_dvp.drive.stage_comparison import StageComparison
 
 BROKEN_KEY = pytest.StashKey[list[bool]]()  # a collection error each: whether a scenario file is to blame
 SHARED_KEY = pytest.StashKey[Path]()  # folder of the runs that several items of a session need
@@ -42,7 +42,7 @@ class Run(Protocol):
 
     def __call__(self, scenario: str | Path | Variant, **options: Unpack[RunOptions]) -> RunResult: ...
 
-    def across(self, scenario: str | Path, pair: tuple[str, str]) -> Across: ...
+    def across(self, scenario: str | Path, pair: tuple[str, str]) -> StageComparison: ...
 
 
 class Gate(Protocol):
@@ -50,7 +50,7 @@ class Gate(Protocol):
 
     def __call__(
         self,
-        result: RunResult | Across,
+        result: RunResult | StageComparison,
         metrics: Sequence[str] | None = None,
         optional_events: Sequence[str] = (),
     ) -> None: ...
@@ -84,7 +84,7 @@ def gate(request: pytest.FixtureRequest) -> Gate:
     config = request.config
 
     def judge(
-        result: RunResult | Across, metrics: Sequence[str] | None = None, optional_events: Sequence[str] = ()
+        result: RunResult | StageComparison, metrics: Sequence[str] | None = None, optional_events: Sequence[str] = ()
     ) -> None:
         __tracebackhide__ = True
         from pytest_dvp.verdicts.result_text import failure, on_condition, undecided
@@ -108,7 +108,7 @@ def gate(request: pytest.FixtureRequest) -> Gate:
 
 
 def _explanation(
-    result: RunResult | Across, verdicts: Sequence[Mapping[str, Any]], metrics: Sequence[str] | None
+    result: RunResult | StageComparison, verdicts: Sequence[Mapping[str, Any]], metrics: Sequence[str] | None
 ) -> list[str]:
     """What the model of a failed gate lacks: only then, as it costs seconds, and not for each run of a search."""
     from pytest_dvp.verdicts.model_gate import METRICS
@@ -116,9 +116,9 @@ def _explanation(
     chosen = [v for v in verdicts if metrics is None or v["metric"] in metrics or v["gate"] in metrics]
     if not any(v["status"] == "FAIL" and v["metric"] in METRICS.values() for v in chosen) or result.folder is None:
         return []
-    from pytest_dvp.drive.stage_comparison import Across
+    from pytest_dvp.drive.stage_comparison import StageComparison
 
-    if isinstance(result, Across):  # two logs: its gates are not on a model file
+    if isinstance(result, StageComparison):  # two logs: its gates are not on a model file
         return []
     from pytest_dvp.gap.diagnosis_switch import diagnosis_wanted
     from pytest_dvp.text.paths import shown
@@ -142,17 +142,17 @@ def _ask(
     known, key = node.stash.setdefault(RESULTS_KEY, {}), (result["scenario"], result["stage"])
     noted = known.get(key)
     if noted is None:
-        noted = known[key] = Noted(dict(result))
+        noted = known[key] = RunSummary(dict(result))
     if not passed:
         noted.last = dict(result)
-    noted.ask(metrics, optional, passed=passed)
+    noted.add_request(metrics, optional, passed=passed)
 
 
 def attach(item: pytest.Item, report: pytest.TestReport) -> None:
     """Put the numbers of a test's runs into its report: scalars for JUnit, the verdicts for the summary."""
     if report.when != "call":
         return
-    results = [noted.told(failed=not report.passed) for noted in item.stash.get(RESULTS_KEY, {}).values()]
+    results = [noted.reported_run(failed=not report.passed) for noted in item.stash.get(RESULTS_KEY, {}).values()]
     if report.failed and not hasattr(item, "dvp_stage"):
         _say_how_to_replay(item, report, results)
     if not results:
@@ -176,9 +176,9 @@ def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
     from pytest_dvp.verdicts.result_text import page_of
 
     if result.get("findings"):
-        from pytest_dvp.drive.command_range import said_of
+        from pytest_dvp.drive.command_range import finding_text
 
-        found += [(f"finding.{f['code']}.{f['field']}", said_of(f)) for f in result["findings"]]
+        found += [(f"finding.{f['code']}.{f['field']}", finding_text(f)) for f in result["findings"]]
     found += sorted(result["metrics"].items())
     seen: dict[str, int] = {}
     for verdict in result["verdicts"]:

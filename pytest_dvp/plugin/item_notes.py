@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from pytest_dvp.drive.run_spec import RunSpec
-from pytest_dvp.plugin.run_summary import Noted
+from pytest_dvp.plugin.run_summary import RunSummary
 
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.variant import Variant
@@ -23,7 +23,7 @@ ITEM_KEY = pytest.StashKey[pytest.Item]()
 VARIANT_KEY = pytest.StashKey["tuple[Variant | None, Mapping[str, Any]]"]()
 
 
-RESULTS_KEY = pytest.StashKey[dict[tuple[str, str], Noted]]()
+RESULTS_KEY = pytest.StashKey[dict[tuple[str, str], RunSummary]]()
 
 
 def settings_of(config: pytest.Config) -> RunSpec:
@@ -42,9 +42,9 @@ def note(node: pytest.Item, result: Mapping[str, Any]) -> None:
 
     known, key = node.stash.setdefault(RESULTS_KEY, {}), (result["scenario"], result["stage"])
     if key in known:
-        known[key].drive(result)
+        known[key].add_run(result)
     else:
-        known[key] = Noted(dict(result))
+        known[key] = RunSummary(dict(result))
     if searching():
         known[key].count(result)
 

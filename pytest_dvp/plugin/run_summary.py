@@ -18,7 +18,7 @@ _NOTHING = (9, 9, 0.0)  # the urgency of no gate
 
 
 @dataclasses.dataclass
-class Noted:
+class RunSummary:
     """Runs of one scenario and stage in one test; results as `RunResult.as_dict` makes them.
 
     last, tightest  the run driven last, and of those before it the one nearest to its bounds
@@ -30,7 +30,7 @@ class Noted:
     """
 
     last: dict[str, Any]
-    tightest: dict[str, Any] | None = None
+    closest_to_bound: dict[str, Any] | None = None
     driven: int = 1
     asked: list[str] | None = None
     optional: list[str] = dataclasses.field(default_factory=list)
@@ -38,9 +38,9 @@ class Noted:
     judged: bool = False
     raised: bool = False
 
-    def drive(self, result: Mapping[str, Any]) -> None:
+    def add_run(self, result: Mapping[str, Any]) -> None:
         """A further run."""
-        self.tightest = self._tighter()
+        self.closest_to_bound = self._tighter()
         self.last = dict(result)
         self.driven += 1
 
@@ -48,7 +48,7 @@ class Noted:
         """Count a variant of a search, and the events that never fired in it."""
         self.silent.append(tuple(result.get("never_fired", ())))
 
-    def ask(self, metrics: Sequence[str] | None, optional: Sequence[str] = (), *, passed: bool) -> None:
+    def add_request(self, metrics: Sequence[str] | None, optional: Sequence[str] = (), *, passed: bool) -> None:
         """The test asks for these gates, or for all, and lets these events be."""
         self.optional = list(dict.fromkeys([*self.optional, *optional]))
         every = metrics is None or (self.judged and self.asked is None)
@@ -56,7 +56,7 @@ class Noted:
         self.judged = True
         self.raised = self.raised or not passed
 
-    def told(self, *, failed: bool) -> dict[str, Any]:
+    def reported_run(self, *, failed: bool) -> dict[str, Any]:
         """The run that stands for all: of a failed test the last one, which failed it; else the tightest.
 
         Keys besides those of the run: driven, tightest (True if it was chosen among several), and of a search
@@ -108,7 +108,7 @@ class Noted:
             asked = map(urgency, filter(self._is_asked, result["verdicts"]))
             return *min(asked, default=_NOTHING), *min(map(urgency, result["verdicts"]), default=_NOTHING)
 
-        earlier = self.tightest
+        earlier = self.closest_to_bound
         return self.last if earlier is None or worst(self.last) < worst(earlier) else earlier
 
 

@@ -16,7 +16,7 @@ from pytest_dvp.text.paths import shown
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.variant import Variant
     from pytest_dvp.drive.result import RunResult
-    from pytest_dvp.drive.stage_comparison import Across, Driven
+    from pytest_dvp.drive.stage_comparison import StageComparison, StageDrive
 
 
 class Session:
@@ -74,7 +74,7 @@ class Session:
             refuse_repetition("a second drive in one session", stage, vehicle)
         self._driven = True
 
-    def across(self, scenario: str | Path, pair: tuple[str, str]) -> Across:
+    def across(self, scenario: str | Path, pair: tuple[str, str]) -> StageComparison:
         """Hold two stages of a scenario against each other: drive what nobody has driven in this session, and judge.
 
         A log of `--dvp-stage-logs` stands before a drive. No real car is driven for it: only the item of a stage
@@ -92,7 +92,7 @@ class Session:
         note(current_item(self._config), result.as_dict())
         return result
 
-    def _across(self, path: Path, pair: tuple[str, str]) -> Across:
+    def _across(self, path: Path, pair: tuple[str, str]) -> StageComparison:
         from pytest_dvp.drive import stage_comparison
         from pytest_dvp.drive.option import STAGES
         from pytest_dvp.plugin.selection import asked_stage
@@ -117,7 +117,7 @@ class Session:
             "set": stage_comparison.assigned(chosen),
             "replay": stage_comparison.replay(path, chosen, pair, settings),
         }
-        return stage_comparison.hold(
+        return stage_comparison.compare_stages(
             drives,
             gates,
             [pair],  # type: ignore[list-item]
@@ -126,7 +126,7 @@ class Session:
             files=stage_comparison.Files(settings.runs_folder, settings.single_file, settings.model, settings.effects),
         )
 
-    def _drive(self, path: Path, stage: str) -> Driven | str:
+    def _drive(self, path: Path, stage: str) -> StageDrive | str:
         """The drive of a stage in this session, or why there is none and how to get it."""
         from pytest_dvp.drive.run import run
         from pytest_dvp.drive.stage_comparison import driven

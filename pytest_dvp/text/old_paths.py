@@ -35,12 +35,17 @@ NEW_PATHS: dict[str, tuple[str, ...]] = {
 """Old path, and where its names are now."""
 
 
+NEW_NAMES = {"Subject": "ComparedModel", "load_subject": "load_compared_model"}
+"""Old name, and the new one."""
+
+
 class OldModule(ModuleType):
     """A module under its old path: its names are looked up in the new ones."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
+        name = NEW_NAMES.get(name, name)
         for path in NEW_PATHS[self.__name__]:
             module = importlib.import_module(path)
             if hasattr(module, name):

@@ -16,7 +16,7 @@ KEPT = ("EGO_max_steer_angle",)  # an end stop that no drive reaches is what the
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Pruned:
+class DataSheetReset:
     """The twin without what it did not need, chi^2/N of it and before, and what was set back, in words."""
 
     model: VehicleModel
@@ -25,7 +25,9 @@ class Pruned:
     changes: tuple[str, ...]
 
 
-def pruned(model: VehicleModel, sheet: VehicleModel, logs: Mapping[str, Log], allowed: float = ALLOWED) -> Pruned:
+def reset_to_data_sheet(
+    model: VehicleModel, sheet: VehicleModel, logs: Mapping[str, Log], allowed: float = ALLOWED
+) -> DataSheetReset:
     """Set parameters of S back to those of the data sheet, all together if the logs allow it, else one by one.
 
     sheet: the twin as its data sheet has it; allowed: share of the error that may come back with it.
@@ -49,7 +51,7 @@ def pruned(model: VehicleModel, sheet: VehicleModel, logs: Mapping[str, Log], al
             best, twin = left, candidate
             gone += group
     words = tuple(f"{name} {s_value(model, name):g} -> {s_value(sheet, name):g}" for name in gone)
-    return Pruned(twin, before, best, words)
+    return DataSheetReset(twin, before, best, words)
 
 
 def _set_back(model: VehicleModel, sheet: VehicleModel, names: Sequence[str]) -> VehicleModel:
@@ -69,8 +71,8 @@ def _set_back(model: VehicleModel, sheet: VehicleModel, names: Sequence[str]) ->
 
 def chi2(model: VehicleModel, logs: Mapping[str, Log]) -> float:
     """chi^2/N of a twin driven by the logs' commands."""
-    from pytest_dvp.gap.diagnose.experiment import campaign
+    from pytest_dvp.gap.diagnose.experiment import experiment_set
     from pytest_dvp.gap.diagnose.linear_algebra import square
 
-    target = campaign(logs, model)
+    target = experiment_set(logs, model)
     return float(square(target.whitened({})) / max(target.count, 1))

@@ -20,7 +20,7 @@ Change: TypeAlias = Literal["better", "alike", "worse"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Judged:
+class HeldOutScore:
     """A state on held-out drives: performance of the stack on the car, chi^2/N and position error of the twin on its
     logs (log10 of the geometric mean over logs; [m] RMS over logs, and the noise of the position [m]), the gap."""
 
@@ -44,7 +44,7 @@ class Judged:
         }
 
 
-def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs: Path) -> Judged:
+def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs: Path) -> HeldOutScore:
     """Drive the held-out variants on all stages and look at them."""
     from pytest_dvp.tuning.structure_search import thinned
 
@@ -53,7 +53,7 @@ def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs
     on_car = [(drive, result) for drive, result in zip(asked, results, strict=True) if drive.stage == "rw"]
     files = tuple(drive.log for drive, _ in on_car)
     position, noise = _position(state.model, {file.name: thinned(file) for file in files})
-    return Judged(
+    return HeldOutScore(
         state=state,
         performance=plan.performance.score([result["metrics"] for _, result in on_car]),
         log_chi2=log_chi2(state.model, files, workers),
@@ -73,11 +73,11 @@ def log_chi2(model: Path, logs: Sequence[Path], workers: Workers) -> float:
 
 def _position(model: Path, logs: Mapping[str, Any]) -> tuple[float, float]:
     from pytest_dvp.gap.compare.position_error import position_error
-    from pytest_dvp.gap.diagnose.experiment import campaign
+    from pytest_dvp.gap.diagnose.experiment import experiment_set
     from vehicle.model.model_file import read_model
 
     twin = read_model(model)
-    noise = campaign(logs, twin).noise()
+    noise = experiment_set(logs, twin).noise()
     return position_error(logs, twin, {}), math.hypot(noise.get("x", math.nan), noise.get("y", math.nan))
 
 

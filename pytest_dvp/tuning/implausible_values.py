@@ -15,7 +15,7 @@ FEW = 6  # effects tried for one parameter
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Suspicion:
+class ImplausibleValue:
     """A value that should not be believed.
 
     why      "outside" the plausible range, or "stands for" an effect
@@ -55,10 +55,10 @@ class Suspicion:
         return f"{text}; none of the effects tried explains it better"
 
 
-def guard(
+def find_implausible_values(
     knobs: Sequence[Knob], before: Point, after: Point, logs: Sequence[Path], model: Path,
     tick: Callable[[str], None] = lambda text: None,
-) -> list[Suspicion]:  # fmt: skip
+) -> list[ImplausibleValue]:  # fmt: skip
     """Look at every parameter of S that tuning moved: is its value plausible, and does an effect do better?
 
     model: the twin before the tuning. Each effect that the parameter may stand for is fitted in its place.
@@ -77,7 +77,7 @@ def guard(
     return found
 
 
-def _suspected(knob: Knob, before: Point, after: Point, logs: Sequence[Path], model: Path) -> Suspicion | None:
+def _suspected(knob: Knob, before: Point, after: Point, logs: Sequence[Path], model: Path) -> ImplausibleValue | None:
     from pytest_dvp.gap.compare.compared_model import CompareError
     from pytest_dvp.gap.extend.extend import extend
     from pytest_dvp.tuning.structure_search import in_words, thinned
@@ -110,7 +110,7 @@ def _suspected(knob: Knob, before: Point, after: Point, logs: Sequence[Path], mo
     if inside and not better:
         return None
     why = "stands for" if inside else "outside"
-    return Suspicion(
+    return ImplausibleValue(
         knob.name, after[knob.name], before[knob.name], knob.unit, why, knob.plausible,
         known.why if known else "stated in the study", best[1] if best and better else "", tuned,
         best[0] if best and better else None, channels,
@@ -127,8 +127,8 @@ def _with_s(model: Any, values: Point) -> Any:
 
 def _chi2(model: Any, logs: Any, channels: Sequence[str]) -> float:
     """chi^2/N of a twin driven by the logs' commands, mean over those of `channels` that are judged."""
-    from pytest_dvp.gap.diagnose.experiment import campaign
+    from pytest_dvp.gap.diagnose.experiment import experiment_set
 
-    found = campaign(logs, model).by_channel({})
+    found = experiment_set(logs, model).by_channel({})
     values = [value for name, value in found.items() if name in channels]
     return sum(values) / len(values) if values else 0.0

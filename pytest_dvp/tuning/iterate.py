@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import Any
 
 from pytest_dvp.text.plain_json import finite
-from pytest_dvp.tuning.held_out_judge import Judged, judge, log_chi2, rw_logs, stack_change, twin_change
-from pytest_dvp.tuning.implausible_values import Suspicion, guard
+from pytest_dvp.tuning.held_out_judge import HeldOutScore, judge, log_chi2, rw_logs, stack_change, twin_change
+from pytest_dvp.tuning.implausible_values import ImplausibleValue, find_implausible_values
 from pytest_dvp.tuning.iteration_plan import MOUNTS, STAGES, Plan, State, drives
 from pytest_dvp.tuning.ledger import Entry, write_ledger
-from pytest_dvp.tuning.proving_ground import Folders, Grounded, on_proving_ground
+from pytest_dvp.tuning.proving_ground import Folders, ProvingGroundResult, on_proving_ground
 from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
 from pytest_dvp.tuning.stage_gap import Figure, gap, mean_alike
-from pytest_dvp.tuning.structure_search import Found, look_for_structure
+from pytest_dvp.tuning.structure_search import StructureResult, look_for_structure
 from pytest_dvp.tuning.study import Study
 from pytest_dvp.tuning.tune import Tuning, tune
 from pytest_dvp.tuning.tuned_parameter import Point, changed
@@ -38,8 +38,8 @@ class Iterated:
     plan: Plan
     entries: tuple[Entry, ...]
     state: State
-    first: Judged
-    last: Judged
+    first: HeldOutScore
+    last: HeldOutScore
     repeatability: Mapping[str, Figure]
     ended: str
 
@@ -52,7 +52,7 @@ def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: N
     now = first = judge(plan, state, plan.held_out_seeds, workers, logs)
     entries = [_entry(plan, 0, state, now, workers)]
     write_ledger(out / "ledger.jsonl", entries)
-    grounds: list[Grounded] = []  # what was driven on the proving ground once is learnt from ever after
+    grounds: list[ProvingGroundResult] = []  # what was driven on the proving ground once is learnt from ever after
     ended = f"the limit of {plan.iterations} (--iterations)"
     for number in range(1, plan.iterations + 1):
         step = _improve(plan, number, state, now, workers, out, tick, grounds)
@@ -116,11 +116,18 @@ def _written(text: str, target: Path) -> Path:
 @dataclasses.dataclass(frozen=True, slots=True)
 class _Step:
     entry: Entry
-    judged: Judged
+    judged: HeldOutScore
 
 
 def _improve(
-    plan: Plan, number: int, state: State, now: Judged, workers: Workers, out: Path, tick: Tick, grounds: list[Grounded]
+    plan: Plan,
+    number: int,
+    state: State,
+    now: HeldOutScore,
+    workers: Workers,
+    out: Path,
+    tick: Tick,
+    grounds: list[ProvingGroundResult],
 ) -> _Step:
     """One iteration: learn on the training drives, then ask the judge."""
     folder = out / f"iteration-{number:02d}"
@@ -147,7 +154,7 @@ def _improve(
         grounds.append(ground)
     found, model = _structure(plan, learnt, state.model, folder, workers, told, presets=presets)
     tuned_S, point_S, twin = _tuned_S(plan, measured, model, state.mounts, folder, workers, told)
-    suspicions = guard(plan.S, tuned_S.start.point, point_S, measured, model, told) if tuned_S else []
+    suspicions = find_implausible_values(plan.S, tuned_S.start.point, point_S, measured, model, told) if tuned_S else []
     old, new = log_chi2(state.model, now.logs, workers), log_chi2(twin, now.logs, workers)
     better_twin = twin_change(old, new) == "better"
     twin_words = f"twin {twin_change(old, new)} on held-out logs (chi^2/N {10**old:.3g} -> {10**new:.3g})"
@@ -186,7 +193,7 @@ def _improve(
 
 def _structure(
     plan: Plan, logs: list[Path], model: Path, folder: Path, workers: Workers, tick: Tick, *, presets: bool
-) -> tuple[Found | None, Path]:
+) -> tuple[StructureResult | None, Path]:
     if not plan.structure:
         return None, model
     tick("diagnosis")
@@ -241,8 +248,8 @@ def _tuned_P(plan: Plan, state: State, workers: Workers, tick: Tick) -> Tuning:
 
 
 def _chosen(
-    plan: Plan, options: list[tuple[str, State]], state: State, now: Judged, workers: Workers, logs: Path
-) -> tuple[Judged, str, str]:
+    plan: Plan, options: list[tuple[str, State]], state: State, now: HeldOutScore, workers: Workers, logs: Path
+) -> tuple[HeldOutScore, str, str]:
     """The first option that is better on held-out drives in one thing and worse in none; its name, and why."""
     reasons = []
     for name, option in options:
@@ -268,7 +275,12 @@ def _number(score: float) -> str:
 
 
 def _words(
-    found: Found | None, S: Tuning | None, P: Tuning, suspicions: list[Suspicion], accepted: str, why: str
+    found: StructureResult | None,
+    S: Tuning | None,
+    P: Tuning,
+    suspicions: list[ImplausibleValue],
+    accepted: str,
+    why: str,
 ) -> list[str]:
     words = []
     if found is not None:
@@ -308,7 +320,7 @@ def _told(tuning: Tuning | None) -> dict[str, Any]:
     }
 
 
-def _entry(plan: Plan, number: int, state: State, judged: Judged, workers: Workers, **more: Any) -> Entry:
+def _entry(plan: Plan, number: int, state: State, judged: HeldOutScore, workers: Workers, **more: Any) -> Entry:
     from vehicle.model.model_file import read_model
     from vehicle.model.simulator_parameters import S_PARAMETERS, s_value
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pytest_dvp.tuning.data_sheet_reset import ALLOWED, pruned
+from pytest_dvp.tuning.data_sheet_reset import ALLOWED, reset_to_data_sheet
 from pytest_dvp.tuning.iteration_plan import Plan
 from pytest_dvp.tuning.structure_search import thinned
 from pytest_dvp.workers.cache import Cache
@@ -34,7 +34,7 @@ STEER, STEER_RATE = 0.34, 0.4  # rad, rad/s
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Grounded:
+class ProvingGroundResult:
     """verdict of the diagnosis before; names of the manoeuvres that were driven for it, and their logs."""
 
     verdict: str
@@ -53,7 +53,7 @@ class Folders:
 def on_proving_ground(
     plan: Plan, measured: Sequence[Path], model: Path, folders: Folders, workers: Workers,
     tick: Callable[[str], None] = lambda text: None, *, presets: bool = False, known: Sequence[str] = (),
-) -> Grounded:  # fmt: skip
+) -> ProvingGroundResult:  # fmt: skip
     """Diagnose the car's logs; if that leaves something open, have the car drive what would tell.
 
     presets: as of `look_for_structure`; known: manoeuvres whose logs are among those measured, not to be driven again.
@@ -63,7 +63,7 @@ def on_proving_ground(
     )
     jobs = [job(folders.manoeuvres, name, plan, folders.logs) for name in names]
     workers.run(jobs)
-    return Grounded(verdict, tuple(names), tuple(Path(each.save) for each in jobs if each.save))
+    return ProvingGroundResult(verdict, tuple(names), tuple(Path(each.save) for each in jobs if each.save))
 
 
 def written(
@@ -103,7 +103,7 @@ def _planned(
     from pytest_dvp.gap.manoeuvres.rehearsal import NOISE
     from vehicle.model.model_file import read_model
 
-    model = pruned(read_model(file), read_model(plan.model), logs, math.inf if presets else ALLOWED).model
+    model = reset_to_data_sheet(read_model(file), read_model(plan.model), logs, math.inf if presets else ALLOWED).model
     envelope = Envelope(max_speed=SPEED, max_lateral=LATERAL, max_steer=STEER, steer_rate=STEER_RATE)
     found = diagnose(logs, model, tick=tick)
     if found.verdict not in OPEN:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Again:
+class RepeatableRun:
     """One simulation of a point: metrics that its study looks at, score of it alone, the command that repeats it."""
 
     job: Job
@@ -41,7 +41,7 @@ class Again:
         }
 
 
-def again(found: Tuning, model: Path) -> list[Again]:
+def repeatable_runs(found: Tuning, model: Path) -> list[RepeatableRun]:
     """The simulations of the best point, worst first. model: where an alignment's best twin is, `best_model`."""
     objective = found.study.objective
     names = objective.metrics
@@ -51,7 +51,7 @@ def again(found: Tuning, model: Path) -> list[Again]:
         score = objective.score([metrics])
         told = command(job) if job.log is None else f"dvp compare {_path(job.log)} --model {_path(model)}"
         seen = {name: metrics.get(name) for name in names}
-        rows.append(Again(job, seen, score.value, score.broken, told))
+        rows.append(RepeatableRun(job, seen, score.value, score.broken, told))
     return sorted(rows, key=lambda row: -row.score)
 
 

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from typing import Any
 
-from pytest_dvp.tuning.held_out_judge import Judged
+from pytest_dvp.tuning.held_out_judge import HeldOutScore
 from pytest_dvp.tuning.iteration_plan import STAGES
 from pytest_dvp.tuning.paper_result import TENTH
 from pytest_dvp.tuning.stage_gap import Figure
@@ -55,7 +55,7 @@ class Bound:
         return {**dataclasses.asdict(self), "undecided": self.undecided}
 
 
-def bounds(first: Judged, last: Judged) -> list[Bound]:
+def bounds(first: HeldOutScore, last: HeldOutScore) -> list[Bound]:
     """Every row of it. Of MNCC, lag and gain the mean drive of each stage decides, of all else the mean over held-out
     drives; the worst variant, or drive, stands beside it."""
     rows = []
@@ -93,14 +93,14 @@ def _row(
     return Bound(what, where, now.mean, now.half_width, now.worst, text, holds, paper, then.mean if then else None)
 
 
-def _position(first: Judged, last: Judged) -> Bound:
+def _position(first: HeldOutScore, last: HeldOutScore) -> Bound:
     most = NOISES * last.position_noise
     holds = math.isfinite(last.position) and last.position <= most
     text = f"<= {most:.4f} m, {NOISES:g} times the noise of the measured position"
     return Bound("open-loop position after 2 s", "twin", last.position, None, None, text, holds, "", first.position)
 
 
-def _equivalent(name: str, pair: str, first: Judged, last: Judged) -> Bound:
+def _equivalent(name: str, pair: str, first: HeldOutScore, last: HeldOutScore) -> Bound:
     """Alike: the 95 % interval of the difference, from the repeats, lies within GAIN of the metric's bound, of a metric
     without one within GAIN of its value in the second stage (two one-sided tests).
 

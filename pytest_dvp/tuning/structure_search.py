@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.text.plain_json import finite
-from pytest_dvp.tuning.data_sheet_reset import ALLOWED, pruned
+from pytest_dvp.tuning.data_sheet_reset import ALLOWED, reset_to_data_sheet
 from pytest_dvp.workers.cache import Cache
 from pytest_dvp.workers.job import code_digest, file_digest
 
@@ -24,7 +24,7 @@ LEAST_GAIN = 0.002  # of the error: effects that explain less are not worth a tw
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Found:
+class StructureResult:
     """diagnosis, extension: their documents (`dvp diagnose --json`, `dvp extend --json`); model: the extended twin as
     text, None if it is not to be taken; taken: what was added, changed or removed, in words; pruned: parameters of S
     that were set back to the data sheet before."""
@@ -43,7 +43,7 @@ class Found:
 def look_for_structure(
     logs: Sequence[Path], model: Path, sheet: Path, cache: Cache, tick: Callable[[str], None] = lambda text: None,
     *, presets: bool = False,
-) -> Found:  # fmt: skip
+) -> StructureResult:  # fmt: skip
     """Set back what the simulator has and the car lacks, diagnose, then extend; `sheet`: the twin of the data sheet.
 
     presets: the parameters of S are presets that no log has ever spoken for; all of them are set back, and it is the
@@ -61,17 +61,19 @@ def look_for_structure(
         cache.put(key, kept)
     found = kept["metrics"]
     taken, back = tuple(found["taken"]), tuple(found["pruned"])
-    return Found(found["diagnosis"], found["extension"], found["model"], taken, back)
+    return StructureResult(found["diagnosis"], found["extension"], found["model"], taken, back)
 
 
-def _looked_for(paths: Sequence[Path], file: Path, sheet: Path, tick: Callable[[str], None], presets: bool) -> Found:
+def _looked_for(
+    paths: Sequence[Path], file: Path, sheet: Path, tick: Callable[[str], None], presets: bool
+) -> StructureResult:
     from pytest_dvp.gap.diagnose.diagnose import diagnose
     from pytest_dvp.gap.extend.extend import extend
     from vehicle.model.effect_catalogue import find_effect
     from vehicle.model.model_file import model_text, read_model
 
     logs = {path.name: thinned(path) for path in paths}
-    cleared = pruned(read_model(file), read_model(sheet), logs, math.inf if presets else ALLOWED)
+    cleared = reset_to_data_sheet(read_model(file), read_model(sheet), logs, math.inf if presets else ALLOWED)
     model, back = cleared.model, cleared.changes
     diagnosis = diagnose(logs, model, tick=tick)
     wanted = [e for e in diagnosis.effects if e.gain >= LEAST_GAIN and find_effect(e.name).slot != "perception"]
@@ -79,7 +81,7 @@ def _looked_for(paths: Sequence[Path], file: Path, sheet: Path, tick: Callable[[
     add = [e.name for e in wanted if e.action != "remove"]
     remove = [e.name for e in wanted if e.action == "remove"]
     if not wanted:
-        return Found(document, None, model_text(model) if back else None, (), back)
+        return StructureResult(document, None, model_text(model) if back else None, (), back)
     fitted_on = [f"{path.name} sha256:{file_digest(str(path))}" for path in paths]
     while True:
         extension = extend(logs, model, add=add, remove=remove, start=diagnosis.values, fitted_on=fitted_on, tick=tick)
@@ -89,10 +91,10 @@ def _looked_for(paths: Sequence[Path], file: Path, sheet: Path, tick: Callable[[
         add.remove(idle)  # the extension names what does not pay on data it was not fitted on
     told = finite(extension.as_dict())
     if extension.refusal:
-        return Found(document, told, model_text(model) if back else None, (), back)
+        return StructureResult(document, told, model_text(model) if back else None, (), back)
     signs = {"add": "+", "change": "~", "remove": "-"}
     taken = tuple(f"{signs[e.action]} {e.name} {in_words(e.parameters, 4)}" for e in extension.effects)
-    return Found(document, told, model_text(extension.model), taken, back)
+    return StructureResult(document, told, model_text(extension.model), taken, back)
 
 
 def in_words(parameters: Mapping[str, Any], digits: int) -> str:

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.gap.compare.compare import Comparison, compare
-from pytest_dvp.gap.compare.match_bounds import Judged, judge_bounds
+from pytest_dvp.gap.compare.match_bounds import BoundCheck, judge_bounds
 from pytest_dvp.logs.log import Log
 from pytest_dvp.verdicts.gate import Gate
 from pytest_dvp.verdicts.model_gate import METRICS
 
 if TYPE_CHECKING:
-    from pytest_dvp.gap.compare.compared_model import Subject
+    from pytest_dvp.gap.compare.compared_model import ComparedModel
 from pytest_dvp.gap.words.comparison import columns
 
 KIND_OF = {metric: kind for kind, metric in METRICS.items()}
@@ -27,8 +27,8 @@ class GateChange:
     log: str
     file: str
     line: int | None
-    before: Judged
-    after: Judged
+    before: BoundCheck
+    after: BoundCheck
 
     @property
     def verdicts(self) -> tuple[str, str]:
@@ -57,7 +57,9 @@ def gates_on(gates: Sequence[Gate], model: Path) -> list[Gate]:
     return [gate for gate in named if Path(str(gate.options["model"])).resolve() == model.resolve()]
 
 
-def gate_changes(gates: Sequence[Gate], logs: Mapping[str, Log], old: Subject, new: Subject) -> list[GateChange]:
+def gate_changes(
+    gates: Sequence[Gate], logs: Mapping[str, Log], old: ComparedModel, new: ComparedModel
+) -> list[GateChange]:
     """Each of the gates on each log, whatever the stage it is meant for."""
     found: list[GateChange] = []
     for name, log in logs.items():
@@ -66,14 +68,14 @@ def gate_changes(gates: Sequence[Gate], logs: Mapping[str, Log], old: Subject, n
     return found
 
 
-def _judged(gate: Gate, comparison: Comparison) -> Judged:
+def _judged(gate: Gate, comparison: Comparison) -> BoundCheck:
     kind = KIND_OF[gate.metric]
     bound = gate.min if kind == "mncc" else gate.max
     limit = bound if bound is not None else (0.0 if kind == "mncc" else float("inf"))
     return judge_bounds(comparison, {kind: {str(gate.options["signal"]): limit}})[0]
 
 
-def _verdict(judged: Judged) -> str:
+def _verdict(judged: BoundCheck) -> str:
     if judged.value is None:
         return "INCONCLUSIVE"
     return "PASS" if judged.holds else "FAIL"

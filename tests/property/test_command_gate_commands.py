@@ -12,7 +12,7 @@ from math import inf, nan, nextafter, pi
 
 from command_gate_bounds import LIMITS, broken
 
-from vehicle.guard.guard import Gate
+from vehicle.guard.guard import Guard
 from vehicle.guard.messages import Decision, Measured, Outcome, Request
 
 COMMANDS = int(os.environ.get("DVP_COMMANDS", "6000"))
@@ -32,7 +32,7 @@ def value(dice: random.Random, low: float, high: float) -> float:
 
 def drive(dice: random.Random, commands: int, seen: Counter[str]) -> None:
     log: list[Decision] = []
-    gate = Gate(LIMITS, vehicle="car", scenario="a", record=log.append, real=False)
+    gate = Guard(LIMITS, vehicle="car", scenario="a", record=log.append, real=False)
     x, y, yaw, v = dice.uniform(-40, 40), dice.uniform(-40, 40), dice.uniform(-pi, pi), dice.uniform(-3, 23)
     now, sequence = dice.uniform(-10, 10), 0
     gate.arm(now, Measured(now, x, y, yaw, v, dice.uniform(-0.4, 0.4)))

@@ -9,7 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
-from vehicle.guard.guard import ArmingRefused, Gate
+from vehicle.guard.guard import ArmingRefused, Guard
 from vehicle.guard.messages import Arming, Decision, Measured, Outcome, Output, Request, State
 
 EXAMPLES = int(os.environ.get("DVP_STATE_EXAMPLES", "60"))
@@ -23,7 +23,7 @@ class Arms(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.log: list[Decision] = []
-        self.gate = Gate(LIMITS, vehicle="car", scenario="a", record=self.log.append)
+        self.gate = Guard(LIMITS, vehicle="car", scenario="a", record=self.log.append)
         self.expected = State.DRY
         self.now, self.sequence = 0.0, 0
         self.key = 0  # when the arming used last was written

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pytest_dvp.gap.compare.compare import FINEST, noise_floor
+from pytest_dvp.gap.compare.compare import BEST_SENSOR_SIGMA, noise_floor
 from pytest_dvp.gap.compare.noise_floor import sigma
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.logs.log_contents import FloatArray
@@ -142,7 +142,7 @@ def test_no_sensor_is_taken_to_be_better_than_the_best_ones() -> None:
     wanted = {"x": 0.01, "v": 0.01}  # m of an RTK receiver, m/s of an optical sensor
     assert [found[k] for k, name in enumerate(CHANNELS) if name in wanted] == list(wanted.values())
     assert all(np.isinf(found[k]) for k, name in enumerate(CHANNELS) if name not in wanted)
-    assert len(FINEST) == len(CHANNELS)
+    assert len(BEST_SENSOR_SIGMA) == len(CHANNELS)
 
 
 def test_white_noise_on_a_position_is_a_filters_last_digit() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose.candidates import candidates
-from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, intervals
 from pytest_dvp.gap.diagnose.search import Search, _certain
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -23,15 +23,15 @@ BASE = parse_model(
 )
 
 
-def driven(gain: float) -> Campaign:
+def driven(gain: float) -> ExperimentSet:
     """A drive of the truth car whose motor gives `gain` of what is asked for."""
     columns = make_log({"drive_gain": {"g": gain}}, "rich", 4, "mid")
     rows = columns["t"] < 60.0
     log = Log({name: np.ascontiguousarray(values[rows]) for name, values in columns.items()})
-    return campaign({"rich": log}, BASE)
+    return experiment_set({"rich": log}, BASE)
 
 
-def fitted(target: Campaign) -> tuple[Search, Trial]:
+def fitted(target: ExperimentSet) -> tuple[Search, Trial]:
     search = Search(target, candidates(BASE, [find_effect("drive_gain")], ay=False))
     first = search.trial(("drive_gain",), {("drive_gain", "g"): 0.9})
     target.settle(first.values)
@@ -45,10 +45,10 @@ def test_a_value_where_the_search_had_to_stop_means_nothing(gain: float, means_s
     search, found = fitted(driven(gain))
     name = ("drive_gain", "g")
     assert found.values[name] == pytest.approx(max(gain, 0.7 - 0.25 * (1.2 - 0.7)), abs=0.01)
-    low, high = intervals(found.found, search.starts)[name]
+    low, high = intervals(found.fit, search.starts)[name]
     assert low < high < 0.9
     assert search.trial((), {}).chi2 > 1.5 * found.chi2
-    assert search.sound(found, "drive_gain") is means_something
+    assert search.is_credible(found, "drive_gain") is means_something
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 import scenarios
 from pytest_dvp.gap.diagnose.diagnose import diagnose
-from pytest_dvp.gap.diagnose.experiment import campaign
+from pytest_dvp.gap.diagnose.experiment import experiment_set
 from pytest_dvp.logs.log import Log
 from vehicle.model.model_file import read_model
 from vehicle.model.vehicle_model import VehicleModel
@@ -28,7 +28,7 @@ def drive(seed: int, effects: Mapping[str, Mapping[str, float]] | None = None) -
 
 def test_the_twin_explains_the_car_that_hides_nothing(twin: VehicleModel) -> None:
     """Written from the data sheet: 1 would be sensor noise alone; ax is off a little where it comes to rest."""
-    levels = campaign({"urban": drive(3)}, twin).by_channel({})
+    levels = experiment_set({"urban": drive(3)}, twin).by_channel({})
     assert max(levels[c] for c in ("x", "y", "yaw", "v", "yaw_rate", "ay")) < 1.5
     assert levels["ax"] < 2.0
 

@@ -15,8 +15,8 @@ An override stands last because it alone takes the output away from all that was
 car, even where the stack has fallen silent.
 
 Time is an argument: there is no clock here. A wire that counts modulo n unwraps its counter before it asks.
-`vehicle.guard.guarded_vehicle.Gated` puts the guard in front of any Vehicle; `vehicle.guard.arming.take` reads the file
-that arms a real car.
+`vehicle.guard.guarded_vehicle.GuardedVehicle` puts the guard in front of any Vehicle;
+`vehicle.guard.arming.take` reads the file that arms a real car.
 
 This is not a safety device: it needs a trained driver, a hardware emergency stop, and a car that stops by itself when
 its commands stay away.
@@ -62,7 +62,7 @@ class _Stop(Exception):
     """Ends the examination: the stop profile, and why."""
 
 
-class Gate:
+class Guard:
     """Stands before one vehicle for one scenario. `record` gets every decision.
 
     `real` (the default) needs both keys, a declared area, and for each further arming one written later than the last.

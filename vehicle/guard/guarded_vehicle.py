@@ -17,7 +17,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from vehicle.adapter import Vehicle
-from vehicle.guard.guard import CYCLE, ArmingRefused, Gate
+from vehicle.guard.guard import CYCLE, ArmingRefused, Guard
 from vehicle.guard.messages import Area, Arming, Decision, Limits, Measured, Request, State, numbers
 from vehicle.messages import (
     TRACE_COLUMNS,
@@ -60,7 +60,7 @@ def limits_of(
     )  # fmt: skip
 
 
-class Gated:
+class GuardedVehicle:
     """A vehicle that obeys the gate only. `record` gets every decision; arguments are those of Gate.
 
     keys  asks a vehicle that is not real for both keys and an area as well: a rehearsal of what a real one needs
@@ -78,7 +78,7 @@ class Gated:
     ) -> None:
         self._vehicle = vehicle
         self._keys = keys or vehicle.is_real
-        self._gate = Gate(limits, vehicle=name, scenario=scenario, record=record, real=self._keys)
+        self._gate = Guard(limits, vehicle=name, scenario=scenario, record=record, real=self._keys)
         self._sequence = 0
         self._motion: Measured | None = None
         self._t = 0.0

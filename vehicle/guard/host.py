@@ -18,9 +18,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from vehicle.adapter import Candid, Vehicle
+from vehicle.adapter import ReportsMessageFaults, Vehicle
 from vehicle.guard.guard import CYCLE
-from vehicle.guard.guarded_vehicle import Gated, limits_of
+from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 from vehicle.guard.messages import Decision
 from vehicle.guard.process_messages import Answer, Keys, Opened, Opening, pack, unpack
 from vehicle.interpreter_server import Wire
@@ -42,7 +42,7 @@ class Host:
         if not isinstance(adapter, Vehicle):
             what = type(adapter).__name__
             raise ValueError(f"vehicle {opening.name!r}: {what} is no Vehicle (vehicle.adapter.Vehicle)")
-        if isinstance(adapter, Candid):
+        if isinstance(adapter, ReportsMessageFaults):
             adapter.tell(self._troubles.append)
         self._punctuality: Callable[[], Any] = lambda: getattr(adapter, "punctuality", None)
         car: Vehicle = adapter
@@ -53,7 +53,9 @@ class Host:
             among.warm_up()
             car = among
         limits = limits_of(car.description, max_speed=opening.max_speed, area=opening.area)
-        self._gated = Gated(car, limits, name=opening.name, scenario=opening.scenario, record=self._decisions.append)
+        self._gated = GuardedVehicle(
+            car, limits, name=opening.name, scenario=opening.scenario, record=self._decisions.append
+        )
         self._ahead, self._due = 0.0, 0.0  # s that the gate has gone on by itself; when (monotonic) it is to again
         self._t = 0.0  # the harness's time
         self._rows: list[FloatArray] = []

@@ -2,8 +2,8 @@
 
     car = GateProcess(Opening("my_package:Tabby", "7", ...), record=log.append, trouble=wire_log.append)
 
-Used as `vehicle.guard.guarded_vehicle.Gated` is. The process does not outlive this one; if it dies or hangs the car
-must stop by itself, as it must whenever 100 ms pass without a command.
+Used as `vehicle.guard.guarded_vehicle.GuardedVehicle` is. The process does not outlive this one; if it dies or hangs
+the car must stop by itself, as it must whenever 100 ms pass without a command.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SILENT = 5.0  # s without a beat: what compiles or loads in it on a busy machine
 WHO = "the guard"
 
 
-class GateProcess:
+class GuardProcess:
     """The car that `opening` describes. `record` gets every decision of its gate, `trouble` every one of its messages.
 
     Raises VehicleLost if the car or the process does not come.

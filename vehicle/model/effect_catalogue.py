@@ -54,7 +54,7 @@ def catalogue() -> Mapping[str, Effect]:
     return MappingProxyType(_collect(found))
 
 
-def perceived() -> frozenset[str]:
+def perception_effect_names() -> frozenset[str]:
     """Names of the effects that act on what the car sees, not on how it moves."""
     return frozenset(name for name, effect in catalogue().items() if effect.slot == "perception")
 

@@ -63,7 +63,7 @@ class _Values:
         self.__dict__.update(values)
 
 
-def perceived(effects: Iterable[AppliedEffect], tracks: Tracks, rng: np.random.Generator) -> Tracks:
+def apply_perception_effects(effects: Iterable[AppliedEffect], tracks: Tracks, rng: np.random.Generator) -> Tracks:
     """What a detector with these effects shows of `tracks`; effects of other slots and neutral ones change nothing."""
     chosen = [a for a in effects if a.effect.slot == "perception" and not a.effect.is_off(a.values)]
     for applied in sorted(chosen, key=lambda a: (a.effect.order, a.name)):

@@ -12,21 +12,21 @@ if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel
 
 
-def driven_by(command: str, model: VehicleModel, file: str, *groups: Mapping[str, Log]) -> None:
+def check_command_columns(command: str, model: VehicleModel, file: str, *groups: Mapping[str, Log]) -> None:
     """Tell on stderr which columns are assumed to drive the model of `file`, and of runs whose car obeyed others.
 
     groups: logs by name.
 
     Raises CompareError if a log lacks one that drives it.
     """
-    from pytest_dvp.gap.compare.compared_model import CompareError, held
+    from pytest_dvp.gap.compare.compared_model import CompareError, command_at_stamps
     from pytest_dvp.logs.obeyed_commands import command_mismatch_warning
 
     said = assumed(model, Path(file).name)
     for name, log in (pair for logs in groups for pair in logs.items()):
         for column in model.inputs.columns:
             try:
-                held(log, column, Path(file).name, name)
+                command_at_stamps(log, column, Path(file).name, name)
             except CompareError as error:
                 raise CompareError(f"{error} ({said})" if said else str(error)) from None
     if said:
@@ -39,12 +39,12 @@ def driven_by(command: str, model: VehicleModel, file: str, *groups: Mapping[str
 
 def missing(model: VehicleModel, log: Log) -> list[str]:
     """Columns that drive the model and that the log does not have, or has no value of."""
-    from pytest_dvp.gap.compare.compared_model import CompareError, held
+    from pytest_dvp.gap.compare.compared_model import CompareError, command_at_stamps
 
     found = []
     for column in model.inputs.columns:
         try:
-            held(log, column, "")
+            command_at_stamps(log, column, "")
         except CompareError:
             found.append(column)
     return found

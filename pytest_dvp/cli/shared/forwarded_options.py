@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 
-def carried(arguments: argparse.Namespace) -> list[str]:
+def forwarded_options(arguments: argparse.Namespace) -> list[str]:
     """How the logs are read and which effects there are: --map, --msg and --effects, as words of a command line."""
     words = ["--map", arguments.map] if arguments.map else []
     for option, values in (("--msg", arguments.msg), ("--effects", arguments.effects)):

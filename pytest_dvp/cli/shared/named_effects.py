@@ -27,7 +27,7 @@ class DiagnosisFileError(ValueError):
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Named:
+class NamedEffects:
     """Names of effects to add (to fit again, where the model has them) and to remove.
 
     left: what a diagnosis named beside them and why it is not for the model, a line each; diagnosed: by one, whose
@@ -36,7 +36,7 @@ class Named:
 
     add: tuple[str, ...] = ()
     remove: tuple[str, ...] = ()
-    left: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()
     diagnosed: bool = False
     verdict: str = ""
     nothing: str = ""
@@ -45,36 +45,36 @@ class Named:
     def empty(self) -> bool:
         return not self.add and not self.remove
 
-    def told(self, model: VehicleModel, file: str) -> Iterator[str]:
+    def notes(self, model: VehicleModel, file: str) -> Iterator[str]:
         """What is to be known before anything is fitted, a line each."""
-        yield from self.left
+        yield from self.skipped
         again = [name for name in self.add if any(a.name == name for a in model.effects)]
         if again:
             them = "its value is" if len(again) == 1 else "their values are"
             yield f"{file} has {', '.join(again)} already: {them} fitted again"
 
-    def shown_by(self, logs: Mapping[str, Log], model: VehicleModel) -> Named:
+    def shown_by(self, logs: Mapping[str, Log], model: VehicleModel) -> NamedEffects:
         """Without the perception effects of a diagnosis whose values these logs alone do not tell.
 
         Beside a run of the twin a diagnosis names what differs on top of its simulated sensors: no value of a model.
         """
         from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
-        from vehicle.model.effect_catalogue import perceived
+        from vehicle.model.effect_catalogue import perception_effect_names
 
-        sensed = perceived()
+        sensed = perception_effect_names()
         if not self.diagnosed or not sensed & {*self.add, *self.remove}:
             return self
         shown = {e.name: e.action == "remove" for e in diagnose_perceptions(logs.values(), model)}
         add = _kept(self.add, sensed, {name for name, gone in shown.items() if not gone})
         remove = _kept(self.remove, sensed, {name for name, gone in shown.items() if gone})
         off = [name for name in (*self.add, *self.remove) if name not in (*add, *remove)]
-        left = self.left
+        left = self.skipped
         if off:
             left += (f"{', '.join(off)}: left, as the detections of the logs fitted on give no value for the model",)
-        return dataclasses.replace(self, add=add, remove=remove, left=left)
+        return dataclasses.replace(self, add=add, remove=remove, skipped=left)
 
 
-def named(arguments: argparse.Namespace, model: VehicleModel, extra: Mapping[str, Effect]) -> Named:
+def named(arguments: argparse.Namespace, model: VehicleModel, extra: Mapping[str, Effect]) -> NamedEffects:
     """Effects named by options or a diagnosis. Raises WrongArgument, DiagnosisFileError."""
     from vehicle.model.effect_catalogue import catalogue
 
@@ -86,12 +86,14 @@ def named(arguments: argparse.Namespace, model: VehicleModel, extra: Mapping[str
         except WrongArgument as error:
             raise DiagnosisFileError(f"{arguments.diagnosis}: {error}") from None
         return found
-    asked = Named(tuple(dict.fromkeys(arguments.add)), tuple(dict.fromkeys(arguments.remove)))
+    asked = NamedEffects(tuple(dict.fromkeys(arguments.add)), tuple(dict.fromkeys(arguments.remove)))
     _check(asked, known, model, Path(arguments.model).name, ("--add: ", "--remove: "))
     return asked
 
 
-def _check(asked: Named, known: Mapping[str, Effect], model: VehicleModel, file: str, options: Sequence[str]) -> None:
+def _check(
+    asked: NamedEffects, known: Mapping[str, Effect], model: VehicleModel, file: str, options: Sequence[str]
+) -> None:
     present = [a.name for a in model.effects]
     for option, names in zip(options, (asked.add, asked.remove), strict=True):
         for name in names:
@@ -106,7 +108,7 @@ def _kept(names: Sequence[str], sensed: Collection[str], shown: Collection[str])
     return tuple(name for name in names if name not in sensed or name in shown)
 
 
-def _of_file(name: str) -> Named:
+def _of_file(name: str) -> NamedEffects:
     """Names in the document of `dvp diagnose --json`, but those of the run. Raises DiagnosisFileError."""
     try:
         data = Path(name).read_bytes()  # a shell of Windows writes UTF-16
@@ -124,7 +126,7 @@ def _of_file(name: str) -> Named:
         raise DiagnosisFileError(f"{name}: this diagnosis names no effect ({verdict or 'no verdict'})")
     own = [n for n, _ in entries if n in of_run]
     left = (of_the_run(own),) if own else ()
-    return Named(
+    return NamedEffects(
         tuple(n for n, action in entries if action != "remove" and n not in of_run),
         tuple(n for n, action in entries if action == "remove" and n not in of_run),
         left, diagnosed=True, verdict=verdict,

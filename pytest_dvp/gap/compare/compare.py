@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from pytest_dvp.gap.compare import iso18571
-from pytest_dvp.gap.compare.compared_model import CompareError, LogSubject, ModelSubject, Subject, commanded, given
+from pytest_dvp.gap.compare.compared_model import (
+    ComparedModel,
+    CompareError,
+    LogSubject,
+    ModelSubject,
+    rows_with_commands,
+    rows_with_motion,
+)
 from pytest_dvp.gap.compare.error_location import Where, locate
 from pytest_dvp.gap.compare.noise_floor import sigma as channel_sigma
 from pytest_dvp.gap.compare.regimes import regimes
@@ -35,12 +42,12 @@ from pytest_dvp.logs.log_contents import FloatArray
 if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel
 
-Comparable: TypeAlias = "Subject | VehicleModel | Log"
+Comparable: TypeAlias = "ComparedModel | VehicleModel | Log"
 
 RATING_STEP = 0.1  # s: both signals are averaged to this step before they are rated, as ISO 18571 wants filtered ones
 POSE = ("x", "y", "yaw")
 """Position and heading come out of somebody's filter: what is white in an INS is its last digit, not its error."""
-FINEST = (0.01, 0.01, 0.0005, 0.01, 0.0005, 0.02, 0.02, 0.001)
+BEST_SENSOR_SIGMA = (0.01, 0.01, 0.0005, 0.01, 0.0005, 0.02, 0.02, 0.001)
 """Sigma of CHANNELS in their units, of the size that data sheets of the best sensors of road cars state (satellites
 with corrections, a fibre-optic gyro, wheel encoders); our choice, not of one source. A simulator's own log is finer,
 and no effect is worth adding for what nobody can measure."""
@@ -119,12 +126,12 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
     wheelbase = subject.model.car.wheelbase if isinstance(subject, ModelSubject) else 2.5
     if subject.restarts and not has_speed(measured):
         raise CompareError("log: no speed for a model to start with: neither v nor x and y are measured")
-    known = commanded(log, subject)
-    segments = cut(log.t, measured, wheelbase=wheelbase, known=known, given=given(log, subject))
+    known = rows_with_commands(log, subject)
+    segments = cut(log.t, measured, wheelbase=wheelbase, known=known, given=rows_with_motion(log, subject))
     output = subject.output(log, segments)
     _check_finite(subject, log.t, output)
     judged, left_out = judged_channels(subject, measured, output, channels)
-    free_speed = "v" not in subject.held
+    free_speed = "v" not in subject.imposed_channels
     sigma = noise_floor(log.t, measured, judged)
     rough = residuals(output, measured, log.t, sigma, segments, free_speed=free_speed)
     if not rough.count.any():
@@ -176,7 +183,7 @@ def _why_nothing(measured: FloatArray, segments: Segments) -> str:
     return "wherever both are known, the car stands or slides"
 
 
-def _check_finite(subject: Subject, t: FloatArray, output: FloatArray) -> None:
+def _check_finite(subject: ComparedModel, t: FloatArray, output: FloatArray) -> None:
     """A model that we step must stay finite: what is missing would otherwise pass as explained. Raises CompareError."""
     if not subject.restarts:
         return  # a log of another model may have gaps of its own
@@ -189,7 +196,7 @@ def _check_finite(subject: Subject, t: FloatArray, output: FloatArray) -> None:
         raise CompareError(f"{subject.name}: {name} is not finite from t={t[row]:.3f} s on")
 
 
-def as_subject(model: Comparable) -> Subject:
+def as_subject(model: Comparable) -> ComparedModel:
     """What `compare` takes, as a Subject."""
     from vehicle.model.vehicle_model import VehicleModel
 
@@ -201,7 +208,7 @@ def as_subject(model: Comparable) -> Subject:
 
 
 def judged_channels(
-    subject: Subject, measured: FloatArray, output: FloatArray, wanted: Collection[str] | None
+    subject: ComparedModel, measured: FloatArray, output: FloatArray, wanted: Collection[str] | None
 ) -> tuple[list[str], dict[str, str]]:
     """Channels to judge in their order, and why the others are not."""
     for name in wanted or ():
@@ -214,7 +221,7 @@ def judged_channels(
             reasons[name] = "not measured"
         elif name in subject.inputs:
             reasons[name] = "drives the model"
-        elif name in subject.held:
+        elif name in subject.imposed_channels:
             reasons[name] = "follows from what drives the model"
         elif not np.isfinite(output[:, k]).any():
             reasons[name] = "the model does not give it"
@@ -238,7 +245,7 @@ def noise_floor(
         k = CHANNELS.index(name)
         pose = name in POSE
         sigma = channel_sigma(t, measured[:, k], None if rest is None else rest[:, k], filtered=pose)
-        found[k] = max(sigma, FINEST[k]) if np.isfinite(sigma) else np.inf
+        found[k] = max(sigma, BEST_SENSOR_SIGMA[k]) if np.isfinite(sigma) else np.inf
     return found
 
 

@@ -40,7 +40,7 @@ class CompareError(ValueError):
     """A log and a model cannot be compared; the message is one line and says what is missing."""
 
 
-class Subject(Protocol):
+class ComparedModel(Protocol):
     """What `compare` compares a log with.
 
     name    for tables
@@ -51,7 +51,7 @@ class Subject(Protocol):
 
     name: str
     inputs: tuple[str, ...]
-    held: tuple[str, ...]
+    imposed_channels: tuple[str, ...]
     restarts: bool
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
@@ -76,13 +76,13 @@ class ModelSubject:
         self.model = model
         self.name = name or model.name or model.base
         self.inputs: tuple[str, ...] = (model.inputs.steer, *model.inputs.longitudinal)
-        self.held: tuple[str, ...] = ("v", "ax") if "v" in self.inputs else ()
+        self.imposed_channels: tuple[str, ...] = ("v", "ax") if "v" in self.inputs else ()
         self._extra = tuple(extra)
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
         from vehicle.model.open_loop import Replay
 
-        commands = {name: held(log, name, self.name) for name in self.inputs}
+        commands = {name: command_at_stamps(log, name, self.name) for name in self.inputs}
         replay = Replay(self.model, log.t, commands, extra=self._extra)
         return np.asarray(replay.run(values, starts=segments.starts, states=segments.states))
 
@@ -96,7 +96,7 @@ class LogSubject:
     Sensor effects can be wrapped around it; what its commands would have done otherwise, nobody knows.
     """
 
-    held: tuple[str, ...] = ()
+    imposed_channels: tuple[str, ...] = ()
     inputs: tuple[str, ...] = ()
     restarts = False
 
@@ -144,7 +144,7 @@ class LogSubject:
         return why_not(effect, (), given)
 
 
-def held(log: Log, name: str, who: str, called: str = "the log") -> FloatArray:
+def command_at_stamps(log: Log, name: str, who: str, called: str = "the log") -> FloatArray:
     """A command of the log at each stamp (n,), held where it was not logged. Raises CompareError if it is not there.
 
     `who` is driven by it, `called` names the log in that error.
@@ -183,14 +183,14 @@ def _instead(log: Log, name: str) -> str:
     return f"{said}{f'; did you mean {near!r}?' if near else ''}{say}"
 
 
-def commanded(log: Log, subject: Subject) -> list[BoolArray]:
+def rows_with_commands(log: Log, subject: ComparedModel) -> list[BoolArray]:
     """Rows (n,) in which each command that drives the model was logged."""
     names = subject.inputs or tuple(name for name in log.columns if name.endswith("_cmd"))
     found = [np.isfinite(log.columns[name]) for name in names if name in log.columns]
     return [rows for rows in found if not rows.all()]
 
 
-def given(log: Log, subject: Subject) -> list[BoolArray]:
+def rows_with_motion(log: Log, subject: ComparedModel) -> list[BoolArray]:
     """Rows (n,) in which a model that is a log has all the motion that it ever has; nothing for one that is driven."""
     if not isinstance(subject, LogSubject):
         return []

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pytest_dvp.gap.compare.compared_model import CompareError, Values, held, wrapping
+from pytest_dvp.gap.compare.compared_model import CompareError, Values, command_at_stamps, wrapping
 from pytest_dvp.gap.compare.segments import CHANNELS, Segments, posed
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
@@ -33,7 +33,7 @@ class FmuSubject:
     """
 
     inputs: tuple[str, ...] = ()
-    held: tuple[str, ...] = ()
+    imposed_channels: tuple[str, ...] = ()
     restarts = False
 
     def __init__(self, path: Path, extra: Iterable[Effect] = ()) -> None:
@@ -43,7 +43,7 @@ class FmuSubject:
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
         fmpy, description = self._read()
-        columns = {v.name: held(log, v.name, self.name) for v in _inputs(description)}
+        columns = {v.name: command_at_stamps(log, v.name, self.name) for v in _inputs(description)}
         wrapped = wrapping(log, values, self._extra, self.name, columns)
         acting = wrapped.commands(columns, values or {})
         key = b"".join(np.ascontiguousarray(part).tobytes() for part in (log.t, *acting.mean.values()))

@@ -16,7 +16,7 @@ KINDS = ("rmse", "mncc", "lag", "gain")
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Judged:
+class BoundCheck:
     """One bound on one signal. value None: the signal was not compared or the figure is not defined, `reason` says
     why; such a bound does not hold."""
 
@@ -47,7 +47,7 @@ def _apart(value: float, bound: float) -> tuple[str, str]:
     return one, two
 
 
-def judge_bounds(comparison: Comparison, bounds: Mapping[str, Bound | None]) -> list[Judged]:
+def judge_bounds(comparison: Comparison, bounds: Mapping[str, Bound | None]) -> list[BoundCheck]:
     """Each bound of each kind (see KINDS) held against a comparison, in order. A single number for lag or gain bounds
     every signal that tells it: those with an MNCC of at least 0.5."""
     return [_judged(comparison, *item) for item in _items(comparison, bounds)]
@@ -67,16 +67,18 @@ def _items(comparison: Comparison, bounds: Mapping[str, Bound | None]) -> Iterat
                 yield kind, signal, float(bound)
 
 
-def _judged(comparison: Comparison, kind: str, signal: str, bound: float) -> Judged:
+def _judged(comparison: Comparison, kind: str, signal: str, bound: float) -> BoundCheck:
     unit = {"rmse": UNITS.get(signal, "-"), "lag": "s"}.get(kind, "-")
     score = comparison.signals.get(signal)
     if score is None:
         why = comparison.not_compared.get(signal, "no such signal; known: " + ", ".join(CHANNELS))
-        return Judged(kind, signal, None, bound, unit, False, f"not compared ({why})")
+        return BoundCheck(kind, signal, None, bound, unit, False, f"not compared ({why})")
     value = {"rmse": score.rmse, "mncc": score.mncc, "lag": score.lag, "gain": score.gain}[kind]
     if value is None or value != value:
-        return Judged(kind, signal, None, bound, unit, False, "not defined: the signal is constant or has no samples")
+        return BoundCheck(
+            kind, signal, None, bound, unit, False, "not defined: the signal is constant or has no samples"
+        )
     if kind == "mncc":
-        return Judged(kind, signal, value, bound, unit, value >= bound)
+        return BoundCheck(kind, signal, value, bound, unit, value >= bound)
     value = {"rmse": value, "lag": abs(value), "gain": abs(value - 1.0)}[kind]
-    return Judged(kind, signal, value, bound, unit, value <= bound)
+    return BoundCheck(kind, signal, value, bound, unit, value <= bound)

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
-from pytest_dvp.gap.compare.compared_model import CompareError, LogSubject, ModelSubject, Subject
+from pytest_dvp.gap.compare.compared_model import ComparedModel, CompareError, LogSubject, ModelSubject
 
 
-def load_subject(
+def load_compared_model(
     argument: str,
     effects: Mapping[str, Effect] | None = None,
     *,
     mapping: Path | None = None,
     msg_dirs: Sequence[Path] = (),
-) -> Subject:
+) -> ComparedModel:
     """What the option --model names: M.toml, step.py (or step.py:function), model.fmu, else a second log.
 
     `effects`: those of the user's own by name, which M.toml may use beside the catalogue's.
@@ -43,7 +43,7 @@ def load_subject(
         from pytest_dvp.gap.compare.fmu_model import FmuSubject
 
         return FmuSubject(Path(argument), extra)
-    from pytest_dvp.doctor import read_sound
+    from pytest_dvp.doctor import read_checked_log
 
-    log, findings = read_sound(argument, output=True, partial=True, mapping=mapping, msg_dirs=msg_dirs)
+    log, findings = read_checked_log(argument, output=True, partial=True, mapping=mapping, msg_dirs=msg_dirs)
     return LogSubject(log, Path(argument).name, findings, extra)

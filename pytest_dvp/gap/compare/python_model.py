@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from pytest_dvp.gap.compare.compared_model import MOTION, CompareError, Values, held, wrapping
+from pytest_dvp.gap.compare.compared_model import MOTION, CompareError, Values, command_at_stamps, wrapping
 from pytest_dvp.gap.compare.segments import CHANNELS, Segments
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
@@ -40,7 +40,7 @@ class StepSubject:
     """
 
     inputs: tuple[str, ...] = ()
-    held: tuple[str, ...] = ()
+    imposed_channels: tuple[str, ...] = ()
     restarts = True
 
     def __init__(self, step: StepFunction, name: str = "step", extra: Iterable[Effect] = ()) -> None:
@@ -50,7 +50,9 @@ class StepSubject:
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
         names = [name for name in log.columns if name != "t" and name not in CHANNELS]
-        columns = {name: held(log, name, self.name) for name in names if np.isfinite(log.columns[name]).any()}
+        columns = {
+            name: command_at_stamps(log, name, self.name) for name in names if np.isfinite(log.columns[name]).any()
+        }
         wrapped = wrapping(log, values, self._extra, self.name, columns)
         acting = wrapped.commands(columns, values or {})
         parts = (log.t, segments.starts, segments.states, *acting.mean.values(), *acting.start.values())

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pytest_dvp.gap.compare.compared_model import held
+from pytest_dvp.gap.compare.compared_model import command_at_stamps
 from pytest_dvp.gap.compare.segments import measured_array, still_speed
 from pytest_dvp.gap.compare.start_correction import BoolArray
 from pytest_dvp.logs.log import Log
@@ -59,7 +59,7 @@ def motion(log: Log, model: VehicleModel) -> Motion:
     v, rate = mean_around(v, window), mean_around(rate, window)
     accel, steer = _demand(log, model, v), None
     if model.inputs.steer != "steer" or "steer" in log.columns:
-        steer = model.inputs.steer_zero + model.inputs.steer_scale * held(log, model.inputs.steer, "model")
+        steer = model.inputs.steer_zero + model.inputs.steer_scale * command_at_stamps(log, model.inputs.steer, "model")
     dt = np.append(np.diff(t), 0.0)
     way = np.cumsum(np.abs(v) * dt)
     moving = np.abs(v) > max(still_speed(v), 0.1)
@@ -73,7 +73,7 @@ def _demand(log: Log, model: VehicleModel, v: FloatArray) -> FloatArray | None:
     inputs, names = model.inputs, model.inputs.longitudinal
     if names == ("v",):
         return None
-    first = held(log, names[0], "model")
+    first = command_at_stamps(log, names[0], "model")
     if names == ("accel_cmd",):
         return first
     if names == ("speed_cmd",):
@@ -84,7 +84,7 @@ def _demand(log: Log, model: VehicleModel, v: FloatArray) -> FloatArray | None:
     wanted = first * inputs.full_throttle
     if len(names) == 2:
         full = inputs.full_pressure if names[1] == "brake_pressure" else 1.0
-        wanted = wanted - held(log, names[1], "model") * inputs.full_brake / full
+        wanted = wanted - command_at_stamps(log, names[1], "model") * inputs.full_brake / full
     return wanted
 
 

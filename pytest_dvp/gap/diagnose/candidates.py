@@ -15,7 +15,7 @@ from vehicle.model.effect import Effect, Key
 from vehicle.model.vehicle_model import VehicleModel
 
 _FINER = ("lead", "inertia")  # keys that only a fit finds: no grid begins with them
-HOW = ("heading", "tau", "frequency", "damping", *_FINER)  # keys that say how, not how much
+SHAPE_KEYS = ("heading", "tau", "frequency", "damping", *_FINER)  # keys that say how, not how much
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _LIMITS = 9  # points of a limit: between one that is never met and one always met the error has a narrow valley
 _COARSE = (3, 3, 2)
@@ -51,7 +51,7 @@ class Candidate:
         """The point with its effect on the car reduced to `share`, none if its strength has no zero (a limit)."""
         found = dict(point)
         for c in self.coordinates:
-            if c.key.name in HOW:
+            if c.key.name in SHAPE_KEYS:
                 continue
             if isinf(c.key.neutral):
                 return []
@@ -127,11 +127,11 @@ def _line(c: Coordinate, count: int) -> list[float]:
 def _strength(c: Coordinate, value: float) -> float:
     """How far a value is from doing nothing, 0..1."""
     if c.key.neutral == inf:
-        return 1.0 - c.place(value)
-    return abs(c.place(value) - c.place(c.key.neutral)) if not isinf(c.key.neutral) else 0.0
+        return 1.0 - c.to_unit(value)
+    return abs(c.to_unit(value) - c.to_unit(c.key.neutral)) if not isinf(c.key.neutral) else 0.0
 
 
-def least(key: Key, value: float) -> bool:
+def is_worth_naming(key: Key, value: float) -> bool:
     """True if a value is far enough from neutral to be worth naming."""
     if isinf(key.neutral):
         return True

@@ -9,8 +9,8 @@ import numpy as np
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.gap.diagnose.candidates import Candidate
-from pytest_dvp.gap.diagnose.experiment import Campaign, Values
-from pytest_dvp.gap.diagnose.linear_algebra import along, orthonormal, square
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
+from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.logs.log_contents import FloatArray
 
 DRAWS = 40
@@ -20,8 +20,14 @@ _CHANGE = 1e-7  # of chi^2/N, below which an effect does nothing here
 _NEW = 1e-6  # share of a change that fitted parameters cannot do, below which nothing of it is left
 
 
-def null_line(target: Campaign, values: Values, tried: Sequence[Candidate], *, jacobian: FloatArray | None = None,
-              draws: int = DRAWS) -> float:  # fmt: skip
+def chance_gain(
+    target: ExperimentSet,
+    values: Values,
+    tried: Sequence[Candidate],
+    *,
+    jacobian: FloatArray | None = None,
+    draws: int = DRAWS,
+) -> float:
     """Gain in chi^2/N that the best of the `tried` effects finds on surrogates of the error left with `values`.
 
     A surrogate has the spectrum of the error in each channel and segment, and random phases: what an effect explains of
@@ -52,19 +58,19 @@ def null_line(target: Campaign, values: Values, tried: Sequence[Candidate], *, j
             change = change - _within(basis, change)
             size = square(change)
             if size > _NEW * whole:
-                best = np.maximum(best, along(surrogates, change) ** 2 / size)
+                best = np.maximum(best, row_products(surrogates, change) ** 2 / size)
     return float(np.quantile(best, QUANTILE)) / count
 
 
 def _within(basis: FloatArray, row: FloatArray) -> FloatArray:
     """The part of a row (N,) that lies in the span of the basis (q, N)."""
     found = np.zeros_like(row)
-    for direction, share in zip(basis, along(basis, row), strict=True):
+    for direction, share in zip(basis, row_products(basis, row), strict=True):
         found += share * direction
     return found
 
 
-def _pieces(target: Campaign) -> list[IntArray]:
+def _pieces(target: ExperimentSet) -> list[IntArray]:
     """Places in the residual of each channel of each segment."""
     width, found, offset = len(CHANNELS), [], 0
     for e in target.experiments:

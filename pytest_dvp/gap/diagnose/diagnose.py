@@ -12,13 +12,13 @@ import numpy as np
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.gap.diagnose.equation_error import votes
-from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
-from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, folds, own_setup, predicted, shows, step
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
+from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, folds, folds_with_setup, refit_on_fold, step
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
-from pytest_dvp.gap.diagnose.least_squares import intervals, widened
+from pytest_dvp.gap.diagnose.least_squares import intervals, widen_dead_times
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.residual_signature import signature
-from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, PRICE, Found, Search, Tick
+from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, PRICE, Search, SearchResult, Tick
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
 from pytest_dvp.logs.log import Log
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
 
-OWN = 0.01  # of max(1, chi^2/N), that a run's own set-up must gain on the rest of it
+MIN_SETUP_GAIN = 0.01  # of max(1, chi^2/N), that a run's own set-up must gain on the rest of it
 SLIGHT = 0.01  # of what an effect gains where it is fitted: a smaller loss elsewhere is no veto
 
 
@@ -53,7 +53,7 @@ def diagnose(
 
     known = {**catalogue(), **{e.name: e for e in effects}}
     tick("preparing")
-    target = campaign(logs, model, extra=effects)
+    target = experiment_set(logs, model, extra=effects)
     nuisance, start = input_map(model)
     tried = [
         c for c in candidates(model, known.values(), ay="ay" in target.channels) if not repeats(c.effect, nuisance)
@@ -74,11 +74,11 @@ def diagnose(
         target.settle(found.final.values)
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
-    found, vetoed, gains, judges = _veto(search, found, judges, lambda: own_setup(held_out, model, effects))
+    found, vetoed, gains, judges = _veto(search, found, judges, lambda: folds_with_setup(held_out, model, effects))
     tick("ladder")
     final = found.final
-    sure = intervals(final.found, search.starts, target.exact(final.values))
-    sure = widened(target, final.found, final.values, sure)
+    sure = intervals(final.fit, search.starts, target.exact(final.values))
+    sure = widen_dead_times(target, final.fit, final.values, sure)
     trials = _ladder(search, final)
     gone = tuple(dict.fromkeys(name for name, _ in removed))
     steps = [
@@ -119,13 +119,13 @@ def diagnose(
     )
 
 
-def _price(found: Found, count: int, removed: int) -> float:
+def _price(found: SearchResult, count: int, removed: int) -> float:
     """What a set leaves beyond the noise, and a price for each value fitted and each effect removed."""
     chi2 = max(found.final.chi2, float(count))
-    return chi2 + PRICE * chi2 * (len(found.final.found.coordinates) + removed)
+    return chi2 + PRICE * chi2 * (len(found.final.fit.coordinates) + removed)
 
 
-def _verdict(left: float, channels: Mapping[str, float], named: Sequence[NamedEffect], found: Found,
+def _verdict(left: float, channels: Mapping[str, float], named: Sequence[NamedEffect], found: SearchResult,
              tried: int) -> Verdict:  # fmt: skip
     misfit = left > MISFIT or any(value > CHANNEL_MISFIT for value in channels.values())
     if misfit:
@@ -135,7 +135,7 @@ def _verdict(left: float, channels: Mapping[str, float], named: Sequence[NamedEf
     return "NOT_EXCITED" if 2 * len(found.not_excited) > tried else "NOTHING_MISSING"
 
 
-def _removed(target: Campaign, model: VehicleModel) -> dict[tuple[str, str], float]:
+def _removed(target: ExperimentSet, model: VehicleModel) -> dict[tuple[str, str], float]:
     """Neutral values of the model's effects that the measurements do better without."""
     off: dict[tuple[str, str], float] = {}
     r = target.whitened({})
@@ -150,8 +150,8 @@ def _removed(target: Campaign, model: VehicleModel) -> dict[tuple[str, str], flo
     return off
 
 
-def _veto(search: Search, found: Found, judges: tuple[Fold, ...], apart: Callable[[], tuple[Fold, ...]]
-          ) -> tuple[Found, tuple[str, ...], dict[str, float], tuple[Fold, ...]]:  # fmt: skip
+def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: Callable[[], tuple[Fold, ...]]
+          ) -> tuple[SearchResult, tuple[str, ...], dict[str, float], tuple[Fold, ...]]:  # fmt: skip
     """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there.
 
     Where it is a run's set-up that loses, it may be another one there: the judges are then those of `apart`, which
@@ -168,8 +168,8 @@ def _veto(search: Search, found: Found, judges: tuple[Fold, ...], apart: Callabl
             fitted[name] = (less.chi2 - final.chi2) / search.count
             total, samples = 0.0, 0
             for fold in judges:
-                if shows(search, fold, final, name):
-                    before, after = predicted(search, fold, less, without=name), predicted(search, fold, final)
+                if fold_excites(search, fold, final, name):
+                    before, after = refit_on_fold(search, fold, less, without=name), refit_on_fold(search, fold, final)
                     total += _chi2(fold, before) - _chi2(fold, after)
                     samples += fold.judge.count
             if samples:
@@ -180,7 +180,7 @@ def _veto(search: Search, found: Found, judges: tuple[Fold, ...], apart: Callabl
             judges, tried_apart = given, True
             continue
         # Not even the run's own value helps with these.
-        idle = [n for n in gains if own and n in run_setups() and gains[n] < OWN * level]
+        idle = [n for n in gains if own and n in run_setups() and gains[n] < MIN_SETUP_GAIN * level]
         worst = min(idle or gains, key=lambda n: gains[n], default="")
         if not worst or (not idle and gains[worst] > -max(ROUNDING * level, SLIGHT * fitted[worst])):
             return found, tuple(vetoed), gains, judges
@@ -191,7 +191,7 @@ def _veto(search: Search, found: Found, judges: tuple[Fold, ...], apart: Callabl
         judges = tuple(dataclasses.replace(f, setup=f.setup and f.setup.less(worst)) for f in judges)
         names = tuple(n for n in final.names if n != worst)
         final = search.trial(names, final.values, zoom=True)
-        found = Found(final, {n: found.rivals.get(n, ()) for n in names}, found.not_excited)
+        found = SearchResult(final, {n: found.rivals.get(n, ()) for n in names}, found.not_excited)
 
 
 def _chi2(fold: Fold, trial: Trial) -> float:
@@ -226,10 +226,10 @@ def _given(search: Search, gone: Sequence[str], judges: Sequence[Fold]) -> list[
 
 def _estimates(trial: Trial, sure: Mapping[tuple[str, str], tuple[float, float]], name: str) -> dict[str, Estimate]:
     found = {}
-    for c in trial.found.coordinates:
+    for c in trial.fit.coordinates:
         if c.effect == name:
             low, high = sure[c.name]
-            found[c.key.name] = Estimate(trial.found.values[c.name], low, high, c.key.unit)
+            found[c.key.name] = Estimate(trial.fit.values[c.name], low, high, c.key.unit)
     if {"slope", "heading"} <= set(found):
         return _folded(found)
     return found

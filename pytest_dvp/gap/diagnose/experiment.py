@@ -10,7 +10,7 @@ import numpy as np
 
 from machine_code import compiled
 from pytest_dvp.gap.compare.compare import judged_channels, noise_floor
-from pytest_dvp.gap.compare.compared_model import ModelSubject, commanded, held
+from pytest_dvp.gap.compare.compared_model import ModelSubject, command_at_stamps, rows_with_commands
 from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, measured_array, residuals, restarted
 from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.logs.log import Log
@@ -48,14 +48,14 @@ class Experiment:
         from vehicle.model.open_loop import Replay
 
         subject = ModelSubject(model)
-        commands = {column: held(log, column, subject.name) for column in subject.inputs}
+        commands = {column: command_at_stamps(log, column, subject.name) for column in subject.inputs}
         self.name, self.log, self.model = name, log, model
         self.machine: Machine = Replay(model, log.t, commands, extra=extra)
         fine = max(FINE_STEP, 2e-4 * float(np.diff(log.t).max(initial=0.0)))  # a long pause is not worth more steps
         self._exact: Machine = Replay(model, log.t, commands, step=fine, extra=extra)
         self.measured = measured_array(log.columns)
-        self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase, known=commanded(log, subject))
-        self._free_speed = "v" not in subject.held
+        self.segments = cut(log.t, self.measured, wheelbase=model.car.wheelbase, known=rows_with_commands(log, subject))
+        self._free_speed = "v" not in subject.imposed_channels
         if model.inputs.longitudinal == ("speed_cmd",):  # a controlled speed forgets where it started, a restarted one
             states = self.segments.states.copy()  # upsets the controller's memory: it runs on
             states[1:, 3] = np.nan
@@ -98,7 +98,7 @@ class Experiment:
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
-class Campaign:
+class ExperimentSet:
     """Several experiments with one model, judged together."""
 
     experiments: tuple[Experiment, ...]
@@ -179,9 +179,9 @@ class Campaign:
         return {name: float(np.sqrt(np.mean(np.square(found[name])))) for name in CHANNELS if name in found}
 
 
-def campaign(logs: Mapping[str, Log], model: VehicleModel, *, extra: Sequence[Effect] = ()) -> Campaign:
+def experiment_set(logs: Mapping[str, Log], model: VehicleModel, *, extra: Sequence[Effect] = ()) -> ExperimentSet:
     """Experiments of a model on logs by name. Raises CompareError or ModelError: an input missing, nothing to judge."""
-    return Campaign(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
+    return ExperimentSet(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
 
 
 @compiled

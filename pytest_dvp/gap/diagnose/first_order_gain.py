@@ -6,25 +6,25 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.candidates import Candidate, Point
-from pytest_dvp.gap.diagnose.experiment import Campaign
-from pytest_dvp.gap.diagnose.linear_algebra import along, orthonormal, square
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet
+from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 
 if TYPE_CHECKING:
     from pytest_dvp.gap.diagnose.trial import Trial
 
 
-class Look:
+class FirstOrderGain:
     """What effects would change on top of a set that is fitted. strongest: square of the largest that `at` saw."""
 
-    def __init__(self, target: Campaign, now: Trial) -> None:
-        self._target, self._values, self._rest = target, now.values, now.found.residual
-        self._basis = orthonormal(now.found.jacobian)
-        self._shadow = along(self._basis, self._rest)
+    def __init__(self, target: ExperimentSet, now: Trial) -> None:
+        self._target, self._values, self._rest = target, now.values, now.fit.residual
+        self._basis = orthonormal(now.fit.jacobian)
+        self._shadow = row_products(self._basis, self._rest)
         self._before = square(self._rest) - square(self._shadow)
         self._nothing = 1e-7 * target.count
         self.strongest = 0.0
 
-    def at(self, candidate: Candidate, points: Sequence[Point]) -> list[tuple[float, Point]]:
+    def remaining_chi2(self, candidate: Candidate, points: Sequence[Point]) -> list[tuple[float, Point]]:
         """chi^2 left at the points (strongest first), and at one more that promises most."""
         self.strongest = 0.0
         options: list[tuple[float, Point]] = []
@@ -54,7 +54,7 @@ class Look:
         line = sorted({p[c.name] for _, p in options})
         k = line.index(best[c.name])
         near = [line[j] for j in (k - 1, k + 1) if 0 <= j < len(line)]
-        middles = [best | {c.name: c.value(0.5 * (c.place(best[c.name]) + c.place(value)))} for value in near]
+        middles = [best | {c.name: c.value(0.5 * (c.to_unit(best[c.name]) + c.to_unit(value)))} for value in near]
         return [(self._left(point), point) for point in middles]
 
     def _halved(self, candidate: Candidate, strong: Point, weak: Point) -> list[tuple[float, Point]]:
@@ -63,7 +63,7 @@ class Look:
         for _ in range(4):
             middle = dict(weak)
             for c in candidate.coordinates:
-                middle[c.name] = c.value(0.5 * (c.place(strong[c.name]) + c.place(weak[c.name])))
+                middle[c.name] = c.value(0.5 * (c.to_unit(strong[c.name]) + c.to_unit(weak[c.name])))
             raw, size, slope = self._step(middle)
             if raw < self._nothing:
                 weak = middle
@@ -81,6 +81,6 @@ class Look:
     def _step(self, point: Point) -> tuple[float, float, float]:
         """Squares of the change, in all and beyond what the others can do, and its product with what is there."""
         change = self._target.whitened(self._values | point) - self._rest
-        turned = along(self._basis, change)
+        turned = row_products(self._basis, change)
         raw = square(change)
-        return raw, raw - square(turned), along(change[None, :], self._rest)[0] - float(self._shadow @ turned)
+        return raw, raw - square(turned), row_products(change[None, :], self._rest)[0] - float(self._shadow @ turned)

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pytest_dvp.gap.diagnose.diagnosis import Step
-from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
 from pytest_dvp.gap.diagnose.least_squares import VALLEYS
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.run_setup import RunSetup, parted
+from pytest_dvp.gap.diagnose.run_setup import RunSetup, split_setup
 from pytest_dvp.gap.diagnose.search import PRACTICAL, Search
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log import Log
@@ -36,8 +36,8 @@ class Fold:
     setup: where the judging run has a set-up of its own, its beginning; `judge` is then the rest of it.
     """
 
-    fitted: Campaign | None
-    judge: Campaign
+    fitted: ExperimentSet | None
+    judge: ExperimentSet
     setup: RunSetup | None = None
 
 
@@ -45,8 +45,8 @@ def folds(logs: Mapping[str, Log], held_out: Mapping[str, Log] | None, model: Ve
           effects: Sequence[Effect] = ()) -> tuple[Fold, ...]:  # fmt: skip
     """How a fit on `logs` is judged; empty if a single log is too short to be parted."""
 
-    def on(chosen: Mapping[str, Log]) -> Campaign:
-        return campaign(chosen, model, extra=effects)
+    def on(chosen: Mapping[str, Log]) -> ExperimentSet:
+        return experiment_set(chosen, model, extra=effects)
 
     if held_out:
         return (Fold(None, on(held_out)),)
@@ -62,13 +62,15 @@ def folds(logs: Mapping[str, Log], held_out: Mapping[str, Log] | None, model: Ve
     return (Fold(on({name: cut_log(log, -np.inf, border)}), on({name: cut_log(log, border, np.inf)})),)
 
 
-def own_setup(logs: Mapping[str, Log] | None, model: VehicleModel, effects: Sequence[Effect] = ()) -> tuple[Fold, ...]:
+def folds_with_setup(
+    logs: Mapping[str, Log] | None, model: VehicleModel, effects: Sequence[Effect] = ()
+) -> tuple[Fold, ...]:
     """The held-out logs as `folds` has them, but each with a set-up of its own; empty if one is too short for that."""
-    found = parted(logs or {}, model, tuple(effects))
+    found = split_setup(logs or {}, model, tuple(effects))
     return tuple(Fold(None, rest, setup) for setup, rest in found) if len(found) == len(logs or {}) else ()
 
 
-def predicted(search: Search, fold: Fold, trial: Trial, *, without: str = "") -> Trial:
+def refit_on_fold(search: Search, fold: Fold, trial: Trial, *, without: str = "") -> Trial:
     """The trial as its own data have it, had only the fold's been there to fit. without: an effect that is no part of a
     run's own set-up.
 
@@ -82,11 +84,11 @@ def predicted(search: Search, fold: Fold, trial: Trial, *, without: str = "") ->
         if fold.setup is None or not run_setups() & set(trial.names):
             return trial
         return dataclasses.replace(trial, values=fold.setup.fitted(trial.values, without=without))
-    shown = [name for name in trial.names if name not in rough and shows(search, fold, trial, name)]
+    shown = [name for name in trial.names if name not in rough and fold_excites(search, fold, trial, name)]
     while True:
         kept = {key: value for key, value in trial.values.items() if key[0] in set(trial.names) - set(shown)}
         found = search.trial(shown, trial.values, target=fold.fitted, kept=kept)
-        vague = [name for name in shown if not search.sound(found, name, fold.fitted)]
+        vague = [name for name in shown if not search.is_credible(found, name, fold.fitted)]
         if not vague:
             return found
         shown = [name for name in shown if name not in vague]
@@ -97,14 +99,14 @@ def _valley(search: Search, fold: Fold, trial: Trial, rough: Collection[str]) ->
     for name in rough:
         for c in search.tried[name].coordinates:
             for offset in VALLEYS:
-                other = trial.values | {c.name: c.value(c.place(trial.values[c.name]) + float(offset))}
+                other = trial.values | {c.name: c.value(c.to_unit(trial.values[c.name]) + float(offset))}
                 left = square(fold.judge.whitened(other))
                 if left < best:
                     values, best = other, left
     return dataclasses.replace(trial, values=values)
 
 
-def shows(search: Search, fold: Fold, trial: Trial, name: str) -> bool:
+def fold_excites(search: Search, fold: Fold, trial: Trial, name: str) -> bool:
     """True if the data that the fold fits on would look different without the effect, and not far less so than those
     that judge it: a limit that town driving hardly touches says nothing about a skid pad."""
     if fold.fitted is None:
@@ -127,7 +129,7 @@ def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str | None
     squares: dict[str, list[float]] = {}
     runs = []
     for fold in judges:
-        fitted = predicted(search, fold, trial)
+        fitted = refit_on_fold(search, fold, trial)
         if fold.setup is not None:
             runs.append({key: value for key, value in fitted.values.items() if key[0] in run_setups()})
         segments += fold.judge.by_segment(fold.judge.whitened(fitted.values)).tolist()
@@ -141,7 +143,7 @@ def step(search: Search, trial: Trial, judges: Sequence[Fold], added: str | None
         rmse=search.target.rmse(values),
         held_out_chi2_per_n=sum(segments) / samples if samples else None,
         held_out_rmse={name: float(np.sqrt(np.mean(np.square(each)))) for name, each in squares.items()},
-        segments=tuple(trial.rest.tolist()),
+        segments=tuple(trial.segment_chi2.tolist()),
         held_out_segments=tuple(segments),
         values=values,
         held_out_setups=tuple(runs),

@@ -14,8 +14,8 @@ from typing import TypeAlias
 import numpy as np
 
 from pytest_dvp.gap.compare.start_correction import IntArray
-from pytest_dvp.gap.diagnose.experiment import Campaign, Values
-from pytest_dvp.gap.diagnose.linear_algebra import along, gram, secant, square
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
+from pytest_dvp.gap.diagnose.linear_algebra import broyden_update, gram, row_products, square
 from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect import Key
 
@@ -61,7 +61,7 @@ class Coordinate:
         found = key.low * exp(u * log(key.high / key.low)) if self.by_ratio else key.low + u * (key.high - key.low)
         return min(max(found, key.minimum), key.maximum)
 
-    def place(self, value: float) -> float:
+    def to_unit(self, value: float) -> float:
         """u of a value."""
         key = self.key
         if self.by_ratio:
@@ -69,29 +69,29 @@ class Coordinate:
         return (value - key.low) / (key.high - key.low)
 
     @property
-    def ends(self) -> tuple[float, float]:
+    def search_limits(self) -> tuple[float, float]:
         """Where the search has to stop: a little outside the typical range; where that is by ratio, at the least size
         that is worth a name if that is lower (a lag of 40 ms, where 100 to 800 are typical)."""
         key = self.key
         low, high = -_BEYOND, 1.0 + _BEYOND
         if self.by_ratio and key.neutral <= key.low:
-            low = min(low, self.place(key.neutral + key.least))
+            low = min(low, self.to_unit(key.neutral + key.least))
         return low, high
 
     def within(self, u: float) -> float:
         """u kept where a search may go, but never past doing nothing."""
-        low, high = self.ends
+        low, high = self.search_limits
         if not self.by_ratio and isfinite(self.key.neutral):
             if self.key.neutral <= self.key.low:
-                low = max(low, self.place(self.key.neutral))
+                low = max(low, self.to_unit(self.key.neutral))
             elif self.key.neutral >= self.key.high:
-                high = min(high, self.place(self.key.neutral))
+                high = min(high, self.to_unit(self.key.neutral))
         return min(max(u, low), high)
 
-    def edge(self, value: float) -> bool:
+    def is_at_limit(self, value: float) -> bool:
         """True if the value stands where the search had to stop."""
-        low, high = self.ends
-        return not low + 1e-3 < self.place(value) < high - 1e-3
+        low, high = self.search_limits
+        return not low + 1e-3 < self.to_unit(value) < high - 1e-3
 
     def slope(self, u: float) -> float:
         """d value / d u."""
@@ -127,7 +127,7 @@ class Stop:
 _STOP = Stop()
 
 
-def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, fixed: Values | None = None,
+def fit(target: ExperimentSet, coordinates: Sequence[Coordinate], start: Values, *, fixed: Values | None = None,
         stop: Stop = _STOP, zoom: bool = False, known: Fit | None = None) -> Fit:  # fmt: skip
     """The values with the least whitened residual, from `start` on.
 
@@ -139,7 +139,7 @@ def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, f
     """
     coordinates = tuple(coordinates)
     given = dict(fixed or {})
-    u = np.array([c.place(start[c.name]) for c in coordinates])
+    u = np.array([c.to_unit(start[c.name]) for c in coordinates])
 
     def residual(place: FloatArray) -> FloatArray:
         return target.whitened(given | _values(coordinates, place))
@@ -155,7 +155,7 @@ def fit(target: Campaign, coordinates: Sequence[Coordinate], start: Values, *, f
         before, place, rest = best, u, r
         u, r, best, damping = _improve(coordinates, residual, jacobian, u, r, best, damping, 5 if fresh else 2)
         if before - best >= stop.enough:
-            secant(jacobian, u - place, r - rest)
+            broyden_update(jacobian, u - place, r - rest)
             fresh = False
             continue
         if not fresh:
@@ -199,18 +199,18 @@ def intervals(
     clustered: FloatArray = bread @ gram(scores) @ bread * (m / max(m - p, 1))
     plain = bread * (found.chi2 / max(int(np.count_nonzero(r)), 1))
     spread = np.sqrt(np.maximum(np.maximum(np.diag(clustered), np.diag(plain)), 0.0))
-    moved = bread @ along(j, exact - r) if exact is not None else np.zeros(p)
+    moved = bread @ row_products(j, exact - r) if exact is not None else np.zeros(p)
     result = {}
     for c, s, d in zip(found.coordinates, spread, moved, strict=True):
         value = found.values[c.name]
         width = _NORMAL * float(s) + abs(float(d)) + (_VALLEY if c.rough else 0.0)
-        half = width * abs(c.slope(c.place(value)))
+        half = width * abs(c.slope(c.to_unit(value)))
         result[c.name] = (max(value - half, c.key.minimum), min(value + half, c.key.maximum))
     return result
 
 
-def widened(
-    target: Campaign, found: Fit, values: Values, sure: Mapping[tuple[str, str], tuple[float, float]]
+def widen_dead_times(
+    target: ExperimentSet, found: Fit, values: Values, sure: Mapping[tuple[str, str], tuple[float, float]]
 ) -> dict[tuple[str, str], tuple[float, float]]:
     """Intervals of dead times, of which no derivative says how far they may go: their share of a sample at least, and
     as far as the error stays the same. The others as they are."""
@@ -243,7 +243,7 @@ def _over_jumps(
         value = c.value(float(u[k]))
         for share in (*_JUMPS, *(-one for one in _JUMPS)):
             moved = u.copy()
-            moved[k] = c.within(c.place(value + share * sample))
+            moved[k] = c.within(c.to_unit(value + share * sample))
             left = residual(moved)
             chi2 = square(left)
             if chi2 < best:
@@ -287,7 +287,7 @@ def _improve(
     damping: float,
     tries: int,
 ) -> tuple[FloatArray, FloatArray, float, float]:
-    normal, slope = gram(jacobian), along(jacobian, r)
+    normal, slope = gram(jacobian), row_products(jacobian, r)
     scale = np.diag(normal).copy()
     scale[scale <= 0.0] = 1.0
     for _ in range(tries):

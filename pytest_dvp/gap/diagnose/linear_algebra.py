@@ -18,7 +18,7 @@ def square(r: FloatArray) -> float:
 
 
 @compiled
-def along(rows: FloatArray, r: FloatArray) -> FloatArray:
+def row_products(rows: FloatArray, r: FloatArray) -> FloatArray:
     """Scalar products (p,) of r (N,) with each row of rows (p, N)."""
     found = np.zeros(len(rows))
     for k in range(len(rows)):
@@ -44,7 +44,7 @@ def gram(rows: FloatArray) -> FloatArray:
 
 
 @compiled
-def secant(rows: FloatArray, step: FloatArray, change: FloatArray) -> None:
+def broyden_update(rows: FloatArray, step: FloatArray, change: FloatArray) -> None:
     """Turn derivatives rows (p, N) into ones that say of `step` (p,) that it makes `change` (N,), and of steps at right
     angles to it what they said before.
 
@@ -71,7 +71,7 @@ def orthonormal(rows: FloatArray) -> FloatArray:
         left = row.copy()
         for _ in range(2):  # twice is enough: Parlett, The Symmetric Eigenvalue Problem
             for done in found:
-                left -= along(done[None, :], left)[0] * done
+                left -= row_products(done[None, :], left)[0] * done
         length = square(left) ** 0.5
         if length > 1e-6 * max(square(row) ** 0.5, 1e-300):
             found.append(left / length)

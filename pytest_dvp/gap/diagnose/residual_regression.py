@@ -14,7 +14,7 @@ import numpy as np
 from machine_code import compiled
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.compare.smoothed_motion import Motion
-from pytest_dvp.gap.diagnose.experiment import Campaign, Experiment
+from pytest_dvp.gap.diagnose.experiment import Experiment, ExperimentSet
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.residual_terms import Axis, Term
 from pytest_dvp.logs.log_contents import FloatArray
@@ -64,7 +64,7 @@ class TermSums:
         return [k for term in chosen for k in range(self.places[term].start, self.places[term].stop)]
 
 
-def term_sums(axis: Axis, target: Campaign, rest: Sequence[FloatArray], motions: Sequence[Motion],
+def term_sums(axis: Axis, target: ExperimentSet, rest: Sequence[FloatArray], motions: Sequence[Motion],
               tried: Sequence[Sequence[Term]]) -> TermSums:  # fmt: skip
     """Sums for residuals `rest` (n, 8), motion and terms of each experiment of a campaign."""
     size = sum(t.columns.shape[1] for t in tried[0])

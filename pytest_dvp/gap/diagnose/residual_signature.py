@@ -9,7 +9,7 @@ import numpy as np
 
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.compare.smoothed_motion import Motion, bridged, mean_around, motion
-from pytest_dvp.gap.diagnose.experiment import Campaign, Experiment, Values
+from pytest_dvp.gap.diagnose.experiment import Experiment, ExperimentSet, Values
 from pytest_dvp.gap.diagnose.residual_recurrence import at_same_place, at_speed, in_same_direction, over_time
 from pytest_dvp.gap.diagnose.residual_regression import TermSums, term_sums
 from pytest_dvp.gap.diagnose.residual_spectrum import Peak, peaks
@@ -30,7 +30,7 @@ _AXES: Mapping[Axis, tuple[str, ...]] = {"longitudinal": ("v", "ax"), "lateral":
 _NUMBERED = ("speed_passed", "steer_rings", "drive_rings", "wave_time", "wave_distance")
 
 
-def signature(target: Campaign, values: Values) -> dict[str, Any]:
+def signature(target: ExperimentSet, values: Values) -> dict[str, Any]:
     """What is left unexplained with `values`, as a JSON-able document; empty if every channel is explained.
 
     channels: chi^2/N of those above 1.5, worst first. axes ("longitudinal", "lateral"), worst first, each with
@@ -69,7 +69,7 @@ def signature(target: Campaign, values: Values) -> dict[str, Any]:
     }
 
 
-def _axis(axis: Axis, basis: str, target: Campaign, values: Values, motions: Sequence[Motion]) -> dict[str, Any]:
+def _axis(axis: Axis, basis: str, target: ExperimentSet, values: Values, motions: Sequence[Motion]) -> dict[str, Any]:
     rest = [e.residuals(values).values for e in target.experiments]
     if axis == "lateral":
         rest = [_at_measured_speed(r, m) for r, m in zip(rest, motions, strict=True)]

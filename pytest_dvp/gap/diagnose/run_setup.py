@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pytest_dvp.gap.diagnose.candidates import candidates
-from pytest_dvp.gap.diagnose.experiment import Campaign, Values, campaign
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_part import cut_log
@@ -35,7 +35,7 @@ class RunSetup:
     zeros: the effects of `coordinates` that are zeros; where a sensor is mounted is asked only if another run has it.
     """
 
-    first: Campaign
+    first: ExperimentSet
     coordinates: tuple[Coordinate, ...]
     zeros: frozenset[str]
 
@@ -70,9 +70,9 @@ def end_of_beginning(log: Log) -> float:
     return float(log.t[0] + SHARE * (log.t[-1] - log.t[0]))
 
 
-def parted(
+def split_setup(
     logs: Mapping[str, Log], model: VehicleModel, effects: tuple[Effect, ...] = ()
-) -> list[tuple[RunSetup, Campaign]]:
+) -> list[tuple[RunSetup, ExperimentSet]]:
     """Of each log its beginning, for its set-up, and the rest, which judges; without logs too short to be parted."""
     known = [e for e in catalogue().values() if e.diagnosed.run_setup]
     zeros = frozenset(e.name for e in known if e.diagnosed.run_setup == "zero")
@@ -83,7 +83,7 @@ def parted(
         rows = int(np.searchsorted(log.t, border))
         if rows < _FEWEST or len(log.t) - rows < _FEWEST:
             continue
-        first = campaign({name: cut_log(log, -np.inf, border)}, model, extra=effects)
-        rest = campaign({name: cut_log(log, border, np.inf)}, model, extra=effects)
+        first = experiment_set({name: cut_log(log, -np.inf, border)}, model, extra=effects)
+        rest = experiment_set({name: cut_log(log, border, np.inf)}, model, extra=effects)
         found.append((RunSetup(first, coordinates, zeros), rest))
     return found

@@ -14,23 +14,25 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.candidates import HOW, Candidate, Point, least
-from pytest_dvp.gap.diagnose.experiment import Campaign, Values
-from pytest_dvp.gap.diagnose.first_order_gain import Look
+from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, Candidate, Point, is_worth_naming
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
+from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, intervals
-from pytest_dvp.gap.diagnose.linear_algebra import along, orthonormal, square
+from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log_contents import FloatArray
 
 MOST = 8  # effects added to one model, beside finer ones
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
 FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002
-SURE = 0.95  # share of bootstrap samples in which an effect must gain
-SLACK = 0.1  # of a gain that the draws without it may lose
-CLEAR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
-EVIDENT = 2.0  # times that: a gain that makes an effect worth its name, however small its value looks
-FAR = 0.8  # of what the best of the others leaves: a finer effect that leaves less comes before it
-MADE_UP = 0.2  # of what is lost with effects whose values mean nothing: as much may stay lost with others for them
+MIN_BOOTSTRAP_SHARE = 0.95  # share of bootstrap samples in which an effect must gain
+BOOTSTRAP_SLACK = 0.1  # of a gain that the draws without it may lose
+CLEAR_GAIN_FACTOR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
+EVIDENT_GAIN_FACTOR = 2.0  # times that: a gain that makes an effect worth its name, however small its value looks
+FINER_EFFECT_RATIO = 0.8  # of what the best of the others leaves: a finer effect that leaves less comes before it
+MAX_UNRECOVERED_SHARE = (
+    0.2  # of what is lost with effects whose values mean nothing: as much may stay lost with others for them
+)
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
 ROUGH = 2.0 * PRACTICAL  # of max(1, chi^2/N): a set further behind the best need not be fitted well
 PRICE = 0.005  # of max(1, chi^2/N), for a parameter
@@ -50,7 +52,7 @@ Ranked: TypeAlias = tuple[float, str, Point]  # chi^2 left, effect, point
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
-class Found:
+class SearchResult:
     """Result of a search: the final set, rivals of each of its effects (best first), and effects of which not even the
     strongest would have shown."""
 
@@ -63,7 +65,7 @@ class Search:
     """One search. nuisance: coordinates that are fitted along with every set, from `start` on (the model's input map);
     fixed: values of what is not searched."""
 
-    def __init__(self, target: Campaign, tried: Sequence[Candidate], *, nuisance: Sequence[Coordinate] = (),
+    def __init__(self, target: ExperimentSet, tried: Sequence[Candidate], *, nuisance: Sequence[Coordinate] = (),
                  start: Values | None = None, fixed: Values | None = None, tick: Tick = lambda text: None,
                  ) -> None:  # fmt: skip
         self.target, self.tick = target, tick
@@ -76,12 +78,12 @@ class Search:
         self._whole: Trial | None = None
         self._less: dict[str, Trial] = {}
 
-    def run(self) -> Found:
+    def run(self) -> SearchResult:
         """Search until nothing pays any more; where much is left, begin again from what came second."""
         base = self.trial((), self.start)
         if self._within_noise(base):
             self._scan(base, self.tried)
-            return Found(base, {}, self._hidden())
+            return SearchResult(base, {}, self._hidden())
         turns: list[Trial] = []
         best, rivals = self._contest(grown := self._grown(base, turns))
         contested = {frozenset(grown.names)}
@@ -101,7 +103,9 @@ class Search:
         self.target.settle(best.values)
         if frozenset(best.names) not in contested:  # what took the place of others may let more show
             best = self._grown(best, [])
-        return Found(self._meant(self.trial(best.names, best.values, zoom=True, like=best)), rivals, self._hidden())
+        return SearchResult(
+            self._credible_set(self.trial(best.names, best.values, zoom=True, like=best)), rivals, self._hidden()
+        )
 
     def _hidden(self) -> tuple[str, ...]:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
@@ -115,8 +119,8 @@ class Search:
             self.trial((a.name, b.name), base.values | p | q)
             for (a, p), (b, q) in itertools.combinations(zip(tyres, middle, strict=True), 2)
         ]
-        pairs = [t for t in sorted(pairs, key=self.cost)[:3] if self.pays(base, t)]
-        return [t for t in pairs if all(self.sound(t, name) for name in t.names)][:1]
+        pairs = [t for t in sorted(pairs, key=self.cost)[:3] if self.is_worth_adding(base, t)]
+        return [t for t in pairs if all(self.is_credible(t, name) for name in t.names)][:1]
 
     def _grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = ()) -> Trial:
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:
@@ -131,25 +135,27 @@ class Search:
             now = self.trial(paying[0].names, paying[0].values, like=paying[0])
         return now
 
-    def pays(self, without: Trial, with_it: Trial, *, count: int = 0) -> bool:
+    def is_worth_adding(self, without: Trial, with_it: Trial, *, count: int = 0) -> bool:
         """True if the step to the other set is worth an effect: in size, and in nearly every draw of segments."""
         count = count or self.count
         gain = (without.chi2 - with_it.chi2) / count
         worth = (PRACTICAL if without.names else FIRST) * max(1.0, with_it.chi2 / count)
         if gain < worth:
             return False
-        return gain > CLEAR * worth or self.sure(without.rest, with_it.rest, slack=SLACK) >= SURE
+        return (
+            gain > CLEAR_GAIN_FACTOR * worth
+            or self.bootstrap_share(without.segment_chi2, with_it.segment_chi2, slack=BOOTSTRAP_SLACK)
+            >= MIN_BOOTSTRAP_SHARE
+        )
 
     def cost(self, trial: Trial) -> float:
         """chi^2 and a price for each parameter: of two sets that do alike the simpler one wins."""
-        limits = sum(isinf(c.key.neutral) for c in trial.found.coordinates)  # one that is always met is a gain
+        limits = sum(isinf(c.key.neutral) for c in trial.fit.coordinates)  # one that is always met is a gain
         return (
-            trial.chi2
-            + PRICE * max(self.count, trial.chi2) * len(trial.found.coordinates)
-            + EQUAL * self.count * limits
+            trial.chi2 + PRICE * max(self.count, trial.chi2) * len(trial.fit.coordinates) + EQUAL * self.count * limits
         )
 
-    def sure(self, worse: FloatArray, better: FloatArray, *, slack: float = 0.0) -> float:
+    def bootstrap_share(self, worse: FloatArray, better: FloatArray, *, slack: float = 0.0) -> float:
         """Share of draws of segments, with replacement, in which `better` is better, or worse by less than `slack` of
         what it gains in all: draws without the one event in which an effect shows say nothing against it."""
         rng = np.random.default_rng(_SEED)
@@ -158,7 +164,7 @@ class Search:
         gain = worse - better
         return float(np.mean(draws @ gain > -slack * max(float(gain.sum()), 0.0)))
 
-    def trial(self, names: Sequence[str], start: Values, *, zoom: bool = False, target: Campaign | None = None,
+    def trial(self, names: Sequence[str], start: Values, *, zoom: bool = False, target: ExperimentSet | None = None,
               kept: Values | None = None, like: Trial | None = None, above: float = inf) -> Trial:  # fmt: skip
         """A set of effects fitted jointly from `start` on, to the search's own data or to others.
 
@@ -173,7 +179,7 @@ class Search:
             self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"} | dict(kept or {})
         )
         found = fit(target, coordinates, start, fixed=fixed, stop=stop, zoom=zoom,
-                    known=like.found if like else None)  # fmt: skip
+                    known=like.fit if like else None)  # fmt: skip
         return Trial(tuple(names), fixed | found.values, found, target.by_segment(found.residual))
 
     def _next(self, now: Trial, barred: Collection[str] = ()) -> list[Trial]:
@@ -188,13 +194,13 @@ class Search:
             if detail and not self._misfit(found[0] if found else now):
                 break
             ranking = self._scan(now, [n for n, c in self.tried.items() if c.detail == detail and n not in barred])
-            paying = [t for t in self._additions(now, ranking) if self.pays(now, t)]
+            paying = [t for t in self._additions(now, ranking) if self.is_worth_adding(now, t)]
             if paying and not found and self._trifle(paying[0]):
                 return []  # what it is, is too small to be named, and no other effect should stand for it
-            paying = [t for t in paying if self.sound(t, t.names[-1])]
+            paying = [t for t in paying if self.is_credible(t, t.names[-1])]
             for trial in paying:
                 self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
-            if paying and (not found or self.cost(paying[0]) < FAR * self.cost(found[0])):
+            if paying and (not found or self.cost(paying[0]) < FINER_EFFECT_RATIO * self.cost(found[0])):
                 found = [*paying, *found]
         return found
 
@@ -219,12 +225,12 @@ class Search:
 
     def _scan(self, now: Trial, names: Iterable[str]) -> list[Ranked]:
         """chi^2 that each effect would leave (the others adapt to first order), and the point where; best first."""
-        look = Look(self.target, now)
+        look = FirstOrderGain(self.target, now)
         ranking: list[Ranked] = []
         for name in names:
             if name not in now.names:
                 candidate = self.tried[name]
-                options = look.at(candidate, candidate.coarse if now.names else candidate.points)
+                options = look.remaining_chi2(candidate, candidate.coarse if now.names else candidate.points)
                 if not now.names:
                     self._shown[name] = look.strongest / self.count
                 if options:
@@ -236,24 +242,26 @@ class Search:
         """True if the last effect is there, but smaller than is worth a name."""
         return not self._matters(trial, trial.names[-1], self.target) and self.cost(trial) < MISFIT * self.count
 
-    def _matters(self, trial: Trial, name: str, target: Campaign) -> bool:
+    def _matters(self, trial: Trial, name: str, target: ExperimentSet) -> bool:
         """True if the effect is as large as one needs to be to be worth a name, or small but clearly to be seen."""
-        mine = [c for c in trial.found.coordinates if c.effect == name]
-        if any(least(c.key, trial.values[c.name]) for c in _sizes(mine)):
+        mine = [c for c in trial.fit.coordinates if c.effect == name]
+        if any(is_worth_naming(c.key, trial.values[c.name]) for c in _sizes(mine)):
             return True
         off = target.whitened(trial.values | {c.name: c.key.neutral for c in mine})
-        others = [k for k, c in enumerate(trial.found.coordinates) if c.effect != name]
-        basis = orthonormal(trial.found.jacobian[others])  # the others adapt to first order
-        change = off - trial.found.residual
-        gain = square(off) - trial.chi2 - square(along(basis, change))
-        return gain > EVIDENT * (PRACTICAL if trial.names[1:] else FIRST) * max(float(target.count), trial.chi2)
+        others = [k for k, c in enumerate(trial.fit.coordinates) if c.effect != name]
+        basis = orthonormal(trial.fit.jacobian[others])  # the others adapt to first order
+        change = off - trial.fit.residual
+        gain = square(off) - trial.chi2 - square(row_products(basis, change))
+        return gain > EVIDENT_GAIN_FACTOR * (PRACTICAL if trial.names[1:] else FIRST) * max(
+            float(target.count), trial.chi2
+        )
 
-    def sound(self, trial: Trial, name: str, target: Campaign | None = None) -> bool:
+    def is_credible(self, trial: Trial, name: str, target: ExperimentSet | None = None) -> bool:
         """True if the effect's values mean something: above the least size, certain, and not where the search ended."""
-        mine = [c for c in trial.found.coordinates if c.effect == name]
-        if any(c.edge(trial.values[c.name]) for c in mine):
+        mine = [c for c in trial.fit.coordinates if c.effect == name]
+        if any(c.is_at_limit(trial.values[c.name]) for c in mine):
             return False
-        sure = intervals(trial.found, target.starts() if target else self.starts)
+        sure = intervals(trial.fit, target.starts() if target else self.starts)
         if not any(_certain(c, trial.values[c.name], sure[c.name]) for c in _sizes(mine)):
             return False
         return self._matters(trial, name, target or self.target)
@@ -269,12 +277,14 @@ class Search:
                 without = self.without(best, name)
                 ranking = self._scan(without, [other for other in self._contestants(name) if other not in best.names])
                 trials = self._additions(without, ranking, best.chi2)
-                sound = [t for t in trials if self.sound(t, t.names[-1]) and not self._simpler(name, best, t)]
+                sound = [t for t in trials if self.is_credible(t, t.names[-1]) and not self._simpler(name, best, t)]
                 if sound and self.cost(sound[0]) < self.cost(best) - 1e-3 * self.count:
                     exchanged = sound[0]
                     break
                 rivals[name] = tuple(
-                    t.names[-1] for t in trials if self.alike(best, t) and self._contained(t.names[-1]) != name
+                    t.names[-1]
+                    for t in trials
+                    if self.cannot_tell_apart(best, t) and self._contained(t.names[-1]) != name
                 )
             if exchanged is None:
                 return best, rivals
@@ -288,13 +298,16 @@ class Search:
         near |= dict.fromkeys(other for other, c in self.tried.items() if name in c.effect.ties)
         return [other for other in near if other in self.tried]
 
-    def alike(self, best: Trial, other: Trial) -> bool:
+    def cannot_tell_apart(self, best: Trial, other: Trial) -> bool:
         """True if these data do not tell the two sets apart."""
         gap = (other.chi2 - best.chi2) / self.count
         worth = max(1.0, best.chi2 / self.count)
         if gap < RIVAL * worth:
             return True
-        return gap < PRACTICAL * worth and self.sure(other.rest, best.rest) < SURE
+        return (
+            gap < PRACTICAL * worth
+            and self.bootstrap_share(other.segment_chi2, best.segment_chi2) < MIN_BOOTSTRAP_SHARE
+        )
 
     def _contained(self, name: str) -> str:
         """The simpler effect that this one can do exactly, "" if there is none."""
@@ -332,30 +345,30 @@ class Search:
         """The set without effects that no longer pay."""
         while len(best.names) > 1:
             least_lost = min((self.without(best, name) for name in best.names), key=self.cost)
-            if self.pays(least_lost, best):
+            if self.is_worth_adding(least_lost, best):
                 return best
             best = least_lost
         return best
 
-    def _meant(self, best: Trial) -> Trial:
+    def _credible_set(self, best: Trial) -> Trial:
         """The set without effects that do not pay or whose value means nothing, and what takes the place of these, if
         that makes up for them: a wind at the end of its range had stood for a drag."""
-        less = self._meaning(best)
+        less = self._drop_implausible(best)
         if not self._misfit(less):
             return less
-        other = self._meaning(best, refill=True)
-        if other.chi2 - best.chi2 < MADE_UP * (less.chi2 - best.chi2):
+        other = self._drop_implausible(best, refill=True)
+        if other.chi2 - best.chi2 < MAX_UNRECOVERED_SHARE * (less.chi2 - best.chi2):
             return other
         self.target.settle(best.values)  # as it was before the others were tried
         return less
 
-    def _meaning(self, best: Trial, *, refill: bool = False) -> Trial:
+    def _drop_implausible(self, best: Trial, *, refill: bool = False) -> Trial:
         """The set without effects that do not pay or whose value means nothing, the last named first; refill: with
         others in the place of these."""
         barred: list[str] = []
         while True:
             best = self._pruned(best)
-            vague = [name for name in best.names if not self.sound(best, name)]
+            vague = [name for name in best.names if not self.is_credible(best, name)]
             if not vague:
                 return best
             barred.append(vague[-1])
@@ -366,7 +379,7 @@ class Search:
 
 def _sizes(coordinates: Sequence[Coordinate]) -> Sequence[Coordinate]:
     """Those that say how much, not how; of an effect that only says how (a lag) all."""
-    return [c for c in coordinates if c.key.name not in HOW] or coordinates
+    return [c for c in coordinates if c.key.name not in SHAPE_KEYS] or coordinates
 
 
 def _certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool:
@@ -375,5 +388,5 @@ def _certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool
     if not low < high:  # nothing that was measured moves with it
         return False
     if isinf(c.key.neutral):
-        return c.place(high) - c.place(low) < _VAGUE
+        return c.to_unit(high) - c.to_unit(low) < _VAGUE
     return abs(value - c.key.neutral) > _CLEAR_OF_NEUTRAL * 0.5 * (high - low)

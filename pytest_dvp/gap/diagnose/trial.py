@@ -15,10 +15,10 @@ class Trial:
 
     names: tuple[str, ...]
     values: dict[tuple[str, str], float]
-    found: Fit
-    rest: FloatArray
+    fit: Fit
+    segment_chi2: FloatArray
 
     @property
     def chi2(self) -> float:
         """Sum of squares."""
-        return self.found.chi2
+        return self.fit.chi2

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from pytest_dvp.gap.diagnose.candidates import Candidate
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect, Step
-from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, predicted, shows
-from pytest_dvp.gap.diagnose.least_squares import intervals, widened
+from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
+from pytest_dvp.gap.diagnose.least_squares import intervals, widen_dead_times
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import FIRST, PRACTICAL, Search
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -25,7 +25,7 @@ Estimates: TypeAlias = dict[tuple[str, str], Estimate]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Judged:
+class Acceptance:
     """An effect, why it must not stay as it is (empty if it may), and what is to be known."""
 
     effect: NamedEffect
@@ -35,7 +35,7 @@ class Judged:
 
 def judge_addition(
     search: Search, final: Trial, candidate: Candidate, judges: Sequence[Fold], model: VehicleModel, sure: Estimates
-) -> Judged:
+) -> Acceptance:
     """An effect beside all the others: it must pay where it is fitted and must not lose where it is not."""
     name = candidate.name
     rest = [n for n in final.names if n != name]
@@ -48,12 +48,12 @@ def judge_addition(
         beside = f" beside {', '.join(rest)}" if rest else ""
         if changed:
             fitted = ", ".join(f"{key} = {e.value:.4g} {e.unit}".rstrip(" -") for key, e in mine.items())
-            return Judged(effect, wrong=(
+            return Acceptance(effect, wrong=(
                 f"{name} is in the model already, and another value gains too little{beside}: chi²/N "
                 f"{figure(less.chi2 / search.count)} as it stands, {figure(final.chi2 / search.count)} with {fitted}; "
                 "it stays as it is: leave it out of what is added"
             ))  # fmt: skip
-        return Judged(effect, wrong=(
+        return Acceptance(effect, wrong=(
             f"{name} explains too little{beside} to be worth an effect: chi²/N {figure(less.chi2 / search.count)} "
             f"without it, {figure(final.chi2 / search.count)} with it; leave it out, or drive what would show it: "
             f"{candidate.effect.reveals}"
@@ -61,30 +61,30 @@ def judge_addition(
     before = after = 0.0
     samples = 0
     for fold in judges:
-        if not shows(search, fold, final, name):
+        if not fold_excites(search, fold, final, name):
             continue  # what its own data do not show cannot be fitted, and so not judged
-        before += _left(fold, predicted(search, fold, less))
-        after += _left(fold, predicted(search, fold, final))
+        before += _left(fold, refit_on_fold(search, fold, less))
+        after += _left(fold, refit_on_fold(search, fold, final))
         samples += fold.judge.count
     if not samples:
-        return Judged(effect, note=(
+        return Acceptance(effect, note=(
             f"{name} is not judged on held-out data: no part of the logs shows it without the rest; "
             "name a log with --held-out"
         ))  # fmt: skip
     before, after = before / samples, after / samples
     effect = dataclasses.replace(effect, held_out_gain=before - after)
     if after - before > ROUNDING * max(1.0, before):
-        return Judged(effect, wrong=(
+        return Acceptance(effect, wrong=(
             f"{f'the new value of {name}' if changed else name} loses on held-out data, chi²/N "
             f"{figure(before)} -> {figure(after)} ({_percent(before, after)}), though it gains where it is fitted "
             f"({_percent(less.chi2, final.chi2)}): leave it out, or fit on more logs"
         ))  # fmt: skip
     if before - after < ROUNDING * max(1.0, before):
-        return Judged(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")
-    return Judged(effect)
+        return Acceptance(effect, note=f"held-out data do not show {name}: they neither gain nor lose by it")
+    return Acceptance(effect)
 
 
-def judge_removal(search: Search, final: Trial, name: str, model: VehicleModel, judges: Sequence[Fold]) -> Judged:
+def judge_removal(search: Search, final: Trial, name: str, model: VehicleModel, judges: Sequence[Fold]) -> Acceptance:
     """An effect that was taken out must not be missed, neither in the logs fitted on nor in those held out."""
     applied = next(a for a in model.effects if a.name == name)
     off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in applied.effect.parameters}
@@ -98,11 +98,11 @@ def judge_removal(search: Search, final: Trial, name: str, model: VehicleModel, 
         without = square(each.whitened(final.values)) / count
         effect = dataclasses.replace(effect, held_out_gain=with_it - without if each is not search.target else None)
         if without - with_it > PRACTICAL * max(1.0, with_it):
-            return Judged(effect, wrong=(
+            return Acceptance(effect, wrong=(
                 f"without {name} the error on {called} grows, chi²/N {figure(with_it)} -> {figure(without)} "
                 f"({_percent(with_it, without)}): keep it"
             ))  # fmt: skip
-    return Judged(effect)
+    return Acceptance(effect)
 
 
 def worse_together(steps: Sequence[Step]) -> list[str]:
@@ -129,10 +129,10 @@ def _percent(before: float, after: float) -> str:
 
 def estimates(final: Trial, search: Search) -> Estimates:
     """Fitted values as they are written, with their 95 % intervals."""
-    sure = intervals(final.found, search.starts, search.target.exact(final.values))
-    sure = widened(search.target, final.found, final.values, sure)
+    sure = intervals(final.fit, search.starts, search.target.exact(final.values))
+    sure = widen_dead_times(search.target, final.fit, final.values, sure)
     found: Estimates = {}
-    for c in final.found.coordinates:
+    for c in final.fit.coordinates:
         low, high = sure[c.name]
         value = rounded(final.values[c.name])
         found[c.name] = Estimate(value, min(rounded(low), value), max(rounded(high), value), c.key.unit)

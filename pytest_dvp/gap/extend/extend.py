@@ -12,7 +12,7 @@ import numpy as np
 
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, Step
-from pytest_dvp.gap.diagnose.experiment import Campaign, Values, campaign
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.held_out import Fold, folds, step
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
@@ -63,7 +63,7 @@ def extend(
     Raises ModelError or CompareError (one line): an unknown effect, one that does not suit the model, an input missing.
     """
     tick("preparing")
-    target = campaign(logs, model, extra=effects)
+    target = experiment_set(logs, model, extra=effects)
     wanted = _wanted(model, add, effects)
     chosen = _chosen(model, [e for e in wanted if e.slot != "perception"], target)
     seen = [e for e in wanted if e.slot == "perception"]
@@ -117,7 +117,7 @@ def _wanted(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect]) 
     return found
 
 
-def _chosen(model: VehicleModel, effects: Sequence[Effect], target: Campaign) -> list[Candidate]:
+def _chosen(model: VehicleModel, effects: Sequence[Effect], target: ExperimentSet) -> list[Candidate]:
     """What is to be fitted, each with its points of departure. Raises ModelError."""
     found: list[Candidate] = []
     for effect in effects:
@@ -151,7 +151,7 @@ def _kept(model: VehicleModel, named: set[str]) -> list[Candidate]:
     return found
 
 
-def _search(target: Campaign, model: VehicleModel, tried: Sequence[Candidate], lost: Sequence[str]) -> Search:
+def _search(target: ExperimentSet, model: VehicleModel, tried: Sequence[Candidate], lost: Sequence[str]) -> Search:
     """What fits the new model. Scales of the input map that nobody knows are fitted along, as `diagnose` does, but for
     those that an effect repeats."""
     nuisance, start = input_map(model)
@@ -220,8 +220,8 @@ def _shares(steps: Sequence[Step]) -> dict[str, float]:
 
 
 def _edges(final: Trial) -> Iterator[str]:
-    for c in final.found.coordinates:
-        if c.edge(final.values[c.name]):
+    for c in final.fit.coordinates:
+        if c.is_at_limit(final.values[c.name]):
             value = f"{c.effect}.{c.key.name} = {final.values[c.name]:.4g} {c.key.unit}"
             yield f"{value} stands where the search ends: no estimate; something else may be missing"
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
-from pytest_dvp.gap.extend.acceptance import Judged, rounded
+from pytest_dvp.gap.extend.acceptance import Acceptance, rounded
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions, perceived_in
 from pytest_dvp.logs.log import Log
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def judge_perception(
     model: VehicleModel, logs: Mapping[str, Log], held_out: Mapping[str, Log], add: Sequence[Effect],
     remove: Sequence[str],
-) -> list[Judged]:  # fmt: skip
+) -> list[Acceptance]:  # fmt: skip
     """Values of perception effects as the detections of the logs show them, and what detections held out say."""
     if not add and not remove:
         return []
@@ -29,9 +29,9 @@ def judge_perception(
     ]
 
 
-def _added(effect: Effect, found: NamedEffect | None, model: VehicleModel, held_out: Mapping[str, Log]) -> Judged:
+def _added(effect: Effect, found: NamedEffect | None, model: VehicleModel, held_out: Mapping[str, Log]) -> Acceptance:
     if found is None or found.action == "remove":
-        return Judged(NamedEffect(effect.name, {}), wrong=(
+        return Acceptance(NamedEffect(effect.name, {}), wrong=(
             f"{effect.name}: the detections of these logs do not show it; leave it out, or drive what would show it: "
             f"{effect.reveals}"
         ))  # fmt: skip
@@ -44,12 +44,12 @@ def _added(effect: Effect, found: NamedEffect | None, model: VehicleModel, held_
             given = model.value(effect.name, key)
             base = effect.key(key).neutral if given is None else given
             if told is not None and abs(told[0] - estimate.value) > abs(told[0] - base):
-                return Judged(taken, wrong=(
+                return Acceptance(taken, wrong=(
                     f"{effect.name} loses on held-out data: {key} is {told[0]:.3g} {estimate.unit} there, "
                     f"{estimate.value:.3g} where it was fitted: leave it out, or fit it on more logs"
                 ))  # fmt: skip
     note = "" if judges else f"{effect.name} is not judged on held-out data: name a log with detections by --held-out"
-    return Judged(taken, note=note)
+    return Acceptance(taken, note=note)
 
 
 def _written(e: Estimate) -> Estimate:
@@ -57,13 +57,13 @@ def _written(e: Estimate) -> Estimate:
     return Estimate(value, min(rounded(e.low), value), max(rounded(e.high), value), e.unit)
 
 
-def _removed(name: str, found: NamedEffect | None, model: VehicleModel) -> Judged:
+def _removed(name: str, found: NamedEffect | None, model: VehicleModel) -> Acceptance:
     effect = next(a.effect for a in model.effects if a.name == name)
     off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in effect.parameters}
     gone = NamedEffect(name, off, action="remove")
     if found is None:
-        return Judged(gone, wrong=f"{name}: the detections of these logs do not say that the car lacks it: keep it")
+        return Acceptance(gone, wrong=f"{name}: the detections of these logs do not say that the car lacks it: keep it")
     if found.action != "remove":
         values = ", ".join(f"{key} = {e.value:.3g} {e.unit}" for key, e in found.parameters.items())
-        return Judged(gone, wrong=f"{name}: the detections of these logs show it ({values}): keep it")
-    return Judged(gone)
+        return Acceptance(gone, wrong=f"{name}: the detections of these logs show it ({values}): keep it")
+    return Acceptance(gone)

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
-from pytest_dvp.gap.diagnose.experiment import Campaign, Values, campaign
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.least_squares import Fit, fit
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.manoeuvres.catalogue import MANOEUVRES, Manoeuvre
-from pytest_dvp.gap.manoeuvres.choice import Choice, PlanError, tried_on
+from pytest_dvp.gap.manoeuvres.choice import Choice, PlanError, candidates_by_name
 from pytest_dvp.gap.manoeuvres.discrimination import Evidence, decide
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
 from pytest_dvp.gap.manoeuvres.exciting_manoeuvres import excite
@@ -49,7 +49,7 @@ def advise(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envel
 
     Raises CompareError or ModelError as `diagnose` does.
     """
-    target = campaign(logs, model, extra=effects)
+    target = experiment_set(logs, model, extra=effects)
     noise, values = dict(found.noise_floor), dict(found.values)
     deciding: dict[str, Choice] = {}
     refused: list[str] = []
@@ -91,13 +91,13 @@ def advise(found: Diagnosis, logs: Mapping[str, Log], model: VehicleModel, envel
     return Advice(deciding, chosen, tuple(refused))
 
 
-def _hypotheses(target: Campaign, model: VehicleModel, names: Sequence[str], first: Values, rest: Values,
+def _hypotheses(target: ExperimentSet, model: VehicleModel, names: Sequence[str], first: Values, rest: Values,
                 effects: Sequence[Effect]) -> tuple[dict[str, Values], Evidence]:  # fmt: skip
     """Every name fitted to the logs (the first as given), and how well they and those hardly ruled out do."""
     from vehicle.model.effect_catalogue import catalogue
 
     every = candidates(model, [*catalogue().values(), *effects])
-    known = tried_on(model, names, effects) | {c.name: c for c in every}
+    known = candidates_by_name(model, names, effects) | {c.name: c for c in every}
     fits = {name: _fitted(target, known[name], rest) for name in names[1:]}
     left = {name: found.chi2 for name, found in fits.items()} | {names[0]: square(target.whitened({**rest, **first}))}
     worth = target.count * max(1.0, left[names[0]] / max(target.count, 1))
@@ -113,7 +113,7 @@ def _hypotheses(target: Campaign, model: VehicleModel, names: Sequence[str], fir
     return {names[0]: first, **{name: f.values for name, f in fits.items()}}, Evidence(target.count, left, near)
 
 
-def _fitted(target: Campaign, candidate: Candidate, rest: Values) -> Fit:
+def _fitted(target: ExperimentSet, candidate: Candidate, rest: Values) -> Fit:
     begin = min(candidate.points, key=lambda point: square(target.whitened({**rest, **point})))
     return fit(target, candidate.coordinates, begin, fixed=rest)
 
@@ -131,8 +131,8 @@ def between(names: Sequence[str], logs: Mapping[str, Log], model: VehicleModel, 
     known: dict[str, Values] = {name: own.get(name, {}) for name in names}
     if not logs or len(set(names)) < 2:
         return decide(model, known, None, envelope, effects=effects, manoeuvres=manoeuvres)
-    target = campaign(logs, model, extra=effects)
-    tried = tried_on(model, names, effects)
+    target = experiment_set(logs, model, extra=effects)
+    tried = candidates_by_name(model, names, effects)
     fits = {name: _fitted(target, tried[name], {}) for name in names}
     known = {name: found.values for name, found in fits.items()}
     evidence = Evidence(target.count, {name: found.chi2 for name, found in fits.items()})

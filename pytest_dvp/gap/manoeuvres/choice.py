@@ -28,7 +28,7 @@ class PlanError(ValueError):
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Sign:
+class LargestDifference:
     """By what two are told apart: at `time` [s] `channel` of the other differs by `difference` in its unit.
 
     gap: chi^2/N of the drive's log by which they differ; `truth` is empty where the other is to be seen at all.
@@ -56,7 +56,7 @@ class Choice:
     exciting: bool
     drive: Drive
     gap: float
-    signs: tuple[Sign, ...]
+    signs: tuple[LargestDifference, ...]
     ranking: Mapping[str, float]
     repeats: int
     weak: bool
@@ -69,7 +69,7 @@ class Choice:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Asked:
+class RehearsalInputs:
     """What every rehearsal shares: the model, the noise by channel, the limits, what is known beside, own effects."""
 
     model: VehicleModel
@@ -83,15 +83,17 @@ class Asked:
         return Rehearsal(drive, self.model, truth, self.noise, shared=self.shared, extra=self.effects)
 
 
-def sign_of(rehearsal: Rehearsal, truth: str, other: Hypothesis, gap: float) -> Sign:
+def sign_of(rehearsal: Rehearsal, truth: str, other: Hypothesis, gap: float) -> LargestDifference:
     """Where an effect shows itself most against the truth of a rehearsal."""
     shares = rehearsal.channels(other.values)
     channel = max(shares, key=lambda name: shares[name])
     time, difference = rehearsal.largest(other.values, channel)
-    return Sign(truth, other.name, gap, channel, time, difference)
+    return LargestDifference(truth, other.name, gap, channel, time, difference)
 
 
-def tried_on(model: VehicleModel, names: Sequence[str], effects: Sequence[Effect] = ()) -> dict[str, Candidate]:
+def candidates_by_name(
+    model: VehicleModel, names: Sequence[str], effects: Sequence[Effect] = ()
+) -> dict[str, Candidate]:
     """The effects of these names as a fit begins with them.
 
     Raises PlanError: no effect of that name, or none that acts on this model's motion.

@@ -14,15 +14,15 @@ from pytest_dvp.gap.manoeuvres.choice import (
     ENOUGH,
     MOST_REPEATS,
     TIE,
-    Asked,
     Choice,
+    LargestDifference,
     PlanError,
-    Sign,
+    RehearsalInputs,
+    candidates_by_name,
     sign_of,
-    tried_on,
 )
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
-from pytest_dvp.gap.manoeuvres.rehearsal import NOISE, Hypothesis, Rehearsal, alike, apart, typical
+from pytest_dvp.gap.manoeuvres.rehearsal import NOISE, Hypothesis, Rehearsal, closest_values, separable_chi2, typical
 from pytest_dvp.gap.manoeuvres.simulated_drive import SIZES, Drive, perform
 
 if TYPE_CHECKING:
@@ -64,10 +64,10 @@ def decide(model: VehicleModel, hypotheses: Mapping[str, Values], noise: Mapping
     Raises PlanError: no such effect, fewer than two, nothing fits the envelope.
     """
     noise, envelope, evidence = dict(noise or NOISE), envelope or Envelope(), evidence or Evidence()
-    known = tried_on(model, (*hypotheses, *evidence.near), effects)
+    known = candidates_by_name(model, (*hypotheses, *evidence.near), effects)
     if len(hypotheses) < 2:
         raise PlanError(f"nothing to decide: {', '.join(hypotheses) or 'no effect'} alone, name two or more")
-    asked = Asked(model, noise, envelope, dict(shared or {}), tuple(effects))
+    asked = RehearsalInputs(model, noise, envelope, dict(shared or {}), tuple(effects))
     mine = _complete(asked, [known[name] for name in hypotheses], hypotheses)
     others = [*mine, *(Hypothesis(known[name], values) for name, values in evidence.near.items())]
     drives = [perform(m, model, {**asked.shared, **mine[0].values}, envelope) for m in manoeuvres]
@@ -111,8 +111,15 @@ def _least(gaps: _Gaps, tied: set[tuple[str, str]]) -> float:
 class _Looked:
     """A manoeuvre with every rival's refit to what each would show. signs: every pair, the least gap first."""
 
-    def __init__(self, asked: Asked, drives: Sequence[Drive], mine: Sequence[Hypothesis], others: Sequence[Hypothesis],
-                 evidence: Evidence, tied: set[tuple[str, str]]) -> None:  # fmt: skip
+    def __init__(
+        self,
+        asked: RehearsalInputs,
+        drives: Sequence[Drive],
+        mine: Sequence[Hypothesis],
+        others: Sequence[Hypothesis],
+        evidence: Evidence,
+        tied: set[tuple[str, str]],
+    ) -> None:
         self.drive, self._evidence, self._count, self._tied = drives[0], evidence, 1, tied
         signs = []
         for drive, truth in zip(drives, mine, strict=True):
@@ -121,7 +128,7 @@ class _Looked:
             for other in others:
                 if other is not truth:
                     signs.append(sign_of(rehearsal, truth.name, other, rehearsal.refitted(other) / rehearsal.count))
-        self.signs: tuple[Sign, ...] = tuple(sorted(signs, key=lambda s: s.gap))
+        self.signs: tuple[LargestDifference, ...] = tuple(sorted(signs, key=lambda s: s.gap))
         self.worth = self.joint(1)
 
     def gaps(self, repeats: int) -> _Gaps:
@@ -135,7 +142,7 @@ class _Looked:
         return _least(self.gaps(repeats), self._tied)
 
 
-def _complete(asked: Asked, wanted: Sequence[Candidate], given: Mapping[str, Values]) -> list[Hypothesis]:
+def _complete(asked: RehearsalInputs, wanted: Sequence[Candidate], given: Mapping[str, Values]) -> list[Hypothesis]:
     """All hypotheses with values; those without are made like the first."""
     first = wanted[0]
     values = dict(given[first.name]) or typical(first.coordinates, first.points)
@@ -149,12 +156,12 @@ def _complete(asked: Asked, wanted: Sequence[Candidate], given: Mapping[str, Val
                 if drive is None:
                     raise PlanError("not even a gentle drive keeps within the envelope; widen it")
                 town = asked.rehearse(drive, found[0].values)
-            values = alike(town, candidate)
+            values = closest_values(town, candidate)
         found.append(Hypothesis(candidate, values))
     return found
 
 
-def _screened(asked: Asked, drive: Drive, mine: Sequence[Hypothesis], others: Sequence[Hypothesis],
+def _screened(asked: RehearsalInputs, drive: Drive, mine: Sequence[Hypothesis], others: Sequence[Hypothesis],
               evidence: Evidence) -> _Gaps:  # fmt: skip
     """The joint gaps of all pairs, to first order."""
     rehearsal = asked.rehearse(drive, mine[0].values)
@@ -163,13 +170,13 @@ def _screened(asked: Asked, drive: Drive, mine: Sequence[Hypothesis], others: Se
     count = rehearsal.count
     return {
         (truth.name, other.name): evidence.joint(
-            truth.name, other.name, apart(at[b] - at[a], tangents[b]) / count, count
+            truth.name, other.name, separable_chi2(at[b] - at[a], tangents[b]) / count, count
         )
         for (a, truth), (b, other) in itertools.product(enumerate(mine), enumerate(others)) if a != b
     }  # fmt: skip
 
 
-def _together(asked: Asked, drive: Drive, mine: Sequence[Hypothesis]) -> list[Drive]:
+def _together(asked: RehearsalInputs, drive: Drive, mine: Sequence[Hypothesis]) -> list[Drive]:
     """The drive as each of them would have it, all of one size that keeps every one within the envelope."""
     for size in (s for s in SIZES if s <= drive.size):
         found = [drive] if size == drive.size else []

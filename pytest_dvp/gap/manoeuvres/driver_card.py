@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pytest_dvp.gap.compare.segments import UNITS
-from pytest_dvp.gap.manoeuvres.choice import Choice, Sign
+from pytest_dvp.gap.manoeuvres.choice import Choice, LargestDifference
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
 
 if TYPE_CHECKING:
@@ -111,12 +111,12 @@ def _record(model: VehicleModel, noise: Mapping[str, float]) -> str:
 def _meanings(choice: Choice) -> list[str]:
     if choice.exciting:
         return [f"{s.other}: {_differs(s)}; if not, the car does not have it" for s in choice.signs]
-    best: dict[frozenset[str], Sign] = {}
+    best: dict[frozenset[str], LargestDifference] = {}
     for sign in choice.signs:
         best.setdefault(frozenset((sign.truth, sign.other)), sign)
     return [f"{s.truth}, if a model with {s.other} in its place {_differs(s)}" for s in best.values()]
 
 
-def _differs(sign: Sign) -> str:
+def _differs(sign: LargestDifference) -> str:
     unit = UNITS[sign.channel]
     return f"differs in {sign.channel}, most at {sign.time:.1f} s by {abs(sign.difference):.2g} {unit}"

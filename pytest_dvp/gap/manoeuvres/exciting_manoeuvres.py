@@ -12,7 +12,15 @@ from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.experiment import Values
 from pytest_dvp.gap.diagnose.search import PRACTICAL
 from pytest_dvp.gap.manoeuvres.catalogue import MANOEUVRES, Manoeuvre
-from pytest_dvp.gap.manoeuvres.choice import ENOUGH, MOST_REPEATS, Asked, Choice, PlanError, sign_of, tried_on
+from pytest_dvp.gap.manoeuvres.choice import (
+    ENOUGH,
+    MOST_REPEATS,
+    Choice,
+    PlanError,
+    RehearsalInputs,
+    candidates_by_name,
+    sign_of,
+)
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
 from pytest_dvp.gap.manoeuvres.rehearsal import NOISE, Hypothesis, Rehearsal, typical
 from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, perform
@@ -37,8 +45,8 @@ def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float]
     from vehicle.model.effect_catalogue import catalogue
 
     noise, envelope = dict(noise or NOISE), envelope or Envelope()
-    known = tried_on(model, tuple(names), effects)
-    asked = Asked(model, noise, envelope, dict(shared or {}), tuple(effects))
+    known = candidates_by_name(model, tuple(names), effects)
+    asked = RehearsalInputs(model, noise, envelope, dict(shared or {}), tuple(effects))
     mine = [_typical(known[name]) for name in names]
     every = candidates(model, [*catalogue().values(), *effects])
     others = [_typical(c) for c in every if c.name not in known]
@@ -87,7 +95,9 @@ class _Table:
     """What a drive shows: visible, the change of chi^2/N by each effect; distinct, what of it is left when any one
     other effect, in any size, may explain it (effects that no usual data tell from it excepted)."""
 
-    def __init__(self, asked: Asked, drive: Drive, mine: Sequence[Hypothesis], others: Sequence[Hypothesis]) -> None:
+    def __init__(
+        self, asked: RehearsalInputs, drive: Drive, mine: Sequence[Hypothesis], others: Sequence[Hypothesis]
+    ) -> None:
         self.drive = drive
         self.rehearsal: Rehearsal = asked.rehearse(drive, {})
         every = [*mine, *others]

@@ -10,7 +10,7 @@ import numpy as np
 
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose.candidates import Candidate
-from pytest_dvp.gap.diagnose.experiment import Campaign, Experiment, Values
+from pytest_dvp.gap.diagnose.experiment import Experiment, ExperimentSet, Values
 from pytest_dvp.gap.diagnose.least_squares import STEP, Coordinate, Stop, fit
 from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, columns
 from pytest_dvp.logs.log import Log
@@ -68,14 +68,14 @@ class Rehearsal:
         """How that changes (N, p) with each parameter of an effect, by finite differences; `at`: whitened there."""
         found = []
         for c in hypothesis.candidate.coordinates:
-            u = c.place(hypothesis.values[c.name])
+            u = c.to_unit(hypothesis.values[c.name])
             moved = dict(hypothesis.values) | {c.name: c.value(u + (4.0 * STEP if u < 0.5 else -4.0 * STEP))}
             found.append(self.whitened(moved) - at)
         return np.column_stack(found)
 
     def refitted(self, other: Hypothesis) -> float:
         """chi^2 that another effect is left with at its best, fitted to this log."""
-        target = Campaign((self.experiment,))
+        target = ExperimentSet((self.experiment,))
         starts = [dict(other.values), *other.candidate.points]
         begin = min(starts, key=lambda point: _chi2(self.whitened(point)))
         stop = Stop(rounds=6, enough=1e-3 * self.count)
@@ -97,7 +97,7 @@ class Rehearsal:
         return float(self.drive.t[row]), float(r[row] * self.experiment.sigma[k])
 
 
-def apart(r: FloatArray, tangent: FloatArray) -> float:
+def separable_chi2(r: FloatArray, tangent: FloatArray) -> float:
     """Sum of squares of r that its owner's parameters cannot take away, to first order."""
     if not tangent.shape[1]:
         return _chi2(r)
@@ -105,10 +105,10 @@ def apart(r: FloatArray, tangent: FloatArray) -> float:
     return _chi2(r - tangent @ solution)
 
 
-def alike(rehearsal: Rehearsal, candidate: Candidate) -> dict[tuple[str, str], float]:
+def closest_values(rehearsal: Rehearsal, candidate: Candidate) -> dict[tuple[str, str], float]:
     """The values with which an effect comes nearest to the truth of a rehearsal."""
     begin = min(candidate.points, key=lambda point: _chi2(rehearsal.whitened(point)))
-    found = fit(Campaign((rehearsal.experiment,)), candidate.coordinates, begin, fixed=rehearsal.shared)
+    found = fit(ExperimentSet((rehearsal.experiment,)), candidate.coordinates, begin, fixed=rehearsal.shared)
     return found.values
 
 

@@ -13,7 +13,7 @@ from pytest_dvp.gap.diagnose.experiment import Values
 from pytest_dvp.gap.manoeuvres.catalogue import Manoeuvre
 from pytest_dvp.gap.manoeuvres.driving_limits import Area, Envelope
 from pytest_dvp.gap.manoeuvres.limit_violations import violations
-from pytest_dvp.gap.manoeuvres.simulated_driver import PERIOD, Driver, Motion, Wish
+from pytest_dvp.gap.manoeuvres.simulated_driver import PERIOD, Driver, DriverDemand, Motion
 from pytest_dvp.logs.log_contents import FloatArray
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ LONGEST = 180.0  # s, of one manoeuvre
 SIZES = (1.0, 0.85, 0.7, 0.55)  # tried until one keeps within the envelope
 STEP = 0.01  # s, of the model
 
-Respond = Callable[[Wish], tuple[float, float, float, float, float]]
+Respond = Callable[[DriverDemand], tuple[float, float, float, float, float]]
 """What a car does in one period with the wish held: x, y [m], yaw [rad], v [m/s], yaw rate [rad/s] at its end."""
 
 
@@ -55,7 +55,7 @@ def drive(manoeuvre: Manoeuvre, car: Car, respond: Respond, envelope: Envelope, 
     front = car.center_x + 0.5 * car.length
     driver = Driver(envelope, car.wheelbase, front, size=size, round_about=manoeuvre.round_about)
     running = manoeuvre.drive(driver)
-    wishes: list[Wish] = []
+    wishes: list[DriverDemand] = []
     motion = [(0.0, 0.0, 0.0, 0.0, 0.0)]
     wish = next(running)
     try:
@@ -90,7 +90,7 @@ def responder(model: VehicleModel) -> Respond:
     row = np.zeros((1, 6))
     plain = inputs.longitudinal == ("accel_cmd",)
 
-    def respond(wish: Wish) -> tuple[float, float, float, float, float]:
+    def respond(wish: DriverDemand) -> tuple[float, float, float, float, float]:
         row[0, 0] = wish.steer  # a plant takes the angle, whatever scale its log column has
         if plain:
             row[0, 1] = wish.accel

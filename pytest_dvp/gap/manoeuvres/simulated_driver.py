@@ -33,7 +33,7 @@ class Motion(NamedTuple):
     v: float
 
 
-class Wish(NamedTuple):
+class DriverDemand(NamedTuple):
     """What the driver asks for: acceleration [m/s^2], road-wheel angle [rad], the same as a speed [m/s]."""
 
     accel: float
@@ -41,7 +41,7 @@ class Wish(NamedTuple):
     speed: float
 
 
-Driving: TypeAlias = Generator[Wish, Motion, None]
+Driving: TypeAlias = Generator[DriverDemand, Motion, None]
 Shape: TypeAlias = Callable[[float], float]
 """Of the time [s] since a test began."""
 
@@ -202,7 +202,7 @@ class Driver:
         else:
             self._speed += min(max(speed - self._speed, -self.brake * PERIOD), self.push * PERIOD)
         self._speed = max(min(max(self._speed, self.car.v - 2.0), self.car.v + 2.0), 0.0)
-        self.car = yield Wish(round(accel, 4), round(self._steer, 5), round(self._speed, 3))
+        self.car = yield DriverDemand(round(accel, 4), round(self._steer, 5), round(self._speed, 3))
 
     def _foot(self, speed: float) -> float:
         if speed <= 0.0 and self.car.v < 0.15:

@@ -58,7 +58,7 @@ class Pairs:
     yaw: FloatArray
     false: int
 
-    def looked_at(self) -> BoolArray:
+    def in_field_of_view(self) -> BoolArray:
         """Rows (n, k) of objects in directions in which the detector sees anything at all."""
         sector = np.floor((self.bearing % (2.0 * np.pi)) * _SECTORS / (2.0 * np.pi)).astype(np.int64) % _SECTORS
         reach = float(self.distance[self.seen].max()) if self.seen.any() else 0.0

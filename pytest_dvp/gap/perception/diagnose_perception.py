@@ -160,7 +160,7 @@ class _Seen:
 
     def __init__(self, f: Frames, p: Pairs, fitted: Positions, place: FloatArray) -> None:
         self.f, self.p, self.fitted, self.place = f, p, fitted, place
-        rows = p.looked_at()
+        rows = p.in_field_of_view()
         frame, thing = np.nonzero(rows)
         order = np.argsort(p.distance[rows], kind="stable")
         self.far = p.distance[rows][order]

@@ -9,7 +9,7 @@ import numpy as np
 
 from pytest_dvp.gap.compare.compare import Comparison, SignalScore
 from pytest_dvp.gap.compare.error_location import Where
-from pytest_dvp.gap.compare.match_bounds import Judged
+from pytest_dvp.gap.compare.match_bounds import BoundCheck
 from pytest_dvp.gap.compare.segments import longest_step
 
 NOTHING_LEFT = 1.3  # chi^2/N up to which a signal counts as explained by its noise
@@ -131,7 +131,7 @@ def _text(value: float | None, form: str) -> str:
     return "-" if value is None else format(value, form).replace("-0.000", "+0.000")
 
 
-def failure(comparison: Comparison, judged: Sequence[Judged]) -> str:
+def failure(comparison: Comparison, judged: Sequence[BoundCheck]) -> str:
     """Why a model does not match: the broken bounds, the headline, and where the error of each broken signal sits."""
     broken = [one for one in judged if not one.holds]
     verb = "is" if len(broken) == 1 else "are"

@@ -10,10 +10,10 @@ import numpy as np
 
 from pytest_dvp.gap.compare.segments import CHANNELS, UNITS
 from pytest_dvp.gap.diagnose.candidates import candidates
-from pytest_dvp.gap.diagnose.chance_gain import null_line
+from pytest_dvp.gap.diagnose.chance_gain import chance_gain
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, NamedEffect
 from pytest_dvp.gap.diagnose.error_shares import Share, shares
-from pytest_dvp.gap.diagnose.experiment import Campaign, Experiment, Values
+from pytest_dvp.gap.diagnose.experiment import Experiment, ExperimentSet, Values
 from pytest_dvp.gap.words.comparison import CAUSES, NOTHING_LEFT
 from pytest_dvp.gap.words.diagnosis import causes, extend_command, headline, interval, plan_command, step_label, value
 from pytest_dvp.gap.words.residual_signature import signature_lines
@@ -109,10 +109,10 @@ def diagnosis_page(
 def _null_level(found: Diagnosis, drawn: Sequence[_Drawn], known: Mapping[str, Effect]) -> float | None:
     """chi^2/N that the first step would reach by luck; None if no log was fitted on."""
     gain = found.null_line
-    target = Campaign(tuple(one.experiment for one in drawn if not one.held_out))
+    target = ExperimentSet(tuple(one.experiment for one in drawn if not one.held_out))
     if gain is None and target.experiments:
         tried = candidates(target.experiments[0].model, known.values(), ay="ay" in target.channels)
-        gain = null_line(target, found.ladder[0].values, tried)
+        gain = chance_gain(target, found.ladder[0].values, tried)
     return None if gain is None else found.ladder[0].chi2_per_n - gain
 
 

@@ -10,12 +10,12 @@ from pytest_dvp.gap.diagnose.error_shares import percents
 from pytest_dvp.gap.extend.extension import Extension, Rung
 from pytest_dvp.gap.words.comparison import NOTHING_LEFT, columns
 from pytest_dvp.gap.words.diagnosis import figure, interval, three, value
-from vehicle.model.effect_catalogue import perceived
+from vehicle.model.effect_catalogue import perception_effect_names
 
 
 def page(found: Extension, gate_lines: Sequence[str] = ()) -> str:
     """What was done, the ladder, the lines about gates, what is to be known, and whether to go on."""
-    sensed = [effect for effect in found.effects if effect.name in perceived()]
+    sensed = [effect for effect in found.effects if effect.name in perception_effect_names()]
     moved = [effect for effect in found.effects if effect not in sensed]
     lines = [line for group in (moved, sensed) for line in map(_effect, group, percents([e.gain for e in group]))]
     lines += [f"  ~ {'.'.join(name)}: {_estimate(estimate)}" for name, estimate in found.refitted.items()]
@@ -81,7 +81,7 @@ def _effect(effect: NamedEffect, share: str) -> str:
         return f"  - {effect.name}"
     values = ", ".join(f"{key} = {_estimate(estimate)}" for key, estimate in effect.parameters.items())
     sign = "+" if effect.action == "add" else "~"
-    of = "what the detections show" if effect.name in perceived() else "the error"
+    of = "what the detections show" if effect.name in perception_effect_names() else "the error"
     rivals = f"; {', '.join(effect.rivals)} would do as well" if effect.rivals else ""
     return f"  {sign} {effect.name}: {values}, explains {share} of {of}{rivals}"
 

@@ -20,7 +20,7 @@ pytest.importorskip("cyclonedds")
 from vehicle.adapter import VehicleLost
 from vehicle.adapters.process import Lease
 from vehicle.adapters.topic_car import Ros1Car, Ros2Car
-from vehicle.guard.guarded_vehicle import Gated, Hands, limits_of
+from vehicle.guard.guarded_vehicle import GuardedVehicle, Hands, limits_of
 from vehicle.guard.messages import Decision, State
 from vehicle.messages import Command, VehicleState, no_surroundings
 from vehicle.wire.dds import LOOPBACK
@@ -77,7 +77,9 @@ def test_a_car_that_stands_elsewhere_is_not_driven(
 def test_behind_the_gate_it_stays_where_it_is_until_it_is_armed(car: tuple[Ros2Car, object]) -> None:
     """A dry run: half a second of full acceleration asked for, none given; how punctual it was is known."""
     decisions: list[Decision] = []
-    gated = Gated(car[0], limits_of(car[0].description), name="ros2_car", scenario="x.xosc", record=decisions.append)
+    gated = GuardedVehicle(
+        car[0], limits_of(car[0].description), name="ros2_car", scenario="x.xosc", record=decisions.append
+    )
     gated.reset(START)
     rows = []
     for tick in range(10):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.gap.diagnose.experiment import campaign
+from pytest_dvp.gap.diagnose.experiment import experiment_set
 from pytest_dvp.gap.diagnose.run_setup import end_of_beginning
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_part import cut_log
@@ -65,7 +65,7 @@ def test_the_values_on_the_page_leave_the_error_on_the_page(shared_dir: Path, st
     if "Own set-up" in text:
         logs = {name: cut_log(log, end_of_beginning(log), np.inf) for name, log in logs.items()}
         values = {key: value for key, value in values.items() if key[0] not in run_setups()} | own_setup(text)
-    left = campaign(logs, study.model(shared_dir / "measurements")).rmse(values)
+    left = experiment_set(logs, study.model(shared_dir / "measurements")).rmse(values)
     rows = {row[0].split(" ")[0]: float(row[2]) for row in cells(text) if re.match(r"[a-z_]+ \[", row[0])}
     for name in ("yaw_rate", "v"):
         if name in left:

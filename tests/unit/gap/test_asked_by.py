@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import scenarios
-from pytest_dvp.cli.shared.command_columns import driven_by
+from pytest_dvp.cli.shared.command_columns import check_command_columns
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.obeyed_commands import obeyed_columns
 from vehicle.model.model_file import model_text, read_model
@@ -41,8 +41,8 @@ def test_a_run_tells_what_its_car_obeyed(meta: dict[str, object], told: tuple[st
 
 def test_a_twin_by_pedals_against_a_car_by_accelerations_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     run = log(vehicle={"name": "surrogate"})
-    driven_by("dvp extend", read_model(ON_CAN), str(ON_CAN), {"0002-s-rw-surrogate": run})
+    check_command_columns("dvp extend", read_model(ON_CAN), str(ON_CAN), {"0002-s-rw-surrogate": run})
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("dvp extend: warning: 0002-s-rw-surrogate: its car obeyed accel_cmd, surrogate_can.toml is")
-    driven_by("dvp extend", read_model(DATA_SHEET), str(DATA_SHEET), {"0002-s-rw-surrogate": run})
+    check_command_columns("dvp extend", read_model(DATA_SHEET), str(DATA_SHEET), {"0002-s-rw-surrogate": run})
     assert capsys.readouterr().err == ""

@@ -9,7 +9,7 @@ import pytest
 from gap_logs import baseline, drive
 
 from pytest_dvp import assert_matches
-from pytest_dvp.gap.compare.match_bounds import Judged
+from pytest_dvp.gap.compare.match_bounds import BoundCheck
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS
@@ -60,8 +60,8 @@ def test_signal_that_was_not_measured_does_not_pass() -> None:
 
 
 def test_value_that_breaks_its_bound_by_little_does_not_read_like_it() -> None:
-    assert str(Judged("rmse", "v", 0.0500001, 0.05, "m/s", False)) == "rmse of v 0.0500001 m/s > 0.05 m/s"
-    assert str(Judged("rmse", "v", 0.12345678, 0.05, "m/s", False)) == "rmse of v 0.1235 m/s > 0.05 m/s"
+    assert str(BoundCheck("rmse", "v", 0.0500001, 0.05, "m/s", False)) == "rmse of v 0.0500001 m/s > 0.05 m/s"
+    assert str(BoundCheck("rmse", "v", 0.12345678, 0.05, "m/s", False)) == "rmse of v 0.1235 m/s > 0.05 m/s"
 
 
 MINE = """

@@ -13,7 +13,7 @@ from gap_logs import WHEELBASE, baseline, drive
 from pytest_dvp.gap.compare.compare import compare
 from pytest_dvp.gap.compare.compared_model import CompareError
 from pytest_dvp.gap.compare.fmu_model import FmuSubject
-from pytest_dvp.gap.compare.model_loader import load_subject
+from pytest_dvp.gap.compare.model_loader import load_compared_model
 from pytest_dvp.gap.compare.python_model import StepSubject
 from pytest_dvp.gap.compare.segments import CHANNELS, cut, measured_array
 from pytest_dvp.logs.log import Log
@@ -58,7 +58,7 @@ def test_second_log_at_another_time_is_refused() -> None:
 def test_python_function_is_as_good_as_the_model_it_copies(tmp_path: Path) -> None:
     (tmp_path / "car.py").write_text(STEP)
     log = drive()
-    ours, theirs = compare(log, baseline()), compare(log, load_subject(str(tmp_path / "car.py")))
+    ours, theirs = compare(log, baseline()), compare(log, load_compared_model(str(tmp_path / "car.py")))
     for name in ("x", "y", "yaw", "v", "yaw_rate"):
         assert theirs.signals[name].rmse == pytest.approx(ours.signals[name].rmse, rel=0.25)
     assert theirs.not_compared["ay"] == "the model does not give it"
@@ -70,7 +70,7 @@ def test_sample_of_the_docs_explains_a_log_of_its_own_equations(tmp_path: Path, 
     samples = [block.split("```")[0] for block in page.split("```python\n")[1:]]
     sample = next(block for block in samples if "def step(" in block)
     (tmp_path / "car.py").write_text(sample.replace("2.45", str(WHEELBASE)))
-    found = compare(drive(seed=seed), load_subject(str(tmp_path / "car.py")))
+    found = compare(drive(seed=seed), load_compared_model(str(tmp_path / "car.py")))
     assert {name for name, score in found.signals.items() if score.chi2_per_n > 1.15} == set()
     assert set(found.signals) == {"x", "y", "yaw", "v", "yaw_rate"}
 
@@ -124,9 +124,9 @@ def test_queue_that_a_function_keeps_is_not_shared_with_the_glance() -> None:
 
 def test_function_of_another_name_is_named_after_a_colon(tmp_path: Path) -> None:
     (tmp_path / "car.py").write_text(STEP.replace("def step", "def simulate"))
-    assert compare(drive(20.0), load_subject(f"{tmp_path / 'car.py'}:simulate")).signals["v"].rmse < 0.1
+    assert compare(drive(20.0), load_compared_model(f"{tmp_path / 'car.py'}:simulate")).signals["v"].rmse < 0.1
     with pytest.raises(CompareError, match="no function step"):
-        load_subject(str(tmp_path / "car.py"))
+        load_compared_model(str(tmp_path / "car.py"))
 
 
 def test_function_that_asks_for_a_column_the_log_lacks_says_which() -> None:
@@ -163,7 +163,7 @@ def test_function_that_returns_no_motion_is_refused_in_one_line(returned: object
 def test_file_that_is_no_python_says_so(tmp_path: Path) -> None:
     (tmp_path / "car.py").write_text("def step(:")
     with pytest.raises(CompareError, match=r"cannot be loaded: SyntaxError"):
-        load_subject(str(tmp_path / "car.py"))
+        load_compared_model(str(tmp_path / "car.py"))
 
 
 def test_file_that_is_no_fmu_is_refused_in_one_line(tmp_path: Path) -> None:

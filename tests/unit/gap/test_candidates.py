@@ -8,7 +8,7 @@ from math import isinf, pi
 import pytest
 from gap_logs import baseline
 
-from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, least
+from pytest_dvp.gap.diagnose.candidates import Candidate, candidates, is_worth_naming
 from vehicle.model.effect import Key
 from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.model_file import parse_model
@@ -112,7 +112,7 @@ def test_lateral_acceleration_of_a_car_that_slips_may_be_that_of_either_place() 
 
 def test_a_value_is_worth_naming_from_its_least_size_on() -> None:
     key = Key("g", "-", 0.7, 1.3, neutral=1.0, least=0.01)
-    assert least(key, 0.99)
-    assert least(key, 1.02)
-    assert not least(key, 1.005)
-    assert least(Key("limit", "-", 1.0, 9.0, neutral=float("inf"), least=0.1), 8.0)
+    assert is_worth_naming(key, 0.99)
+    assert is_worth_naming(key, 1.02)
+    assert not is_worth_naming(key, 1.005)
+    assert is_worth_naming(Key("limit", "-", 1.0, 9.0, neutral=float("inf"), least=0.1), 8.0)

@@ -8,7 +8,7 @@ from gap_logs import NOISE, baseline, drive
 
 from pytest_dvp.gap.compare.compared_model import CompareError
 from pytest_dvp.gap.compare.segments import CHANNELS
-from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
 from pytest_dvp.logs.log import Log
 from vehicle.model.effect_catalogue import catalogue
 
@@ -16,30 +16,30 @@ WEAK = {("drive_gain", "g"): 0.85}
 
 
 @pytest.fixture(scope="module")
-def one() -> Campaign:
-    return campaign({"one": drive(drive_gain=0.85)}, baseline())
+def one() -> ExperimentSet:
+    return experiment_set({"one": drive(drive_gain=0.85)}, baseline())
 
 
 @pytest.fixture(scope="module")
-def two() -> Campaign:
+def two() -> ExperimentSet:
     logs = {"one": drive(drive_gain=0.85), "two": drive(30.0, drive_gain=0.85, noise=2.0, seed=2)}
-    return campaign(logs, baseline())
+    return experiment_set(logs, baseline())
 
 
-def test_the_true_values_leave_one_unit_of_noise(one: Campaign) -> None:
+def test_the_true_values_leave_one_unit_of_noise(one: ExperimentSet) -> None:
     r = one.whitened(WEAK)
     assert float(r @ r) / one.count == pytest.approx(1.0, abs=0.08)
     for name, chi2 in one.by_channel(WEAK).items():
         assert chi2 == pytest.approx(1.0, abs=0.2), name
 
 
-def test_without_the_effect_far_more_is_left_where_it_shows(one: Campaign) -> None:
+def test_without_the_effect_far_more_is_left_where_it_shows(one: ExperimentSet) -> None:
     left = one.by_channel({})
     assert left["v"] > 10.0
     assert left["yaw_rate"] < 1.2  # no one turns the wheel while accelerating
 
 
-def test_every_sample_of_every_channel_is_judged(one: Campaign) -> None:
+def test_every_sample_of_every_channel_is_judged(one: ExperimentSet) -> None:
     """60 s at 50 Hz, seven channels; what the start of each segment takes out is at most four numbers a segment."""
     segments = len(one.starts())
     assert one.channels == tuple(name for name in CHANNELS if name in NOISE)
@@ -47,7 +47,7 @@ def test_every_sample_of_every_channel_is_judged(one: Campaign) -> None:
     assert 10 <= segments <= 14  # of about 5 s
 
 
-def test_the_noise_of_several_logs_is_that_of_each(two: Campaign) -> None:
+def test_the_noise_of_several_logs_is_that_of_each(two: ExperimentSet) -> None:
     quiet, loud = two.experiments
     for name, sigma in NOISE.items():
         k = CHANNELS.index(name)
@@ -56,34 +56,34 @@ def test_the_noise_of_several_logs_is_that_of_each(two: Campaign) -> None:
         assert two.noise()[name] == pytest.approx(sigma * np.sqrt(2.5), rel=0.15), name
 
 
-def test_several_logs_are_one_after_the_other(two: Campaign, one: Campaign) -> None:
+def test_several_logs_are_one_after_the_other(two: ExperimentSet, one: ExperimentSet) -> None:
     first, second = (e.whitened(WEAK) for e in two.experiments)
     assert np.array_equal(two.whitened(WEAK), np.concatenate([first, second]))
     assert two.count == sum(e.count for e in two.experiments)
     assert two.experiments[0].count == one.count
 
 
-def test_the_segments_share_out_the_sum_of_squares(two: Campaign) -> None:
+def test_the_segments_share_out_the_sum_of_squares(two: ExperimentSet) -> None:
     r = two.whitened({})
     shares = two.by_segment(r)
     assert len(shares) == len(two.starts())
     assert float(shares.sum()) == pytest.approx(float(r @ r))
 
 
-def test_rmse_is_in_the_unit_of_the_channel(one: Campaign) -> None:
+def test_rmse_is_in_the_unit_of_the_channel(one: ExperimentSet) -> None:
     found = one.rmse(WEAK)
     assert found["v"] == pytest.approx(NOISE["v"], rel=0.05)
     assert found["yaw_rate"] == pytest.approx(NOISE["yaw_rate"], rel=0.05)
 
 
-def test_small_steps_of_integration_change_next_to_nothing(one: Campaign) -> None:
+def test_small_steps_of_integration_change_next_to_nothing(one: ExperimentSet) -> None:
     """Piecewise constant acceleration and angle: what differs between 20 ms and 2 ms is far below the noise."""
     change = one.exact(WEAK) - one.whitened(WEAK)
     assert float(change @ change) / one.count < 1e-3
 
 
 def test_settling_moves_starts_to_where_the_model_would_have_been() -> None:
-    target = campaign({"one": drive(drive_gain=0.85)}, baseline())
+    target = experiment_set({"one": drive(drive_gain=0.85)}, baseline())
     before = target.whitened(WEAK)
     target.settle(WEAK)
     settled = target.whitened(WEAK)
@@ -93,7 +93,7 @@ def test_settling_moves_starts_to_where_the_model_would_have_been() -> None:
     assert float(again @ again) == pytest.approx(float(settled @ settled), rel=1e-3)
 
 
-def test_effects_that_the_model_does_not_have_are_off(one: Campaign) -> None:
+def test_effects_that_the_model_does_not_have_are_off(one: ExperimentSet) -> None:
     neutral = {
         (e.name, k.name): k.neutral for e in catalogue().values() if e.slot != "perception" for k in e.parameters
     }
@@ -105,7 +105,10 @@ def test_a_lost_sample_is_not_judged() -> None:
     log = drive()
     v = log.columns["v"].copy()
     v[500:600] = np.nan
-    whole, part = campaign({"a": log}, baseline()), campaign({"a": Log({**log.columns, "v": v})}, baseline())
+    whole, part = (
+        experiment_set({"a": log}, baseline()),
+        experiment_set({"a": Log({**log.columns, "v": v})}, baseline()),
+    )
     rows = part.whitened({}).reshape(-1, len(CHANNELS))
     assert not rows[500:600, CHANNELS.index("v")].any()
     assert whole.count - 8 * 200 <= part.count < whole.count
@@ -118,7 +121,7 @@ def test_where_the_command_jumps_either_acceleration_is_right() -> None:
     jumps = np.flatnonzero(np.abs(np.diff(accel, prepend=accel[:1])) > 1.0)
     assert len(jumps) >= 10
     ax[jumps] = ax[jumps - 1]
-    early = campaign({"a": Log({**log.columns, "ax": ax})}, baseline())
+    early = experiment_set({"a": Log({**log.columns, "ax": ax})}, baseline())
     assert early.by_channel(WEAK)["ax"] == pytest.approx(1.0, abs=0.1)
     assert early.by_channel({})["ax"] > 2.0  # what is weak still shows
 
@@ -126,4 +129,4 @@ def test_where_the_command_jumps_either_acceleration_is_right() -> None:
 def test_a_missing_input_is_said() -> None:
     columns = {name: values for name, values in drive().columns.items() if name != "accel_cmd"}
     with pytest.raises(CompareError, match="accel_cmd"):
-        campaign({"a": Log(columns)}, baseline())
+        experiment_set({"a": Log(columns)}, baseline())

@@ -10,7 +10,7 @@ import pytest
 from gap_logs import baseline, drive
 
 from pytest_dvp.gap.compare.start_correction import IntArray
-from pytest_dvp.gap.diagnose.experiment import Campaign, Values, campaign
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, fit, intervals
 from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect import Key
@@ -35,7 +35,7 @@ class Line:
         return np.arange(self.parts, dtype=np.int64) * (len(self.x) // self.parts)
 
     def fitted(self) -> Fit:
-        return fit(cast(Campaign, self), (SLOPE, HEIGHT), {SLOPE.name: 0.0, HEIGHT.name: 0.0})
+        return fit(cast(ExperimentSet, self), (SLOPE, HEIGHT), {SLOPE.name: 0.0, HEIGHT.name: 0.0})
 
     def covariance(self) -> FloatArray:
         """Of the two values, for white noise of sigma 1."""
@@ -107,14 +107,14 @@ def test_an_interval_ends_where_the_equation_ends() -> None:
     never_negative = Coordinate("line", Key("slope", "-", 0.0, 5.0, neutral=0.0, least=0.1, minimum=0.0))
     line = Line(np.random.default_rng(5).normal(size=40), slope=0.02, parts=8)
     start = {never_negative.name: 1.0, HEIGHT.name: 0.0}
-    found = fit(cast(Campaign, line), (never_negative, HEIGHT), start)
+    found = fit(cast(ExperimentSet, line), (never_negative, HEIGHT), start)
     assert found.values[never_negative.name] >= 0.0
     assert intervals(found, line.starts())[never_negative.name][0] == 0.0
 
 
 def test_what_is_fixed_stays() -> None:
     line = Line(np.zeros(100))
-    found = fit(cast(Campaign, line), (SLOPE,), {SLOPE.name: 0.0}, fixed={HEIGHT.name: 0.0})
+    found = fit(cast(ExperimentSet, line), (SLOPE,), {SLOPE.name: 0.0}, fixed={HEIGHT.name: 0.0})
     assert set(found.values) == {SLOPE.name}
     # the best line through the origin on y = 2 x - 1: 2 - (mean x) / (mean x^2)
     assert found.values[SLOPE.name] == pytest.approx(2.0 - line.x.mean() / (line.x**2).mean(), abs=1e-4)
@@ -125,14 +125,14 @@ def test_derivatives_of_another_fit_do_not_decide_where_a_fit_ends() -> None:
     line = Line(np.random.default_rng(1).normal(size=400))
     own = line.fitted()
     wrong = dataclasses.replace(own, jacobian=np.ascontiguousarray(-3.0 * own.jacobian[::-1]))
-    lent = fit(cast(Campaign, line), (SLOPE, HEIGHT), {SLOPE.name: 0.0, HEIGHT.name: 0.0}, known=wrong)
+    lent = fit(cast(ExperimentSet, line), (SLOPE, HEIGHT), {SLOPE.name: 0.0, HEIGHT.name: 0.0}, known=wrong)
     assert lent.chi2 == pytest.approx(own.chi2, rel=1e-6)
     assert lent.jacobian == pytest.approx(own.jacobian, abs=1e-6)
 
 
 def test_no_coordinate_no_fit() -> None:
     line = Line(np.ones(100), slope=0.0, height=0.0)
-    found = fit(cast(Campaign, line), (), {}, fixed={SLOPE.name: 0.0, HEIGHT.name: 0.0})
+    found = fit(cast(ExperimentSet, line), (), {}, fixed={SLOPE.name: 0.0, HEIGHT.name: 0.0})
     assert (found.values, found.chi2) == ({}, 100.0)
     assert intervals(found, line.starts()) == {}
 
@@ -146,29 +146,29 @@ def test_a_place_is_0_to_1_over_the_range(low: float, high: float, by_ratio: boo
     middle = np.sqrt(low * high) if by_ratio else 0.5 * (low + high)
     assert c.value(0.5) == pytest.approx(middle)
     for u in (-0.2, 0.3, 1.2):
-        assert c.place(c.value(u)) == pytest.approx(u)
+        assert c.to_unit(c.value(u)) == pytest.approx(u)
         assert c.slope(u) == pytest.approx((c.value(u + 1e-3) - c.value(u - 1e-3)) / 2e-3, rel=1e-4)
 
 
 def test_a_lag_may_be_as_small_as_is_worth_a_name() -> None:
     """Typically 0.1 to 0.8 s, looked for by ratio; 0.03 s is the least that is worth a name."""
     tau = Coordinate("lag", Key("tau", "s", 0.1, 0.8, neutral=0.0, least=0.03, minimum=0.0))
-    assert not tau.edge(0.04)
-    assert tau.edge(0.03)
-    assert tau.value(tau.within(tau.place(0.01))) == pytest.approx(0.03)
+    assert not tau.is_at_limit(0.04)
+    assert tau.is_at_limit(0.03)
+    assert tau.value(tau.within(tau.to_unit(0.01))) == pytest.approx(0.03)
 
 
 def test_a_value_far_outside_its_range_stands_at_the_edge() -> None:
     c = Coordinate("any", Key("k", "-", 1.0, 3.0, neutral=0.0, least=0.01))
-    assert not c.edge(3.0)
-    assert not c.edge(3.4)
-    assert c.edge(3.5)
-    assert c.edge(0.5)
+    assert not c.is_at_limit(3.0)
+    assert not c.is_at_limit(3.4)
+    assert c.is_at_limit(3.5)
+    assert c.is_at_limit(0.5)
 
 
 def test_a_delay_is_found_to_a_fraction_of_the_sample_though_it_has_no_derivative() -> None:
     """Commands come at 50 Hz; the truth is late by whole samples, the start is 60 ms away."""
-    target = campaign({"log": drive(steer_delay=0.14)}, baseline())
+    target = experiment_set({"log": drive(steer_delay=0.14)}, baseline())
     (key,) = catalogue()["steer_delay"].parameters
     found = fit(target, (Coordinate("steer_delay", key),), {("steer_delay", "T"): 0.2}, zoom=True)
     assert found.values["steer_delay", "T"] == pytest.approx(0.14, abs=0.004)
@@ -176,7 +176,7 @@ def test_a_delay_is_found_to_a_fraction_of_the_sample_though_it_has_no_derivativ
 
 
 def test_a_fit_is_never_worse_than_its_start() -> None:
-    target = campaign({"log": drive(drive_gain=0.9)}, baseline())
+    target = experiment_set({"log": drive(drive_gain=0.9)}, baseline())
     (key,) = catalogue()["steer_backlash"].parameters
     here = {("steer_backlash", "half_width"): 0.003}
     before = target.whitened(here)

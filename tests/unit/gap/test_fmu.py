@@ -15,7 +15,7 @@ from gap_logs import WHEELBASE, baseline, drive
 from pytest_dvp.gap.compare.compare import compare
 from pytest_dvp.gap.compare.compared_model import CompareError
 from pytest_dvp.gap.compare.fmu_model import FmuSubject
-from pytest_dvp.gap.compare.model_loader import load_subject
+from pytest_dvp.gap.compare.model_loader import load_compared_model
 from pytest_dvp.gap.compare.segments import CHANNELS, cut, measured_array
 from pytest_dvp.logs.log import Log
 from vehicle.model.effect import Effect
@@ -69,7 +69,7 @@ def bicycle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_fmu_of_the_car_leaves_the_noise(bicycle: Path) -> None:
     log = drive()
-    found, ours = compare(log, load_subject(str(bicycle))), compare(log, baseline())
+    found, ours = compare(log, load_compared_model(str(bicycle))), compare(log, baseline())
     for name in ("x", "y", "yaw", "v", "yaw_rate"):
         assert found.signals[name].chi2_per_n == pytest.approx(ours.signals[name].chi2_per_n, abs=0.01)
     assert found.not_compared["ax"] == "the model does not give it"
@@ -97,7 +97,7 @@ def test_stamps_of_a_real_clock_need_no_step_of_one_length(bicycle: Path) -> Non
 
 
 def test_fmu_of_one_step_length_keeps_to_it(tmp_path: Path) -> None:
-    found = compare(drive(), load_subject(str(built(tmp_path, "--no-variable-step"))))
+    found = compare(drive(), load_compared_model(str(built(tmp_path, "--no-variable-step"))))
     assert found.signals["v"].chi2_per_n == pytest.approx(1.0, abs=0.1)
 
 

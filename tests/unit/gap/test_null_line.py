@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
-from pytest_dvp.gap.diagnose.chance_gain import _pieces, _surrogates, null_line
-from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
+from pytest_dvp.gap.diagnose.chance_gain import _pieces, _surrogates, chance_gain
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from tests.truth.effects import Effects, TruthCar
@@ -32,8 +32,8 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> VehicleModel:
     return read_model(path)
 
 
-def target(model: VehicleModel, effects: Effects) -> Campaign:
-    return campaign({"urban": Log(make_log(effects, "urban", 4, "mid"))}, model)
+def target(model: VehicleModel, effects: Effects) -> ExperimentSet:
+    return experiment_set({"urban": Log(make_log(effects, "urban", 4, "mid"))}, model)
 
 
 def tried(model: VehicleModel) -> tuple[Candidate, ...]:
@@ -44,14 +44,14 @@ def tried(model: VehicleModel) -> tuple[Candidate, ...]:
 
 
 @pytest.fixture(scope="module")
-def noise(model: VehicleModel) -> Campaign:
+def noise(model: VehicleModel) -> ExperimentSet:
     return target(model, {})
 
 
-def test_of_white_noise_next_to_nothing_can_be_bought(model: VehicleModel, noise: Campaign) -> None:
+def test_of_white_noise_next_to_nothing_can_be_bought(model: VehicleModel, noise: ExperimentSet) -> None:
     """The best of m independent directions takes the largest of m squares of standard normals away: with m from 5 to
     100 its 95 % quantile is 6.6 to 12.1, of N samples. Drift of the positions is a little more than noise: 4 to 40."""
-    line = null_line(noise, {}, tried(model))
+    line = chance_gain(noise, {}, tried(model))
     assert 4.0 / noise.count < line < 40.0 / noise.count
 
 
@@ -59,17 +59,17 @@ def test_a_real_effect_gains_more_than_luck(model: VehicleModel) -> None:
     late = target(model, {"steer_delay": {"T": 0.2}})
     before, after = late.whitened({}), late.whitened({("steer_delay", "T"): 0.2})
     gain = float(before @ before - after @ after) / late.count
-    assert gain > 3.0 * null_line(late, {}, tried(model))
+    assert gain > 3.0 * chance_gain(late, {}, tried(model))
 
 
 def test_a_slow_error_of_the_same_size_buys_more_than_a_white_one(model: VehicleModel) -> None:
     """What is left of a fading brake is slow, like what effects do."""
     slow = target(model, {"brake_fade": {"drop": 0.6, "heat": 60.0}})
     chi2 = float(slow.whitened({}) @ slow.whitened({})) / slow.count
-    assert null_line(slow, {}, tried(model)) > 3.0 * chi2 * 12.1 / slow.count
+    assert chance_gain(slow, {}, tried(model)) > 3.0 * chi2 * 12.1 / slow.count
 
 
-def test_surrogate_keeps_the_spectrum_of_every_channel_and_segment(noise: Campaign) -> None:
+def test_surrogate_keeps_the_spectrum_of_every_channel_and_segment(noise: ExperimentSet) -> None:
     r = noise.whitened({})
     pieces = _pieces(noise)
     twins = _surrogates(r, pieces, 3)
@@ -79,7 +79,7 @@ def test_surrogate_keeps_the_spectrum_of_every_channel_and_segment(noise: Campai
     assert not twins[:, r == 0.0].any()
 
 
-def test_surrogates_differ_from_the_error_and_from_each_other(noise: Campaign) -> None:
+def test_surrogates_differ_from_the_error_and_from_each_other(noise: ExperimentSet) -> None:
     r = noise.whitened({})
     twins = _surrogates(r, _pieces(noise), 2)
 
@@ -89,15 +89,15 @@ def test_surrogates_differ_from_the_error_and_from_each_other(noise: Campaign) -
     assert max(alike(twins[0], r), alike(twins[1], r), alike(twins[0], twins[1])) < 0.05
 
 
-def test_fitted_parameters_are_taken_out(model: VehicleModel, noise: Campaign) -> None:
+def test_fitted_parameters_are_taken_out(model: VehicleModel, noise: ExperimentSet) -> None:
     """A direction that is fitted already can buy nothing more."""
     point = {("steer_offset", "offset"): 0.01}
     (whole,) = (c for c in tried(model) if c.name == "steer_offset")
     only = [dataclasses.replace(whole, points=(point,), coarse=(point,))]
     along = noise.whitened(point) - noise.whitened({})
-    assert null_line(noise, {}, only, jacobian=along[None, :]) < 1e-6 * null_line(noise, {}, only)
+    assert chance_gain(noise, {}, only, jacobian=along[None, :]) < 1e-6 * chance_gain(noise, {}, only)
 
 
-def test_same_question_same_answer(model: VehicleModel, noise: Campaign) -> None:
+def test_same_question_same_answer(model: VehicleModel, noise: ExperimentSet) -> None:
     some = tried(model)
-    assert null_line(noise, {}, some) == null_line(noise, {}, some) > 0.0
+    assert chance_gain(noise, {}, some) == chance_gain(noise, {}, some) > 0.0

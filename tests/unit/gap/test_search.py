@@ -9,7 +9,7 @@ import pytest
 from gap_logs import baseline, drive
 
 from pytest_dvp.gap.diagnose.candidates import candidates
-from pytest_dvp.gap.diagnose.experiment import Campaign, campaign
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
 from pytest_dvp.gap.diagnose.least_squares import intervals
 from pytest_dvp.gap.diagnose.search import FIRST, Search
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -28,11 +28,11 @@ TRUTH_MODEL = parse_model(
 
 
 @lru_cache(maxsize=16)
-def weak(g: float = 0.85) -> Campaign:
-    return campaign({"log": drive(drive_gain=g, seed=3)}, baseline())
+def weak(g: float = 0.85) -> ExperimentSet:
+    return experiment_set({"log": drive(drive_gain=g, seed=3)}, baseline())
 
 
-def search(target: Campaign, *names: str) -> Search:
+def search(target: ExperimentSet, *names: str) -> Search:
     """A search among a few effects of the catalogue."""
     model = target.experiments[0].model
     return Search(target, candidates(model, [catalogue()[name] for name in names], ay=False))
@@ -42,7 +42,7 @@ def on_truth(effects: Effects, course: Drive, *names: str, noise: str = "mid", s
     columns = make_log(effects, course, 4, noise)  # type: ignore[arg-type]
     rows = columns["t"] < seconds
     log = Log({name: np.ascontiguousarray(values[rows]) for name, values in columns.items()})
-    return search(campaign({course: log}, TRUTH_MODEL), *names)
+    return search(experiment_set({course: log}, TRUTH_MODEL), *names)
 
 
 def fitted(s: Search, *names: str) -> Trial:
@@ -79,7 +79,7 @@ def test_a_value_below_the_least_size_is_left_alone_though_it_would_pay() -> Non
     s = search(weak(0.992), "drive_gain", "brake_gain", "steer_ratio")
     nothing, gain = s.trial((), {}), fitted(s, "drive_gain")
     assert abs(gain.values["drive_gain", "g"] - 1.0) < s.tried["drive_gain"].coordinates[0].key.least
-    assert s.pays(nothing, gain)
+    assert s.is_worth_adding(nothing, gain)
     assert s.run().final.names == ()
 
 
@@ -123,19 +123,19 @@ def test_another_effect_takes_the_place_of_one_whose_value_means_nothing() -> No
     s = on_truth({"rolling_resistance": {"c": 0.15}}, "rich", "headwind", "rolling_resistance", "viscous_resistance")
     wind = fitted(s, "headwind")
     assert wind.chi2 > 1.5 * s.count
-    assert not s.sound(wind, "headwind")
-    assert s._meant(wind).names == ("rolling_resistance",)
+    assert not s.is_credible(wind, "headwind")
+    assert s._credible_set(wind).names == ("rolling_resistance",)
 
 
 def test_what_does_not_pay_is_pruned() -> None:
     s = search(weak(), "drive_gain", "brake_gain", "aero_drag")
     both = fitted(s, "drive_gain", "brake_gain")
-    assert not s.pays(fitted(s, "drive_gain"), both)
+    assert not s.is_worth_adding(fitted(s, "drive_gain"), both)
     assert s._pruned(both).names == ("drive_gain",)
 
 
 def test_an_effect_that_another_does_better_in_its_place_is_exchanged() -> None:
-    s = search(campaign({"log": drive(steer_delay=0.2, seed=5)}, baseline()), "steer_lag", "steer_delay")
+    s = search(experiment_set({"log": drive(steer_delay=0.2, seed=5)}, baseline()), "steer_lag", "steer_delay")
     best, _ = s._contest(fitted(s, "steer_lag"))
     assert best.names == ("steer_delay",)
     assert best.values["steer_delay", "T"] == pytest.approx(0.2, abs=0.005)
@@ -159,14 +159,14 @@ def test_what_does_nearly_as_well_on_gentle_town_driving_is_a_rival() -> None:
 def test_only_positive_commands_leave_the_mass_and_the_gain_of_the_drive_equal() -> None:
     log = drive(seed=7, drive_gain=0.8)
     launch = Log({name: values[: 11 * 50] for name, values in log.columns.items()})
-    found = search(campaign({"log": launch}, baseline()), "mass", "drive_gain", "brake_gain").run()
+    found = search(experiment_set({"log": launch}, baseline()), "mass", "drive_gain", "brake_gain").run()
     (name,) = found.final.names
     assert {name, *found.rivals[name]} == {"mass", "drive_gain"}
     assert "brake_gain" in found.not_excited
 
 
 def test_pure_noise_names_nothing_whatever_is_tried() -> None:
-    target = campaign({"log": drive(seed=9)}, baseline())
+    target = experiment_set({"log": drive(seed=9)}, baseline())
     found = search(target, *[name for name, e in catalogue().items() if e.slot in ("command", "force", "sensor")]).run()
     assert found.final.names == ()
 
@@ -177,15 +177,15 @@ def test_a_gain_must_show_in_nearly_every_draw_of_segments() -> None:
     better = np.ones(m)
     everywhere, once = better + 0.1, better.copy()
     once[0] += 0.1 * m
-    assert s.sure(everywhere, better) == 1.0
+    assert s.bootstrap_share(everywhere, better) == 1.0
     # the one segment that gains is in a draw of m with 1 - (1 - 1/m)^m
-    assert s.sure(once, better) == pytest.approx(1.0 - (1.0 - 1.0 / m) ** m, abs=0.08)
-    assert s.sure(better, everywhere) == 0.0
+    assert s.bootstrap_share(once, better) == pytest.approx(1.0 - (1.0 - 1.0 / m) ** m, abs=0.08)
+    assert s.bootstrap_share(better, everywhere) == 0.0
 
 
 def test_the_interval_of_a_named_effect_holds_the_truth() -> None:
     s = search(weak(), "drive_gain", "brake_gain")
     final = s.run().final
-    low, high = intervals(final.found, s.starts)["drive_gain", "g"]
+    low, high = intervals(final.fit, s.starts)["drive_gain", "g"]
     assert low <= 0.85 <= high
     assert high - low < 0.01

@@ -62,19 +62,19 @@ def uneven(gains: Any) -> Any:
 
 @pytest.mark.parametrize(("gain", "worth"), [(29.0, False), (31.0, True)])
 def test_the_first_effect_must_gain_three_percent(gain: float, worth: bool) -> None:
-    assert search("drive_gain").pays(left(1000.0), left(1000.0 - gain, "drive_gain")) is worth
+    assert search("drive_gain").is_worth_adding(left(1000.0), left(1000.0 - gain, "drive_gain")) is worth
 
 
 @pytest.mark.parametrize(("gain", "worth"), [(49.0, False), (51.0, True)])
 def test_each_further_effect_must_gain_five_percent(gain: float, worth: bool) -> None:
     before = left(1000.0, "brake_gain")
-    assert search().pays(before, left(1000.0 - gain, "brake_gain", "drive_gain")) is worth
+    assert search().is_worth_adding(before, left(1000.0 - gain, "brake_gain", "drive_gain")) is worth
 
 
 @pytest.mark.parametrize(("after", "worth"), [(2000.0 - 90.0, False), (2000.0 - 100.0, True)])
 def test_where_much_is_left_the_gain_is_a_share_of_it(after: float, worth: bool) -> None:
     """5 % of what is left, not of 1: 2000 - g >= 20 g has its end at g = 95.2."""
-    assert search().pays(left(2000.0, "brake_gain"), left(after, "brake_gain", "drive_gain")) is worth
+    assert search().is_worth_adding(left(2000.0, "brake_gain"), left(after, "brake_gain", "drive_gain")) is worth
 
 
 @pytest.mark.parametrize(("segments", "pays"), [(2, False), (4, True)])
@@ -85,7 +85,7 @@ def test_a_gain_must_show_in_nearly_every_draw(segments: int, pays: bool) -> Non
     gains = np.full(SEGMENTS, -loss)
     gains[:segments] = (100.0 + loss * (SEGMENTS - segments)) / segments
     before, after = left(1000.0, "brake_gain"), left(900.0, "brake_gain", "drive_gain", rest=uneven(gains))
-    assert search().pays(before, after) is pays
+    assert search().is_worth_adding(before, after) is pays
 
 
 @pytest.mark.parametrize(("loss", "pays"), [(9.0, True), (13.0, False)])
@@ -94,7 +94,7 @@ def test_draws_without_the_one_event_may_lose_a_tenth_of_the_gain(loss: float, p
     gains = np.full(SEGMENTS, -loss / SEGMENTS)
     gains[0] = 100.0 + loss * (SEGMENTS - 1) / SEGMENTS
     before, after = left(1000.0, "brake_gain"), left(900.0, "brake_gain", "drive_gain", rest=uneven(gains))
-    assert search().pays(before, after) is pays
+    assert search().is_worth_adding(before, after) is pays
 
 
 @pytest.mark.parametrize(("gain", "pays"), [(240.0, False), (260.0, True)])
@@ -103,19 +103,19 @@ def test_five_times_what_is_worth_an_effect_needs_no_draws(gain: float, pays: bo
     gains = np.full(SEGMENTS, -0.2 * gain / SEGMENTS)
     gains[0] = gain + 0.2 * gain * (SEGMENTS - 1) / SEGMENTS
     before, after = left(1000.0, "brake_gain"), left(1000.0 - gain, "brake_gain", "drive_gain", rest=uneven(gains))
-    assert search().pays(before, after) is pays
+    assert search().is_worth_adding(before, after) is pays
 
 
 @pytest.mark.parametrize(("gap", "alike"), [(19.0, True), (21.0, False)])
 def test_a_gap_of_two_percent_tells_two_sets_apart_if_it_is_everywhere(gap: float, alike: bool) -> None:
-    assert search().alike(left(1000.0, "drive_gain"), left(1000.0 + gap, "mass")) is alike
+    assert search().cannot_tell_apart(left(1000.0, "drive_gain"), left(1000.0 + gap, "mass")) is alike
 
 
 @pytest.mark.parametrize(("gap", "alike"), [(48.0, True), (52.0, False)])
 def test_a_gap_of_less_than_five_percent_that_few_segments_make_does_not(gap: float, alike: bool) -> None:
     rest = np.full(SEGMENTS, 20.0)
     rest[0] += gap
-    assert search().alike(left(1000.0, "drive_gain"), left(1000.0 + gap, "mass", rest=rest)) is alike
+    assert search().cannot_tell_apart(left(1000.0, "drive_gain"), left(1000.0 + gap, "mass", rest=rest)) is alike
 
 
 @pytest.mark.parametrize(("more", "simpler_wins"), [(4.0, True), (6.0, False)])
@@ -171,7 +171,7 @@ class Ordered(Search):
     def _trifle(self, trial: Trial) -> bool:
         return False
 
-    def sound(self, trial: Trial, name: str, target: object = None) -> bool:
+    def is_credible(self, trial: Trial, name: str, target: object = None) -> bool:
         return True
 
 
@@ -201,7 +201,7 @@ class Replaced(Search):
     without_it: Trial
     with_others: Trial
 
-    def _meaning(self, best: Trial, *, refill: bool = False) -> Trial:
+    def _drop_implausible(self, best: Trial, *, refill: bool = False) -> Trial:
         return self.with_others if refill else self.without_it
 
 
@@ -210,7 +210,7 @@ def test_others_take_its_place_if_they_recover_four_fifths(lost: float, taken: b
     """Without the wind the fit loses 1,000; with others in its place it may lose a fifth of that, 200."""
     s = Replaced(Samples(v=3.0), candidates(MODEL, [find_effect("headwind")]))  # type: ignore[arg-type]
     s.without_it, s.with_others = left(3000.0), left(2000.0 + lost, "rolling_resistance")
-    assert (s._meant(left(2000.0, "headwind")) is s.with_others) is taken
+    assert (s._credible_set(left(2000.0, "headwind")) is s.with_others) is taken
 
 
 class Fitted(Search):

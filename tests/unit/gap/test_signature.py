@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pytest_dvp.gap.diagnose.experiment import Values, campaign
+from pytest_dvp.gap.diagnose.experiment import Values, experiment_set
 from pytest_dvp.gap.diagnose.residual_signature import signature
 from pytest_dvp.logs.log import Log
 from tests.truth.effects import Effects, TruthCar, typical
@@ -39,7 +39,7 @@ def logs(effects: Effects, seed: int = 3) -> dict[str, Log]:
 
 
 def told(model: VehicleModel, effects: Effects, values: Values | None = None) -> dict[str, Any]:
-    return signature(campaign(logs(effects), model), values or {})
+    return signature(experiment_set(logs(effects), model), values or {})
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_waves_of_two_logs_need_not_be_in_step(model: VehicleModel) -> None:
     """Each log has a phase of its own: the same gusts, met 3 s later."""
     columns = make_log({"cross_wind": typical("cross_wind")}, "rich", 4, "mid")
     late = {name: values[150:] for name, values in columns.items()} | {"t": columns["t"][:-150]}
-    both = campaign({"one": Log(columns), "other": Log(late)}, model)
+    both = experiment_set({"one": Log(columns), "other": Log(late)}, model)
     first = signature(both, {})["axes"][0]["regressors"][0]
     assert first["key"] == "wave_time"
     assert first["held_out_share"] > 0.95
@@ -133,7 +133,7 @@ def test_without_accelerometer_and_yaw_rate(model: VehicleModel) -> None:
     columns = make_log({"brake_fade": typical("brake_fade")}, "rich", 3, "mid")
     for name in ("ax", "ay", "yaw_rate"):
         columns[name] = np.full(len(columns["t"]), np.nan)
-    found = signature(campaign({"rich": Log(columns)}, model), {})["axes"][0]
+    found = signature(experiment_set({"rich": Log(columns)}, model), {})["axes"][0]
     assert found["regressors"][0]["key"] == "brake_heat"
 
 
@@ -143,7 +143,7 @@ def test_terms_of_noise_are_not_told(model: VehicleModel, tmp_path: Path) -> Non
     rng = np.random.default_rng(1)
     walk = np.cumsum(rng.normal(0.0, 0.02, len(columns["t"])))
     columns["v"] = columns["v"] + walk
-    found = signature(campaign({"rich": Log(columns)}, model), {})
+    found = signature(experiment_set({"rich": Log(columns)}, model), {})
     assert found["channels"]["v"] > 1.5
     entry = next(e for e in found["axes"] if e["axis"] == "longitudinal")
     assert all(r["held_out_share"] < 0.15 for r in entry["regressors"][:1])

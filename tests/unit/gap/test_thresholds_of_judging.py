@@ -13,7 +13,7 @@ from pytest_dvp.gap.compare.compare import _lag, _score, noise_floor
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose import held_out
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
-from pytest_dvp.gap.diagnose.held_out import Fold, folds, shows
+from pytest_dvp.gap.diagnose.held_out import Fold, fold_excites, folds
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -49,7 +49,7 @@ def shown(fitted: Data, judging: Data) -> bool:
     search = Search(fitted, [tried])  # type: ignore[arg-type]
     fit = Fit(tried.coordinates, {GAIN: 0.9}, np.zeros(1), 0.0, np.zeros((1, 1)))
     trial = Trial(("drive_gain",), {GAIN: 0.9}, fit, np.zeros(1))
-    return shows(search, Fold(fitted, judging), trial, "drive_gain")  # type: ignore[arg-type]
+    return fold_excites(search, Fold(fitted, judging), trial, "drive_gain")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("change", "seen"), [(0.049, False), (0.051, True)])
@@ -73,12 +73,12 @@ def test_either_side_of_a_single_log_has_two_hundred_rows(
     rows: int, parts: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The last 40 % judge: of 498 rows 199, of 503 rows 201."""
-    monkeypatch.setattr(held_out, "campaign", lambda logs, model, extra: logs)
+    monkeypatch.setattr(held_out, "experiment_set", lambda logs, model, extra: logs)
     assert len(folds({"log": even_log(rows)}, None, MODEL)) == parts
 
 
 def test_the_last_two_fifths_of_a_single_log_judge_the_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(held_out, "campaign", lambda logs, model, extra: logs)
+    monkeypatch.setattr(held_out, "experiment_set", lambda logs, model, extra: logs)
     ((fitted, judging),) = [(fold.fitted, fold.judge) for fold in folds({"log": even_log(1001)}, None, MODEL)]
     assert fitted is not None
     assert fitted["log"].t[-1] == pytest.approx(12.0, abs=0.021)  # type: ignore[index]

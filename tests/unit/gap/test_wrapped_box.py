@@ -11,7 +11,7 @@ import pytest
 from gap_logs import WHEELBASE, drive
 
 from pytest_dvp.gap.compare.compare import noise_floor
-from pytest_dvp.gap.compare.compared_model import LogSubject, ModelSubject, Subject, Values
+from pytest_dvp.gap.compare.compared_model import ComparedModel, LogSubject, ModelSubject, Values
 from pytest_dvp.gap.compare.python_model import StepSubject
 from pytest_dvp.gap.compare.segments import CHANNELS, cut, measured_array, residuals
 from pytest_dvp.logs.log import Log
@@ -34,7 +34,7 @@ def bicycle(state: dict[str, float], inputs: Mapping[str, float], dt: float) -> 
     }  # fmt: skip
 
 
-def left(log: Log, subject: Subject, values: Values) -> dict[str, float]:
+def left(log: Log, subject: ComparedModel, values: Values) -> dict[str, float]:
     """chi^2/N by channel with these values."""
     measured = measured_array(log.columns)
     segments = cut(log.t, measured)

@@ -15,7 +15,15 @@ from pytest_dvp.cli.run import across_text
 from pytest_dvp.drive.result import RunResult
 from pytest_dvp.drive.run import run
 from pytest_dvp.drive.run_spec import RunSpec
-from pytest_dvp.drive.stage_comparison import Driven, Files, gates_between, hold, pair_name, pairs_driven, replay
+from pytest_dvp.drive.stage_comparison import (
+    Files,
+    StageDrive,
+    compare_stages,
+    gates_between,
+    pair_name,
+    pairs_driven,
+    replay,
+)
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import LogEvent
 from pytest_dvp.logs.log_error import LogError
@@ -40,13 +48,13 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> RunResult:
     return run(path, duration=1.0, ads=OneTrick(coast), log_dir=path.parent / "runs")
 
 
-def staged(log: Log, stage: str, **meta: object) -> Driven:
-    return Driven(dataclasses.replace(log, meta={**log.meta, "stage": stage, **meta}))
+def staged(log: Log, stage: str, **meta: object) -> StageDrive:
+    return StageDrive(dataclasses.replace(log, meta={**log.meta, "stage": stage, **meta}))
 
 
 def test_two_drives_are_judged_and_tabled(drive: RunResult, tmp_path: Path) -> None:
     drives = {"dt": staged(drive.log, "dt"), "rw": staged(drive.log, "rw-surrogate")}
-    held = hold(drives, [LIKE], [PAIR], ABOUT, files=Files(tmp_path))
+    held = compare_stages(drives, [LIKE], [PAIR], ABOUT, files=Files(tmp_path))
     assert (held.stage, held.status) == ("dt-rw-surrogate", "PASS")
     assert held.table is not None
     assert held.table.stages == ("dt", "rw-surrogate")
@@ -57,7 +65,7 @@ def test_two_drives_are_judged_and_tabled(drive: RunResult, tmp_path: Path) -> N
 
 def test_the_folder_of_a_comparison_has_no_log_and_says_where_they_are(drive: RunResult, tmp_path: Path) -> None:
     here = {stage: dataclasses.replace(staged(drive.log, stage), place=Path(f"runs/{stage}")) for stage in ("dt", "rw")}
-    folder = hold(here, [LIKE], [PAIR], ABOUT, files=Files(tmp_path)).folder
+    folder = compare_stages(here, [LIKE], [PAIR], ABOUT, files=Files(tmp_path)).folder
     assert folder is not None
     with pytest.raises(LogError, match=r"holds stages against each other, their logs are in runs/dt, runs/rw$"):
         Log.load(folder)
@@ -65,20 +73,20 @@ def test_the_folder_of_a_comparison_has_no_log_and_says_where_they_are(drive: Ru
 
 
 def test_a_missing_drive_is_inconclusive_and_says_how_to_get_it(drive: RunResult) -> None:
-    held = hold({"dt": staged(drive.log, "dt")}, [LIKE], [PAIR], ABOUT, missing={"rw": "drive it with -m rw"})
+    held = compare_stages({"dt": staged(drive.log, "dt")}, [LIKE], [PAIR], ABOUT, missing={"rw": "drive it with -m rw"})
     assert (held.status, held.table) == ("INCONCLUSIVE", None)
     assert held.verdicts[0].short == "mncc(v) INCONCLUSIVE: drive it with -m rw"
 
 
 def test_without_a_gate_between_them_nothing_passes(drive: RunResult) -> None:
     drives = {"dt": staged(drive.log, "dt"), "rw": staged(drive.log, "rw")}
-    assert hold(drives, [], [PAIR], ABOUT).status == "INCONCLUSIVE"
-    assert hold(drives, [], [], ABOUT).status == "INCONCLUSIVE"
+    assert compare_stages(drives, [], [PAIR], ABOUT).status == "INCONCLUSIVE"
+    assert compare_stages(drives, [], [], ABOUT).status == "INCONCLUSIVE"
 
 
 def test_an_earlier_drive_of_another_version_of_the_scenario_is_not_compared(drive: RunResult) -> None:
     old = dataclasses.replace(staged(drive.log, "rw", scenario_sha256="0" * 64), place=Path("runs/0001"), before=True)
-    held = hold({"dt": staged(drive.log, "dt"), "rw": old}, [LIKE], [PAIR], ABOUT)
+    held = compare_stages({"dt": staged(drive.log, "dt"), "rw": old}, [LIKE], [PAIR], ABOUT)
     assert held.status == "INCONCLUSIVE"
     assert "runs/0001 was driven with another version of the scenario" in held.verdicts[0].short
 
@@ -97,14 +105,14 @@ def test_an_earlier_drive_of_another_version_of_the_scenario_is_not_compared(dri
 def test_a_log_that_is_no_evidence_is_not_compared(drive: RunResult, spoilt: dict[str, object], says: str) -> None:
     meta = {**drive.log.meta, "stage": "rw", **spoilt.get("meta", {})}  # type: ignore[dict-item]
     log = dataclasses.replace(drive.log, **{**spoilt, "meta": meta})  # type: ignore[arg-type]
-    held = hold({"dt": staged(drive.log, "dt"), "rw": Driven(log)}, [LIKE], [PAIR], ABOUT)
+    held = compare_stages({"dt": staged(drive.log, "dt"), "rw": StageDrive(log)}, [LIKE], [PAIR], ABOUT)
     assert held.status == "INCONCLUSIVE"
     assert says in held.verdicts[0].short
 
 
 def test_other_parameters_of_the_stack_are_said(drive: RunResult) -> None:
     other = staged(drive.log, "rw", P={**drive.log.meta["P"], "LQR_q11": 99.0})
-    held = hold({"dt": staged(drive.log, "dt"), "rw": other}, [LIKE], [PAIR], ABOUT)
+    held = compare_stages({"dt": staged(drive.log, "dt"), "rw": other}, [LIKE], [PAIR], ABOUT)
     assert held.notes == (f"dt and rw differ in P: LQR_q11 {drive.log.meta['P']['LQR_q11']} and 99.0",)
 
 
@@ -277,7 +285,7 @@ def test_a_drive_of_another_scenario_is_named_and_its_reason_told_once(drive: Ru
         staged(drive.log, "rw", scenario="town.xosc", scenario_sha256="0" * 64), place=Path("runs/0001")
     )
     drives = {"dt": dataclasses.replace(staged(drive.log, "dt"), place=Path("runs/0000")), "rw": other}
-    held = hold(drives, [LIKE] * 4, [PAIR], ABOUT)
+    held = compare_stages(drives, [LIKE] * 4, [PAIR], ABOUT)
     why = f"runs/0001 is a drive of town.xosc, runs/0000 one of {drive.log.meta['scenario']}"
     assert [verdict.reason for verdict in held.verdicts] == [why] * 4
     said = across_text(held).splitlines()
@@ -288,11 +296,11 @@ def test_a_drive_of_another_scenario_is_named_and_its_reason_told_once(drive: Ru
     assert message is not None
     assert message.count("another version") == 0
     assert f"  INCONCLUSIVE {told}\n  0 of 4 gates passed" in message
-    two = across_text(hold(drives, [LIKE] * 2, [PAIR], ABOUT)).splitlines()
+    two = across_text(compare_stages(drives, [LIKE] * 2, [PAIR], ABOUT)).splitlines()
     assert two[1] == f"  INCONCLUSIVE mncc(v), mncc(v) INCONCLUSIVE: {why}"
 
 
-def saved(drive: Driven, place: Path, **meta: object) -> str:
+def saved(drive: StageDrive, place: Path, **meta: object) -> str:
     dataclasses.replace(drive.log, meta={**drive.log.meta, **meta}).save(place)
     return str(place)
 
@@ -326,7 +334,7 @@ def test_a_gate_that_fails_between_twin_and_car_prints_the_command_that_says_why
     places = {stage: tmp_path / "runs" / stage for stage in ("dt", "rw")}
     drives = {stage: dataclasses.replace(staged(drive.log, stage), place=place) for stage, place in places.items()}
     shipped = scenarios.path("models/tabby_evo.toml")
-    held = hold(drives, [never], [PAIR], ABOUT)
+    held = compare_stages(drives, [never], [PAIR], ABOUT)
     command = f"dvp diagnose runs/rw --model {shipped} --twin runs/dt"
     assert held.why == (command,)
     assert f"  what the twin lacks: {command}" in across_text(held).splitlines()
@@ -334,11 +342,11 @@ def test_a_gate_that_fails_between_twin_and_car_prints_the_command_that_says_why
     own = tmp_path / "models" / "tabby_evo.toml"
     own.parent.mkdir()
     own.write_bytes(shipped.read_bytes())
-    assert hold(drives, [never], [PAIR], ABOUT).why == (
+    assert compare_stages(drives, [never], [PAIR], ABOUT).why == (
         "dvp diagnose runs/rw --model models/tabby_evo.toml --twin runs/dt",
     )
-    assert hold(drives, [LIKE], [PAIR], ABOUT).why == ()
-    assert hold({stage: staged(drive.log, stage) for stage in drives}, [never], [PAIR], ABOUT).why == ()
+    assert compare_stages(drives, [LIKE], [PAIR], ABOUT).why == ()
+    assert compare_stages({stage: staged(drive.log, stage) for stage in drives}, [never], [PAIR], ABOUT).why == ()
 
 
 def test_a_model_file_that_is_not_there_any_more_is_named(drive: RunResult) -> None:
@@ -352,9 +360,9 @@ def test_a_twin_by_pedals_beside_a_car_by_accelerations_is_said_in_place_of_a_di
     """The default twin, the TABBY EVO, is driven by pedals; the surrogate on topics by accelerations."""
     car = {key: value for key, value in drive.log.meta.items() if key != "model"}
     log = dataclasses.replace(drive.log, meta={**car, "stage": "rw-surrogate", "vehicle": {"name": "surrogate"}})
-    drives = {"dt": staged(drive.log, "dt"), "rw": Driven(log, Path("runs/0001"))}
+    drives = {"dt": staged(drive.log, "dt"), "rw": StageDrive(log, Path("runs/0001"))}
     never = Gate("twin_error", max=-1.0, between=("dt", "rw"), options={"signal": "v"})
-    held = hold(drives, [never], [PAIR], ABOUT)
+    held = compare_stages(drives, [never], [PAIR], ABOUT)
     assert held.why == ()
     (note,) = held.notes
     asked = "tabby_evo.toml is driven by throttle_cmd + brake_cmd, the car by accel_cmd; take --model "

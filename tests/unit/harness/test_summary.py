@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pytest_dvp.plugin import session_summary
-from pytest_dvp.plugin.run_summary import Noted
+from pytest_dvp.plugin.run_summary import RunSummary
 from pytest_dvp.verdicts.result_text import failure
 from pytest_dvp.verdicts.statuses import worst_first
 from reports.verdicts import SEVERITY, headline, rows
@@ -59,23 +59,23 @@ LEFT_OUT = result(
 
 
 def test_a_gate_that_a_passed_test_left_out_is_no_failure_and_the_replay_says_which_was_meant() -> None:
-    noted = Noted(LEFT_OUT)
-    noted.ask(["max_ttc_inverse"], passed=True)
-    lines = session_summary.lines([noted.told(failed=False)])
+    noted = RunSummary(LEFT_OUT)
+    noted.add_request(["max_ttc_inverse"], passed=True)
+    lines = session_summary.lines([noted.reported_run(failed=False)])
     assert lines[0] == "1 run, 3 gates: 2 PASS, 1 NOT ASKED"
     assert lines[-2].startswith("NOT ASKED    x.xosc::dt collision 1 against 0")
     assert lines[-1] == "see it again: dvp run x.xosc --seed 7 --gate max_ttc_inverse"
-    assert session_summary.github_annotations([noted.told(failed=False)]) == []
+    assert session_summary.github_annotations([noted.reported_run(failed=False)]) == []
 
 
 def test_a_passed_test_that_asks_for_no_gate_has_no_failures() -> None:
-    told = Noted(LEFT_OUT).told(failed=False)
+    told = RunSummary(LEFT_OUT).reported_run(failed=False)
     assert told["status"] == "PASS"
     assert session_summary.lines([told])[-1] == "see it again: dvp run x.xosc --seed 7"
 
 
 def test_a_failed_test_that_asks_for_no_gate_shows_what_its_gates_say() -> None:
-    told = Noted(LEFT_OUT).told(failed=True)
+    told = RunSummary(LEFT_OUT).reported_run(failed=True)
     assert session_summary.lines([told])[-1] == "replay the worst: dvp run x.xosc --seed 7"
 
 
@@ -84,7 +84,7 @@ def test_no_choice_of_gates_leaves_out_what_breaks_the_run_itself(gate: str, sta
     broken = verdict("", 0.0, 0.0, status, gate=gate, short=f"{gate} broke")
     run = result(broken, verdict("jerk", 1.0, 4.0, "PASS"))
     assert (failure(run, ["jerk"]) or "").startswith(f"{gate} broke")
-    assert Noted(run).told(failed=False)["status"] == status
+    assert RunSummary(run).reported_run(failed=False)["status"] == status
 
 
 def test_the_tightest_of_a_passed_tests_runs_stands_for_all_and_the_last_of_a_failed_ones() -> None:
@@ -92,21 +92,21 @@ def test_the_tightest_of_a_passed_tests_runs_stands_for_all_and_the_last_of_a_fa
         verdicts = verdict("max_ttc_inverse", ttc, 0.4, "PASS"), verdict("jerk", jerk, 4.0, "PASS")
         return result(*verdicts, replay=f"dvp run x.xosc --set lead={name}")
 
-    noted = Noted(drive(0.1, 1.0, "a"))
-    noted.ask(["max_ttc_inverse"], passed=True)
+    noted = RunSummary(drive(0.1, 1.0, "a"))
+    noted.add_request(["max_ttc_inverse"], passed=True)
     for each in (drive(0.36, 1.0, "b"), drive(0.2, 3.9, "c")):  # 90 % of what is asked for, and 97 % of what is not
-        noted.drive(each)
-    lines = session_summary.lines([{**noted.told(failed=False), "nodeid": "test_x.py::test_fuzz"}])
+        noted.add_run(each)
+    lines = session_summary.lines([{**noted.reported_run(failed=False), "nodeid": "test_x.py::test_fuzz"}])
     assert lines[0] == "3 runs, 2 gates: 2 PASS"
     assert lines[1].startswith("PASS         test_x.py::test_fuzz x (tightest of 3 runs) max_ttc_inverse 0.36")
     assert lines[-1] == "see it again: dvp run x.xosc --set lead=b --gate max_ttc_inverse"
-    assert "lead=c" in noted.told(failed=True)["replay"]
+    assert "lead=c" in noted.reported_run(failed=True)["replay"]
 
 
 def test_where_what_is_asked_for_does_not_tell_runs_apart_the_other_gates_do() -> None:
     near, far = (result(verdict("collision", 0, 0, "PASS"), verdict("jerk", j, 4.0, "PASS")) for j in (3.9, 1.0))
-    noted = Noted(far)
-    noted.ask(["collision"], passed=True)
-    noted.drive(near)
-    noted.drive(far)
-    assert [v["value"] for v in noted.told(failed=False)["verdicts"]] == [0, 3.9]
+    noted = RunSummary(far)
+    noted.add_request(["collision"], passed=True)
+    noted.add_run(near)
+    noted.add_run(far)
+    assert [v["value"] for v in noted.reported_run(failed=False)["verdicts"]] == [0, 3.9]

@@ -10,7 +10,7 @@ import pytest
 from drives import UNITS, drive, scaled, without, write_csv
 
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.doctor import read_sound
+from pytest_dvp.doctor import read_checked_log
 from pytest_dvp.logs.log_error import LogError
 
 
@@ -78,9 +78,9 @@ def test_a_vehicle_model_driven_by_the_measured_speed_leaves_the_drive_out(
 
 def test_read_sound_refuses_what_a_model_would_be_bent_to_explain(tmp_path: Path) -> None:
     with pytest.raises(LogError) as error:
-        read_sound(write_csv(tmp_path / "a.csv", scaled(drive(30.0), 3.6, "v")))
+        read_checked_log(write_csv(tmp_path / "a.csv", scaled(drive(30.0), 3.6, "v")))
     assert error.value.code == "log.unit_suspect"
-    log, findings = read_sound(write_csv(tmp_path / "b.csv", drive(30.0)))
+    log, findings = read_checked_log(write_csv(tmp_path / "b.csv", drive(30.0)))
     assert len(log.t) == 1500
     assert findings == ()
 

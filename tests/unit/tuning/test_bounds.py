@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pytest_dvp.tuning.held_out_judge import Judged
+from pytest_dvp.tuning.held_out_judge import HeldOutScore
 from pytest_dvp.tuning.iteration_plan import State
 from pytest_dvp.tuning.objective import Score
 from pytest_dvp.tuning.result_bounds import DRIVE, EQUIVALENT, LIKENESS, Bound, bounds
@@ -18,7 +18,7 @@ JERK = "max jerk"  # its bound is 1.8 m/s^3: 2 % are 0.036
 TIME = "completion time"  # has none; 40 s here: 2 % are 0.8 s
 
 
-def judged(name: str, twin: Sequence[float | None], car: Sequence[float | None]) -> Judged:
+def judged(name: str, twin: Sequence[float | None], car: Sequence[float | None]) -> HeldOutScore:
     """What the judge says after repeats that gave these values of one metric; every other one is 0 on all stages."""
     nought = [0.0] * len(twin)
     metrics = {
@@ -37,14 +37,14 @@ def judged(name: str, twin: Sequence[float | None], car: Sequence[float | None])
     alike = {f"{row}{part}": Figure(1.0 if not part else 0.0, 0.0, 1.0, 1, 1)
              for row in LIKENESS for part in ("", ".lag", ".gain")}  # fmt: skip
     gap = Gap({}, metrics, difference, {"dt-rw": alike, "pe-rw": alike})
-    return Judged(State(Path("twin.toml"), {}, {}), Score(0.0, {}), 0.0, 0.01, 0.01, gap, ())
+    return HeldOutScore(State(Path("twin.toml"), {}, {}), Score(0.0, {}), 0.0, 0.01, 0.01, gap, ())
 
 
 def _figure(name: str, values: Sequence[float | None]) -> Figure:
     return figure(name, list(enumerate(values)))
 
 
-def row(found: Judged, name: str, pair: str = "dt-rw") -> Bound:
+def row(found: HeldOutScore, name: str, pair: str = "dt-rw") -> Bound:
     return next(b for b in bounds(found, found) if b.what == f"{name}, between stages" and b.where == pair)
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.tuning.data_sheet_reset import chi2, pruned
-from pytest_dvp.tuning.implausible_values import guard
+from pytest_dvp.tuning.data_sheet_reset import chi2, reset_to_data_sheet
+from pytest_dvp.tuning.implausible_values import find_implausible_values
 from pytest_dvp.tuning.tuned_parameter import Knob
 from tests.truth.generate import make_log
 from vehicle.model.model_file import read_model
@@ -36,7 +36,7 @@ def sluggish(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_mass_that_no_car_has_is_reported_with_the_effect_that_explains_it(twin: Path, sluggish: Path) -> None:
-    found = guard([MASS], {"S.EGO_mass": 730.0}, {"S.EGO_mass": 8500.0}, [sluggish], twin)
+    found = find_implausible_values([MASS], {"S.EGO_mass": 730.0}, {"S.EGO_mass": 8500.0}, [sluggish], twin)
     assert [s.why for s in found] == ["outside"]
     name, _, _, value, _ = found[0].effect.split()
     assert (name, float(value)) == ("drive_lag", pytest.approx(0.5, rel=0.05))
@@ -44,7 +44,7 @@ def test_a_mass_that_no_car_has_is_reported_with_the_effect_that_explains_it(twi
 
 
 def test_a_plausible_mass_that_stands_in_for_an_effect_is_reported_too(twin: Path, sluggish: Path) -> None:
-    found = guard([MASS], {"S.EGO_mass": 730.0}, {"S.EGO_mass": 1000.0}, [sluggish], twin)
+    found = find_implausible_values([MASS], {"S.EGO_mass": 730.0}, {"S.EGO_mass": 1000.0}, [sluggish], twin)
     assert [s.why for s in found] == ["stands for"]
     assert found[0].effect.startswith("drive_lag")
 
@@ -55,7 +55,7 @@ def test_an_error_across_the_road_hides_no_stand_in_along_it(twin: Path, tmp_pat
     file = tmp_path / "log.mcap"
     Log(make_log({"drive_lag": {"tau": 0.5}, "steer_ratio": {"g": 0.7}}, "urban", 1)).save(file)
     delay = Knob("S.THROTTLE_delay", "s", (0.0, 0.3), (0.0, 0.5))
-    found = guard([delay], {delay.name: 0.0}, {delay.name: 0.3}, [file], twin)
+    found = find_implausible_values([delay], {delay.name: 0.0}, {delay.name: 0.3}, [file], twin)
     assert [s.why for s in found] == ["stands for"]
     name, _, _, value, _ = found[0].effect.split()
     assert (name, float(value)) == ("drive_lag", pytest.approx(0.5, rel=0.05))
@@ -65,7 +65,7 @@ def test_an_error_across_the_road_hides_no_stand_in_along_it(twin: Path, tmp_pat
 
 
 def test_what_did_not_move_and_is_plausible_is_no_suspect(twin: Path, sluggish: Path) -> None:
-    assert guard([MASS], {"S.EGO_mass": 730.0}, {"S.EGO_mass": 730.0}, [sluggish], twin) == []
+    assert find_implausible_values([MASS], {"S.EGO_mass": 730.0}, {"S.EGO_mass": 730.0}, [sluggish], twin) == []
 
 
 def test_what_the_simulator_has_and_the_car_lacks_is_set_back(twin: Path, sluggish: Path) -> None:
@@ -73,7 +73,7 @@ def test_what_the_simulator_has_and_the_car_lacks_is_set_back(twin: Path, sluggi
     sheet = read_model(twin)
     spoilt, _ = apply_s(sheet, default_sensors(car=sheet.car), preset_s(1))
     logs = {"a": Log.load(sluggish)}
-    found = pruned(spoilt, sheet, logs, math.inf)
+    found = reset_to_data_sheet(spoilt, sheet, logs, math.inf)
     assert found.model.car.mass == 730.0
     assert {a.name for a in found.model.effects} == {"steer_angle_limit"}
     assert found.after == pytest.approx(chi2(sheet, logs), rel=0.01)
@@ -83,4 +83,4 @@ def test_what_the_logs_need_stays(twin: Path, sluggish: Path) -> None:
     """Half a second of lag is not given up for five percent, whatever the sheet says."""
     sheet = read_model(twin)
     late = sheet.with_effect("drive_delay", {"T": 0.4})
-    assert pruned(late, sheet, {"a": Log.load(sluggish)}).model.value("drive_delay", "T") == 0.4
+    assert reset_to_data_sheet(late, sheet, {"a": Log.load(sluggish)}).model.value("drive_delay", "T") == 0.4

@@ -14,13 +14,13 @@ from typing import Any
 import pytest
 
 from pytest_dvp.tuning import iterate as iteration
-from pytest_dvp.tuning.held_out_judge import Judged
+from pytest_dvp.tuning.held_out_judge import HeldOutScore
 from pytest_dvp.tuning.iteration_plan import Plan, State
 from pytest_dvp.tuning.iteration_plan_file import read_plan
 from pytest_dvp.tuning.objective import Score
-from pytest_dvp.tuning.proving_ground import Grounded
+from pytest_dvp.tuning.proving_ground import ProvingGroundResult
 from pytest_dvp.tuning.stage_gap import Gap
-from pytest_dvp.tuning.structure_search import Found
+from pytest_dvp.tuning.structure_search import StructureResult
 from pytest_dvp.workers.cache import Cache
 from pytest_dvp.workers.job import Job
 from pytest_dvp.workers.pool import Workers
@@ -47,17 +47,17 @@ def world(monkeypatch: pytest.MonkeyPatch) -> World:
     def log_chi2(model: Path, logs: Sequence[Path], workers: Workers) -> float:
         return said.chi2_with_delay if "steer_delay" in model.read_text() else 3.0
 
-    def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs: Path) -> Judged:
+    def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs: Path) -> HeldOutScore:
         said.judged += 1
         score = said.score_with_q11 if state.P["rw"]["LQR_q11"] == Q11 else 2.0
-        return Judged(state, Score(score, {}), log_chi2(state.model, [], workers), 0.0, 0.0, Gap({}, {}, {}), ())
+        return HeldOutScore(state, Score(score, {}), log_chi2(state.model, [], workers), 0.0, 0.0, Gap({}, {}, {}), ())
 
-    def look(logs: Any, model: Path, sheet: Path, cache: Cache, tick: Any, *, presets: bool) -> Found:
+    def look(logs: Any, model: Path, sheet: Path, cache: Cache, tick: Any, *, presets: bool) -> StructureResult:
         if not presets:
-            return Found(NOTHING, None, None, ())
+            return StructureResult(NOTHING, None, None, ())
         found = read_model(model).with_effect("steer_delay", {"T": 0.2})
         named = {**NOTHING, "verdict": "NAMED", "effects": [{"name": "steer_delay"}]}
-        return Found(named, {"refusal": ""}, model_text(found), ("+ steer_delay T = 0.2 s",))
+        return StructureResult(named, {"refusal": ""}, model_text(found), ("+ steer_delay T = 0.2 s",))
 
     parts: dict[str, Any] = {
         "log_chi2": log_chi2,
@@ -65,8 +65,8 @@ def world(monkeypatch: pytest.MonkeyPatch) -> World:
         "look_for_structure": look,
         "gap": lambda drives: Gap({}, {}, {}),
         "mean_alike": lambda one, other: {},
-        "on_proving_ground": lambda *arguments, presets, known: Grounded("NOTHING_MISSING", (), ()),
-        "guard": lambda *arguments: [],
+        "on_proving_ground": lambda *arguments, presets, known: ProvingGroundResult("NOTHING_MISSING", (), ()),
+        "find_implausible_values": lambda *arguments: [],
     }
     for name, part in parts.items():
         monkeypatch.setattr(iteration, name, part)

@@ -33,7 +33,7 @@ def plan() -> Plan:
 
 def driven(
     plan: Plan, folder: Path, monkeypatch: pytest.MonkeyPatch, verdict: str, files: dict[str, str]
-) -> tuple[proving_ground.Grounded, list[Job]]:
+) -> tuple[proving_ground.ProvingGroundResult, list[Job]]:
     log, jobs = folder / "town.mcap", list[Job]()
     log.write_bytes(b"log")
     monkeypatch.setattr(proving_ground, "thinned", lambda path: None)

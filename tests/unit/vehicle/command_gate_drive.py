@@ -7,7 +7,7 @@ from math import inf, nan
 
 import pytest
 
-from vehicle.guard.guard import Gate
+from vehicle.guard.guard import Guard
 from vehicle.guard.messages import Arming, Decision, Limits, Measured, Outcome, Output, Request
 
 # 0.35 rad and 0.4 rad/s of the wheel, 2.5 m wheelbase, 20 m/s, 2.5 and 8 m/s^2; the stop profile brakes with half of it
@@ -22,7 +22,7 @@ class Drive:
 
     def __init__(self, limits: Limits = LIMITS, armed: bool = True, real: bool = False, **motion: float) -> None:
         self.log: list[Decision] = []
-        self.gate = Gate(limits, vehicle="car", scenario="a.xosc", record=self.log.append, real=real)
+        self.gate = Guard(limits, vehicle="car", scenario="a.xosc", record=self.log.append, real=real)
         still = {"x": 0.0, "y": 0.0, "yaw": 0.0, "v": 0.0, "steer": 0.0}
         self.motion = Measured(0.0, **{**still, **motion})
         self.number = 0

@@ -8,7 +8,7 @@ from math import inf, nan
 import pytest
 from command_gate_drive import FIELD, KEY, LIMITS, Drive, is_stop, near
 
-from vehicle.guard.guard import ArmingRefused, Gate
+from vehicle.guard.guard import ArmingRefused, Guard
 from vehicle.guard.messages import Arming, Outcome, Output, State
 
 # --- driver
@@ -107,7 +107,7 @@ def test_it_begins_dry_where_all_is_decided_and_nothing_is_live() -> None:
 
 
 def test_by_default_a_vehicle_is_real() -> None:
-    gate = Gate(FIELD, vehicle="car", scenario="a.xosc", record=[].append)
+    gate = Guard(FIELD, vehicle="car", scenario="a.xosc", record=[].append)
     with pytest.raises(ArmingRefused, match="wrong vehicle"):
         gate.arm(0.0, Drive().motion)
 

@@ -17,7 +17,7 @@ from vehicle.adapter import VehicleLost
 from vehicle.guard.guard import ArmingRefused
 from vehicle.guard.host import Host
 from vehicle.guard.messages import Arming, Decision, Outcome, State
-from vehicle.guard.process import GateProcess
+from vehicle.guard.process import GuardProcess
 from vehicle.guard.process_messages import Answer, Keys, Opening, pack, unpack
 from vehicle.messages import Command, FloatArray, Observation, VehicleState, no_surroundings
 from vehicle.wire.health import Trouble
@@ -183,16 +183,16 @@ def file(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def car(file: Path) -> Iterator[GateProcess]:
+def car(file: Path) -> Iterator[GuardProcess]:
     decisions: list[Decision] = []
     troubles: list[Trouble] = []
-    car = GateProcess(opening(argument=str(file)), record=decisions.append, trouble=troubles.append)
+    car = GuardProcess(opening(argument=str(file)), record=decisions.append, trouble=troubles.append)
     car.decisions, car.troubles = decisions, troubles  # type: ignore[attr-defined]
     yield car
     car.close()
 
 
-def test_over_the_wire_it_is_used_as_a_gated_vehicle_is(car: GateProcess) -> None:
+def test_over_the_wire_it_is_used_as_a_gated_vehicle_is(car: GuardProcess) -> None:
     assert (car.is_real, car.needs_keys, car.armed) == (True, True, False)
     assert car.description.wheelbase == 2.0
     assert car.pid != os.getpid()
@@ -214,13 +214,13 @@ def test_over_the_wire_it_is_used_as_a_gated_vehicle_is(car: GateProcess) -> Non
         car.step(0.05)
 
 
-def test_keys_that_do_not_fit_are_refused_there_and_told_here(car: GateProcess) -> None:
+def test_keys_that_do_not_fit_are_refused_there_and_told_here(car: GuardProcess) -> None:
     with pytest.raises(ArmingRefused, match=r"^wrong vehicle: it is 'toy', but 'bus' was named$"):
         car.reset(START, named="bus", arming=KEYS.arming)
     assert not car.armed
 
 
-def test_a_harness_that_says_nothing_has_its_car_braked(car: GateProcess, file: Path) -> None:
+def test_a_harness_that_says_nothing_has_its_car_braked(car: GuardProcess, file: Path) -> None:
     """Nothing is asked of it after one tick; its last word to the car is full braking."""
     car.reset(START, named="toy", arming=KEYS.arming)
     car.apply(Command(0.0, 0.0, 0.5, 0.2, 0.0))
@@ -243,7 +243,7 @@ def test_a_harness_that_says_nothing_has_its_car_braked(car: GateProcess, file: 
         (signal.SIGSTOP, r"^the guard's process is stopped \(SIGSTOP\)$"),
     ],
 )
-def test_a_gate_that_dies_or_is_stopped_ends_the_run(car: GateProcess, how: signal.Signals, says: str) -> None:
+def test_a_gate_that_dies_or_is_stopped_ends_the_run(car: GuardProcess, how: signal.Signals, says: str) -> None:
     car.reset(START)
     os.kill(car.pid, how)
     with pytest.raises(VehicleLost, match=says):
@@ -260,4 +260,4 @@ def test_a_gate_that_dies_or_is_stopped_ends_the_run(car: GateProcess, how: sign
 )
 def test_a_car_that_cannot_be_opened_is_one_line(name: str, says: str) -> None:
     with pytest.raises(ValueError, match=says):
-        GateProcess(opening(name), record=lambda _: None, trouble=lambda _: None)
+        GuardProcess(opening(name), record=lambda _: None, trouble=lambda _: None)

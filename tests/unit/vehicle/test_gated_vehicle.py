@@ -9,7 +9,7 @@ import pytest
 
 from vehicle.adapter import Vehicle
 from vehicle.guard.guard import ArmingRefused
-from vehicle.guard.guarded_vehicle import Gated, Hands, limits_of
+from vehicle.guard.guarded_vehicle import GuardedVehicle, Hands, limits_of
 from vehicle.guard.messages import Arming, Decision, Outcome, State
 from vehicle.messages import (
     TRACE_COLUMNS,
@@ -69,9 +69,9 @@ class DrivenCar(Car):
     hands = Hands(override=False, emergency_stop=False)
 
 
-def gated(car: Car) -> tuple[Gated, list[Decision]]:
+def gated(car: Car) -> tuple[GuardedVehicle, list[Decision]]:
     log: list[Decision] = []
-    return Gated(car, limits_of(SHEET, area=FIELD), name="car", scenario="a.xosc", record=log.append), log
+    return GuardedVehicle(car, limits_of(SHEET, area=FIELD), name="car", scenario="a.xosc", record=log.append), log
 
 
 def command(t: float, brake: float = 0.0) -> Command:
@@ -121,7 +121,7 @@ def test_a_brake_that_is_no_number_is_left_to_the_gate(wrong: float) -> None:
 
 def test_a_car_that_is_not_real_can_be_asked_for_both_keys_as_a_rehearsal() -> None:
     limits, log = limits_of(SHEET, area=FIELD), list[Decision]()
-    vehicle = Gated(Car(), limits, name="car", scenario="a.xosc", record=log.append, keys=True)
+    vehicle = GuardedVehicle(Car(), limits, name="car", scenario="a.xosc", record=log.append, keys=True)
     assert (vehicle.is_real, vehicle.needs_keys, gated(Car())[0].needs_keys) == (False, True, False)
     vehicle.reset(START)
     assert not vehicle.armed
@@ -129,7 +129,7 @@ def test_a_car_that_is_not_real_can_be_asked_for_both_keys_as_a_rehearsal() -> N
         vehicle.reset(START, named="car", arming=Arming("car", "b.xosc", 1))
     vehicle.reset(START, named="car", arming=KEY)
     assert vehicle.armed
-    nowhere = Gated(Car(), limits_of(SHEET), name="car", scenario="a.xosc", record=log.append, keys=True)
+    nowhere = GuardedVehicle(Car(), limits_of(SHEET), name="car", scenario="a.xosc", record=log.append, keys=True)
     with pytest.raises(ArmingRefused, match="declared area"):
         nowhere.reset(START, named="car", arming=KEY)
 

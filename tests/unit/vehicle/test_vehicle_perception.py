@@ -9,7 +9,7 @@ import pytest
 
 from vehicle.messages import FloatArray
 from vehicle.model.effect_catalogue import catalogue
-from vehicle.model.perception_effects import TRACK_COLUMNS, Tracks, perceived
+from vehicle.model.perception_effects import TRACK_COLUMNS, Tracks, apply_perception_effects
 from vehicle.model.vehicle_model import AppliedEffect
 
 PERCEPTION = [e for e in catalogue().values() if e.slot == "perception"]
@@ -35,7 +35,9 @@ def crossing(speed: float = 2.0, seconds: float = 60.0) -> Tracks:
 
 def seen(name: str, values: dict[str, float], tracks: Tracks, seed: int = 1) -> Tracks:
     effect = catalogue()[name]
-    return perceived([AppliedEffect(effect, effect.complete(values))], tracks, np.random.default_rng(seed))
+    return apply_perception_effects(
+        [AppliedEffect(effect, effect.complete(values))], tracks, np.random.default_rng(seed)
+    )
 
 
 def forward(tracks: Tracks) -> FloatArray:
