@@ -59,7 +59,7 @@ contract: $(STAMP)
 
 # A file stays with one worker: what its tests share, such as a drive or a process, is then made once.
 unit: $(STAMP)
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile tests scenarios
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder tests scenarios
 
 # Builds sdist and wheel into dist/, and tries the wheel in an empty environment from an empty folder. Minutes, most of
 # them to install and to compile, so it is no part of `make test`, which only compares the lists of files.
@@ -76,7 +76,7 @@ nightly: $(STAMP)
 	DVP_VARIANTS=$${DVP_VARIANTS:-12} $(BIN)/python -m pytest -q -n 2 tests/property/test_variants.py
 	DVP_NEES=100 $(BIN)/python -m pytest -q tests/unit/ads/test_ads_localization.py -k nees
 	DVP_MATRIX=all $(BIN)/python -m pytest -q -n 2 tests/unit/benchmarks/test_hidden_effects_subset.py
-	DVP_NIGHTLY=1 $(BIN)/python -m pytest -q tests/property/test_planted_fault.py tests/plugin/test_own_packages.py
+	DVP_NIGHTLY=1 $(BIN)/python -m pytest -q tests/property/test_planted_fault.py tests/plugin tests/unit/harness/test_stack_findings.py
 	DVP_FAULTS=all DVP_CLEAN_SEEDS=$${DVP_CLEAN_SEEDS:-1000} $(BIN)/python -m pytest -q -n 2 tests/faults
 
 # The same scenarios on the surrogate car over ROS 2 messages, then the gates between stages: they pass with the twin that

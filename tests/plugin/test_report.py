@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -61,7 +62,7 @@ def test_the_header_tells_the_conditions(project: pytest.Pytester) -> None:
     )
 
 
-@pytest.mark.parametrize("workers", [(), ("-n", "2")])
+@pytest.mark.parametrize("workers", [(), *([("-n", "2")] if "DVP_NIGHTLY" in os.environ else [])])
 def test_numbers_reach_junit(project: pytest.Pytester, workers: tuple[str, ...]) -> None:
     project.runpytest_subprocess("--junitxml=out.xml", *workers, ".")
     cases = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -57,6 +58,7 @@ def test_it_is_an_item_of_its_own_that_is_skipped_until_the_car_is_asked_for(sta
     result.stdout.fnmatch_lines(["SKIPPED*as rw-surrogate does: ask for both, -m 'dt or rw'"])
 
 
+@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
 def test_with_workers_each_stage_is_driven_once_and_the_comparison_is_in_junit(stages: pytest.Pytester) -> None:
     """With two of them, where a stage may be needed by both; the next tests have none."""
     result = stages.runpytest_subprocess("-m", "dt or rw", "-n", "2", "--junitxml=out.xml", "s.xosc")

@@ -33,7 +33,7 @@ ALL_SINGLES = (
     # sensors
     "wheel_radius", "yaw_rate_latency", "imu_misalignment", "gnss_latency", "gnss_lever_arm",
 )  # fmt: skip
-FEW_SINGLES = ("drive_delay", "pedal_deadband", "road_grade", "steer_backlash", "understeer", "gnss_latency")
+FEW_SINGLES = ("drive_delay", "road_grade", "steer_backlash", "understeer")
 ALL_OUTSIDE = ("cross_wind", "torque_ripple", "gear_gap")
 if os.environ.get("DVP_MATRIX") == "all":
     SINGLES, NULLS, PAIRS, OUTSIDE = ALL_SINGLES, 8, 3, ALL_OUTSIDE

@@ -75,7 +75,7 @@ def test_of_two_answers_within_the_noise_that_with_fewer_changes_is_taken() -> N
     """What is missing elsewhere can make an effect of the model look as if it were too much."""
 
     def answer(chi2: float, values: int) -> Any:
-        return SimpleNamespace(final=SimpleNamespace(chi2=chi2, found=SimpleNamespace(coordinates=[None] * values)))
+        return SimpleNamespace(final=SimpleNamespace(chi2=chi2, fit=SimpleNamespace(coordinates=[None] * values)))
 
     assert _price(answer(350.0, 1), 1000, 0) < _price(answer(300.0, 2), 1000, 0)
     assert _price(answer(350.0, 1), 1000, 0) < _price(answer(300.0, 1), 1000, 1)
