@@ -76,7 +76,9 @@ nightly: $(STAMP)
 	DVP_VARIANTS=$${DVP_VARIANTS:-12} $(BIN)/python -m pytest -q -n 2 tests/property/test_variants.py
 	DVP_NEES=100 $(BIN)/python -m pytest -q tests/unit/ads/test_ads_localization.py -k nees
 	DVP_MATRIX=all $(BIN)/python -m pytest -q -n 2 tests/unit/benchmarks/test_hidden_effects_subset.py
-	DVP_NIGHTLY=1 $(BIN)/python -m pytest -q tests/property/test_planted_fault.py tests/plugin tests/unit/harness/test_stack_findings.py
+	DVP_NIGHTLY=1 $(BIN)/python -m pytest -q tests/property/test_planted_fault.py tests/plugin tests/truth/test_diagnosis.py \
+	    tests/unit/harness/test_stack_findings.py tests/unit/tuning/test_tuning_cli.py tests/unit/adapters/test_live.py \
+	    tests/unit/vehicle/test_vehicle_effect_files.py tests/unit/gap/test_manoeuvres.py
 	DVP_FAULTS=all DVP_CLEAN_SEEDS=$${DVP_CLEAN_SEEDS:-1000} $(BIN)/python -m pytest -q -n 2 tests/faults
 
 # The same scenarios on the surrogate car over ROS 2 messages, then the gates between stages: they pass with the twin that
