@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -47,6 +48,7 @@ def test_a_fault_is_named_and_its_run_does_not_pass(scenario: Write, fault: str,
     assert result.error is None
 
 
+@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
 def test_the_same_fault_gives_the_same_bytes_and_leaves_the_next_run_alone(scenario: Write, tmp_path: Path) -> None:
     path = scenario(*WITH_TARGET)
     logs = []
