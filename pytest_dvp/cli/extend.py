@@ -1,9 +1,9 @@
 """Adds the effect that a model lacks: fits it, shows how the error falls, and writes the new model.
 
-Without --add, the effects that `dvp diagnose` names on the logs are added. If it names none for the model
-(NOTHING_MISSING, UNKNOWN, NOT_EXCITED, or only effects of the run), the question is answered: the new file is an
-unchanged copy of the model, and the exit code is 0. Nothing is written, and the exit code is 1, if a requested effect
-explains nothing or loses on held-out data.
+Without --add, the effects that `dvp diagnose` confirms on the logs are added; provisional ones only by name (--add). If
+it confirms none for the model (NOTHING_MISSING, UNKNOWN, NOT_EXCITED, only provisional effects, or only effects of the
+run), the question is answered: the new file is an unchanged copy of the model, and the exit code is 0. Nothing is
+written, and the exit code is 1, if a requested effect explains nothing or loses on held-out data.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing, new_file
 from pytest_dvp.cli.shared.command_columns import check_command_columns
 from pytest_dvp.cli.shared.held_out_logs import refuse_same_drive, refuse_same_path
-from pytest_dvp.cli.shared.named_effects import NamedEffects, named, of_the_run
+from pytest_dvp.cli.shared.named_effects import NamedEffects, named, of_the_run, provisional
 from pytest_dvp.cli.shared.progress import progress
 from pytest_dvp.cli.shared.selected_parts import select_parts
 from pytest_dvp.text.plain_json import finite
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(option, nargs="+", action="extend", metavar=metavar, help=text, **more)
 
     parser.add_argument("--model", required=True, metavar="M.toml", help="vehicle model that lacks an effect")
-    many("--add", "EFFECT", "effect to add (dvp effects lists them); default: what dvp diagnose names", default=[])
+    many("--add", "EFFECT", "effect to add (dvp effects lists them); default: what dvp diagnose confirms", default=[])
     many("--remove", "EFFECT", "effect of the model that the car does not have", default=[])
     parser.add_argument(
         "--from", dest="diagnosis", metavar="D.json", help="add the effects that `dvp diagnose --json` named"
@@ -156,10 +156,12 @@ def _asked(found: Diagnosis) -> NamedEffects:
     from pytest_dvp.gap.words.diagnosis import page
 
     own = found.set_up
-    of_car = [e for e in found.effects if e.name not in own]
+    named = [e for e in found.effects if e.name not in own]
+    of_car = [e for e in named if e.standing == "confirmed"]
     add = tuple(e.name for e in of_car if e.action != "remove")
     remove = tuple(e.name for e in of_car if e.action == "remove")
-    left = (of_the_run(own),) if own else ()
+    doubtful = [(e.name, "; ".join(e.doubts)) for e in named if e.standing == "provisional"]
+    left = (*([of_the_run(own)] if own else []), *(provisional(*each) for each in doubtful))
     nothing = "" if of_car else "; ".join([page(found).splitlines()[0], *left])
     return NamedEffects(add, remove, left, diagnosed=True, verdict=found.verdict, nothing=nothing)
 

@@ -21,6 +21,7 @@ from vehicle.model.command_inputs import (
 from vehicle.model.effect import Effect
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.errors import ModelError, nearest_name
+from vehicle.model.remainder import read_remainder, remainder_text
 from vehicle.model.vehicle_model import BASES, AppliedEffect, Interval, VehicleModel, check_base
 from vehicle.toml_file import TomlError, parse_toml, read_toml
 
@@ -34,7 +35,7 @@ _INPUT_NUMBERS = (  # key, default, low, high, unit
     ("full_current", FULL_CURRENT, 0.0, 1e5, "A"),
     ("full_pressure", FULL_PRESSURE, 0.0, 1e9, "Pa"),
 )
-_TABLES = ("model", "inputs", "parameters", "effect")
+_TABLES = ("model", "inputs", "parameters", "effect", "remainder")
 
 
 class _Lines:
@@ -131,8 +132,15 @@ def _model(data: Mapping[str, Any], text: str, file: str, extra: Mapping[str, Ef
             line = lines.find("effect", "name", nth)
             raise ModelError("effect stands twice", file=file, line=line, key="effect.name", found=applied.name)
         effects.append(applied)
+    try:
+        left = read_remainder(_table(data, "remainder", file, lines))
+    except ModelError as error:
+        line = lines.find("remainder", error.key.split(".")[0])
+        raise error.at(file, line, f"remainder.{error.key}") from error
     given = frozenset((*stated, *parameters))
-    return VehicleModel(base=base, inputs=inputs, car=car, effects=tuple(effects), name=name, given=given)
+    return VehicleModel(
+        base=base, inputs=inputs, car=car, effects=tuple(effects), name=name, remainder=left, given=given
+    )
 
 
 def _known(
@@ -279,7 +287,8 @@ def model_text(model: VehicleModel) -> str:
             out.append(f"{name} = {_toml_number(value)}  # {unit}")
     out += ["", "[parameters]"]
     out += [f"{name} = {_toml_number(value)}  # {units[name]}" for name, value in values.items()]
-    return "\n\n".join(["\n".join(out), *(effect_text(applied).rstrip() for applied in model.effects)]) + "\n"
+    tables = ["\n".join(out), *(effect_text(applied) for applied in model.effects), remainder_text(model.remainder)]
+    return "\n\n".join(table.rstrip() for table in tables if table) + "\n"
 
 
 def effect_text(applied: AppliedEffect) -> str:

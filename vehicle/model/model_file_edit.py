@@ -10,6 +10,7 @@ from typing import Any
 from vehicle.model.effect import Effect
 from vehicle.model.errors import ModelError
 from vehicle.model.model_file import effect_text, model_text, parse_model
+from vehicle.model.remainder import remainder_text
 from vehicle.model.vehicle_model import AppliedEffect, VehicleModel
 
 _HEAD = re.compile(r"\s*\[\[\s*effect\s*\]\]")
@@ -26,7 +27,8 @@ def edited_text(text: str, model: VehicleModel, *, extra: Mapping[str, Effect] |
     import tomlkit
     from tomlkit.exceptions import TOMLKitError
 
-    old = {applied.name: applied for applied in parse_model(text, extra=extra).effects}
+    given = parse_model(text, extra=extra)
+    old = {applied.name: applied for applied in given.effects}
     new = {applied.name: applied for applied in model.effects}
     try:
         document: Any = tomlkit.parse(text)
@@ -36,6 +38,9 @@ def edited_text(text: str, model: VehicleModel, *, extra: Mapping[str, Effect] |
         for nth, name in enumerate(old):
             if name in new and new[name] != old[name]:
                 _effect(document["effect"][nth], new[name])
+        other_remainder = model.remainder != given.remainder
+        if other_remainder and "remainder" in document:
+            del document["remainder"]
         changed = tomlkit.dumps(document)
     except (TOMLKitError, LookupError, TypeError, ValueError):
         return None
@@ -45,10 +50,18 @@ def edited_text(text: str, model: VehicleModel, *, extra: Mapping[str, Effect] |
     for name, applied in new.items():
         if name not in old:
             changed = f"{changed.rstrip()}\n\n{effect_text(applied)}"
+    if other_remainder:
+        changed = f"{_without_comment(changed).rstrip()}\n\n{remainder_text(model.remainder)}".rstrip() + "\n"
     try:
         return changed if parse_model(changed, extra=extra) == model else None
     except ModelError:
         return None
+
+
+def _without_comment(text: str) -> str:
+    """Without the comment that stood above a table [remainder] which was taken out."""
+    head = remainder_text({"v": {"cruise": 0.0}}).splitlines()[0]
+    return "\n".join(line for line in text.splitlines() if line != head) + "\n"
 
 
 def _values(document: MutableMapping[str, Any], name: str, said: Mapping[str, Any]) -> None:

@@ -13,6 +13,7 @@ from vehicle.model.command_inputs import Inputs
 from vehicle.model.effect import Effect
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.errors import ModelError, nearest_name
+from vehicle.model.remainder import Remainder
 
 Base: TypeAlias = Literal["kinematic_bicycle", "dynamic_bicycle"]
 __all__ = ["BASES", "AppliedEffect", "Base", "Inputs", "Interval", "VehicleModel", "check_base"]
@@ -49,7 +50,8 @@ class AppliedEffect:
 class VehicleModel:
     """A car and the effects that act on it, in the order of its file.
 
-    given: keys of [inputs] and [parameters] that its file states, the others being defaults (None: there is no file).
+    remainder: what the model is known not to explain. given: keys of [inputs] and [parameters] that its file states,
+    the others being defaults (None: there is no file).
     """
 
     base: Base
@@ -57,6 +59,7 @@ class VehicleModel:
     car: Car
     effects: tuple[AppliedEffect, ...] = ()
     name: str = ""
+    remainder: Remainder = field(default_factory=dict)
     given: frozenset[str] | None = field(default=None, compare=False, repr=False)
 
     def value(self, effect: str, key: str) -> float | None:

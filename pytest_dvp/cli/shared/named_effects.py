@@ -114,6 +114,10 @@ def _of_file(name: str) -> NamedEffects:
         data = Path(name).read_bytes()  # a shell of Windows writes UTF-16
         document = json.loads(data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"))
         entries = [(str(entry["name"]), entry.get("action", "add")) for entry in document["effects"]]
+        doubtful = {
+            str(entry["name"]): "; ".join(map(str, entry.get("doubts", ())))
+            for entry in document["effects"] if entry.get("standing", "confirmed") != "confirmed"
+        }  # fmt: skip
         of_run = _of_run(document)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise DiagnosisFileError(f"{name}: not a document of `dvp diagnose --json`") from None
@@ -125,18 +129,25 @@ def _of_file(name: str) -> NamedEffects:
     if not entries and verdict not in NOTHING:
         raise DiagnosisFileError(f"{name}: this diagnosis names no effect ({verdict or 'no verdict'})")
     own = [n for n, _ in entries if n in of_run]
-    left = (of_the_run(own),) if own else ()
+    open_ones = [(n, doubtful[n]) for n, _ in entries if n in doubtful and n not in of_run]
+    left = (*([of_the_run(own)] if own else []), *(provisional(*each) for each in open_ones))
+    sure = [(n, action) for n, action in entries if n not in of_run and n not in doubtful]
     return NamedEffects(
-        tuple(n for n, action in entries if action != "remove" and n not in of_run),
-        tuple(n for n, action in entries if action == "remove" and n not in of_run),
+        tuple(n for n, action in sure if action != "remove"),
+        tuple(n for n, action in sure if action == "remove"),
         left, diagnosed=True, verdict=verdict,
-        nothing="" if len(own) < len(entries) else "; ".join([*([verdict] if verdict else []), *left]),
+        nothing="" if sure else "; ".join([*([verdict] if verdict else []), *left]),
     )  # fmt: skip
 
 
 def of_the_run(names: Sequence[str]) -> str:
     """Why these effects are not for the model."""
     return f"{', '.join(names)}: left, as of the run and not of the car; calibrate before each run"
+
+
+def provisional(name: str, doubts: str) -> str:
+    """Why a provisional effect is not for the model, and how it is added nevertheless."""
+    return f"{name}: left, as provisional{f' ({doubts})' if doubts else ''}; --add {name} adds it"
 
 
 def _of_run(document: Mapping[str, Any]) -> frozenset[str]:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pytest_dvp.gap.diagnose.candidates import candidates
-from pytest_dvp.gap.diagnose.diagnosis import Action, Diagnosis, Estimate, NamedEffect, Step, Verdict
-from pytest_dvp.gap.diagnose.equation_error import votes
+from pytest_dvp.gap.diagnose.dependence import dependence
+from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step, Verdict
+from pytest_dvp.gap.diagnose.equation_error import opinions, votes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, folds, folds_with_setup, refit_on_fold, step
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
@@ -19,6 +20,7 @@ from pytest_dvp.gap.diagnose.least_squares import intervals, widen_dead_times
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.residual_signature import signature
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, PRICE, Search, SearchResult, Tick
+from pytest_dvp.gap.diagnose.standing import Evidence, with_standing
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
 from pytest_dvp.logs.log import Log
@@ -98,9 +100,17 @@ def diagnose(
         )
         for before, after in itertools.pairwise(trials)
     ) + tuple(
-        _removal(known[name], (steps[k].chi2_per_n - steps[k + 1].chi2_per_n) * search.count / excess)
+        _removal(known[name], (steps[k].chi2_per_n - steps[k + 1].chi2_per_n) * search.count / excess,
+                 _lost_held_out(model, name, final, judges))
         for k, name in enumerate(gone)
+    )  # fmt: skip
+    tick("standing")
+    evidence = Evidence(
+        held_out=gains,
+        opinions=opinions(logs, model, {e.name: {k: x.value for k, x in e.parameters.items()} for e in named}),
+        dependence={n: d for n in final.names if (d := dependence(target, final, n)) is not None},
     )
+    named = with_standing(named, search, final, list(logs.values()), evidence, known)
     named += diagnose_perceptions(logs.values(), model, twins)
     channels = target.by_channel(final.values)
     verdict = _verdict(final.chi2 / search.count, channels, named, found, len(tried))
@@ -116,6 +126,7 @@ def diagnose(
         votes=votes(logs, model),
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
         values=final.values,
+        remainder=model.remainder,
     )
 
 
@@ -247,7 +258,20 @@ def _folded(found: Mapping[str, Estimate]) -> dict[str, Estimate]:
     }
 
 
-def _removal(effect: Effect, gain: float) -> NamedEffect:
+def _removal(effect: Effect, gain: float, held_out: float | None) -> NamedEffect:
+    """held_out: chi^2/N that the effect costs on data held out; it is confirmed that the car lacks it if it does."""
     off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in effect.parameters}
-    action: Action = "remove"
-    return NamedEffect(name=effect.name, parameters=off, gain=min(max(gain, 0.0), 1.0), action=action)
+    sure = held_out is not None and held_out > 0.0
+    return NamedEffect(
+        name=effect.name, parameters=off, gain=min(max(gain, 0.0), 1.0), action="remove", held_out_gain=held_out,
+        standing="confirmed" if sure else "provisional",
+        doubts=() if sure else ("data held out do not gain without it",),
+    )  # fmt: skip
+
+
+def _lost_held_out(model: VehicleModel, name: str, final: Trial, judges: Sequence[Fold]) -> float | None:
+    """chi^2/N that an effect of the model costs on the data held out, beside all that was found."""
+    given = next(a for a in model.effects if a.name == name)
+    back = final.values | {(name, key): value for key, value in given.values.items()}
+    lost = [square(f.judge.whitened(back)) - square(f.judge.whitened(final.values)) for f in judges]
+    return sum(lost) / max(sum(f.judge.count for f in judges), 1) if lost else None

@@ -6,10 +6,14 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any, Literal, TypeAlias
 
+from pytest_dvp.gap.diagnose.dependence import Dependence
 from vehicle.model.effect_catalogue import run_setups
+from vehicle.model.remainder import Remainder
 
 Verdict: TypeAlias = Literal["NOTHING_MISSING", "NAMED", "AMBIGUOUS", "PARTIAL", "UNKNOWN", "NOT_EXCITED"]
 Action: TypeAlias = Literal["add", "change", "remove"]
+Standing: TypeAlias = Literal["confirmed", "provisional"]
+SecondEngine: TypeAlias = Literal["agrees", "disagrees", "silent"]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -28,7 +32,8 @@ class NamedEffect:
 
     gain: share of the excess error (chi^2/N above 1) that it explains, 0..1; rivals: effects that would do as well on
     these data, best first; deciding_manoeuvre: path of the scenario that would tell them apart; held_out_gain: chi^2/N
-    that it takes away on data it was not fitted on, None if those do not show it.
+    that it takes away on data it was not fitted on, None if those do not show it; standing: confirmed if nothing speaks
+    against it, else provisional because of `doubts`; depends_on: what its value changes with while driving.
     """
 
     name: str
@@ -38,6 +43,10 @@ class NamedEffect:
     deciding_manoeuvre: str | None = None
     action: Action = "add"
     held_out_gain: float | None = None
+    standing: Standing = "provisional"
+    second_engine: SecondEngine = "silent"
+    depends_on: Dependence | None = None
+    doubts: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """The entry of `diagnose --json`."""
@@ -49,6 +58,10 @@ class NamedEffect:
             "deciding_manoeuvre": self.deciding_manoeuvre,
             "gain": self.gain,
             "held_out_gain": self.held_out_gain,
+            "standing": self.standing,
+            "doubts": list(self.doubts),
+            "second_engine": self.second_engine,
+            "depends_on": self.depends_on.as_dict() if self.depends_on else None,
         }
 
 
@@ -86,7 +99,8 @@ class Diagnosis:
     effects in the order of what they explain; ladder: the error after each; vetoed: effects that fitted but lost on
     data they were not fitted on; input_map: fitted scales of the model's inputs; votes: what the second engine would
     name; signature: what the misfit that is left looks like; car: parameters of the car that had to be assumed with the
-    effects (where ay is measured); values: everything together, (effect, key) -> value.
+    effects (where ay is measured); values: everything together, (effect, key) -> value; remainder: what the model file
+    says that its twin is known not to explain, which counts as noise.
     """
 
     verdict: Verdict
@@ -101,6 +115,7 @@ class Diagnosis:
     car: Mapping[str, float] = dataclasses.field(default_factory=dict)
     values: Mapping[tuple[str, str], float] = dataclasses.field(default_factory=dict)
     null_line: float | None = None
+    remainder: Remainder = dataclasses.field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -137,4 +152,5 @@ class Diagnosis:
             "votes": dict(self.votes),
             "ladder": [step.as_dict() for step in self.ladder],
             "null_line": self.null_line,
+            "remainder": {channel: dict(regimes) for channel, regimes in self.remainder.items()},
         }

@@ -5,8 +5,9 @@ Weaker than simulating, for noise is differentiated, but independent of the kern
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -23,6 +24,7 @@ _FOLDS = 5
 _WORTH = 0.05  # of max(1, chi^2/N left): a smaller gain names nothing
 _PLAIN = 0.004  # of the score, a further unknown must bring
 _LEAST_ROWS = 50
+_CLEARLY = 1.25  # times what a named effect takes away: another one that takes away more speaks against it
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # a model of quite another car: no vote then
@@ -62,6 +64,130 @@ def votes(logs: Mapping[str, Log], model: VehicleModel) -> dict[str, Any]:
         "ranking": [[name, round(float(score), 4)] for score, name in scored],
         "not_judged": [name for name in names if name not in judged],
     }
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Opinion:
+    """What the second engine says of a named effect: it agrees, it would rather name `instead`, or it cannot tell."""
+
+    says: Literal["agrees", "disagrees", "silent"] = "silent"
+    instead: str = ""
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def opinions(logs: Mapping[str, Log], model: VehicleModel, named: Mapping[str, Mapping[str, float]]
+             ) -> dict[str, Opinion]:  # fmt: skip
+    """What equation-error regression says of each named effect (its values by key) beside all the others.
+
+    Silent where it has no equation for the effect, where its signals were not measured, where noise hides all that
+    effects would do to a derivative, of steering where the model's tyres slip, and of a model that has effects: the
+    equations are those of an ideal car. It disagrees where another effect, not named, takes clearly more off blocks of
+    5 s that it was not fitted on.
+
+    Raises CompareError if a command that drives the model is not in a log.
+    """
+    silent = dict.fromkeys(named, Opinion())
+    tables = [_Table(signals(log, model)) for log in logs.values()]
+    tables = [t for t in tables if len(t.s.rows) >= _LEAST_ROWS]
+    if not tables or model.effects:
+        return silent
+    engine = _Joint(tables, sideways=model.base == "kinematic_bicycle")
+    return {name: engine.opinion(name, named) for name in named}
+
+
+class _Joint:
+    """All forms on all tables, with each block's normal equations, so that effects are judged beside each other."""
+
+    def __init__(self, tables: Sequence[_Table], *, sideways: bool) -> None:
+        """sideways: the model steers as these equations do; one with slipping tyres does not."""
+        self.tables = tables
+        self.forms = {
+            f.name: f for f in FORMS
+            if all(getattr(t.s, n) is not None for t in tables for n in f.needs)
+            and (sideways or "steer" not in f.needs)
+        }  # fmt: skip
+        self.count = sum(t.count for t in tables)
+        self._known: dict[tuple[str, float], FloatArray | None] = {}
+        self.rest = np.concatenate([np.concatenate(list(t.rest.values())) for t in tables])
+        self.fold = np.concatenate([np.tile(t.fold, len(t.rest)) for t in tables])
+
+    def columns(self, name: str, p: float) -> FloatArray | None:
+        """The whole regressor (N, q) of a form in units of the noise; None if it moves nothing that was measured."""
+        key = name, p
+        if key not in self._known:
+            self._known[key] = self._made(self.forms[name], p)
+        return self._known[key]
+
+    def _made(self, form: Form, p: float) -> FloatArray | None:
+        made, width = [], 0
+        for t in self.tables:
+            own = form.of(t.s, p)
+            width = max([width, *(v.shape[1] if v.ndim == 2 else 1 for v in own.values())])
+            made.append(own)
+        if not width:
+            return None
+        rows = []
+        for t, own in zip(self.tables, made, strict=True):
+            for name, rest in t.rest.items():
+                values = own.get(name)
+                if values is None:
+                    rows.append(np.zeros((len(rest), width)))
+                else:
+                    rows.append((values if values.ndim == 2 else values[:, None]) / t.s.noise[name])
+        found = np.concatenate(rows)
+        return found if np.isfinite(found).all() and found.any() else None
+
+    def opinion(self, name: str, named: Mapping[str, Mapping[str, float]]) -> Opinion:
+        if name not in self.forms:
+            return Opinion()
+        rest, linear = self.rest, []
+        for other, values in named.items():
+            if other == name or other not in self.forms:
+                continue
+            form = self.forms[other]
+            columns = self.columns(other, next(iter(values.values())) if form.grid and values else 0.0)
+            if columns is not None and form.grid:
+                rest = rest - columns[:, 0]
+            elif columns is not None:
+                linear.append(columns)
+        beside = np.concatenate(linear, axis=1) if linear else np.zeros((len(rest), 0))
+        left = self._left_out(rest, beside)
+        gains = {
+            other: gain for other in self.forms if other == name or other not in named
+            if (gain := self._gain(other, rest, beside, left)) is not None
+        }  # fmt: skip
+        if name not in gains or not np.isfinite(left):
+            return Opinion()
+        mine = gains[name]
+        first = max(gains, key=lambda other: gains[other])
+        worth = _WORTH * max(float(self.count), left - gains[first])
+        if gains[first] < worth:
+            return Opinion()
+        if first != name and gains[first] > _CLEARLY * max(mine, 0.0) and gains[first] - mine > worth:
+            return Opinion("disagrees", first)
+        return Opinion("agrees")
+
+    def _gain(self, name: str, rest: FloatArray, beside: FloatArray, left: float) -> float | None:
+        """chi^2 that a form takes off blocks left out, beside linear columns; None if it moves nothing."""
+        form, best = self.forms[name], None
+        for p in form.grid or (0.0,):
+            columns = self.columns(name, p)
+            if columns is None:
+                continue
+            after = self._left_out(rest - columns[:, 0], beside) if form.grid else self._left_out(
+                rest, np.concatenate([beside, columns], axis=1)
+            )  # fmt: skip
+            if np.isfinite(after) and (best is None or left - after > best):
+                best = left - after
+        return best
+
+    def _left_out(self, rest: FloatArray, columns: FloatArray) -> float:
+        """chi^2 of each block with the unknowns of the columns (N, q) as the other blocks have them."""
+        if not columns.shape[1]:
+            return float(rest @ rest)
+        a = np.stack([columns[self.fold == k].T @ columns[self.fold == k] for k in range(_FOLDS)])
+        b = np.stack([columns[self.fold == k].T @ rest[self.fold == k] for k in range(_FOLDS)])
+        return float(rest @ rest) - _linear(a, b)
 
 
 class _Table:

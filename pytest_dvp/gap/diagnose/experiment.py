@@ -13,6 +13,7 @@ from pytest_dvp.gap.compare.compare import judged_channels, noise_floor
 from pytest_dvp.gap.compare.compared_model import ModelSubject, command_at_stamps, rows_with_commands
 from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, measured_array, residuals, restarted
 from pytest_dvp.gap.compare.start_correction import IntArray
+from pytest_dvp.gap.diagnose.known_remainder import MARGIN, Left, expected
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -40,7 +41,8 @@ class Machine(Protocol):
 class Experiment:
     """One log and one model.
 
-    name   of the log; channels: those that are judged; sigma (8,) noise of each, inf where not judged
+    name   of the log; channels: those that are judged; noise (8,) standard deviation of each, inf where not judged
+    sigma  (8,) the noise together with what the model is known not to explain, in units of which residuals are judged
     edges  (m + 1,) where the segments begin and end in the whitened residual
     """
 
@@ -67,7 +69,8 @@ class Experiment:
         self.sigma = noise_floor(log.t, self.measured, self.channels)
         self.measured = _without_jumps(self.measured, commands.get("accel_cmd"), float(self.sigma[_AX]))
         rough = self._residuals(output)
-        self.sigma = noise_floor(log.t, self.measured, self.channels, rough.values)
+        self.noise = noise_floor(log.t, self.measured, self.channels, rough.values)
+        self.sigma = np.hypot(self.noise, MARGIN * expected(model.remainder, log, self.measured))
         self.count = int(self._residuals(output).count.sum())
         self.edges = np.append(self.segments.starts, len(log.t)).astype(np.int64) * len(CHANNELS)
 
@@ -78,6 +81,10 @@ class Experiment:
     def residuals(self, values: Values) -> Residuals:
         """Measured - model with these values, the best start of each segment taken out."""
         return self._residuals(self.motion(values))
+
+    def left(self, values: Values) -> Left:
+        """What the model with these values does not explain."""
+        return Left(self.log, self.measured, self.residuals(values).values, self.noise, self.channels)
 
     def whitened(self, values: Values) -> FloatArray:
         """Residuals in units of the noise, (n * 8,), row by row; 0 where nothing was compared."""
@@ -175,7 +182,7 @@ class ExperimentSet:
         found: dict[str, list[float]] = {}
         for e in self.experiments:
             for name in e.channels:
-                found.setdefault(name, []).append(float(e.sigma[CHANNELS.index(name)]))
+                found.setdefault(name, []).append(float(e.noise[CHANNELS.index(name)]))
         return {name: float(np.sqrt(np.mean(np.square(found[name])))) for name in CHANNELS if name in found}
 
 

@@ -13,8 +13,9 @@ import numpy as np
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, Step
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
-from pytest_dvp.gap.diagnose.held_out import Fold, folds, step
+from pytest_dvp.gap.diagnose.held_out import Fold, folds, refit_on_fold, step
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
+from pytest_dvp.gap.diagnose.known_remainder import measured_remainder
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
@@ -25,6 +26,7 @@ from pytest_dvp.gap.extend.perception import judge_perception
 from pytest_dvp.gap.words.comparison import NOTHING_LEFT
 from pytest_dvp.logs.log import Log
 from vehicle.model.errors import ModelError, nearest_name
+from vehicle.model.remainder import Remainder
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -94,8 +96,9 @@ def extend(
     # Logs that are predicted from the others may show nothing of an effect: those judge only what was fitted again
     if not wrong and (kept or (held_out and chosen)):
         wrong = worse_together(steps)
+    extended = _extended(model, final, sure, remove, wanted, tuple(fitted_on))
     return Extension(
-        model=_extended(model, final, sure, remove, wanted, tuple(fitted_on)),
+        model=dataclasses.replace(extended, remainder=_remainder(search, final, judges)),
         effects=named,
         refitted={name: value for name, value in sure.items() if name[0] not in add},
         ladder=ladder,
@@ -104,6 +107,16 @@ def extend(
         notes=(*[d.note for d in done if d.note], *_edges(final), *_assumed(final, model)),
         explained=explained,
     )
+
+
+def _remainder(search: Search, final: Trial, judges: Sequence[Fold]) -> Remainder:
+    """What the new model does not explain of the logs fitted on, and of those held out."""
+    fitted = [e.left(final.values) for e in search.target.experiments]
+    held_out = [
+        e.left(refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
+        for e in fold.judge.experiments
+    ]  # fmt: skip
+    return measured_remainder([fitted, held_out])
 
 
 def _wanted(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect]) -> list[Effect]:

@@ -125,7 +125,12 @@ def _named(name: str, found: Perceived, model: VehicleModel, effect: Effect, gai
     present = any(a.name == name for a in model.effects)
     off = all(_near_neutral(effect, key, e) for key, e in estimates.items())
     action: Action = "remove" if present and off else "change" if present else "add"
-    return NamedEffect(name=name, parameters=estimates, rivals=found.rivals.get(name, ()), gain=gain, action=action)
+    rivals = found.rivals.get(name, ())
+    return NamedEffect(
+        name=name, parameters=estimates, rivals=rivals, gain=gain, action=action,
+        standing="provisional" if rivals else "confirmed",
+        doubts=(f"these data cannot tell it from {', '.join(rivals)}",) if rivals else (),
+    )  # fmt: skip
 
 
 def _near_neutral(effect: Effect, key: str, e: Estimate) -> bool:

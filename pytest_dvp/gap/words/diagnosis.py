@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pytest_dvp.gap.compare.segments import UNITS
@@ -41,7 +41,8 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
     """One sentence that a reader understands who knows nothing of the method."""
     first, last = found.ladder[0].chi2_per_n, found.ladder[-1].chi2_per_n
     if found.verdict == "NOTHING_MISSING":
-        return f"{model} lacks nothing that these data show: what is left is sensor noise (chi²/N {figure(last)})"
+        left = "no more than the twin's known remainder" if found.remainder else "sensor noise"
+        return f"{model} lacks nothing that these data show: what is left is {left} (chi²/N {figure(last)})"
     if found.verdict == "NOT_EXCITED":
         many = len(found.not_excited)
         return f"nothing was found missing in {model}, but this drive could not have shown {many} of the effects"
@@ -62,11 +63,12 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
 def extend_command(
     found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = (), options: Sequence[str] = ()
 ) -> str:
-    """The command that adds what was found of the car; empty if there is nothing to add. options: its further words,
+    """The command that adds what is confirmed of the car; empty if there is nothing to add. options: its further words,
     such as `--map F`, without which the logs cannot be read."""
     own = found.set_up
-    add = [e.name for e in found.effects if e.action != "remove" and e.name not in own]
-    remove = [e.name for e in found.effects if e.action == "remove"]
+    sure = [e for e in found.effects if e.standing == "confirmed" and e.name not in own]
+    add = [e.name for e in sure if e.action != "remove"]
+    remove = [e.name for e in sure if e.action == "remove"]
     if not add and not remove:
         return ""
     words = ["dvp", "extend", "--model", model]
@@ -154,19 +156,19 @@ def _worst(found: Diagnosis) -> str:
 
 def _effects(found: Diagnosis) -> list[str]:
     fit, held = shares(found.ladder), shares(found.ladder, held_out=True)
-    rows = [("effect", "", "value", "95 % interval", "unit", "explains", "held out", "cannot be told from")]
+    rows = [("effect", "", "value", "95 % interval", "unit", "explains", "held out", "standing", "cannot be told from")]
     for effect in found.effects:
         name = f"{_SIGNS[effect.action]} {effect.name}"
         rivals = ", ".join(effect.rivals) or ("the car does not have it" if effect.action == "remove" else "-")
-        last = (_share(fit.get(effect.name)), _share(held.get(effect.name)), rivals)
+        last = (_share(fit.get(effect.name)), _share(held.get(effect.name)), effect.standing, rivals)
         if effect.action == "remove":
             rows.append((name, "", "-", "-", "", *last))
             continue
         for key, one in effect.parameters.items():
             row = (name, key, value(one), interval(one), one.unit)
             rows.append((*row, *last))
-            name, last = "", ("", "", "")
-    return _table(rows, "llrllrrl")
+            name, last = "", ("", "", "", "")
+    return _table(rows, "llrllrrll")
 
 
 def _ladder(found: Diagnosis) -> list[str]:
@@ -188,7 +190,7 @@ def _notes(found: Diagnosis) -> list[str]:
     if found.input_map:
         fitted = ", ".join(f"{k} = {value(e)} {e.unit}".rstrip(" -") for k, e in found.input_map.items())
         lines.append(f"fitted along: {fitted}")
-    lines += setup_lines(found)
+    lines += [*standing_lines(found), *setup_lines(found)]
     if found.vetoed:
         lines.append(f"not {', '.join(found.vetoed)}: fits, but loses on data it was not fitted on")
     lines += [f"what is left, {aspect}: {text}" for aspect, text in signature_lines(found.signature)]
@@ -196,6 +198,37 @@ def _notes(found: Diagnosis) -> list[str]:
     if found.not_excited:
         lines += _wrapped("these data cannot show: ", found.not_excited)
     return ["", *lines] if lines else []
+
+
+def standing_lines(found: Diagnosis) -> list[str]:
+    """Why effects are provisional, how values change while driving, and what the twin is known not to explain."""
+    lines = []
+    for e in found.effects:
+        if e.standing == "provisional" and e.doubts:
+            lines += _wrapped(f"provisional, {e.name}: ", e.doubts, "; ")
+    lines += [_changing(e) for e in found.effects if e.depends_on]
+    if found.remainder:
+        worst = [_known_remainder(channel, regimes) for channel, regimes in found.remainder.items()]
+        lines += _wrapped("the twin's known remainder counts as noise: ", worst)
+    open_ones = [e.name for e in found.effects if e.standing == "provisional" and e.name not in found.set_up]
+    if open_ones:
+        lines.append(f"provisional effects are added by name only: dvp extend --add {' '.join(open_ones)}")
+    return lines
+
+
+def _changing(e: NamedEffect) -> str:
+    """ "brake_gain falls from 1.00 to 0.86 with brake energy: brake_fade has that" """
+    change = e.depends_on
+    assert change is not None
+    moves = "falls" if change.end < change.start else "rises"
+    what = e.name if len(e.parameters) == 1 else f"{e.name}.{change.key}"
+    text = f"{what} {moves} from {three(change.start)} to {three(change.end)} with {change.quantity.replace('_', ' ')}"
+    return f"{text}: {change.effect} has that" if change.effect else text
+
+
+def _known_remainder(channel: str, regimes: Mapping[str, float]) -> str:
+    worst = max(regimes, key=lambda name: regimes[name])
+    return f"{channel} up to {three(regimes[worst])} {UNITS[channel]} ({worst.replace('_', ' ')})"
 
 
 def setup_lines(found: Diagnosis) -> list[str]:
@@ -222,10 +255,10 @@ def _second_opinion(found: Diagnosis) -> list[str]:
     return [f"second opinion: regression without simulation votes for {first}{instead} ({100.0 * score:.0f} %)"]
 
 
-def _wrapped(start: str, words: Sequence[str]) -> list[str]:
+def _wrapped(start: str, words: Sequence[str], between: str = ", ") -> list[str]:
     lines = [start]
     for k, word in enumerate(words):
-        piece = word + (", " if k < len(words) - 1 else "")
+        piece = word + (between if k < len(words) - 1 else "")
         if len(lines[-1]) + len(piece) > WIDTH:
             lines.append(" " * 4)
         lines[-1] += piece

@@ -15,7 +15,16 @@ from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, NamedEffect
 from pytest_dvp.gap.diagnose.error_shares import Share, shares
 from pytest_dvp.gap.diagnose.experiment import Experiment, ExperimentSet, Values
 from pytest_dvp.gap.words.comparison import CAUSES, NOTHING_LEFT
-from pytest_dvp.gap.words.diagnosis import causes, extend_command, headline, interval, plan_command, step_label, value
+from pytest_dvp.gap.words.diagnosis import (
+    causes,
+    extend_command,
+    headline,
+    interval,
+    plan_command,
+    standing_lines,
+    step_label,
+    value,
+)
 from pytest_dvp.gap.words.residual_signature import signature_lines
 from pytest_dvp.gap.words.second_opinion import second_opinion
 from pytest_dvp.logs.log import Log
@@ -99,6 +108,7 @@ def diagnosis_page(
         ],
         "not_excited": [_not_shown(name, known) for name in found.not_excited],
         "left": signature_lines(found.signature),
+        "standing": standing_lines(found),
         "command": extend_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
         "plan": plan_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
         "close": _close(drawn, order),
@@ -122,6 +132,8 @@ def _effect(effect: NamedEffect, known: Effect, fit: Share | None, held: Share |
         "name": effect.name,
         "action": effect.action,
         "apart": known.slot == "perception",
+        "standing": effect.standing,
+        "doubts": list(effect.doubts),
         "physics": known.physics,
         "equation": known.equation,
         "parameters": [

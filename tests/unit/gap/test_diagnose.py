@@ -99,11 +99,12 @@ def test_the_noise_floor_is_the_noise(weak_drive: Diagnosis) -> None:
 def test_the_document_has_the_keys_of_the_contract(weak_drive: Diagnosis) -> None:
     document = json.loads(json.dumps(weak_drive.as_dict(), allow_nan=False))
     contract = {"verdict", "effects", "not_excited", "error", "noise_floor", "signature"}
-    more = {"chi2_per_n", "vetoed", "set_up", "input_map", "car", "votes", "ladder", "null_line"}
+    more = {"chi2_per_n", "vetoed", "set_up", "input_map", "car", "votes", "ladder", "null_line", "remainder"}
     assert set(document) == contract | more
     (effect,) = document["effects"]
     contract = {"name", "parameters", "rivals", "deciding_manoeuvre", "gain"}
-    assert set(effect) == contract | {"action", "held_out_gain"}
+    assert set(effect) == contract | {"action", "held_out_gain", "standing", "doubts", "second_engine", "depends_on"}
+    assert (effect["standing"], effect["doubts"], effect["depends_on"]) == ("confirmed", [], None)
     assert set(effect["parameters"]["g"]) == {"value", "low", "high", "unit"}
     assert effect["deciding_manoeuvre"] is None
     for data in ("fit", "held_out"):

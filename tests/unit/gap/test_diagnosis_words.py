@@ -11,7 +11,7 @@ from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, 
 from pytest_dvp.gap.words.diagnosis import causes, extend_command, headline, interval, page, plan_command, value
 from pytest_dvp.gap.words.second_opinion import second_opinion
 
-DELAY = NamedEffect("steer_delay", {"T": Estimate(0.24912, 0.24701, 0.25123, "s")}, gain=1.0)
+DELAY = NamedEffect("steer_delay", {"T": Estimate(0.24912, 0.24701, 0.25123, "s")}, gain=1.0, standing="confirmed")
 GIVEN = Step("", 65.6, {"x": 400.0, "v": 1.1, "yaw_rate": 299.0}, {"x": 0.4, "v": 0.031, "yaw_rate": 0.0872}, 7.06,
              {"x": 0.1, "v": 0.03, "yaw_rate": 0.0231}, (656.0,) * 10, (70.6,) * 10)  # fmt: skip
 BETTER = Step("steer_delay", 1.17, {"x": 1.2, "v": 1.1, "yaw_rate": 1.13}, {"x": 0.02, "v": 0.031, "yaw_rate": 0.00536},
@@ -24,7 +24,7 @@ FOUND_NOTHING = dataclasses.replace(NAMED, effects=(), ladder=(GIVEN,))
 def test_the_answer_names_value_interval_unit_and_shares() -> None:
     line = next(line for line in page(NAMED).splitlines() if "+ steer_delay  T" in line)
     assert line.split() == [
-        "+", "steer_delay", "T", "0.249", "0.247", "to", "0.251", "s", "100", "%", "98", "%", "-",
+        "+", "steer_delay", "T", "0.249", "0.247", "to", "0.251", "s", "100", "%", "98", "%", "confirmed", "-",
     ]  # fmt: skip
 
 

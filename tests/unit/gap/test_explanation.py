@@ -13,9 +13,10 @@ from vehicle.model.model_file import parse_model
 from vehicle.model.vehicle_model import VehicleModel
 
 LAG = NamedEffect(
-    "steer_lag", {"tau": Estimate(0.101, 0.097, 0.105, "s")}, rivals=("steer_delay", "understeer"), gain=0.94
-)
-GONE = NamedEffect("brake_lag", {"tau": Estimate(0.0, 0.0, 0.0, "s")}, action="remove")
+    "steer_lag", {"tau": Estimate(0.101, 0.097, 0.105, "s")}, rivals=("steer_delay", "understeer"), gain=0.94,
+    standing="confirmed",
+)  # fmt: skip
+GONE = NamedEffect("brake_lag", {"tau": Estimate(0.0, 0.0, 0.0, "s")}, action="remove", standing="confirmed")
 
 
 @pytest.fixture

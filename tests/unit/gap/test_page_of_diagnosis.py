@@ -64,11 +64,12 @@ def test_the_difference_is_drawn_where_there_is_one(page: dict[str, Any]) -> Non
         assert np.nanstd(row["after"]) <= np.nanstd(row["before"])
 
 
-def test_the_command_adds_what_was_found(page: dict[str, Any]) -> None:
-    assert page["command"] == (
-        "dvp extend --model models/car.toml --add brake_gain --fit logs/a.csv --held-out logs/b.csv "
-        "--out car.extended.toml"
-    )
+def test_what_braking_at_one_level_cannot_tell_apart_is_provisional_and_not_in_the_command(page: dict[str, Any]) -> None:
+    """Always -2 m/s^2: a weaker brake and a limit of the brake do the same."""
+    (effect,) = page["effects"]
+    assert (effect["standing"], [r["name"] for r in effect["rivals"]]) == ("provisional", ["brake_limit"])
+    assert page["command"] == ""
+    assert any("dvp extend --add brake_gain" in line for line in page["standing"])
 
 
 def test_the_ladder_begins_with_the_model_as_given_where_an_effect_is_to_go() -> None:

@@ -1,0 +1,176 @@
+"""Whether a value that was fitted as a constant changes while driving: with time, energy, speed, acceleration, place.
+
+A brake that fades looks like a brake that is a little weak, and whoever installs that constant has a wrong twin on the
+next hill. The residual and its derivative say, second by second, how far the value would have to move; that is related
+to what changed meanwhile.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Literal, TypeAlias, get_args
+
+import numpy as np
+
+from pytest_dvp.gap.compare.segments import CHANNELS, filled
+from pytest_dvp.gap.compare.start_correction import IntArray
+from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS
+from pytest_dvp.gap.diagnose.experiment import Experiment, ExperimentSet
+from pytest_dvp.gap.diagnose.least_squares import Coordinate
+from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.logs.log_contents import FloatArray
+
+Quantity: TypeAlias = Literal["time", "brake_energy", "motor_energy", "speed", "acceleration", "place"]
+QUANTITIES: tuple[Quantity, ...] = get_args(Quantity)
+
+WORTH = 0.03  # of max(1, chi^2/N): a dependence that takes away less is none
+CERTAIN = 4.0  # standard errors, clustered by segment: six quantities are tried for each of several values
+CHANGE = 0.5  # of the least size worth naming: a value that moves by less stays the same
+PLAIN = 0.15  # of what the best quantity takes away: one before it in the order that does nearly as well is taken
+_WINDOW = 1.0  # s
+_FEWEST = 12  # windows
+_CELLS = 8  # along the longer side of the map
+_SHOWS = 1e-6  # of the strongest window's weight, below which a window says nothing
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Dependence:
+    """A value of a named effect that changes with `quantity` from `start` to `end` (at its 5 % and 95 % quantiles), in
+    the unit of `key`; effect: the effect of the catalogue that has the change, "" if none has."""
+
+    key: str
+    quantity: Quantity
+    start: float
+    end: float
+    effect: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The entry `depends_on` of `diagnose --json`."""
+        return {"quantity": self.quantity, "from": self.start, "to": self.end, "effect": self.effect or None,
+                "key": self.key}  # fmt: skip
+
+
+def dependence(target: ExperimentSet, trial: Trial, name: str) -> Dependence | None:
+    """How the fitted value of an effect of the trial changes while driving; None if it is as good as constant.
+
+    First order in the change. Each value of the trial is taken to be constant but the one that is asked about, so a
+    dependence that another missing effect causes may show here, too.
+    """
+    found: list[tuple[float, Dependence]] = []
+    for row, c in enumerate(trial.fit.coordinates):
+        if c.effect == name and c.key.name not in SHAPE_KEYS and np.isfinite(c.key.neutral):
+            found += _of_coordinate(target, trial, row, c)
+    return max(found, key=lambda entry: entry[0])[1] if found else None
+
+
+def _of_coordinate(target: ExperimentSet, trial: Trial, row: int, c: Coordinate) -> Iterator[tuple[float, Dependence]]:
+    jacobian, r = trial.fit.jacobian, trial.fit.residual
+    windows, segment, series = _windows(target)
+    own = jacobian[row]
+    weight, slope = _sums(own * own, windows), _sums(own * r, windows)
+    shows = weight > _SHOWS * weight.max(initial=0.0)
+    if np.count_nonzero(shows) < _FEWEST:
+        return
+    weight, slope, segment = weight[shows], slope[shows], segment[shows]
+    count = max(target.count, 1)
+    level = max(1.0, trial.chi2 / count)
+    value = trial.values[c.name]
+    per_unit = c.slope(c.to_unit(value))
+    kept: list[tuple[float, Dependence]] = []
+    for quantity in QUANTITIES:
+        q = series[quantity][shows]
+        q = _by_place(q, weight, slope) if quantity == "place" else q
+        if q is None or not np.isfinite(q).all():
+            continue
+        low, high = _quantile(q, weight, 0.05), _quantile(q, weight, 0.95)
+        if not high > low:
+            continue
+        z = (q - np.average(q, weights=weight)) / (high - low)
+        mean = -float(slope.sum()) / float(weight.sum())
+        rate = -float(z @ (slope + weight * mean)) / float(weight @ (z * z))
+        gain = rate * rate * float(weight @ (z * z))
+        score = z * (slope + weight * (mean + rate * z))
+        clustered = np.add.reduceat(score, np.flatnonzero(np.diff(segment, prepend=-1)))
+        error = float(np.sqrt(clustered @ clustered)) / float(weight @ (z * z))
+        change = rate * per_unit
+        if gain / count < WORTH * level or abs(rate) < CERTAIN * error or abs(change) < CHANGE * c.key.least:
+            continue
+        mean_q = float(np.average(q, weights=weight))
+        at = [value + change * (end - mean_q) / (high - low) for end in (low, high)]
+        kept.append((gain / count, Dependence(c.key.name, quantity, at[0], at[1])))
+    if kept:  # time and energies run together: the first of those that do alike is said
+        best = max(gain for gain, _ in kept)
+        yield next(entry for entry in kept if entry[0] >= (1.0 - PLAIN) * best)
+
+
+def _by_place(cell: FloatArray, weight: FloatArray, slope: FloatArray) -> FloatArray | None:
+    """Each window's own shift as the other windows of its cell have it; None if hardly a cell was visited twice."""
+    found = np.zeros(len(cell))
+    known = 0
+    for one in np.unique(cell):
+        own = np.flatnonzero(cell == one)
+        if len(own) < 3:
+            continue
+        known += len(own)
+        total_weight, total_slope = float(weight[own].sum()), float(slope[own].sum())
+        for k in own:
+            rest = total_weight - float(weight[k])
+            found[k] = -(total_slope - float(slope[k])) / rest if rest > 0.0 else 0.0
+    return found if 2 * known > len(cell) else None
+
+
+def _quantile(q: FloatArray, weight: FloatArray, share: float) -> float:
+    order = np.argsort(q, kind="stable")
+    total = np.cumsum(weight[order])
+    return float(q[order][np.searchsorted(total, share * total[-1])])
+
+
+def _sums(rows: FloatArray, windows: Sequence[IntArray]) -> FloatArray:
+    return np.array([float(rows[first:end].sum()) for first, end in windows])
+
+
+def _windows(target: ExperimentSet) -> tuple[list[IntArray], IntArray, Mapping[str, FloatArray]]:
+    """Windows in the whitened residual as (first, end), the segment of each, and the mean of each quantity in it."""
+    windows: list[IntArray] = []
+    segment: list[int] = []
+    series: dict[str, list[float]] = {name: [] for name in QUANTITIES}
+    offset = number = 0
+    for e in target.experiments:
+        of = _quantities(e)
+        t = e.log.t
+        for first, end in zip(e.segments.starts, e.segments.ends, strict=True):
+            count = max(1, round(float(t[end - 1] - t[first]) / _WINDOW))
+            cuts = np.linspace(first, end, count + 1).astype(np.int64)
+            for a, b in itertools.pairwise(cuts):
+                if b > a:
+                    windows.append(np.array([a, b]) * len(CHANNELS) + offset)
+                    segment.append(number)
+                    for name in QUANTITIES:
+                        series[name].append(float(of[name][a:b].mean() if name != "place" else of[name][(a + b) // 2]))
+            number += 1
+        offset += len(t) * len(CHANNELS)
+    return windows, np.array(segment), {name: np.array(values) for name, values in series.items()}
+
+
+def _quantities(e: Experiment) -> dict[str, FloatArray]:
+    """What may change a value, at the stamps of a log: energies in J/kg since its start, the cell of the map."""
+    t = e.log.t
+    whole = filled(t, e.measured)
+    v = np.abs(whole[:, 3])
+    half = max(1, round(0.25 / float(np.median(np.diff(t)))))
+    kernel = np.full(2 * half + 1, 1.0 / (2 * half + 1))
+    smooth = np.convolve(np.pad(v, half, mode="edge"), kernel, "valid")
+    accel = np.gradient(smooth, t)
+    step = np.diff(t, prepend=t[0])
+    side = max(float(np.ptp(whole[:, 0])), float(np.ptp(whole[:, 1])), 1e-6) / _CELLS
+    column, line = np.floor(whole[:, 0] / side), np.floor(whole[:, 1] / side)
+    return {
+        "time": t - t[0],
+        "brake_energy": np.cumsum(np.maximum(-accel, 0.0) * smooth * step),
+        "motor_energy": np.cumsum(np.maximum(accel, 0.0) * smooth * step),
+        "speed": smooth,
+        "acceleration": accel,
+        "place": column + 1000.0 * line,
+    }

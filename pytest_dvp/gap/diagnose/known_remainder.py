@@ -1,0 +1,105 @@
+"""What a twin is known not to explain: measured when it is extended, and expected again when it is diagnosed.
+
+A twin of a real car never reaches the noise of the sensors. Asked again when nothing new is wrong, a diagnosis would
+try to explain the old remainder with fragments of effects. So a channel's noise is taken together with the remainder
+that the model file states for the regimes in which this log drives: what is no larger is nothing new.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from pytest_dvp.gap.compare.regimes import REGIMES, regimes
+from pytest_dvp.gap.compare.segments import CHANNELS, filled
+from pytest_dvp.gap.compare.start_correction import BoolArray
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
+from vehicle.model.remainder import Remainder
+
+MARGIN = 1.5  # of the remainder that is expected: another drive of the same car may leave that much more; a new effect
+# below it is not seen
+LEAST = 0.3  # of the noise's square, as MISFIT of the search: a smaller remainder is none
+_FEWEST = 100  # samples of a regime, from which its remainder is taken
+_DIGITS = 3
+_POSITION = ("x", "y")
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Left:
+    """What a model leaves of one log: measured (n, 8), rest (n, 8) measured - model (NaN: not compared), noise (8,) in
+    the channels' units, and the channels that are judged."""
+
+    log: Log
+    measured: FloatArray
+    rest: FloatArray
+    noise: FloatArray
+    channels: Sequence[str]
+
+
+def regimes_of(log: Log, measured: FloatArray) -> dict[str, BoolArray]:
+    """Masks (n,) of the driving regimes of a log whose channels are measured (n, 8)."""
+    whole = filled(log.t, measured)
+    v, rate = np.ascontiguousarray(whole[:, 3]), np.ascontiguousarray(whole[:, 4])
+    return regimes(log.t, v, rate, log.columns.get("accel_cmd"))
+
+
+def expected(remainder: Remainder, log: Log, measured: FloatArray) -> FloatArray:
+    """Root mean square (8,) by channel that the known remainder leaves on this log, in the channels' units.
+
+    Each sample counts with the largest remainder of the regimes that it is in; a regime that the model file does not
+    name leaves nothing.
+    """
+    found = np.zeros(len(CHANNELS))
+    if not remainder:
+        return found
+    masks = regimes_of(log, measured)
+    for name, by_regime in remainder.items():
+        level = np.zeros(len(log.t))
+        for regime, value in by_regime.items():
+            level = np.where(masks[regime], np.maximum(level, value), level)
+        found[CHANNELS.index(name)] = float(np.sqrt(np.mean(level**2)))
+    return found
+
+
+def measured_remainder(groups: Iterable[Sequence[Left]]) -> Remainder:
+    """The remainder of a model on groups of logs (those fitted on, those held out).
+
+    Of each channel and regime the largest root mean square beyond the noise that one of the groups shows; x and y are
+    one channel, for another drive turns the map.
+    """
+    found: dict[str, dict[str, float]] = {}
+    for group in groups:
+        for (channel, regime), value in _of_group(group).items():
+            known = found.setdefault(channel, {})
+            known[regime] = max(known.get(regime, 0.0), value)
+    return {
+        channel: {regime: found[channel][regime] for regime in REGIMES if regime in found[channel]}
+        for channel in CHANNELS
+        if channel in found
+    }
+
+
+def _of_group(group: Sequence[Left]) -> dict[tuple[str, str], float]:
+    sums: dict[tuple[str, str], list[float]] = {}
+    for left in group:
+        masks = regimes_of(left.log, left.measured)
+        for channel in left.channels:
+            k = CHANNELS.index(channel)
+            rest, noise = left.rest[:, k], float(left.noise[k])
+            known = np.isfinite(rest)
+            for regime, mask in masks.items():
+                inside = rest[known & mask]
+                pair = sums.setdefault((_POSITION[0] if channel in _POSITION else channel, regime), [0.0, 0.0, 0.0])
+                pair[0] += float(inside @ inside)
+                pair[1] += noise * noise * len(inside)
+                pair[2] += len(inside)
+    found = {}
+    for (channel, regime), (square, noise, count) in sums.items():
+        if count >= _FEWEST and square - noise > LEAST * noise:
+            value = float(f"{np.sqrt((square - noise) / count):.{_DIGITS}g}")
+            for name in _POSITION if channel in _POSITION else (channel,):
+                found[name, regime] = value
+    return found

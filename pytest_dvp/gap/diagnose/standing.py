@@ -1,0 +1,154 @@
+"""How firm each named effect is: confirmed, or provisional with the reasons.
+
+Confirmed is what a user may install without a second look. An effect has to pass every test here; what fails one is
+still the best name for what was seen, and is said as no more than that.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from math import isinf
+
+import numpy as np
+
+from pytest_dvp.doctor.excitation import excitation
+from pytest_dvp.gap.compare.segments import CHANNELS
+from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS
+from pytest_dvp.gap.diagnose.dependence import Dependence
+from pytest_dvp.gap.diagnose.diagnosis import NamedEffect, Standing
+from pytest_dvp.gap.diagnose.equation_error import Opinion
+from pytest_dvp.gap.diagnose.held_out import ROUNDING
+from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
+from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
+from vehicle.model.effect import Effect, Key
+
+ACTS_ON = 0.1  # of all that an effect changes: a channel with less is not one that it acts on
+DWARFS = 20.0  # times what is left over in the channels that it acts on: an effect that explains so much is not made up
+# of that
+SPREAD = 0.95  # of draws of segments that must gain by an effect which held-out data do not show
+BEYOND = 1e-6  # of a range, for rounding
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Evidence:
+    """What the search and its judges said of the named effects, by name: gains on held-out data (chi^2/N), opinions of
+    the second engine, and how values change while driving."""
+
+    held_out: Mapping[str, float]
+    opinions: Mapping[str, Opinion]
+    dependence: Mapping[str, Dependence]
+
+
+def with_standing(
+    named: Sequence[NamedEffect],
+    search: Search,
+    final: Trial,
+    logs: Sequence[Log],
+    evidence: Evidence,
+    known: Mapping[str, Effect],
+) -> tuple[NamedEffect, ...]:
+    """The effects with their standing, the second engine's opinion and its vote among their rivals."""
+    reached = [excitation(log, own=known) for log in logs]
+    missed = {
+        name: reached[0].out_of_reach[name]
+        for name in (e.name for e in named)
+        if reached and all(name in one.out_of_reach for one in reached)
+    }
+    left = _Left(search, final)
+    found = []
+    for e in named:
+        if e.action == "remove" or e.name not in final.names:
+            found.append(e)
+            continue
+        opinion = evidence.opinions.get(e.name, Opinion())
+        rivals = e.rivals
+        if opinion.instead and opinion.instead not in rivals:
+            rivals = (*rivals, opinion.instead)
+        changes = evidence.dependence.get(e.name)
+        doubts = [
+            *([f"these data cannot tell it from {', '.join(e.rivals)}"] if e.rivals else []),
+            *_held_out(search, final, e.name, evidence.held_out),
+            *([f"this drive can hardly show it: {missed[e.name]}"] if e.name in missed else []),
+            *([f"regression without simulation votes for {opinion.instead}"] if opinion.instead else []),
+            *_implausible(e, known[e.name]),
+            *left.doubts(e.name),
+            *([f"its {changes.key} changes with {changes.quantity.replace('_', ' ')}"] if changes else []),
+        ]
+        standing: Standing = "provisional" if doubts else "confirmed"
+        found.append(
+            dataclasses.replace(
+                e, rivals=rivals, standing=standing, second_engine=opinion.says, depends_on=changes,
+                doubts=tuple(doubts),
+            )
+        )  # fmt: skip
+    return tuple(found)
+
+
+def _held_out(search: Search, final: Trial, name: str, gains: Mapping[str, float]) -> list[str]:
+    """Whether data that an effect was not fitted on gain by it. Where these do not excite it, it must at least not hang
+    on a single part of the drive."""
+    level = max(1.0, final.chi2 / search.count)
+    gain = gains.get(name)
+    if gain is not None and gain > ROUNDING * level:
+        return []
+    spread = search.bootstrap_share(search.without(final, name).segment_chi2, final.segment_chi2)
+    return [] if spread >= SPREAD else ["only one part of the drive shows it, and no data held out"]
+
+
+def _implausible(e: NamedEffect, effect: Effect) -> list[str]:
+    """Values farther from doing nothing than the range that is met in practice."""
+    found = []
+    for name, estimate in e.parameters.items():
+        key = effect.key(name)
+        if name not in SHAPE_KEYS and not _plausible(key, estimate.value):
+            found.append(
+                f"{name} = {estimate.value:.3g} is outside what is usual, {key.low:g} to {key.high:g} {key.unit}"
+            )
+    return [text.removesuffix(" -") for text in found]
+
+
+def _plausible(key: Key, value: float) -> bool:
+    slack = BEYOND * (key.high - key.low)
+    if isinf(key.neutral):  # a limit that is hardly met does little
+        return value >= key.low - slack
+    if key.neutral <= key.low:
+        return value <= key.high + slack
+    if key.neutral >= key.high:
+        return value >= key.low - slack
+    return key.low - slack <= value <= key.high + slack
+
+
+class _Left:
+    """What is left over by channel, and what each effect explains there."""
+
+    def __init__(self, search: Search, final: Trial) -> None:
+        self._search, self._final = search, final
+        self._rest = _by_channel(final.fit.residual)
+        self._count = {
+            name: sum(int(np.isfinite(e.residuals(final.values).values[:, k]).sum()) for e in search.target.experiments)
+            for k, name in enumerate(CHANNELS)
+        }
+        self.level = max(1.0, final.chi2 / search.count)
+
+    def doubts(self, name: str) -> list[str]:
+        """Channels that the effect acts on in which much is left over beside what it explains."""
+        less = _by_channel(self._search.without(self._final, name).fit.residual)
+        gains = {c: max(less[c] - self._rest[c], 0.0) for c in less}
+        total = sum(gains.values())
+        found = []
+        for channel, gain in gains.items():
+            samples = self._count[channel]
+            if not samples or gain < ACTS_ON * total:
+                continue
+            left = self._rest[channel] - samples
+            if self._rest[channel] > CHANNEL_MISFIT * samples and gain < DWARFS * left:
+                found.append(channel)
+        return [f"much is left over in {', '.join(found)}, on which it acts"] if found else []
+
+
+def _by_channel(whitened: FloatArray) -> dict[str, float]:
+    squares = (whitened.reshape(-1, len(CHANNELS)) ** 2).sum(axis=0)
+    return {name: float(squares[k]) for k, name in enumerate(CHANNELS)}

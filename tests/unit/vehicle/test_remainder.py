@@ -1,0 +1,60 @@
+"""The table [remainder] of a model file: read, written, edited, and refused where it is wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from pytest_dvp.gap.compare.regimes import REGIMES
+from pytest_dvp.gap.compare.segments import CHANNELS, UNITS
+from vehicle.model.errors import ModelError
+from vehicle.model.model_file import model_text, parse_model
+from vehicle.model.model_file_edit import edited_text
+from vehicle.model.remainder import CHANNEL_UNITS, REGIME_NAMES
+
+CAR = '[parameters]\nwheelbase = 2.5\n\n[[effect]]\nname = "steer_delay"\nparameters.T = 0.1\n'
+LEFT = "[remainder]\nyaw_rate.turn_in = 0.012\nax.braking = 0.21\n"
+
+
+def test_it_is_read_and_written_back() -> None:
+    model = parse_model(CAR + LEFT)
+    assert model.remainder == {"yaw_rate": {"turn_in": 0.012}, "ax": {"braking": 0.21}}
+    assert parse_model(model_text(model)) == model
+
+
+def test_a_file_keeps_its_comments_when_only_the_remainder_changes() -> None:
+    before = f"# my car\n{CAR}"
+    model = dataclasses.replace(parse_model(before), remainder={"v": {"launch": 0.05}})
+    first = edited_text(before, model)
+    assert first is not None
+    assert first.startswith("# my car\n")
+    assert parse_model(first) == model
+    second = edited_text(first, dataclasses.replace(model, remainder={"v": {"launch": 0.07}}))
+    assert second is not None
+    assert (second.count("[remainder]"), second.count("known not to explain")) == (1, 1)
+    without = edited_text(second, parse_model(before))
+    assert without is not None
+    assert "remainder" not in without
+    assert "known not to explain" not in without
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("yawrate.braking = 0.1", r"m\.toml:\d+: remainder\.yawrate: unknown channel .* did you mean 'yaw_rate'"),
+        ("ax.brakes = 0.1", r"remainder\.ax\.brakes: unknown driving regime .* did you mean 'braking'"),
+        ("ax.braking = -1", r"remainder\.ax\.braking: value not allowed \(found -1; allowed: 0 m/s\^2 or more"),
+        ("ax.braking = 'much'", r"remainder\.ax\.braking: must be a number"),
+        ("ax = 0.1", r"remainder\.ax: must be a table of driving regimes"),
+    ],
+)
+def test_what_is_wrong_is_one_line_with_its_place(text: str, says: str) -> None:
+    with pytest.raises(ModelError, match=says):
+        parse_model(f"{CAR}[remainder]\n{text}\n", "m.toml")
+
+
+def test_the_names_are_those_of_a_comparison() -> None:
+    assert dict(CHANNEL_UNITS) == dict(UNITS)
+    assert tuple(CHANNEL_UNITS) == CHANNELS
+    assert REGIME_NAMES == REGIMES
