@@ -52,8 +52,11 @@ neutrally, so `understeer` with K gives r = v d/(L + K v^2). Below 1 m/s every c
 - Before the log begins, its first command is assumed to have been held for a long time, so actuators start at rest.
 - At the start of a segment, pose and speed are set; delay lines, lags, limits and play continue. A sensor with latency
   gets a past that is moved together with the car.
-- The ground is the plane of `road_grade` and `road_bank`. An open-loop run has no road file, so it does not contain a
-  grade that changes along the way. (In a scenario, the twin gets the grade from the elevation of the road file.)
+- The ground is the plane of `road_grade` and `road_bank`, with at most one hill or hollow on it (`road_profile`). An
+  open-loop run has no road file, so it contains no other grade that changes along the way. (In a scenario, the twin
+  gets the grade from the elevation of the road file.)
+- The discs of `brake_fade` are cold when a log begins, and a car that stands then has a steering that sticks
+  (`steer_sticking`).
 - `ax` and `ay` are those at the rear axle; `ax_x` and `ay_x` in `[parameters]` name points ahead of it. This matters
   with tyres: an `ay` at the centre of gravity shows the turn-in differently from one at the rear axle.
 

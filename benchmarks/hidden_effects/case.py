@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from benchmarks.hidden_effects.ranges import PERCEPTION, RANGES, tied
+from benchmarks.hidden_effects.ranges import LATER, PERCEPTION, RANGES, tied
 from tests.truth.effects import OUTSIDE
 
 Category = Literal[
@@ -93,13 +93,14 @@ def _singles(effects: Sequence[str], seeds: int) -> Iterable[Case]:
 
 
 def _shuffled(names: Sequence[str], turn: int) -> list[str]:
-    order = np.random.default_rng([turn, 3]).permutation(len(names))
-    return [names[k] for k in order]
+    first = [name for name in names if name not in LATER]
+    order = np.random.default_rng([turn, 3]).permutation(len(first))
+    return [first[k] for k in order] + [name for name in names if name in LATER]
 
 
 def _mixtures(count: int, size: int) -> Iterable[Case]:
     rng = np.random.default_rng([size, 11])
-    pool = [name for name in RANGES if name != "speed_controller"]
+    pool = [name for name in RANGES if name not in ("speed_controller", *LATER)]
     found: set[frozenset[str]] = set()
     while len(found) < count:
         names = tuple(pool[k] for k in rng.choice(len(pool), size, replace=False))

@@ -30,12 +30,14 @@ SUBSTEPS = 25
 H = PERIOD / SUBSTEPS  # s
 G = 9.80665  # m/s^2
 SLOW = 1.0  # m/s, below it the dynamic bicycle rolls without slip
+CRAWL = 0.05  # m/s, slower tyres stick to the ground
 IDLE = 0.05  # m/s^2, a smaller command means that no pedal is pressed
 
 # the state
 X, Y, YAW, V, VY, R, FF, FR = range(8)  # motion, vy at the centre of gravity, relaxed tyre forces
 (A_LAG, A_BRAKE, A_JERK, D_LAG, D_RATE, D_STICK, D_PLAY, ROLL, SUM, HEAT, ENERGY, WAY, D_RES, W_RES, GAP) = range(8, 23)
-N_STATE = 23
+DISC, D_FREE, HOLDS, RESTED = range(23, 27)  # heat of the brake; wheel angle that can stick, whether it does
+N_STATE = 27
 FINE = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 """Columns of the fine record."""
 
@@ -47,7 +49,7 @@ P = INDEX
 (VISCOUS, AERO, CORNER) = (P["viscous_resistance", "c"], P["aero_drag", "k"], P["cornering_drag", "c"])
 (GRADE, GRADE_H) = (P["road_grade", "slope"], P["road_grade", "heading"])
 (BANK, BANK_H) = (P["road_bank", "slope"], P["road_bank", "heading"])
-(WIND, WIND_K) = (P["headwind", "speed"], P["headwind", "k"])
+(WIND, WIND_K, WIND_H) = (P["headwind", "speed"], P["headwind", "k"], P["headwind", "heading"])
 (STEER_T, STEER_TAU, STEER_RATE) = (P["steer_delay", "T"], P["steer_lag", "tau"], P["steer_rate_limit", "limit"])
 (STEER_MAX, STICK, PLAY) = (
     P["steer_angle_limit", "limit"],
@@ -65,6 +67,11 @@ P = INDEX
 (RES_F, RES_D) = (P["steer_resonance", "frequency"], P["steer_resonance", "damping"])
 (SAG, SAG_E) = (P["battery_sag", "drop"], P["battery_sag", "energy"])
 (GAP_V, GAP_T) = (P["gear_gap", "speed"], P["gear_gap", "duration"])
+(FADE_K, FADE_TAU, TORQUE) = (P["brake_fade", "k"], P["brake_fade", "tau"], P["drive_torque_limit", "limit"])
+(FASTEST, HOLD) = (P["speed_limit", "limit"], P["steer_sticking", "width"])
+(ASSIST, ASSIST_V) = (P["steer_assist", "g"], P["steer_assist", "v0"])
+(HILL, HILL_X) = (P["road_profile", "height"], P["road_profile", "x"])
+(HILL_Y, HILL_L) = (P["road_profile", "y"], P["road_profile", "length"])
 (CREEP, CREEP_V) = (P["creep", "a"], P["creep", "speed"])
 
 
@@ -94,7 +101,7 @@ def follow(y: float, u: float, tau: float) -> float:
 def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: float) -> tuple[float, float]:
     """Produced acceleration (its brake part negative) and the friction of a lifted pedal, >= 0 [m/s^2]."""
     if p[C_SPEED_MODE] > 0.0:
-        error = held(commands, last, 2, t - p[DRIVE_T]) - s[V]
+        error = min(held(commands, last, 2, t - p[DRIVE_T]), p[FASTEST]) - s[V]
         s[SUM] += p[KI] * error * H
         wish = p[KP] * error + s[SUM]
     else:
@@ -119,6 +126,9 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
     a = min(max(a, s[A_JERK] - p[JERK] * H), s[A_JERK] + p[JERK] * H)
     s[A_JERK] = a
     a = max(a, -p[BRAKE_MAX])
+    if a < 0.0:
+        a /= 1.0 + p[FADE_K] * s[DISC]
+    a = min(a, p[TORQUE])
     if a > 0.0:
         if a * s[V] > p[POWER]:
             a = p[POWER] / s[V]
@@ -142,6 +152,7 @@ def steering(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: f
     if p[STICK] > 0.0:  # a mean of two commands would be a place to stick at
         d = commands[min(max(math.floor((t - p[STEER_T] + 0.5 * H) / PERIOD), 0), last), 1]
     d *= p[RATIO] * (p[LEFT] if d > 0.0 else p[RIGHT]) / (1.0 + p[RATIO_V] * s[V])
+    d *= (s[V] + p[ASSIST_V] + p[ASSIST] * s[V]) / (s[V] + p[ASSIST_V])
     d += p[OFFSET]
     d = min(max(d, -p[STEER_MAX]), p[STEER_MAX])
     old = s[D_LAG]
@@ -161,6 +172,14 @@ def steering(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: f
             d = s[D_STICK] + math.copysign(p[STICK] * math.floor(abs(d - s[D_STICK]) / p[STICK]), d - s[D_STICK])
         s[D_STICK] = d
     d = s[D_STICK]
+    if s[V] >= CRAWL:
+        s[RESTED] = 0.0
+    elif s[RESTED] == 0.0:
+        s[RESTED] = s[HOLDS] = 1.0
+    if s[HOLDS] == 0.0 or abs(d - s[D_FREE]) >= p[HOLD]:
+        s[HOLDS] = 0.0
+        s[D_FREE] = d
+    d = s[D_FREE]
     s[D_PLAY] = min(max(s[D_PLAY], d - p[PLAY]), d + p[PLAY])
     d = s[D_PLAY]
     if p[GUST] > 0.0:
@@ -203,6 +222,20 @@ def tyres(q: FloatArray, p: FloatArray, d: float) -> tuple[float, float]:
 
 
 @compiled
+def ground(q: FloatArray, p: FloatArray) -> tuple[float, float]:
+    """Angles at which the ground rises ahead and to the left of the car at q [rad]."""
+    up = p[GRADE] * math.cos(q[YAW] - p[GRADE_H])
+    left = p[BANK] * math.cos(q[YAW] - p[BANK_H])
+    if p[HILL] != 0.0:
+        dx, dy = q[X] - p[HILL_X], q[Y] - p[HILL_Y]
+        z = p[HILL] * math.exp(-(dx * dx + dy * dy) / (2.0 * p[HILL_L] * p[HILL_L]))
+        zx, zy = -z * dx / (p[HILL_L] * p[HILL_L]), -z * dy / (p[HILL_L] * p[HILL_L])
+        up += math.atan(zx * math.cos(q[YAW]) + zy * math.sin(q[YAW]))
+        left += math.atan(zy * math.cos(q[YAW]) - zx * math.sin(q[YAW]))
+    return up, left
+
+
+@compiled
 def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: FloatArray) -> None:
     """Time derivative f of the motion q at produced acceleration a and road-wheel angle d."""
     b = p[C_L] - p[C_A]
@@ -211,10 +244,14 @@ def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: F
     vy_rear = q[VY] - b * r if slipping else 0.0
     c, s = math.cos(q[YAW]), math.sin(q[YAW])
     f[X], f[Y], f[YAW] = v * c - vy_rear * s, v * s + vy_rear * c, r
-    wind = v + p[WIND]
+    wind = p[WIND]
+    if p[WIND_H] != math.inf:  # of the vector over ground, the part against the car
+        wind *= math.cos(p[WIND_H]) * c + math.sin(p[WIND_H]) * s
+    wind += v
     along = a - p[ROLLING] - p[VISCOUS] * v - p[AERO] * v * v - p[CORNER] * abs(r * v)
     along += p[WIND_K] * (v * v - wind * abs(wind))
-    along -= G * math.sin(p[GRADE] * math.cos(q[YAW] - p[GRADE_H]))
+    up, left = ground(q, p)
+    along -= G * math.sin(up)
     f[VY] = f[R] = f[FF] = f[FR] = 0.0
     if slipping:
         front, rear = tyres(q, p, d)
@@ -223,7 +260,7 @@ def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: F
             f[FR] = (rear - q[FR]) * v / p[RELAX]
             front, rear = q[FF], q[FR]
         d -= 1e-3 * p[COMPLY] * front  # the wheel as it stands
-        across = -G * math.sin(p[BANK] * math.cos(q[YAW] - p[BANK_H]))
+        across = -G * math.sin(left)
         along += r * q[VY] - front * math.sin(d) / p[C_M]
         f[VY] = (front * math.cos(d) + rear) / p[C_M] - v * r + across
         f[R] = (p[C_A] * front * math.cos(d) - b * rear) / (p[C_I] * p[INERTIA])
@@ -241,8 +278,8 @@ def advance(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, fine:
         d = steering(s, p, commands, last, t)
         v = s[V]
         slipping = p[C_DYNAMIC] > 0.0 and v > SLOW
-        bank = p[BANK] * math.cos(s[YAW] - p[BANK_H])
-        lean = G * math.sin(p[GRADE] * math.cos(s[YAW] - p[GRADE_H]))
+        up, bank = ground(s[:8], p)
+        lean = G * math.sin(up)
         if not slipping:
             s[R] = v * math.tan(d) / p[C_L]
             s[VY] = b * s[R]
@@ -260,6 +297,7 @@ def advance(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, fine:
             if slipping:
                 fine[j, 6] += k1[VY] - b * k1[R]
         fine[j, 7] = d - 1e-3 * p[COMPLY] * s[FF] if slipping else d
+        s[DISC] += H * (v * max(-a, 0.0) - s[DISC] / p[FADE_TAU])
         if not rolls:
             continue
         for i in range(8):

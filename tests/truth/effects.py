@@ -26,6 +26,7 @@ PLANT: dict[str, dict[str, tuple[float, float, str]]] = {
     "jerk_limit": {"limit": (math.inf, 3.0, "m/s^3")},
     "power_limit": {"limit": (math.inf, 8.0, "W/kg")},
     "brake_limit": {"limit": (math.inf, 2.0, "m/s^2")},
+    "drive_torque_limit": {"limit": (math.inf, 1.2, "m/s^2")},
     "pedal_deadband": {"width": (0.0, 0.3, "m/s^2")},
     "lift_off_braking": {"a": (0.0, 0.5, "m/s^2")},
     "rolling_resistance": {"c": (0.0, 0.2, "m/s^2")},
@@ -34,12 +35,14 @@ PLANT: dict[str, dict[str, tuple[float, float, str]]] = {
     "cornering_drag": {"c": (0.0, 0.15, "-")},
     "road_grade": {"slope": (0.0, 0.03, "rad"), "heading": (0.0, 0.4, "rad")},
     "road_bank": {"slope": (0.0, 0.06, "rad"), "heading": (0.0, 0.4, "rad")},
-    "headwind": {"speed": (0.0, 6.0, "m/s"), "k": (0.0, 0.003, "1/m")},
+    # heading: inf is a wind that always comes from ahead
+    "headwind": {"speed": (0.0, 6.0, "m/s"), "k": (0.0, 0.003, "1/m"), "heading": (math.inf, math.inf, "rad")},
     "steer_delay": {"T": (0.0, 0.15, "s")},
     "steer_lag": {"tau": (0.0, 0.2, "s")},
     "steer_rate_limit": {"limit": (math.inf, 0.2, "rad/s")},
     "steer_angle_limit": {"limit": (math.inf, 0.2, "rad")},
     "steer_stiction": {"width": (0.0, 0.012, "rad")},
+    "steer_sticking": {"width": (0.0, 0.05, "rad")},
     "steer_backlash": {"half_width": (0.0, 0.01, "rad")},
     "steer_ratio": {"g": (1.0, 0.88, "-")},
     "steer_asymmetry": {"g_left": (1.0, 0.9, "-"), "g_right": (1.0, 1.1, "-")},
@@ -52,10 +55,26 @@ PLANT: dict[str, dict[str, tuple[float, float, str]]] = {
     "roll_dynamics": {"gain": (0.0, 0.15, "-"), "tau": (0.2, 0.2, "s")},
     "yaw_inertia": {"ratio": (1.0, 1.5, "-")},
     "speed_controller": {"kp": (0.0, 1.2, "1/s"), "ki": (0.0, 0.2, "1/s^2")},
+    # shows only beside speed_controller
+    "speed_limit": {"limit": (math.inf, 6.0, "m/s")},
+    # of the catalogue, but no ordinary search tries it
+    "steer_assist": {"g": (0.0, -0.25, "-"), "v0": (5.0, 5.0, "m/s")},
+    "road_profile": {
+        "height": (0.0, 1.0, "m"),
+        "x": (20.0, 20.0, "m"),
+        "y": (5.0, 5.0, "m"),
+        "length": (15.0, 15.0, "m"),
+    },
     # in no catalogue: a diagnosis must say UNKNOWN or PARTIAL
     "torque_ripple": {"amplitude": (0.0, 0.5, "m/s^2"), "per_metre": (0.5, 0.35, "1/m")},
     "speed_dependent_ratio": {"c": (0.0, 0.025, "s/m")},
-    "brake_fade": {"drop": (0.0, 0.5, "-"), "heat": (60.0, 60.0, "m^2/s^2")},
+    # drop, heat: of a brake that never cools; k, tau: of one that does, as in the catalogue
+    "brake_fade": {
+        "drop": (0.0, 0.5, "-"),
+        "heat": (60.0, 60.0, "m^2/s^2"),
+        "k": (0.0, 0.0, "kg/J"),
+        "tau": (60.0, 60.0, "s"),
+    },
     "cross_wind": {"amplitude": (0.0, 0.012, "rad"), "period": (7.0, 7.0, "s")},
     "steer_resonance": {"frequency": (0.0, 1.8, "Hz"), "damping": (0.25, 0.25, "-")},
     "battery_sag": {"drop": (0.0, 0.4, "-"), "energy": (100.0, 100.0, "m^2/s^2")},
@@ -88,10 +107,21 @@ OUTSIDE = (
     "gear_gap",
     "creep",
 )
-"""Effects that no library is expected to have."""
+"""Effects that no ordinary search is expected to name: no library has them, or (brake_fade) in another form."""
+
+REFINED: dict[str, dict[str, float]] = {
+    "brake_fade": {"k": 0.005, "tau": 60.0},
+    "steer_assist": {"g": -0.25, "v0": 5.0},
+    "road_profile": {"height": 1.0, "x": 20.0, "y": 5.0, "length": 15.0},
+}
+"""Effects of the catalogue that are the form of a constant one that changes while driving, with plain values."""
+
+SPEED_MODE = frozenset({"speed_controller", "speed_limit"})
+"""Effects of cars that take a speed as command."""
 
 KNOWN = {**PLANT, **SENSORS}
-CATALOGUE: tuple[str, ...] = tuple(name for name in KNOWN if name not in OUTSIDE)
+CATALOGUE: tuple[str, ...] = tuple(name for name in KNOWN if name not in (*OUTSIDE, *REFINED, "speed_limit"))
+"""What an ordinary search can find, each alone."""
 TYRE_EFFECTS = frozenset(
     {
         "understeer",
@@ -181,5 +211,5 @@ def parameters(car: TruthCar, effects: Effects) -> FloatArray:
     p[C_I] = car.yaw_inertia
     p[C_CF], p[C_CR] = stiffnesses(car, effects)
     p[C_DYNAMIC] = float(bool(TYRE_EFFECTS & set(effects)))
-    p[C_SPEED_MODE] = float("speed_controller" in effects)
+    p[C_SPEED_MODE] = float(bool(SPEED_MODE & set(effects)))
     return p

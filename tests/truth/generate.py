@@ -17,8 +17,20 @@ from typing import Literal
 import numpy as np
 from scipy.signal import lfilter
 
-from tests.truth.car import D_LAG, D_RATE, D_RES, D_STICK, FINE, N_STATE, PERIOD, SUBSTEPS, H, V, advance
-from tests.truth.effects import C_CF, C_CR, C_DYNAMIC, KNOWN, PLANT, Effects, FloatArray, TruthCar, checked, parameters
+from tests.truth.car import D_FREE, D_LAG, D_RATE, D_RES, D_STICK, FINE, N_STATE, PERIOD, SUBSTEPS, H, V, advance
+from tests.truth.effects import (
+    C_CF,
+    C_CR,
+    C_DYNAMIC,
+    KNOWN,
+    PLANT,
+    SPEED_MODE,
+    Effects,
+    FloatArray,
+    TruthCar,
+    checked,
+    parameters,
+)
 from vehicle.surrogate.driver import Drive, Driver, Motion
 
 Noise = Literal["none", "low", "mid", "high"]
@@ -72,7 +84,7 @@ def _simulated(
     for k in range(n):
         commands[k] = driver.wish(k * PERIOD, Motion(float(s[0]), float(s[1]), float(s[2]), float(s[V])))
         if k == 0:  # the steering rests where it is first asked to be
-            for place in (D_LAG, D_RATE, D_STICK, D_RES):
+            for place in (D_LAG, D_RATE, D_STICK, D_RES, D_FREE):
                 s[place] = commands[0, 1]
         advance(s, p, commands, k, fine[k * SUBSTEPS : (k + 1) * SUBSTEPS])
     commands.flags.writeable = fine.flags.writeable = False
@@ -144,10 +156,10 @@ def make_log(
 ) -> dict[str, FloatArray]:
     """Columns of one log, each float64 (n,), in the order of a file; same arguments, same bytes.
 
-    With `speed_controller` the car takes a speed: column speed_cmd in place of accel_cmd.
+    With an effect of SPEED_MODE the car takes a speed: column speed_cmd in place of accel_cmd.
     """
     commands, fine = fine_truth(effects, drive, seed, car=car, body=body)
-    by_speed = "speed_controller" in effects
+    by_speed = bool(SPEED_MODE & set(effects))
     columns = {"t": np.round(np.arange(len(commands)) * PERIOD, 6)}
     columns["speed_cmd" if by_speed else "accel_cmd"] = commands[:, 2 if by_speed else 0].copy()
     columns["steer_cmd"] = commands[:, 1].copy()

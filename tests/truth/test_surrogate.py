@@ -179,10 +179,18 @@ def signature(name: str) -> dict[str, float]:
     """A value of every key that should be seen."""
     special = {"road_grade": {"slope": 0.05, "heading": 0.0}, "road_bank": {"slope": 0.1, "heading": 0.0}}
     special["tyre_relaxation"] = {"length": 1.2}
-    special["headwind"] = {"speed": 8.0, "k": 0.004}
+    special["headwind"] = {"speed": 8.0, "k": 0.004, "heading": 0.5}
+    special["brake_fade"] = {"k": 0.01, "tau": 60.0}
+    special["road_profile"] = {"height": 1.0, "x": 20.0, "y": 5.0, "length": 15.0}
     if name in special:
         return special[name]
-    limits = {"jerk_limit": 3.0, "power_limit": 8.0, "brake_limit": 1.5, "steer_rate_limit": 0.1}
+    limits = {
+        "jerk_limit": 3.0,
+        "power_limit": 8.0,
+        "brake_limit": 1.5,
+        "steer_rate_limit": 0.1,
+        "drive_torque_limit": 0.6,
+    }
     limits |= {"steer_angle_limit": 0.03, "tyre_saturation": 1.0}
 
     def value(bound: Bound) -> float:

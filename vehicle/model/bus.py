@@ -48,7 +48,7 @@ class Bus(Protocol):
     accel_cmd: Annotated[float, "m/s^2", "asked acceleration"]
     throttle_cmd: Annotated[float, "-", "0..1"]
     brake_cmd: Annotated[float, "-", "0..1"]
-    speed_cmd: Annotated[float, "m/s", "asked speed"]
+    speed_cmd: Annotated[float, "m/s", "asked speed; speed_limit cuts it"]
     v_cmd: Annotated[float, "m/s", "imposed speed (inputs.longitudinal = 'v')"]
     road_grade: Annotated[float, "rad", "of the world's road under the car, > 0 uphill"]
     road_bank: Annotated[float, "rad", "of the world's road, > 0 left side up"]

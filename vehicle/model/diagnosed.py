@@ -12,7 +12,10 @@ class Diagnosed:
 
     details      the plainer effect that this one is a finer form of: few logs can tell it from plainer effects, so it
                  is tried only where none of those pays any more
+    refines      the constant effects of which this one is the form that changes while driving: it is tried only in the
+                 place of or beside one of them, where its gain was found to depend on something
     contains     the simpler effect that this one can do exactly; where both explain a log, the simpler one is named
+    held         parameters that a search leaves as the model has them, off where it does not name them
     needs        group of parts whose data sheet must be known: tried only on a model that has an effect of this group
     input        the command that must drive the model's longitudinal motion, "" for any
     run_setup    "zero": a zero of a sensor or of the steering, which may differ from run to run of the same car;
@@ -25,7 +28,9 @@ class Diagnosed:
     """
 
     details: str = ""
+    refines: tuple[str, ...] = ()
     contains: str = ""
+    held: tuple[str, ...] = ()
     needs: str = ""
     input: str = ""
     run_setup: Literal["", "zero", "place"] = ""

@@ -26,6 +26,7 @@ G = 9.80665  # m/s^2
 AIR = 1.2  # kg/m^3
 IDLE = 0.05  # m/s^2, a smaller command means that no pedal is pressed
 STEER_STIFF_TIME = 0.01  # s, in which an elastic steering settles
+STANDS = 0.05  # m/s, a slower car is taken to stand
 LOW_SPEED = 2.5  # m/s, below it slip is damped
 DAMPING_X, DAMPING_Y = 1600.0, 4000.0  # N s/m a tyre at standstill
 RING = 4096  # commands remembered: 1 s at 4 kHz
@@ -41,7 +42,9 @@ A_LAG, A_BRAKE, A_JERK, WORK, STEPS = range(27, 32)
 FZ0 = 32  # four wheel loads of the last step [N]
 FY_FRONT = 36  # N
 T_MOTOR, T_BRAKE = 37, 38  # N m at the motor; N m of all wheels
-N_STATE = 39
+DISC = 39  # J/kg in the brake discs over the mass of the car
+D_REST, STUCK, RESTING = range(40, 43)  # wheel angle that sticks after a standstill, whether it does, whether it stands
+N_STATE = 43
 ROW = ("x", "y", "yaw", "vx", "vy_rear", "yaw_rate", "ax", "ay", "steer", "roll", "pitch", "v_wheels")
 """Columns of the fine record, of the rear axle; ax, ay as a sensor in the leaning body feels them."""
 
@@ -71,7 +74,11 @@ H_POWER, H_BRAKE, H_DEAD = _H["power_limit", "limit"], _H["brake_limit", "limit"
 H_LIFT, H_ROLLING, H_VISCOUS = _H["lift_off_braking", "a"], _H["rolling_resistance", "c"], _H["viscous_resistance", "c"]
 H_AERO, H_GRADE, H_GRADE_H = _H["aero_drag", "k"], _H["road_grade", "slope"], _H["road_grade", "heading"]
 H_BANK, H_BANK_H = _H["road_bank", "slope"], _H["road_bank", "heading"]
-H_WIND, H_WIND_K = _H["headwind", "speed"], _H["headwind", "k"]
+H_WIND, H_WIND_K, H_WIND_H = _H["headwind", "speed"], _H["headwind", "k"], _H["headwind", "heading"]
+H_TORQUE, H_FADE, H_COOL = _H["drive_torque_limit", "limit"], _H["brake_fade", "k"], _H["brake_fade", "tau"]
+H_ASSIST, H_ASSIST_V, H_HOLD = _H["steer_assist", "g"], _H["steer_assist", "v0"], _H["steer_sticking", "width"]
+H_HILL, H_HILL_X = _H["road_profile", "height"], _H["road_profile", "x"]
+H_HILL_Y, H_HILL_L = _H["road_profile", "y"], _H["road_profile", "length"]
 H_STEER_T, H_STEER_TAU, H_STEER_RATE = _H["steer_delay", "T"], _H["steer_lag", "tau"], _H["steer_rate_limit", "limit"]
 H_STEER_MAX, H_STICK, H_PLAY = (
     _H["steer_angle_limit", "limit"],
@@ -116,13 +123,21 @@ def _lag(y: float, u: float, tau: float, h: float) -> float:
 def _steer(s: FloatArray, p: FloatArray, ring: FloatArray, count: int, h: float) -> float:
     """Angle of the front wheels [rad]: command unit, motor, play, column."""
     d = _delayed(ring, 0, count, p[H_STEER_T], h)
+    v = abs(s[VX])
+    d *= 1.0 + p[H_ASSIST] * v / (v + p[H_ASSIST_V])
     d = d * p[H_RATIO] * (p[H_LEFT] if d > 0.0 else p[H_RIGHT]) + p[H_OFFSET]
     d = min(max(d, -p[H_STEER_MAX]), p[H_STEER_MAX])
     s[D_LAG] = _lag(s[D_LAG], d, p[H_STEER_TAU], h)
     s[D_RATE] += min(max(s[D_LAG] - s[D_RATE], -p[H_STEER_RATE] * h), p[H_STEER_RATE] * h)
     if abs(s[D_RATE] - s[D_STICK]) >= p[H_STICK]:
         s[D_STICK] = s[D_RATE]
-    s[D_PLAY] = min(max(s[D_PLAY], s[D_STICK] - p[H_PLAY]), s[D_STICK] + p[H_PLAY])
+    stands = 1.0 if v < STANDS else 0.0
+    if stands > s[RESTING]:
+        s[STUCK] = 1.0
+    s[RESTING] = stands
+    if s[STUCK] == 0.0 or abs(s[D_STICK] - s[D_REST]) >= p[H_HOLD]:
+        s[STUCK], s[D_REST] = 0.0, s[D_STICK]
+    s[D_PLAY] = min(max(s[D_PLAY], s[D_REST] - p[H_PLAY]), s[D_REST] + p[H_PLAY])
     if p[H_COMPLY] > 0.0:
         target = s[D_PLAY] - p[H_COMPLY] * s[FY_FRONT] / 1000.0
         s[D_WHEEL] = _lag(s[D_WHEEL], target, STEER_STIFF_TIME, h)
@@ -188,6 +203,11 @@ def advance(
         vx, vy, r = s[VX], s[VY], s[R]
         grade = p[H_GRADE] * math.cos(s[YAW] - p[H_GRADE_H])
         bank = p[H_BANK] * math.cos(s[YAW] - p[H_BANK_H])
+        if p[H_HILL] != 0.0:
+            east, north = (s[X] - p[H_HILL_X]) / p[H_HILL_L], (s[Y] - p[H_HILL_Y]) / p[H_HILL_L]
+            steep = p[H_HILL] / p[H_HILL_L] * math.exp(-0.5 * (east * east + north * north))
+            grade -= math.atan(steep * (east * math.cos(s[YAW]) + north * math.sin(s[YAW])))
+            bank -= math.atan(steep * (north * math.cos(s[YAW]) - east * math.sin(s[YAW])))
         pull_x, pull_y = -G * math.sin(grade), -G * math.sin(bank)
         down = mass * G * math.cos(grade) * math.cos(bank)
 
@@ -208,11 +228,14 @@ def advance(
         speed_m = 0.5 * (s[W0 + 2] + s[W0 + 3]) * p[GEAR]
         torque_m = 0.0
         if ask > 0.0 and speed_m < p[WMAX]:
-            torque_m = min(ask * p[M] * p[RW] / p[GEAR], p[TMAX])
+            torque_m = min(ask * p[M] * p[RW] / p[GEAR], p[TMAX], p[H_TORQUE] * mass * p[RW] / p[GEAR])
             if speed_m > 1.0:
                 torque_m = min(torque_m, p[PMAX] / speed_m, p[H_POWER] * mass / speed_m)
         s[T_MOTOR] = torque_m = _lag(s[T_MOTOR], torque_m, p[MRISE], h)
-        s[T_BRAKE] = brake = _lag(s[T_BRAKE], (max(-ask, 0.0) + lifted) * p[M] * p[RW], p[BRISE], h)
+        pressed = max(-ask, 0.0) / (1.0 + p[H_FADE] * s[DISC])
+        rolling = 0.25 * p[RW] * abs(s[W0] + s[W0 + 1] + s[W0 + 2] + s[W0 + 3])
+        s[DISC] += h * (pressed * rolling - s[DISC] / p[H_COOL])
+        s[T_BRAKE] = brake = _lag(s[T_BRAKE], (pressed + lifted) * p[M] * p[RW], p[BRISE], h)
         s[WORK] += h * torque_m * speed_m
 
         # wheels: speeds, slips, forces
@@ -252,7 +275,7 @@ def advance(
         left_f, right_f = fx[0] * cd - fy[0] * sd, fx[1] * cd - fy[1] * sd
         moment = a * lat_f - b * (fy[2] + fy[3]) + half * (right_f - left_f + fx[3] - fx[2])
         s[FY_FRONT] = lat_f
-        wind = vx + p[H_WIND]
+        wind = vx + p[H_WIND] * (1.0 if p[H_WIND_H] == math.inf else math.cos(s[YAW] - p[H_WIND_H]))
         air = 0.5 * AIR * p[CDA] * vx * abs(vx)
         air += mass * (p[H_VISCOUS] * vx + p[H_AERO] * vx * abs(vx))
         air += mass * p[H_WIND_K] * (wind * abs(wind) - vx * abs(vx))

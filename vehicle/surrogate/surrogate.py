@@ -12,6 +12,7 @@ from vehicle.surrogate.double_track import (
     A_LAG,
     CAR_AT,
     D_LAG,
+    D_REST,
     N_STATE,
     RING,
     ROW,
@@ -143,6 +144,7 @@ class DoubleTrack:
         s[VX] = state.v
         s[W0 : W0 + 4] = state.v / self.hidden.car.wheel_radius
         s[D_LAG : D_LAG + 5] = state.steer
+        s[D_REST] = state.steer
         s[A_LAG] = s[A_JERK] = 0.0
         self._ring[:] = 0.0
         self._steer, self._accel = state.steer, 0.0

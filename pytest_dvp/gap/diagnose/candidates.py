@@ -59,19 +59,26 @@ class Candidate:
         return [found]
 
 
-def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = False) -> tuple[Candidate, ...]:
+def candidates(
+    model: VehicleModel, effects: Iterable[Effect], *, ay: bool = False, refined: bool = False
+) -> tuple[Candidate, ...]:
     """What can be tried on a model, in the order of `effects`: those that suit its base and its inputs.
 
     ay: lateral acceleration is measured. On a car whose tyres slip it matters where, and logs seldom say: both usual
     places, rear axle and centre of gravity, are tried, unless the model names one.
+    refined: also effects that refine a constant one (`Diagnosed.refines`) and are not in the model yet. A search leaves
+    them out: they can do what many others do, which would make it slower and less sure.
     """
     places = (0.0, model.car.cg_to_rear_axle) if ay and model.car.ay_x == 0.0 else ()
+    present = {a.name for a in model.effects}
     groups = {a.effect.diagnosed.needs for a in model.effects}
     found = []
     for effect in effects:
         if effect.slot == "perception" or model.base not in effect.base:
             continue
         tried = effect.diagnosed
+        if tried.refines and not refined and effect.name not in present:
+            continue
         if tried.needs and tried.needs not in groups:
             continue
         if tried.input and model.inputs.longitudinal != (tried.input,):
@@ -79,6 +86,7 @@ def candidates(model: VehicleModel, effects: Iterable[Effect], *, ay: bool = Fal
         coordinates = tuple(
             Coordinate(effect.name, key, tried.grid_points > 0, _samples_unsure(effect, key))
             for key in effect.parameters
+            if key.name not in tried.held
         )
         mounts = places if effect.tyres else ()
         limit = len(coordinates) == 1 and isinf(coordinates[0].key.neutral)

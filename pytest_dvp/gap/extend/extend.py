@@ -134,7 +134,7 @@ def _chosen(model: VehicleModel, effects: Sequence[Effect], target: ExperimentSe
     """What is to be fitted, each with its points of departure. Raises ModelError."""
     found: list[Candidate] = []
     for effect in effects:
-        suited = candidates(model, [effect], ay="ay" in target.channels)
+        suited = candidates(model, [effect], ay="ay" in target.channels, refined=True)
         if not suited:
             inputs = f"{' + '.join(model.inputs.longitudinal)} and {model.inputs.steer}"
             why = f"it needs other inputs than {inputs}, or a motor_torque whose data are known"
@@ -159,7 +159,7 @@ def _kept(model: VehicleModel, named: set[str]) -> list[Candidate]:
         if applied.name not in named and on:
             found += [
                 dataclasses.replace(c, coordinates=tuple(Coordinate(applied.name, k) for k in on))
-                for c in candidates(model, [applied.effect])
+                for c in candidates(model, [applied.effect], refined=True)
             ]
     return found
 

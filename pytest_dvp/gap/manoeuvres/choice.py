@@ -102,7 +102,7 @@ def candidates_by_name(
     from vehicle.model.errors import nearest_name
 
     every = {**catalogue(), **{e.name: e for e in effects}}
-    found = {c.name: c for c in candidates(model, every.values())}
+    found = {c.name: c for c in candidates(model, every.values(), refined=True)}
     for name in names:
         if name not in every:
             near = nearest_name(name, every)

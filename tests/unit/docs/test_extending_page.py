@@ -75,7 +75,7 @@ def test_the_effect_lengthens_a_stop_as_its_equation_says() -> None:
     commands = np.zeros((120, 6))
     commands[:, 1] = -3.0
     for c in (0.0, 0.01):
-        car = Plant(plain.with_effect(find_effect("brake_fade"), {"c": c}))
+        car = Plant(plain.with_effect(find_effect("brake_glazing"), {"c": c}))
         car.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=10.0))
         trace = car.drive(commands, 50)
         moving = trace[trace[:, TRACE_COLUMNS.index("v")] > 1e-3]
@@ -94,10 +94,10 @@ def test_the_effect_is_judged_by_what_shows_it_and_tried_as_a_detail() -> None:
     for fast, within in ((20.0, True), (8.0, False)):
         v = fast * (0.6 + 0.4 * np.cos(0.8 * t))
         shown = excitation(Log({"t": t, "v": v, "accel_cmd": np.gradient(v, t)}))
-        assert ("brake_fade" in shown.within_reach) is within
-        assert ("10 m/s" in shown.out_of_reach.get("brake_fade", "")) is not within
+        assert ("brake_glazing" in shown.within_reach) is within
+        assert ("10 m/s" in shown.out_of_reach.get("brake_glazing", "")) is not within
     model = VehicleModel("kinematic_bicycle", Inputs(), make_car({"wheelbase": 2.5}))
-    (tried,) = candidates(model, [catalogue()["brake_fade"]])
+    (tried,) = candidates(model, [catalogue()["brake_glazing"]])
     assert tried.detail
 
 

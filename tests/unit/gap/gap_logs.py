@@ -34,7 +34,9 @@ def drive(
     dt = 1.0 / rate
     t = np.arange(round(duration * rate)) * dt
     phase = t % 20.0
-    accel = np.where(phase < 5.0, 1.6, np.where((phase > 12.0) & (phase < 17.0), -2.0, 0.0))
+    # launches of more than one strength: one alone cannot tell a gain from a limit
+    launch = np.where(t % 40.0 < 20.0, 1.6, np.where(phase < 2.5, 1.2, 2.0))
+    accel = np.where(phase < 5.0, launch, np.where((phase > 12.0) & (phase < 17.0), -2.0, 0.0))
     steer = np.where((phase > 6.0) & (phase < 11.0), 0.08 * np.sin(2.0 * math.pi * 0.4 * (phase - 6.0)), 0.0)
     late = round(steer_delay / dt)
     acting = np.concatenate([np.full(late, steer[0]), steer[: len(steer) - late]])

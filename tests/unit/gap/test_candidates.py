@@ -43,6 +43,29 @@ def test_a_controller_of_speed_is_tried_only_where_a_speed_is_commanded() -> Non
     assert "speed_controller" in tried(by_speed)
 
 
+def test_a_ceiling_of_speed_is_tried_only_where_a_speed_is_commanded() -> None:
+    by_speed = parse_model(f"[model]\nname = 'car'\n[inputs]\nlongitudinal = 'speed_cmd'\n{CAR}")
+    assert "speed_limit" not in tried()
+    assert "speed_limit" in tried(by_speed)
+
+
+def test_what_refines_a_constant_effect_is_tried_only_if_it_is_asked_for_or_in_the_model() -> None:
+    refined = {"brake_fade", "road_profile", "steer_assist"}
+    assert {e.name for e in catalogue().values() if e.diagnosed.refines} == refined
+    assert not refined & set(tried())
+    asked = {c.name for c in candidates(baseline(), catalogue().values(), refined=True)}
+    assert asked == set(tried()) | refined
+    has_one = baseline().with_effect("brake_fade", {"k": 0.002})
+    assert refined & set(tried(has_one)) == {"brake_fade"}
+
+
+def test_the_direction_of_a_wind_stays_as_the_model_has_it() -> None:
+    """Without it the wind is always ahead, which no value of the key means: a search must not put one in its place."""
+    wind = tried()["headwind"]
+    assert [c.key.name for c in wind.coordinates] == ["speed", "k"]
+    assert not any(("headwind", "heading") in point for point in (*wind.points, *wind.coarse))
+
+
 def test_parts_of_a_drive_train_are_tried_only_where_the_model_has_one() -> None:
     effect = "[[effect]]\nname = 'motor_inertia'\nparameters = {J = 0.05}\n"
     has_one = parse_model(f"[model]\nname = 'car'\n{CAR}{effect}")
@@ -54,13 +77,14 @@ def test_parts_of_a_drive_train_are_tried_only_where_the_model_has_one() -> None
 def test_points_give_every_key_a_value_that_does_something_and_stays_in_its_range(name: str) -> None:
     candidate = tried()[name]
     for point in (*candidate.points, *candidate.coarse):
-        assert set(point) == {(name, key.name) for key in candidate.effect.parameters}
-        for key in candidate.effect.parameters:
+        keys = [key for key in candidate.effect.parameters if key.name not in candidate.effect.diagnosed.held]
+        assert set(point) == {(name, key.name) for key in keys}
+        for key in keys:
             value = point[name, key.name]
             if key.name != "heading":
                 assert key.low - 1e-12 <= value <= key.high + 1e-12
         # none of the points is the effect switched off
-        assert any(point[name, key.name] != key.neutral for key in candidate.effect.parameters)
+        assert any(point[name, key.name] != key.neutral for key in keys)
     assert len(candidate.coarse) <= len(candidate.points)
 
 

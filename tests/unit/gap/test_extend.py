@@ -14,7 +14,7 @@ from pytest_dvp.gap.extend.extend import extend
 from pytest_dvp.gap.words.extension import rest
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import DetectionTable, ObjectTrack
-from tests.truth.effects import Effects
+from tests.truth.effects import REFINED, Effects
 from tests.truth.generate import add_noise, make_log
 from tests.truth.tracks import make_tracks
 from vehicle.model.errors import ModelError
@@ -240,3 +240,12 @@ def test_place_of_the_accelerometer_that_fits_better_is_written_and_told() -> No
     assert found.model.car.ay_x == pytest.approx(1.3)
     assert found.model.value("understeer", "K") == pytest.approx(0.006, rel=0.1)
     assert [note for note in found.notes if note.startswith("[parameters] ay_x is 1.3 in the new model")]
+
+
+@pytest.mark.parametrize("name", sorted(REFINED))
+def test_an_effect_that_a_search_leaves_out_is_fitted_where_it_is_asked_for(name: str) -> None:
+    """Fading of a brake, a ratio that changes with speed, a hill: its numbers come back from one rich log."""
+    found = extend({"log": Log(make_log({name: REFINED[name]}, "rich", 11))}, model(), add=[name])
+    (added,) = found.effects
+    assert found.refusal == ""
+    assert {key: e.value for key, e in added.parameters.items()} == pytest.approx(REFINED[name], rel=0.05)

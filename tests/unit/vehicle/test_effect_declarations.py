@@ -21,6 +21,12 @@ def test_effects_that_are_detailed_or_contained_exist() -> None:
     assert named - {""} <= set(catalogue())
 
 
+def test_effects_that_are_refined_and_keys_that_are_held_exist() -> None:
+    assert {name for e in EFFECTS for name in e.diagnosed.refines} <= set(catalogue())
+    assert not any(catalogue()[name].diagnosed.refines for e in EFFECTS for name in e.diagnosed.refines)
+    assert all(set(e.diagnosed.held) < {key.name for key in e.parameters} for e in EFFECTS if e.diagnosed.held)
+
+
 def test_parameters_of_s_and_scales_of_the_input_map_exist() -> None:
     assert {name for e in EFFECTS for name, _ in e.diagnosed.hides_in} <= {p.name for p in S_PARAMETERS}
     assert {scale for e in EFFECTS for scale in e.diagnosed.input_scales} <= {key.name for key in INPUT_KEYS}

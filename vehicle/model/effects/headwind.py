@@ -1,10 +1,12 @@
-"""Steady wind from ahead."""
+"""Steady wind."""
 
 from __future__ import annotations
 
+from math import cos, inf
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
 from vehicle.model.shown_by import DRIVE, SPEED, TURNS_AROUND, ShownBy
 
@@ -13,7 +15,7 @@ from vehicle.model.shown_by import DRIVE, SPEED, TURNS_AROUND, ShownBy
     name="headwind",
     slot="force",
     physics="drag depends on the speed through the air, not over ground",
-    equation="a = -k (v + w) abs(v + w) + k v abs(v)",
+    equation="a = -k (v + u) abs(v + u) + k v abs(v), u = w cos(yaw - heading), without heading u = w",
     source="SAE J1263 (wind correction of coast-down tests)",
     parameters=(
         Key(
@@ -37,6 +39,15 @@ from vehicle.model.shown_by import DRIVE, SPEED, TURNS_AROUND, ShownBy
             minimum=0.0,
             meaning="drag over speed squared, as aero_drag",
         ),
+        Key(
+            "heading",
+            "rad",
+            -3.15,
+            3.15,
+            neutral=inf,
+            least=0.1,
+            meaning="direction the wind comes from; without it, always from ahead",
+        ),
     ),
     ties=(
         "aero_drag",
@@ -45,7 +56,9 @@ from vehicle.model.shown_by import DRIVE, SPEED, TURNS_AROUND, ShownBy
     ),
     reveals="the same straight at two constant speeds, in both directions",
     shown_by=ShownBy(200, (DRIVE, SPEED), (("speed", 5.0, "5 m/s"), TURNS_AROUND), usual=(("speed", 10.0, "10 m/s"),)),
+    diagnosed=Diagnosed(held=("heading",)),
 )
 def headwind(x: Bus, p: Any, m: Any) -> None:
-    air = x.vx + p.speed
+    ahead = p.speed if p.heading == inf else p.speed * cos(x.yaw - p.heading)
+    air = x.vx + ahead
     x.drag -= p.k * x.mass * (air * abs(air) - x.vx * abs(x.vx))
