@@ -16,6 +16,9 @@ LONGEST = 1.0  # [s] that a drive is late
 STRONGER = 4.0  # dv/dt over its command: no gain of a drive that a model could have
 WEAKER = 0.25
 HARDEST = 12.0  # m/s^2: more is asked for by no driver of a car on a road
+SAME = 0.1  # of the speed over ground, within which v is that speed
+GRIPS = 0.15  # of a drive in which v must be right, for what differs elsewhere to be slip
+UNEVEN = 0.2  # of the median ratio, its spread from quarter to quarter: a unit gives the same ratio everywhere
 _SCALES = (  # ratio of what was read to what it should be -> what happened
     (3.6, "km/h stored as m/s", "km/h"), (2.23694, "mph stored as m/s", "mph"), (1.94384, "knots stored as m/s", "kn"),
     (1 / 3.6, "m/s stored as km/h", "m/s"),
@@ -33,6 +36,14 @@ def check_speed(motion: Motion, file: str, findings: Findings) -> Motion:
     text, unit = next(((text, unit) for value, text, unit in _SCALES if abs(ratio / value - 1.0) < 0.1), ("", ""))
     if against != "the positions" and not unit:
         return motion  # accelerometers may have a scale of their own
+    if against == "the positions" and _slips(motion):
+        findings.add(
+            "log.wheel_slip", file, None, "column v", "v fits the positions in parts of the drive only",
+            found=f"v = {ratio:.3g} * distance over time in the median, the same in at least {GRIPS:.0%} of the drive",
+            hint="wheels that lock or spin on a slippery road show another speed than the car has; a wrong unit would "
+            "show everywhere", severity="warning",
+        )  # fmt: skip
+        return motion
     findings.add(
         "log.unit_suspect",
         file,
@@ -47,6 +58,15 @@ def check_speed(motion: Motion, file: str, findings: Findings) -> Motion:
         return motion
     scaled: dict[str, FloatArray] = {name: motion.of[name] / ratio for name in ("v", "accel") if name in motion.of}
     return dataclasses.replace(motion, of={**motion.of, **scaled})
+
+
+def _slips(motion: Motion) -> bool:
+    """True if v is the speed over ground in a good part of the drive and another one, not in proportion, elsewhere."""
+    of = motion.of
+    at = motion.moving & (of["path_speed"] > 0) & np.isfinite(of["v"])
+    ratio = np.abs(of["v"][at]) / of["path_speed"][at]
+    low, middle, high = np.percentile(ratio, [25, 50, 75])
+    return bool(np.mean(np.abs(ratio - 1.0) < SAME) >= GRIPS and high - low > UNEVEN * middle)
 
 
 def _speed_ratio(motion: Motion) -> tuple[float, str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -21,6 +21,7 @@ from pytest_dvp.gap.diagnose.experiment import Experiment, ExperimentSet
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log_contents import FloatArray
+from vehicle.model.effect import Effect
 
 Quantity: TypeAlias = Literal["time", "brake_energy", "motor_energy", "speed", "acceleration", "place"]
 QUANTITIES: tuple[Quantity, ...] = get_args(Quantity)
@@ -29,6 +30,9 @@ WORTH = 0.03  # of max(1, chi^2/N): a dependence that takes away less is none
 CERTAIN = 4.0  # standard errors, clustered by segment: six quantities are tried for each of several values
 CHANGE = 0.5  # of the least size worth naming: a value that moves by less stays the same
 PLAIN = 0.15  # of what the best quantity takes away: one before it in the order that does nearly as well is taken
+_LIMITS = {("drive_gain", "acceleration"): "drive_torque_limit", ("drive_gain", "speed"): "power_limit",
+           ("mass", "speed"): "power_limit", ("brake_gain", "acceleration"): "brake_limit"}  # fmt: skip
+"""Limits that make a gain seem to depend on a quantity; other effects say themselves what they refine."""
 _WINDOW = 1.0  # s
 _FEWEST = 12  # windows
 _CELLS = 8  # along the longer side of the map
@@ -52,17 +56,22 @@ class Dependence:
                 "key": self.key}  # fmt: skip
 
 
-def dependence(target: ExperimentSet, trial: Trial, name: str) -> Dependence | None:
+def dependence(target: ExperimentSet, trial: Trial, name: str, refiners: Collection[Effect] = ()) -> Dependence | None:
     """How the fitted value of an effect of the trial changes while driving; None if it is as good as constant.
 
-    First order in the change. Each value of the trial is taken to be constant but the one that is asked about, so a
+    refiners: effects that change while driving, of which the one that refines this effect is offered. First order in
+    the change. Each value of the trial is taken to be constant but the one that is asked about, so a
     dependence that another missing effect causes may show here, too.
     """
     found: list[tuple[float, Dependence]] = []
     for row, c in enumerate(trial.fit.coordinates):
         if c.effect == name and c.key.name not in SHAPE_KEYS and np.isfinite(c.key.neutral):
             found += _of_coordinate(target, trial, row, c)
-    return max(found, key=lambda entry: entry[0])[1] if found else None
+    if not found:
+        return None
+    best = max(found, key=lambda entry: entry[0])[1]
+    refiner = next((e.name for e in refiners if name in e.diagnosed.refines), "")
+    return dataclasses.replace(best, effect=_LIMITS.get((name, best.quantity), refiner))
 
 
 def _of_coordinate(target: ExperimentSet, trial: Trial, row: int, c: Coordinate) -> Iterator[tuple[float, Dependence]]:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.candidates import candidates
+from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.dependence import dependence
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.gap.diagnose.equation_error import opinions, votes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, folds, folds_with_setup, refit_on_fold, step
-from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
+from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import intervals, widen_dead_times
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.residual_signature import signature
@@ -60,20 +60,22 @@ def diagnose(
     tried = [
         c for c in candidates(model, known.values(), ay="ay" in target.channels) if not repeats(c.effect, nuisance)
     ]
+    refiners = [c for c in candidates(model, known.values(), refined=True) if _refines(c, model)]
     removed = _removed(target, model)
     while True:
-        search = Search(target, tried, nuisance=nuisance, start=start, fixed=removed, tick=tick)
+        search = Search(target, tried, nuisance=nuisance, start=start, fixed=removed, refiners=refiners, tick=tick)
         found = search.run()
         back = {name for name, _ in removed} & set(found.final.names)
         if not back:
             break
         removed = {key: value for key, value in removed.items() if key[0] not in back}  # in the way of what was found
     if removed and found.final.names:  # what is missing elsewhere can make an effect look as if it were too much
-        other = Search(target, tried, nuisance=nuisance, start=start, tick=tick)
+        other = Search(target, tried, nuisance=nuisance, start=start, refiners=refiners, tick=tick)
         kept = other.run()
         if _price(kept, other.count, 0) <= _price(found, search.count, len({name for name, _ in removed})):
             search, found, removed = other, kept, {}
         target.settle(found.final.values)
+    found = dataclasses.replace(found, final=search.refined(found.final))
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
     found, vetoed, gains, judges = _veto(search, found, judges, lambda: folds_with_setup(held_out, model, effects))
@@ -108,7 +110,10 @@ def diagnose(
     evidence = Evidence(
         held_out=gains,
         opinions=opinions(logs, model, {e.name: {k: x.value for k, x in e.parameters.items()} for e in named}),
-        dependence={n: d for n in final.names if (d := dependence(target, final, n)) is not None},
+        dependence={
+            n: d for n in final.names if (d := dependence(target, final, n, [c.effect for c in refiners])) is not None
+        },
+        scales=implausible_scales({key: e.value for key, e in _estimates(final, sure, "inputs").items()}),
     )
     named = with_standing(named, search, final, list(logs.values()), evidence, known)
     named += diagnose_perceptions(logs.values(), model, twins)
@@ -128,6 +133,10 @@ def diagnose(
         values=final.values,
         remainder=model.remainder,
     )
+
+
+def _refines(candidate: Candidate, model: VehicleModel) -> bool:
+    return bool(candidate.effect.diagnosed.refines) and all(a.name != candidate.name for a in model.effects)
 
 
 def _price(found: SearchResult, count: int, removed: int) -> float:

@@ -24,6 +24,7 @@ _FOLDS = 5
 _WORTH = 0.05  # of max(1, chi^2/N left): a smaller gain names nothing
 _PLAIN = 0.004  # of the score, a further unknown must bring
 _LEAST_ROWS = 50
+_KEPT = 0.5  # of what an effect takes away: as much beside another one means that the two are no rivals
 _CLEARLY = 1.25  # times what a named effect takes away: another one that takes away more speaks against it
 
 
@@ -152,23 +153,37 @@ class _Joint:
                 linear.append(columns)
         beside = np.concatenate(linear, axis=1) if linear else np.zeros((len(rest), 0))
         left = self._left_out(rest, beside)
-        gains = {
+        found = {
             other: gain for other in self.forms if other == name or other not in named
             if (gain := self._gain(other, rest, beside, left)) is not None
         }  # fmt: skip
-        if name not in gains or not np.isfinite(left):
+        if name not in found or not np.isfinite(left):
             return Opinion()
-        mine = gains[name]
-        first = max(gains, key=lambda other: gains[other])
-        worth = _WORTH * max(float(self.count), left - gains[first])
-        if gains[first] < worth:
+        mine = found[name][0]
+        first = max(found, key=lambda other: found[other][0])
+        gain, p = found[first]
+        worth = _WORTH * max(float(self.count), left - gain)
+        if gain < worth:
             return Opinion()
-        if first != name and gains[first] > _CLEARLY * max(mine, 0.0) and gains[first] - mine > worth:
-            return Opinion("disagrees", first)
-        return Opinion("agrees")
+        if first == name or gain <= _CLEARLY * max(mine, 0.0) or gain - mine <= worth:
+            return Opinion("agrees")
+        if mine > worth and self._beside(name, first, p, rest, beside) > _KEPT * mine:
+            return Opinion("agrees")  # the other one explains something else
+        return Opinion("disagrees", first)
 
-    def _gain(self, name: str, rest: FloatArray, beside: FloatArray, left: float) -> float | None:
-        """chi^2 that a form takes off blocks left out, beside linear columns; None if it moves nothing."""
+    def _beside(self, name: str, other: str, p: float, rest: FloatArray, beside: FloatArray) -> float:
+        """chi^2 that an effect takes off beside another one as well."""
+        columns = self.columns(other, p)
+        assert columns is not None
+        if self.forms[other].grid:
+            rest = rest - columns[:, 0]
+        else:
+            beside = np.concatenate([beside, columns], axis=1)
+        found = self._gain(name, rest, beside, self._left_out(rest, beside))
+        return found[0] if found else 0.0
+
+    def _gain(self, name: str, rest: FloatArray, beside: FloatArray, left: float) -> tuple[float, float] | None:
+        """chi^2 that a form takes off blocks left out, beside linear columns, and where; None if it moves nothing."""
         form, best = self.forms[name], None
         for p in form.grid or (0.0,):
             columns = self.columns(name, p)
@@ -177,8 +192,8 @@ class _Joint:
             after = self._left_out(rest - columns[:, 0], beside) if form.grid else self._left_out(
                 rest, np.concatenate([beside, columns], axis=1)
             )  # fmt: skip
-            if np.isfinite(after) and (best is None or left - after > best):
-                best = left - after
+            if np.isfinite(after) and (best is None or left - after > best[0]):
+                best = left - after, p
         return best
 
     def _left_out(self, rest: FloatArray, columns: FloatArray) -> float:

@@ -77,7 +77,7 @@ def refit_on_fold(search: Search, fold: Fold, trial: Trial, *, without: str = ""
     An effect that those do not show or determine keeps its value, for it would take any. Of one whose error has many
     valleys the data that judge may choose their own near the value: half a percent beside it another one begins.
     """
-    rough = {name for name in trial.names if any(c.rough for c in search.tried[name].coordinates)}
+    rough = {name for name in trial.names if any(c.rough for c in search.known[name].coordinates)}
     if rough:
         trial = _valley(search, fold, trial, rough)
     if fold.fitted is None:
@@ -97,7 +97,7 @@ def refit_on_fold(search: Search, fold: Fold, trial: Trial, *, without: str = ""
 def _valley(search: Search, fold: Fold, trial: Trial, rough: Collection[str]) -> Trial:
     values, best = trial.values, square(fold.judge.whitened(trial.values))
     for name in rough:
-        for c in search.tried[name].coordinates:
+        for c in search.known[name].coordinates:
             for offset in VALLEYS:
                 other = trial.values | {c.name: c.value(c.to_unit(trial.values[c.name]) + float(offset))}
                 left = square(fold.judge.whitened(other))
@@ -111,7 +111,7 @@ def fold_excites(search: Search, fold: Fold, trial: Trial, name: str) -> bool:
     that judge it: a limit that town driving hardly touches says nothing about a skid pad."""
     if fold.fitted is None:
         return True
-    off = trial.values | {c.name: c.key.neutral for c in search.tried[name].coordinates}
+    off = trial.values | {c.name: c.key.neutral for c in search.known[name].coordinates}
     r = fold.fitted.whitened(trial.values)
     change = square(fold.fitted.whitened(off) - r)
     if change <= PRACTICAL * max(fold.fitted.count, square(r)):

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from math import inf
 from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
+
+USUAL = {"full_throttle": (0.5, 15.0), "full_brake": (1.0, 15.0)}
+"""m/s^2 that a full pedal gives on a road car: below a truck uphill, above a racing car on slicks."""
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -30,3 +34,13 @@ def input_map(model: VehicleModel) -> tuple[tuple[Coordinate, ...], dict[tuple[s
             wanted.append("full_brake")
     keys = [k for k in INPUT_KEYS if k.name in wanted]
     return tuple(Coordinate("inputs", k) for k in keys), {("inputs", k.name): getattr(inputs, k.name) for k in keys}
+
+
+def implausible_scales(values: Mapping[str, float]) -> list[str]:
+    """A line for each fitted scale that no pedal of a car has, by key; the other values of such a fit mean little."""
+    return [
+        f"{key} = {value:.3g} m/s^2 is not what a full pedal does, {low:g} to {high:g}"
+        for key, value in values.items()
+        for low, high in (USUAL.get(key, (-inf, inf)),)
+        if not low <= value <= high
+    ]

@@ -44,6 +44,7 @@ _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 _CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
 _VAGUE = 0.33  # of a limit's range: an interval wider than that says nothing
 _CLEAR_OF_NEUTRAL = 1.2  # half-widths of the 95 % interval, three standard deviations
+_BEGINNINGS = 2  # points of a refiner's range from which a fit of it starts
 _DRAWS = 400
 _SEED = 7
 
@@ -63,13 +64,15 @@ class SearchResult:
 
 class Search:
     """One search. nuisance: coordinates that are fitted along with every set, from `start` on (the model's input map);
-    fixed: values of what is not searched."""
+    fixed: values of what is not searched; refiners: effects that change while driving, tried at the end only."""
 
     def __init__(self, target: ExperimentSet, tried: Sequence[Candidate], *, nuisance: Sequence[Coordinate] = (),
-                 start: Values | None = None, fixed: Values | None = None, tick: Tick = lambda text: None,
-                 ) -> None:  # fmt: skip
+                 start: Values | None = None, fixed: Values | None = None, refiners: Sequence[Candidate] = (),
+                 tick: Tick = lambda text: None) -> None:  # fmt: skip
         self.target, self.tick = target, tick
         self.tried = {c.name: c for c in tried}
+        self.refiners = {c.name: c for c in refiners}
+        self.known = {**self.refiners, **self.tried}
         self.nuisance, self.start, self.fixed = tuple(nuisance), dict(start or {}), dict(fixed or {})
         self.count = max(target.count, 1)
         self.starts = target.starts()
@@ -106,6 +109,32 @@ class Search:
         return SearchResult(
             self._credible_set(self.trial(best.names, best.values, zoom=True, like=best)), rivals, self._hidden()
         )
+
+    def refined(self, best: Trial) -> Trial:
+        """The set with an effect that changes while driving, in the place of a constant one or beside all, if that does
+        better: a brake that fades instead of one that is weak."""
+        if self._within_noise(best) or not best.names:
+            return best
+        start = best
+        for refiner in self.refiners.values():
+            bases = [name for name in start.names if name in refiner.effect.diagnosed.refines]
+            if refiner.name in best.names or not (bases or self._misfit(start)):
+                continue
+            self.tick(f"does it change while driving: {refiner.name}")
+            for names in dict.fromkeys((start.names, tuple(n for n in start.names if n not in bases))):
+                without = start if names == start.names else self.trial(names, start.values, like=start)
+                options = FirstOrderGain(self.target, without).remaining_chi2(refiner, refiner.points)
+                for _, point in sorted(options, key=lambda option: option[0])[:_BEGINNINGS]:
+                    with_it = self.trial((*names, refiner.name), without.values | point, like=without)
+                    if not self.is_worth_adding(without, with_it) or not self.is_credible(with_it, refiner.name):
+                        continue
+                    less = self._pruned(with_it)
+                    if refiner.name in less.names and self.cost(less) < self.cost(best) - 1e-3 * self.count:
+                        best = less
+        if best is start:
+            return best
+        self.target.settle(best.values)
+        return self._credible_set(self.trial(best.names, best.values, zoom=True, like=best))
 
     def _hidden(self) -> tuple[str, ...]:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
@@ -173,7 +202,7 @@ class Search:
         ("parameters") is kept as it is, too.
         """
         target = target or self.target
-        coordinates = [*self.nuisance, *(c for name in names for c in self.tried[name].coordinates)]
+        coordinates = [*self.nuisance, *(c for name in names for c in self.known[name].coordinates)]
         stop = Stop(enough=2e-4 * target.count, above=above)
         fixed = (
             self.fixed | {name: value for name, value in start.items() if name[0] == "parameters"} | dict(kept or {})
@@ -188,7 +217,7 @@ class Search:
         if a finer one does far better than the best of them."""
         if self._within_noise(now):
             return []
-        full = sum(not self.tried[name].detail for name in now.names) >= MOST
+        full = sum(not self.known[name].detail for name in now.names) >= MOST
         found: list[Trial] = []
         for detail in (True,) if full else (False, True):
             if detail and not self._misfit(found[0] if found else now):
@@ -211,8 +240,11 @@ class Search:
         return max(self.target.by_channel(now.values).values(), default=0.0) > CHANNEL_MISFIT
 
     def _within_noise(self, now: Trial) -> bool:
-        """True if no channel is off by more than its sensor is."""
-        return max(self.target.by_channel(now.values).values(), default=0.0) < 1.0
+        """True if no channel is off by more than its sensor is; of a twin with a known remainder, if all together leave
+        less than noise and that: fragments of an old remainder always gain a little."""
+        worst = max(self.target.by_channel(now.values).values(), default=0.0)
+        excused = any(e.model.remainder for e in self.target.experiments)
+        return worst < 1.0 or (excused and now.chi2 < self.count and worst < MISFIT)
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""
@@ -294,7 +326,7 @@ class Search:
     def _contestants(self, name: str) -> list[str]:
         """What may take the place of an effect: what came near when it was named, what is often confused with it."""
         near = dict.fromkeys(self._near.get(name, self.tried))
-        near |= dict.fromkeys(self.tried[name].effect.ties)
+        near |= dict.fromkeys(self.known[name].effect.ties)
         near |= dict.fromkeys(other for other, c in self.tried.items() if name in c.effect.ties)
         return [other for other in near if other in self.tried]
 
@@ -311,7 +343,7 @@ class Search:
 
     def _contained(self, name: str) -> str:
         """The simpler effect that this one can do exactly, "" if there is none."""
-        return self.tried[name].effect.diagnosed.contains
+        return self.known[name].effect.diagnosed.contains
 
     def _simplified(self, best: Trial) -> Trial:
         """The set with the simpler one of two effects of which one contains the other, where that one does as well."""

@@ -35,11 +35,12 @@ BEYOND = 1e-6  # of a range, for rounding
 @dataclasses.dataclass(frozen=True, slots=True)
 class Evidence:
     """What the search and its judges said of the named effects, by name: gains on held-out data (chi^2/N), opinions of
-    the second engine, and how values change while driving."""
+    the second engine, and how values change while driving; scales: what speaks against the fitted input scales."""
 
     held_out: Mapping[str, float]
     opinions: Mapping[str, Opinion]
     dependence: Mapping[str, Dependence]
+    scales: Sequence[str] = ()
 
 
 def with_standing(
@@ -75,6 +76,7 @@ def with_standing(
             *([f"regression without simulation votes for {opinion.instead}"] if opinion.instead else []),
             *_implausible(e, known[e.name]),
             *left.doubts(e.name),
+            *evidence.scales,
             *([f"its {changes.key} changes with {changes.quantity.replace('_', ' ')}"] if changes else []),
         ]
         standing: Standing = "provisional" if doubts else "confirmed"

@@ -64,7 +64,7 @@ def test_the_difference_is_drawn_where_there_is_one(page: dict[str, Any]) -> Non
         assert np.nanstd(row["after"]) <= np.nanstd(row["before"])
 
 
-def test_what_braking_at_one_level_cannot_tell_apart_is_provisional_and_not_in_the_command(page: dict[str, Any]) -> None:
+def test_what_one_level_of_braking_cannot_tell_apart_is_not_in_the_command(page: dict[str, Any]) -> None:
     """Always -2 m/s^2: a weaker brake and a limit of the brake do the same."""
     (effect,) = page["effects"]
     assert (effect["standing"], [r["name"] for r in effect["rivals"]]) == ("provisional", ["brake_limit"])

@@ -13,9 +13,9 @@ import pytest
 from openscenario.findings import Findings
 from pytest_dvp.doctor.excitation import _missed
 from pytest_dvp.doctor.missing_values import check_missing
-from pytest_dvp.doctor.redundant_motion import Motion
+from pytest_dvp.doctor.redundant_motion import Motion, motion_of
 from pytest_dvp.doctor.sensor_faults import check_sensors
-from pytest_dvp.doctor.speed_and_acceleration import check_wishes
+from pytest_dvp.doctor.speed_and_acceleration import check_speed, check_wishes
 from pytest_dvp.doctor.time_base import check_rate, check_stamps
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
@@ -163,3 +163,15 @@ def test_what_a_drive_lacks_is_said_with_the_number_that_decides(fact: str, leas
     assert float(number[0]) == least
     assert _missed(((fact, least, text),), {fact: 0.99 * least}) == f"needs {text}"
     assert _missed(((fact, least, text),), {fact: least}) == ""
+
+
+@pytest.mark.parametrize(("grips", "told"), [(0.13, "log.unit_suspect"), (0.17, "log.wheel_slip")])
+def test_wheels_that_lock_on_a_slippery_road_are_no_wrong_unit(grips: float, told: str) -> None:
+    """Over ground 10 m/s throughout; the wheels turn as fast for a share of it, elsewhere at 20 to 70 %."""
+    t = np.arange(0.0, 60.0, STEP)
+    slip = np.where(t < grips * t[-1], 1.0, 0.45 + 0.25 * np.sin(t))
+    motion = motion_of(Log({"t": t, "x": 10.0 * t, "y": 0.0 * t, "yaw": 0.0 * t, "v": 10.0 * slip}))
+    assert motion is not None
+    findings = Findings()
+    check_speed(motion, "log.csv", findings)
+    assert [(f.code, f.severity == "warning") for f in findings.found] == [(told, told == "log.wheel_slip")]
