@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from scipy.stats import beta
+
 from benchmarks.hidden_effects.case import HARMLESS
 from benchmarks.hidden_effects.ranges import neutral
 
@@ -16,7 +18,10 @@ SEEN = 1.05  # chi^2/N before, from which on "excess error removed" means someth
 
 @dataclass(frozen=True)
 class Share:
-    """`hits` of `count`; undefined (None) without cases."""
+    """`hits` of `count`; undefined (None) without cases. low, high: one-sided 95 % bounds of the rate behind it.
+
+    Source of the bounds: Clopper and Pearson, Biometrika 26 (1934) 404.
+    """
 
     hits: int
     count: int
@@ -25,6 +30,16 @@ class Share:
     def value(self) -> float | None:
         """The share, 0..1."""
         return self.hits / self.count if self.count else None
+
+    @property
+    def low(self) -> float:
+        """The rate is higher than this with 95 % confidence; 0 without cases."""
+        return float(beta.ppf(0.05, self.hits, self.count - self.hits + 1)) if self.hits else 0.0
+
+    @property
+    def high(self) -> float:
+        """The rate is lower than this with 95 % confidence; 1 without cases."""
+        return float(beta.ppf(0.95, self.hits + 1, self.count - self.hits)) if self.hits < self.count else 1.0
 
 
 @dataclass(frozen=True)
@@ -93,6 +108,27 @@ def confident_and_wrong(line: Line) -> bool:
     if line["verdict"] != "NAMED" or len(line["effects"]) != 1:
         return False
     return len(returned(line["effects"][0])) == 1 and names(line)[0] not in line["truth"]
+
+
+def confirmed(line: Line) -> list[str]:
+    """Names that the answer calls confirmed, under whatever verdict; of a record without standings those without rivals
+    under NAMED."""
+    return [
+        effect["name"] for effect in line["effects"]
+        if effect.get("standing", "confirmed" if line["verdict"] == "NAMED" and not effect.get("rivals") else "")
+        == "confirmed"
+    ]  # fmt: skip
+
+
+def wrongly_confirmed(lines: Iterable[Line]) -> Share:
+    """Of all confirmed names those that are not hidden in their car."""
+    found = [name in line["truth"] for line in lines for name in confirmed(line)]
+    return Share(found.count(False), len(found))
+
+
+def confirmed_and_true(line: Line) -> bool:
+    """All hidden effects are confirmed."""
+    return set(line["truth"]) <= set(confirmed(line))
 
 
 def names_too_much(line: Line) -> bool:

@@ -23,19 +23,27 @@ doctor` finds errors counts as refused.
 
 @dataclass(frozen=True)
 class Figure:
-    """One row: what, found, of how many, goal, and whether the goal is met (None: cannot be told)."""
+    """One row: what, found, its one-sided 95 % bound, of how many, goal, and whether the goal is met by that bound
+    (None: cannot be told)."""
 
     name: str
     found: str
     count: int
     goal: str
     met: bool | None
+    bound: str = ""
 
 
 def _rate(name: str, found: Share, goal: str, enough: Callable[[float], bool]) -> Figure:
+    """A goal to exceed is met by the lower bound, one to stay below by the upper one, an exact one as found."""
     if found.value is None:
         return Figure(name, "not measured", 0, goal, None)
-    return Figure(name, f"{found.value:.3f} ({found.hits}/{found.count})", found.count, goal, enough(found.value))
+    low, high = goal.startswith(">="), goal.startswith("<=")
+    bound = found.low if low else found.high if high else found.value
+    shown = f"> {found.low:.3f}" if low else f"< {found.high:.3f}" if high else ""
+    return Figure(
+        name, f"{found.value:.3f} ({found.hits}/{found.count})", found.count, goal, enough(bound), bound=shown
+    )
 
 
 def _number(
@@ -71,6 +79,11 @@ def figures(lines: Sequence[Line], advised: Sequence[Line] = ()) -> list[Figure]
                 lambda v: v <= 1.7),
         _rate("a single confident name that is wrong", score.share(known, score.confident_and_wrong), "<= 0.01",
               lambda v: v <= 0.01),
+        _rate("confirmed names that are not true, over all verdicts",
+              score.wrongly_confirmed(of(lines, "single", "urban", "pair", "triple", "null", "outside")), "<= 0.01",
+              lambda v: v <= 0.01),
+        _rate("one hidden effect, confirmed", score.share(singles, score.confirmed_and_true), ">= 0.85",
+              lambda v: v >= 0.85),
         _rate("names something when nothing is missing", score.share(nulls, lambda x: bool(x["effects"])), "<= 1/300",
               lambda v: v <= 1 / 300),
         _rate("two hidden effects, exact set", score.share(of(lines, "pair"), score.exact), ">= 0.90",
@@ -176,12 +189,12 @@ def page(lines: Sequence[Line], base_seed: int, total: int, advised: Sequence[Li
         *HEAD,
         f"{len(lines)} of {total} cases, seeds from {base_seed}.",
         "",
-        "| figure | found | goal | met |",
-        "|---|---|---|---|",
+        "| figure | found | 95 % bound | goal | met by the bound |",
+        "|---|---|---|---|---|",
     ]
     for row in figures(lines, advised):
         met = "" if row.met is None else "yes" if row.met else "no"
-        out.append(f"| {row.name} | {row.found} | {row.goal} | {met} |")
+        out.append(f"| {row.name} | {row.found} | {row.bound} | {row.goal} | {met} |")
     unseen = Counter(name for line in lines if line["verdict"] == "UNDETECTABLE" for name in line["names"])
     if unseen:
         out += ["", "No value of the range could be seen (not counted): " + _counted(unseen) + "."]

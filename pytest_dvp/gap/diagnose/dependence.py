@@ -36,6 +36,7 @@ _LIMITS = {("drive_gain", "acceleration"): "drive_torque_limit", ("drive_gain", 
 _WINDOW = 1.0  # s
 _FEWEST = 12  # windows
 _CELLS = 8  # along the longer side of the map
+_APART = 4  # segments between two visits of a place that count as two: 20 s
 _SHOWS = 1e-6  # of the strongest window's weight, below which a window says nothing
 
 
@@ -90,7 +91,7 @@ def _of_coordinate(target: ExperimentSet, trial: Trial, row: int, c: Coordinate)
     kept: list[tuple[float, Dependence]] = []
     for quantity in QUANTITIES:
         q = series[quantity][shows]
-        q = _by_place(q, weight, slope) if quantity == "place" else q
+        q = _by_place(q, weight, slope, segment) if quantity == "place" else q
         if q is None or not np.isfinite(q).all():
             continue
         low, high = _quantile(q, weight, 0.05), _quantile(q, weight, 0.95)
@@ -114,20 +115,17 @@ def _of_coordinate(target: ExperimentSet, trial: Trial, row: int, c: Coordinate)
         yield next(entry for entry in kept if entry[0] >= (1.0 - PLAIN) * best)
 
 
-def _by_place(cell: FloatArray, weight: FloatArray, slope: FloatArray) -> FloatArray | None:
-    """Each window's own shift as the other windows of its cell have it; None if hardly a cell was visited twice."""
+def _by_place(cell: FloatArray, weight: FloatArray, slope: FloatArray, segment: IntArray) -> FloatArray | None:
+    """Each window's own shift as other visits of its cell have it; None if hardly a cell was visited twice."""
     found = np.zeros(len(cell))
-    known = 0
+    known = np.zeros(len(cell), dtype=np.bool_)
     for one in np.unique(cell):
         own = np.flatnonzero(cell == one)
-        if len(own) < 3:
-            continue
-        known += len(own)
-        total_weight, total_slope = float(weight[own].sum()), float(slope[own].sum())
-        for k in own:
-            rest = total_weight - float(weight[k])
-            found[k] = -(total_slope - float(slope[k])) / rest if rest > 0.0 else 0.0
-    return found if 2 * known > len(cell) else None
+        apart = np.abs(segment[own][:, None] - segment[own][None, :]) >= _APART
+        others, shifts = apart @ weight[own], apart @ slope[own]
+        known[own] = others > 0.0
+        found[own] = np.where(others > 0.0, -shifts / np.where(others > 0.0, others, 1.0), 0.0)
+    return found if 2 * np.count_nonzero(known) > len(cell) else None
 
 
 def _quantile(q: FloatArray, weight: FloatArray, share: float) -> float:

@@ -153,10 +153,12 @@ class _Joint:
                 linear.append(columns)
         beside = np.concatenate(linear, axis=1) if linear else np.zeros((len(rest), 0))
         left = self._left_out(rest, beside)
-        found = {
-            other: gain for other in self.forms if other == name or other not in named
-            if (gain := self._gain(other, rest, beside, left)) is not None
-        }  # fmt: skip
+        found: dict[str, tuple[float, float]] = {}
+        for other in self.forms:
+            if other == name or other not in named:
+                tried = self._gain(other, rest, beside, left)
+                if tried is not None:
+                    found[other] = tried
         if name not in found or not np.isfinite(left):
             return Opinion()
         mine = found[name][0]
@@ -179,12 +181,13 @@ class _Joint:
             rest = rest - columns[:, 0]
         else:
             beside = np.concatenate([beside, columns], axis=1)
-        found = self._gain(name, rest, beside, self._left_out(rest, beside))
-        return found[0] if found else 0.0
+        gain = self._gain(name, rest, beside, self._left_out(rest, beside))
+        return gain[0] if gain else 0.0
 
     def _gain(self, name: str, rest: FloatArray, beside: FloatArray, left: float) -> tuple[float, float] | None:
         """chi^2 that a form takes off blocks left out, beside linear columns, and where; None if it moves nothing."""
-        form, best = self.forms[name], None
+        form = self.forms[name]
+        best: tuple[float, float] | None = None
         for p in form.grid or (0.0,):
             columns = self.columns(name, p)
             if columns is None:

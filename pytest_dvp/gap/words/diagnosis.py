@@ -161,7 +161,9 @@ def _effects(found: Diagnosis) -> list[str]:
     for effect in found.effects:
         name = f"{_SIGNS[effect.action]} {effect.name}"
         rivals = ", ".join(effect.rivals) or ("the car does not have it" if effect.action == "remove" else "-")
-        last = (_share(fit.get(effect.name)), _share(held.get(effect.name)), effect.standing, rivals)
+        last: tuple[str, ...] = (
+            _share(fit.get(effect.name)), _share(held.get(effect.name)), effect.standing, rivals
+        )  # fmt: skip
         if effect.action == "remove":
             rows.append((name, "", "-", "-", "", *last))
             continue

@@ -67,11 +67,31 @@ def test_confident_and_wrong_is_one_name_without_rivals(answer: dict[str, Any], 
     assert score.confident_and_wrong(answer) is wrong
 
 
+def test_each_confirmed_name_that_is_not_true_counts_under_any_verdict() -> None:
+    """Of old records, which know no standing, only what was NAMED without rivals."""
+    sure = {**named("steer_lag"), "standing": "confirmed"}
+    open_one = {**named("roll"), "standing": "provisional"}
+    true = {**named("steer_delay"), "standing": "confirmed"}
+    lines = [line("single", DELAY, "PARTIAL", true, sure, open_one), WRONG, line("null", {}, "NOTHING_MISSING")]
+    found = score.wrongly_confirmed(lines)
+    assert (found.hits, found.count) == (2, 3)
+    assert score.confirmed_and_true(lines[0])
+    assert not score.confirmed_and_true(WRONG)
+
+
+def test_the_bounds_are_those_of_clopper_and_pearson() -> None:
+    """0 of 300: 1 - 0.05^(1/300) = 0.99 %; all of 300 the same from the other side."""
+    assert score.Share(0, 300).high == pytest.approx(1.0 - 0.05 ** (1 / 300))
+    assert score.Share(300, 300).low == pytest.approx(0.05 ** (1 / 300))
+    assert (score.Share(0, 5).low, score.Share(5, 5).high) == (0.0, 1.0)
+
+
 def test_any_name_on_a_null_is_a_false_positive() -> None:
     quiet, loud = line("null", {}, "NOTHING_MISSING"), line("null", {}, "AMBIGUOUS", named("roll", "pitch"))
     figure = row([quiet, loud], "names something when nothing is missing")
     assert (figure.found, figure.met) == ("0.500 (1/2)", False)
-    assert row([quiet], figure.name).met is True
+    assert row([quiet] * 99, figure.name).met is False  # none of 99 shows no rate below 3 %
+    assert row([quiet] * 900, figure.name).met is True
     assert [missed(quiet), missed(loud)] == [False, True]
 
 
