@@ -137,7 +137,13 @@ def test_a_segment_at_another_speed_stays_on_its_curve() -> None:
     assert rows[250, RATE] / 9.0 == pytest.approx(rows[249, RATE] / rows[249, V], rel=1e-3)
 
 
-SHOWN_ELSEWHERE = ("gnss_latency", "gnss_lever_arm", "heading_bias", "wheel_radius")  # than where the car is
+SHOWN_ELSEWHERE = (
+    "gnss_latency",
+    "gnss_lever_arm",
+    "heading_bias",
+    "wheel_radius",
+    "wheel_slip",
+)  # than where the car is
 RUN_ON = [e.name for e in catalogue().values() if e.slot != "perception" and e.name not in SHOWN_ELSEWHERE]
 
 

@@ -116,6 +116,11 @@ class ExperimentSet:
         return sum(e.count for e in self.experiments)
 
     @property
+    def excused(self) -> bool:
+        """True if the model is known not to explain everything: part of sigma is then not noise."""
+        return any(e.model.remainder for e in self.experiments)
+
+    @property
     def sample(self) -> float:
         """Time between stamps [s], the longest of the usual ones of the logs."""
         return max(float(np.median(np.diff(e.log.t))) for e in self.experiments)

@@ -41,6 +41,8 @@ MISFIT = 1.3  # chi^2/N over all channels, above which something is left
 CHANNEL_MISFIT = 1.5  # of one channel
 _RETURNS = 2  # times that a search begins again
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
+LARGE = 6  # effects of a set from which on fewer candidates are fitted: each fit moves all of its values
+_REFITTED_IN_LARGE = 3
 _CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
 _VAGUE = 0.33  # of a limit's range: an interval wider than that says nothing
 _CLEAR_OF_NEUTRAL = 1.2  # half-widths of the 95 % interval, three standard deviations
@@ -243,13 +245,13 @@ class Search:
         """True if no channel is off by more than its sensor is; of a twin with a known remainder, if all together leave
         less than noise and that: fragments of an old remainder always gain a little."""
         worst = max(self.target.by_channel(now.values).values(), default=0.0)
-        excused = any(e.model.remainder for e in self.target.experiments)
-        return worst < 1.0 or (excused and now.chi2 < self.count and worst < MISFIT)
+        return worst < 1.0 or (self.target.excused and now.chi2 < self.count and worst < MISFIT)
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""
         trials = []
-        for _, name, point in ranking[:_REFITTED]:
+        few = _REFITTED if len(now.names) < LARGE else _REFITTED_IN_LARGE
+        for _, name, point in ranking[:few]:
             above = lowest + ROUGH * max(self.count, lowest)
             trials.append(self.trial((*now.names, name), now.values | point, like=now, above=above))
             lowest = min(lowest, trials[-1].chi2)

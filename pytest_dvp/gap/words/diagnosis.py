@@ -157,7 +157,9 @@ def _worst(found: Diagnosis) -> str:
 
 def _effects(found: Diagnosis) -> list[str]:
     fit, held = shares(found.ladder), shares(found.ladder, held_out=True)
-    rows = [("effect", "", "value", "95 % interval", "unit", "explains", "held out", "standing", "cannot be told from")]
+    rows: list[tuple[str, ...]] = [
+        ("effect", "", "value", "95 % interval", "unit", "explains", "held out", "standing", "cannot be told from")
+    ]
     for effect in found.effects:
         name = f"{_SIGNS[effect.action]} {effect.name}"
         rivals = ", ".join(effect.rivals) or ("the car does not have it" if effect.action == "remove" else "-")

@@ -29,6 +29,7 @@ class Samples:
     """Data of a search of which only the number of samples and the error of each channel are known."""
 
     count = COUNT
+    excused = False
 
     def __init__(self, **channels: float) -> None:
         self.channels = channels

@@ -1,0 +1,68 @@
+"""Slipping wheels in the odometry, and axle loads that move: closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vehicle.model.bus import GRAVITY
+from vehicle.model.model_file import parse_model
+from vehicle.model.open_loop import Replay
+from vehicle.model.vehicle_model import VehicleModel
+
+V, YAW_RATE = 3, 4
+LENGTH, FRONT = 2.5, 1.1
+
+
+def car(base: str = "kinematic_bicycle") -> VehicleModel:
+    stiff = "cornering_stiffness_front = 60000.0\ncornering_stiffness_rear = 60000.0\n" if base[0] == "d" else ""
+    return parse_model(
+        f'[model]\nbase = "{base}"\n[parameters]\nwheelbase = {LENGTH}\ncg_to_front_axle = {FRONT}\n'
+        f"mass = 1200.0\nyaw_inertia = 1500.0\n{stiff}"
+    )
+
+
+def driven(model: VehicleModel, accel: float, steer: float, speed: float, seconds: float) -> np.ndarray:  # type: ignore[type-arg]
+    t = np.arange(0.0, seconds, 0.01)
+    commands = {"accel_cmd": np.full(len(t), accel), "steer_cmd": np.full(len(t), steer)}
+    states = np.array([[0.0, 0.0, 0.0, speed, np.nan, np.nan]])
+    return np.asarray(Replay(model, t, commands).run({}, starts=np.array([0]), states=states))
+
+
+@pytest.mark.parametrize(
+    ("accel", "key", "slip"), [(-3.0, "c_brake", -0.03), (2.0, "c_drive", 0.02), (-3.0, "c_drive", 0.0)]
+)
+def test_the_wheels_show_their_slip_and_the_car_moves_as_before(accel: float, key: str, slip: float) -> None:
+    """0.01 s^2/m: one per cent of slip for each m/s^2 by which tyres brake or drive, none of the other sign."""
+    plain = driven(car(), accel, 0.0, 15.0, 3.0)
+    slipping = driven(car().with_effect("wheel_slip", {key: 0.01}), accel, 0.0, 15.0, 3.0)
+    assert slipping[:, V] == pytest.approx((1.0 + slip) * plain[:, V], rel=1e-9)
+    assert slipping[:, 0] == pytest.approx(plain[:, 0], rel=1e-9)
+
+
+def test_a_braked_car_turns_in_and_a_driven_one_runs_wide() -> None:
+    """While the speed is the same, the yaw rate is that of a car whose axles are softer and stiffer by the load."""
+    base = car("dynamic_bicycle")
+    shifting = base.with_effect("axle_load_shift", {"c": 0.3})
+    turn = {}
+    for accel in (-2.0, 0.0, 2.0):
+        start = 12.0 - 0.5 * accel  # at 12 m/s after half a second
+        rows = driven(shifting, accel, 0.06, start, 1.0), driven(base, accel, 0.06, start, 1.0)
+        turn[accel] = float(rows[0][50, YAW_RATE] / rows[1][50, YAW_RATE])
+    assert turn[0.0] == pytest.approx(1.0, abs=1e-12)
+    assert turn[-2.0] > 1.01
+    assert turn[2.0] < 0.99
+
+
+def test_the_shift_is_that_of_the_loads() -> None:
+    """Driving by a moves c a L/(g l_r) of the front axle's stiffness: the same as a car with those stiffnesses."""
+    c, accel = 0.2, 1.0
+    shift = c * accel * LENGTH / GRAVITY
+    changed = parse_model(
+        f'[model]\nbase = "dynamic_bicycle"\n[parameters]\nwheelbase = {LENGTH}\ncg_to_front_axle = {FRONT}\n'
+        f"mass = 1200.0\nyaw_inertia = 1500.0\n"
+        f"cornering_stiffness_front = {60000.0 * (1.0 - shift / (LENGTH - FRONT))}\n"
+        f"cornering_stiffness_rear = {60000.0 * (1.0 + shift / FRONT)}\n"
+    )
+    moved = driven(car("dynamic_bicycle").with_effect("axle_load_shift", {"c": c}), accel, 0.05, 10.0, 2.0)
+    assert moved[:, YAW_RATE] == pytest.approx(driven(changed, accel, 0.05, 10.0, 2.0)[:, YAW_RATE], rel=1e-6)
