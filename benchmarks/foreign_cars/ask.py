@@ -1,0 +1,85 @@
+"""One case asked: the twin matched as a user does it, the car driven again, the answer as one line."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.foreign_cars.car import CARS, data_sheet
+from benchmarks.foreign_cars.case import Case
+from benchmarks.foreign_cars.drive import LEVELS, NOISE, driven, make_log
+from benchmarks.foreign_cars.hidden import sensed
+from pytest_dvp.gap.diagnose.diagnose import diagnose
+from pytest_dvp.gap.extend.extend import extend
+from pytest_dvp.logs.log import Log
+from vehicle.model.model_file import model_text, parse_model, read_model
+from vehicle.model.vehicle_model import VehicleModel
+
+MATCHED_ON = (7001, 7002)  # seeds of the drives on which a twin learns its car; no case has them
+OTHER_RUN = 500_009  # added to a case's seed for the run that is held out
+VISIBLE = 3.0  # sigma of one sample, by which some signal must differ at some time to call an effect detectable,
+LASTING = 25  # in so many rows of the drive
+
+
+def matched(car: str, folder: Path) -> tuple[VehicleModel, dict[str, Any]]:
+    """The twin that learnt a car from two drives, by `diagnose` and `extend` with all that is named; kept in a file."""
+    file = folder / f"{car}.toml"
+    if file.exists():
+        return read_model(file), {}
+    logs = {f"{car}_rich.csv": make_log(CARS[car], "rich", MATCHED_ON[0])}
+    held_out = {f"{car}_town.csv": make_log(CARS[car], "town", MATCHED_ON[1])}
+    sheet = parse_model(data_sheet(CARS[car]))
+    begin = time.process_time()
+    found = diagnose(logs, sheet, held_out)
+    cpu = time.process_time() - begin
+    add = [e.name for e in found.effects if e.action == "add" and e.name not in found.set_up]
+    twin = extend(logs, sheet, add=add, held_out=held_out, start=found.values).model
+    folder.mkdir(parents=True, exist_ok=True)
+    draft = file.with_suffix(".part")
+    draft.write_text(model_text(twin), encoding="utf-8")
+    draft.replace(file)
+    return twin, {**found.as_dict(), "cpu": round(cpu, 1)}
+
+
+def detectable(case: Case) -> bool:
+    """True if the car's signals on the same commands differ with and without the effect: by 3 sigma in 25 rows of one
+    signal, the drift of position apart."""
+    car, hidden = CARS[case.car], case.truth
+    with_it = driven(car, "rich", case.drive_seed, hidden)
+    commands = np.column_stack([with_it["accel_cmd"], with_it["steer_cmd"]])
+    without = driven(car, "rich", case.drive_seed, commands=commands)
+    a, b = sensed(with_it, hidden), sensed(without, {})
+    scale = VISIBLE * LEVELS[case.noise]
+    return any(
+        int(np.count_nonzero(np.abs(a[n] - b[n]) > scale * NOISE[n])) >= LASTING for n in ("v", "yaw_rate", "ax", "ay")
+    ) or any(name in case.truth for name in ("gnss_latency", "heading_bias"))
+
+
+def ask(case: Case, folder: Path) -> dict[str, Any]:
+    """The record of a case. A diagnosis that raises is a record, too: verdict "ERROR"."""
+    car = CARS[case.car]
+    line: dict[str, Any] = {"key": case.key, "seed": case.seed, "category": case.category, "car": case.car,
+                            "noise": case.noise, "names": [case.name] if case.name else [], "truth": case.truth}  # fmt: skip
+    if case.category == "bare":
+        (folder / f"{case.car}.toml").unlink(missing_ok=True)
+        twin, answer = matched(case.car, folder)
+        return line | _kept(answer) | {"remainder": {c: dict(r) for c, r in twin.remainder.items()}}
+    if case.name and not detectable(case):
+        return line | {"verdict": "UNDETECTABLE", "effects": []}
+    twin, _ = matched(case.car, folder)
+    seed = case.drive_seed
+    logs: dict[str, Log] = {"rich.csv": make_log(car, "rich", seed, case.noise, case.truth)}
+    held_out = {"town.csv": make_log(car, "town", seed + OTHER_RUN, case.noise, case.truth)}
+    begin = time.process_time()
+    try:
+        answer = diagnose(logs, twin, held_out).as_dict()
+    except Exception as error:  # what a user would see as a traceback is a result of the benchmark
+        return line | {"verdict": "ERROR", "effects": [], "refused": f"{type(error).__name__}: {error}"}
+    return line | _kept({**answer, "cpu": round(time.process_time() - begin, 1)})
+
+
+def _kept(answer: dict[str, Any]) -> dict[str, Any]:
+    return {key: answer[key] for key in ("verdict", "effects", "chi2_per_n", "cpu") if key in answer}
