@@ -61,8 +61,9 @@ def detectable(case: Case) -> bool:
 def ask(case: Case, folder: Path) -> dict[str, Any]:
     """The record of a case. A diagnosis that raises is a record, too: verdict "ERROR"."""
     car = CARS[case.car]
-    line: dict[str, Any] = {"key": case.key, "seed": case.seed, "category": case.category, "car": case.car,
-                            "noise": case.noise, "names": [case.name] if case.name else [], "truth": case.truth}  # fmt: skip
+    names = [case.name] if case.name else []
+    line: dict[str, Any] = {"key": case.key, "seed": case.seed, "category": case.category, "car": case.car}
+    line |= {"noise": case.noise, "names": names, "truth": case.truth}
     if case.category == "bare":
         (folder / f"{case.car}.toml").unlink(missing_ok=True)
         twin, answer = matched(case.car, folder)

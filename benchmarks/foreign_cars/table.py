@@ -51,8 +51,8 @@ def page(lines: Sequence[dict[str, Any]], commit: str) -> str:
         ]
     bare = [line for line in lines if line["category"] == "bare"]
     if bare:
-        out += ["", "## From the data sheet", "",
-                "| car | chi^2/N before | after | held out before | after | CPU | named |", "|---|---|---|---|---|---|---|"]  # fmt: skip
+        head = ("car", "chi^2/N before", "after", "held out before", "after", "CPU", "named")
+        out += ["", "## From the data sheet", "", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for line in bare:
         fit, held = line["chi2_per_n"]["fit"], line["chi2_per_n"]["held_out"]
         named = ", ".join(

@@ -1,0 +1,77 @@
+"""The cars in MuJoCo obey the mechanics that anyone can compute; their cases are repeatable."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco", reason="mujoco is not installed (extra foreign)")
+
+from benchmarks.foreign_cars.car import CARS, data_sheet
+from benchmarks.foreign_cars.case import cases
+from benchmarks.foreign_cars.drive import driven
+from benchmarks.foreign_cars.hidden import RANGES, Controls, Values
+from benchmarks.foreign_cars.tyres import FloatArray
+from vehicle.model.effect_catalogue import catalogue
+from vehicle.model.model_file import parse_model
+
+HATCH = CARS["hatchback"]
+
+
+def commanded(accel: float, steer: float, seconds: float, hidden: Values | None = None) -> dict[str, FloatArray]:
+    n = round(seconds / 0.02)
+    commands = np.column_stack([np.full(n, accel), np.full(n, steer)])
+    return driven(HATCH, "rich", 1, hidden, duration=seconds, commands=commands)
+
+
+def test_a_car_with_its_brakes_on_stays_where_it_is() -> None:
+    log = commanded(-1.5, 0.0, 1.0)
+    assert np.abs(log["x"][-1] - log["x"][10]) < 2e-3
+    assert np.abs(log["v"]).max() < 0.05
+
+
+@pytest.mark.parametrize(("hidden", "ratio"), [({}, 1.0), ({"mass": {"ratio": 1.25}}, 1.25)])
+def test_it_accelerates_by_force_over_mass(hidden: Values, ratio: float) -> None:
+    """2 m/s^2 of the data sheet's mass, less rolling resistance; turning wheels add 3.7 % of the mass, and the loaded
+    tyre, 15 mm flatter, gives 5 % more force: together within 4 %."""
+    log = commanded(2.0, 0.0, 2.5, hidden)
+    found = np.polyfit(log["t"][50:], log["v"][50:], 1)[0]
+    assert found == pytest.approx(2.0 / ratio - HATCH.rolling * 9.81, rel=0.04)
+
+
+def test_slowly_it_turns_as_its_geometry_says() -> None:
+    log = commanded(0.6, 0.1, 4.0)
+    rows = slice(100, 180)
+    expected = log["v"][rows] * np.tan(0.1) / HATCH.wheelbase
+    assert log["yaw_rate"][rows] == pytest.approx(expected, rel=0.04)
+
+
+def test_same_seed_same_bytes() -> None:
+    first, again = (driven(HATCH, "town", 5, duration=1.0) for _ in range(2))
+    assert all(first[name].tobytes() == again[name].tobytes() for name in first)
+
+
+def test_a_disc_that_was_braked_hot_loses_gain_and_cools() -> None:
+    """1 m/s^2 at 10 m/s for 10 s: 100 J/kg, by which k = 0.01 halves the gain; after tau a 1/e of it is left."""
+    controls = Controls({"brake_fade": {"k": 0.01, "tau": 1e6}})
+    for _ in range(1000):
+        controls.heat(1.0, 10.0, 0.01)
+    assert controls.asked(-1.0, 0.0, 10.0)[0] == pytest.approx(-0.5, rel=1e-3)
+
+
+def test_hidden_effects_have_the_names_and_keys_of_the_catalogue_and_lie_in_its_ranges() -> None:
+    for name, keys in RANGES.items():
+        effect = catalogue()[name]
+        for key, (low, high) in keys.items():
+            assert effect.key(key).low <= low < high <= effect.key(key).high, (name, key)
+
+
+def test_the_cases_of_a_commit_are_its_own_and_every_data_sheet_is_a_model() -> None:
+    assert [c.truth for c in cases("0000abcd")[:20]] == [c.truth for c in cases("0000abcd")[:20]]
+    assert [c.truth for c in cases("0000abcd")[:20]] != [c.truth for c in cases("0000abce")[:20]]
+    assert len({c.key for c in cases("0000abcd")}) == len(cases("0000abcd")) >= 300
+    for car in CARS.values():
+        assert parse_model(data_sheet(car)).car.wheelbase == car.wheelbase
+        assert dataclasses.replace(car, payload=10.0) != car
