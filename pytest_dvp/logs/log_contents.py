@@ -130,7 +130,7 @@ class LogContents:
 
     @property
     def t(self) -> FloatArray:
-        """Time base [s]."""
+        """Time base [s]. Shape (n,)."""
         return self.columns["t"]
 
     @property

@@ -81,7 +81,10 @@ ARRIVED = "arrived."  # of those of commands that reached the car late: `pytest_
 
 def obeyed_command(log: Log, name: str) -> FloatArray | None:
     """A command (n,) as the car got it: what the gate let out, where one stood before the car, or what arrived, where
-    commands took their time, else what was asked. None if the log does not have it."""
+    commands took their time, else what was asked. None if the log does not have it.
+
+    The unit is that of the command's column.
+    """
     asked = log.columns.get(name)
     passed = log.columns.get(GATE + name, log.columns.get(ARRIVED + name))
     if asked is None or passed is None:
