@@ -102,7 +102,7 @@ def divergence_time(log: Log) -> float | None:
 
 def with_obeyed_commands(log: Log) -> Log:
     """A log with the commands that its car obeyed: of a replay those of the recording, not what this stack asked for,
-    else those that a command gate let out, where one stood before the car.
+    else those that a guard let out, where one stood before the car.
 
     Raises LogError if the recording that was played holds no commands.
     """

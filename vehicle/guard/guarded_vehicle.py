@@ -1,4 +1,4 @@
-"""Any vehicle behind the command gate: a Vehicle that wraps a Vehicle.
+"""Any vehicle behind the guard: a Vehicle that wraps a Vehicle.
 
     car = Gated(adapter, limits_of(adapter.description), name="tabby", scenario="overtaking.xosc", record=log.append)
     car.reset(state)                                    # a vehicle that is not real is armed by this

@@ -1,4 +1,4 @@
-"""What goes between a harness and the process that holds the command gate: MessagePack, arrays as their bytes."""
+"""What goes between a harness and the process that holds the guard: MessagePack, arrays as their bytes."""
 
 from __future__ import annotations
 
