@@ -145,7 +145,10 @@ class GuardedVehicle:
         self._ask(Request(command.t, self._sequence, command.steer, accel, command.throttle, command.brake))
 
     def step(self, dt: float) -> FloatArray:
-        """Let `dt` [s] pass, in cycles of 20 ms at most; the gate is asked between them."""
+        """Let `dt` [s] pass, in cycles of 20 ms at most; the gate is asked between them.
+
+        Returns rows (n, 12) of TRACE_COLUMNS. Raises ValueError if `dt` is not positive.
+        """
         if dt <= 0.0:
             raise ValueError(f"dt = {dt!r} s is not positive")
         rows: list[FloatArray] = []
