@@ -116,7 +116,7 @@ ads-report: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/python -m benchmarks
 
-# The command gate: coverage, every mutant, a million commands, its states; writes its part of docs/reliability.md.
+# The guard: coverage, every mutant, a million commands, its states; writes its part of docs/reliability.md.
 reliability: $(STAMP)
 	$(BIN)/python -m scripts.make_reliability_page
 

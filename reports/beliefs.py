@@ -28,6 +28,8 @@ def belief_rows(
     Each from the series of its metric (`lateral_rmse_path`, `localization_error`, `detection_error` [m],
     `heading_error` [rad]); a metric without one gives no row. The standard deviation that the stack itself states
     (`ads.position_sigma`) stands beside its error.
+
+    Columns (n,) by name, in the units of the log.
     """
     rows = []
     off = _series(metrics, "lateral_rmse_path")

@@ -98,7 +98,10 @@ def groups_figure(groups: Mapping[str, Mapping[str, float | None]], signals: Map
 
 def path_figure(t: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64],
                 error: NDArray[np.float64]) -> Figure:  # fmt: skip
-    """The driven path from above, coloured by the error, worst parts on top."""
+    """The driven path from above, coloured by the error, worst parts on top.
+
+    All (n,): t [s], x and y [m], and the error in multiples of the noise.
+    """
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     known = known[:: max(1, len(known) // PATH_POINTS)]
     level = np.where(np.isfinite(error[known]), error[known], 1.0)

@@ -31,7 +31,10 @@ SHOWN_EVENTS = ("story.event", "collision", "request", "goal", "stop", "timeout"
 
 
 def thin(t: ArrayLike, y: ArrayLike, limit: int = MAX_POINTS) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """At most `limit` points of a curve that keep its extremes: least and greatest value of each of equal buckets."""
+    """At most `limit` points of a curve that keep its extremes: least and greatest value of each of equal buckets.
+
+    Both (n,), in any units, which the results keep.
+    """
     t, y = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64)
     n = len(t)
     if n <= limit:

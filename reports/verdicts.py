@@ -59,6 +59,7 @@ class Row:
 
     @property
     def limit(self) -> str:
+        """The bound with its sign, as `<= 1.5`; empty without one."""
         return "" if self.bound is None else f"{self.sign} {self.bound:g}"
 
     def mark(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Mutation test of the command gate:  python -m scripts.gate_mutants [--jobs 2]
+"""Mutation test of the guard:  python -m scripts.gate_mutants [--jobs 2]
 
 Each mutant takes the place of its module in a process of its own, where the gate's tests run. It is killed if a test
 fails or takes longer than LONGEST. What survives stands in gate_equivalents.toml with the reason why no test could tell

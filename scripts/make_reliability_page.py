@@ -1,4 +1,4 @@
-"""Measures command gate and faults of the wire, writes docs/reliability.md:  python -m scripts.make_reliability_page
+"""Measures the guard and faults of the wire, writes docs/reliability.md:  python -m scripts.make_reliability_page
 
 Each part of the page stands between a pair of markers, <!-- gate --> and <!-- /gate -->, and only the part measured is
 written anew. What was measured is kept in runs/reliability until a file of the gate or its tests changes, so that a run

@@ -38,6 +38,7 @@ class Motion:
     moving: NDArray[np.bool_]
 
     def has(self, *names: str) -> bool:
+        """Whether each of the names is a column of `of`."""
         return all(name in self.of for name in names)
 
 
@@ -125,7 +126,11 @@ def _path_turn(
 
 
 def slope(a: FloatArray, b: FloatArray) -> float:
-    """k of the straight line a = k b + c through most of the points: least squares after the worst 5 % are dropped."""
+    """k of the straight line a = k b + c through most of the points: least squares after the worst 5 % are dropped.
+
+    Samples (n,) of both, in any units; k has the unit of `a` over that of `b`. NaN below 20 samples, or if `b` does not
+    vary.
+    """
     if len(a) < 20:
         return float("nan")
     kept = np.ones(len(a), bool)
@@ -142,7 +147,10 @@ def slope(a: FloatArray, b: FloatArray) -> float:
 
 
 def correlation(a: FloatArray, b: FloatArray) -> float:
-    """Correlation coefficient; 0 if one of them does not vary."""
+    """Correlation coefficient; 0 if one of them does not vary.
+
+    Samples (n,) of both, in any units; without a unit, -1 to 1. 0 below 20 samples as well.
+    """
     if len(a) < 20:
         return 0.0
     u, w = a - a.mean(), b - b.mean()
@@ -157,6 +165,9 @@ def best_lag(
     positive one); NaN rows are left out.
 
     Parabola through the three points around the peak.
+
+    `a` and `b` (n,) have one sample each `step` [s]; `longest` [s] is the reach to both sides. (0, 0) if there are too
+    few samples for that reach.
     """
     reach = round(longest / step)
     n = len(a)

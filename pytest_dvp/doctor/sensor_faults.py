@@ -27,6 +27,7 @@ _ECHOES = (("steer", "steer_cmd"), ("v", "speed_cmd"), ("ax", "accel_cmd"))
 
 
 def check_sensors(log: Log, motion: Motion, file: str, findings: Findings) -> None:
+    """Add a finding for each column that is dead or saturated; those that were never measured are left out."""
     of = dict(motion.of)
     if motion.has("v"):
         turn = of.get("turn", of.get("yaw_rate"))

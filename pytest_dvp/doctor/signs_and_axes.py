@@ -121,7 +121,10 @@ def _signs(usable: dict[str, FloatArray], step: float) -> dict[str, int]:
 
 
 def shape_of(a: FloatArray, b: FloatArray, step: float) -> float:
-    """Correlation at the best lag within 0.3 s: delays of actuators and sensors do not make a sign."""
+    """Correlation at the best lag within 0.3 s: delays of actuators and sensors do not make a sign.
+
+    Samples (n,) of both, one each `step` [s], in any units; without a unit, -1 to 1.
+    """
     return best_lag(a, b, step, 0.3)[1]
 
 
@@ -169,6 +172,7 @@ def _check_heading(motion: Motion, *, mirrored: bool, file: str, findings: Findi
 
 
 def tell_sign(name: str, others: str, file: str, findings: Findings) -> None:
+    """Add the finding that the sign of the column `name` is against `others` (words), and how to turn it round."""
     findings.add(
         "log.sign_flipped",
         file,

@@ -55,6 +55,8 @@ class OnlyTick:
 
         Raises AdsFault if it returns anything but a Command of finite numbers, offers something in another form, or
         does not return in time; StackRaised with what the stack itself raised.
+
+        Its AssertionError is never raised: `within` raises what it swallows.
         """
         first, self._first = self._first, False
         with self._deadline.within("tick", first=first):

@@ -105,7 +105,10 @@ class Delayed:
             self._under_way.append((self._last, command))
 
     def step(self, dt: float) -> FloatArray:
-        """Let `dt` [s] pass, a multiple of 1 ms; each command takes hold when it arrives."""
+        """Let `dt` [s] pass, a multiple of 1 ms; each command takes hold when it arrives.
+
+        Returns the rows (n, 12) of TRACE_COLUMNS that the vehicle returned.
+        """
         end = self._now + round(MS * dt)
         rows = []
         while self._now < end:

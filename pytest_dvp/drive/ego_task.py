@@ -32,6 +32,7 @@ class EgoTask:
     set_speed: float | None
 
     def message(self) -> Task:
+        """The task as the driving stack is told it: without the start."""
         return Task(set_speed=self.set_speed, goal=self.goal, route=self.route)
 
 

@@ -1,4 +1,4 @@
-"""What the command gate decided, for the log: its output beside the request, and each finding with its reasons.
+"""What the guard decided, for the log: its output beside the request, and each finding with its reasons.
 
 With it go the troubles of the wire behind the gate. `said_of` reads a finished log: where the gate had the car, what
 is measured of the drive is not the stack's doing, and a reader must know.

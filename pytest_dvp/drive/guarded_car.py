@@ -1,4 +1,4 @@
-"""The car of stages pe and rw behind its command gate: in this process, or a real one by the wall clock in its own."""
+"""The car of stages pe and rw behind its guard: in this process, or a real one by the wall clock in its own."""
 
 from __future__ import annotations
 

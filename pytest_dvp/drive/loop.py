@@ -51,7 +51,9 @@ class Limits:
 class Part(Protocol):
     """Keeps what is recorded so far; `pytest_dvp.logs.partial_log.LogPart` is one."""
 
-    def reached(self, t: float) -> None: ...
+    def reached(self, t: float) -> None:
+        """The run has come to `t` [s]: everything before it may be kept."""
+        ...
 
 
 class Loop:

@@ -60,14 +60,17 @@ class Setting:
 
     @property
     def key(self) -> str:
+        """The name as a field of RunSpec and a keyword of `run()`: `stack-limit` is `stack_limit`."""
         return self.name.replace("-", "_")
 
     @property
     def ini(self) -> str:
+        """The key in the ini file of pytest."""
         return f"dvp_{self.key}"
 
     @property
     def environment(self) -> str:
+        """The environment variable."""
         return f"DVP_{self.key.upper()}"
 
 

@@ -57,7 +57,10 @@ KEPT_LANE = 2000  # m of reference line ahead of an ego without a goal, a point 
 
 
 def prepare(request: Request) -> Ready:
-    """Read and check everything. Raises what `pytest_dvp.drive.run.run` says."""
+    """Read and check everything. Raises what `pytest_dvp.drive.run.run` says.
+
+    That includes GateError, of a gate file or of a name in it that the scenario does not have.
+    """
     gates, gate_folder = _gates(request)
     parameters = {**_of_the_scenario(request), **request.parameters}
     scenario = read_scenario(request.path, library=request.spec.library, rootdir=request.rootdir, parameters=parameters)
@@ -202,7 +205,10 @@ def _network(path: Path, changed: int, size: int) -> RoadNetwork:
 
 
 def reference_line(network: RoadNetwork, task: EgoTask) -> FloatArray:
-    """Centre line (n, 2) of the task's route in driving direction; without a goal, of the lane as far as it leads."""
+    """Centre line (n, 2) of the task's route in driving direction; without a goal, of the lane as far as it leads.
+
+    Points x, y in [m].
+    """
     if task.goal is not None:
         points = (task.start, *task.route, task.goal)
         legs = [network.centreline(network.route(a, b))[:, :2] for a, b in itertools.pairwise(points)]

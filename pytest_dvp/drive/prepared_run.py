@@ -38,6 +38,7 @@ class Ready:
     gate_log: GuardLog = dataclasses.field(default_factory=GuardLog)  # of stages pe and rw
 
     def close(self) -> None:
+        """Close vehicle, world and driver."""
         self.vehicle.close()
         self.world.close()
         self.driver.close()

@@ -1,6 +1,6 @@
 """What keeps a run in real time from being late: nothing is collected, and the system is asked to put it first.
 
-A busy machine that lets harness or car wait for more than 100 ms makes the command gate stop the car, as it must: the
+A busy machine that lets harness or car wait for more than 100 ms makes the guard stop the car, as it must: the
 drive then fails by its own braking. Where the system allows it (root, or `ulimit -r`), the threads of this process and
 of those that it has started are scheduled in real time instead; else they wait with all others.
 """

@@ -39,18 +39,28 @@ class FinishedRun(Protocol):
     """What `save_run` needs of a run; RunResult of pytest_dvp.run is one."""
 
     @property
-    def log(self) -> Log: ...
+    def log(self) -> Log:
+        """What was recorded."""
+        ...
 
     @property
-    def verdicts(self) -> Sequence[Verdict]: ...
+    def verdicts(self) -> Sequence[Verdict]:
+        """One for each gate."""
+        ...
 
     @property
-    def status(self) -> str: ...
+    def status(self) -> str:
+        """The status of the whole run in one word."""
+        ...
 
     @property
-    def scenario(self) -> str: ...
+    def scenario(self) -> str:
+        """The scenario's name."""
+        ...
 
-    def as_dict(self) -> dict[str, Any]: ...
+    def as_dict(self) -> dict[str, Any]:
+        """The content of result.json."""
+        ...
 
 
 @dataclasses.dataclass(frozen=True)

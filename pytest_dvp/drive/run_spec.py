@@ -324,6 +324,7 @@ class RunSpec:
 
     @property
     def runs_folder(self) -> Path:
+        """The folder of the run folders: the stated one, else RUNS in the root directory."""
         return self.runs if self.runs is not None else self.rootdir / RUNS
 
     @property

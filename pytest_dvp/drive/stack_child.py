@@ -205,6 +205,10 @@ def _leave() -> NoReturn:
 
 
 def main(arguments: list[str]) -> NoReturn:
+    """Serve a stack until the harness ends the line.
+
+    arguments  file descriptors, as text, of the line to the harness and of the file for tracebacks
+    """
     traces = open(int(arguments[1]), "w", closefd=False)  # noqa: SIM115  (open as long as the process)
     os.set_inheritable(int(arguments[1]), False)
     faulthandler.enable(traces)

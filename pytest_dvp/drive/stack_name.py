@@ -37,4 +37,5 @@ def check_name(text: str, origin: str, base: Path) -> str:
 
 
 def stack_entry_points() -> dict[str, EntryPoint]:
+    """The stacks that installed packages offer, by name; of two with one name the last by value."""
     return {point.name: point for point in sorted(entry_points(group=ENTRY_POINTS), key=lambda p: (p.name, p.value))}

@@ -253,7 +253,7 @@ def find_adapter(name: str) -> Adapter:
 
 
 def gate_apart(vehicle: str) -> Adapter | None:
-    """The adapter of a real car whose command gate gets a process of its own: one by the wall clock."""
+    """The adapter of a real car whose guard gets a process of its own: one by the wall clock."""
     name = vehicle.partition(":")[0]
     if name in (*VEHICLES, REPLAY):
         return None

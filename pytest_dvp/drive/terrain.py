@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 class NeedsTerrain(Protocol):
     """A vehicle that must be told what is under its wheels; a real one feels it."""
 
-    def place_on_road(self, z: float, grade: float = 0.0, bank: float = 0.0) -> None: ...
+    def place_on_road(self, z: float, grade: float = 0.0, bank: float = 0.0) -> None:
+        """Say what is under the wheels: height [m], slope along [rad, > 0 uphill], across [rad, > 0 left side up]."""
+        ...
 
 
 class Terrain:

@@ -24,9 +24,13 @@ _TRAFFIC_KIND = OBJECT_KINDS.index("vehicle")
 class Traffic(Protocol):
     """Background traffic, stepped with the world's clock."""
 
-    def step(self, t: float, mirrored: Callable[[], Sequence[Mirrored]]) -> list[Car]: ...
+    def step(self, t: float, mirrored: Callable[[], Sequence[Mirrored]]) -> list[Car]:
+        """Step to `t` [s]; `mirrored` gives the world's own road users. Returns the cars of the traffic."""
+        ...
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """End the traffic."""
+        ...
 
 
 class World:
@@ -94,7 +98,7 @@ class World:
         return self._seen
 
     def contacts(self, rows: FloatArray, before: Surroundings, after: Surroundings) -> list[Contact]:
-        """What the ego touched between two looks; rows as ContactDetector.check takes them."""
+        """What the ego touched between two looks; rows as ContactDetector.check takes them. Their shape is (n, 12)."""
         if before.names == after.names:
             return self._detector.check(rows, after.names, before.boxes, after.boxes)
         last = dict(zip(before.names, before.boxes, strict=True))
@@ -102,6 +106,7 @@ class World:
         return self._detector.check(rows, after.names, old, after.boxes)
 
     def close(self) -> None:
+        """End the background traffic, if there is any."""
         if self._traffic is not None:
             self._traffic.close()
 

@@ -58,7 +58,10 @@ class Account:
             self._refuse("takes", self.held, " of memory or more", self._most_held)
 
     def rows(self, count: int) -> None:
-        """Compare a number of rows, or of messages, with what is allowed."""
+        """Compare a number of rows, or of messages, with what is allowed.
+
+        Raises LogError (`log.too_large`) if it is more.
+        """
         if count > self._rows:
             text = f"{self.file}: the log has {count} rows or more, allowed: {self._rows}"
             raise LogError(f"{text} (--max-log-rows allows more)", "log.too_large")

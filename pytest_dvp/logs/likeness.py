@@ -58,7 +58,10 @@ def likeness(model: FloatArray, measured: FloatArray, step: float, max_lag: floa
 
 
 def peak(lags: FloatArray, correlation: FloatArray) -> float:
-    """Place of the maximum between the samples, by the parabola through the three highest."""
+    """Place of the maximum between the samples, by the parabola through the three highest.
+
+    Lags (n,) and the correlation (n,) at each; the result has the unit of the lags. At either end it is the end itself.
+    """
     k = int(np.argmax(correlation))
     if k in (0, len(lags) - 1):
         return float(lags[k])

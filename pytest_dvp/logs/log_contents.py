@@ -69,7 +69,7 @@ class LogEvent:
     kind   "story.event" and the like for storyboard transitions (text "standbyState -> runningState"), "collision"
            (element: the object hit), "request" (a storyboard action on the ego), "start" and "goal" of the task,
            "stop" (the scenario ended by its own triggers), "timeout" (the time limit ended it), "fault",
-           "gate" (element: what the command gate did, text: why), "wire" (element: topic, text: what was wrong),
+           "gate" (element: what the guard did, text: why), "wire" (element: topic, text: what was wrong),
            "replay" (the stack no longer asks for what was asked for in the recording).
     file, line  place in the user's file that caused it, if one did.
     """
@@ -130,7 +130,7 @@ class LogContents:
 
     @property
     def t(self) -> FloatArray:
-        """Time base [s]."""
+        """Time base [s]. Shape (n,)."""
         return self.columns["t"]
 
     @property

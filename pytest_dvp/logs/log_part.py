@@ -26,6 +26,7 @@ class Argument(NamedTuple):
 
     @property
     def whole(self) -> bool:
+        """Whether the argument names the whole file: neither end of the part is stated."""
         return self.start == -np.inf and self.stop == np.inf
 
 

@@ -231,6 +231,11 @@ def _si(unit: str) -> str:
 
 
 def stream_of(streams: Sequence[Stream], signal: SignalMap, mapping: MappingFile, file: str) -> Stream:
+    """The stream that a signal comes from: its topic; without a topic the only stream, or the only one that has its
+    field.
+
+    Raises LogError (`log.no_field`) if there is none, with the topics that the file has and the nearest one.
+    """
     for stream in streams:
         if stream.topic == signal.topic or (not signal.topic and len(streams) == 1):
             return stream

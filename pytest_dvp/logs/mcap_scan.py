@@ -73,6 +73,7 @@ class Scan:
 
     @property
     def count(self) -> int:
+        """Number of messages in all channels together."""
         return sum(self.counts.values())
 
     @property
@@ -81,6 +82,9 @@ class Scan:
         return (self.last - self.first) * 1e-9
 
     def add(self, channel: int, message: Message) -> None:
+        """Count a message of a channel, widen first and last log time [ns] to hold it, and hand it to `take` if there
+        is one.
+        """
         time = message.log_time
         if not self.counts:
             self.first = self.last = time
@@ -201,6 +205,9 @@ def records(data: Mapped, position: int, stop: int, ended: bool) -> Iterator[tup
 
 
 def read_record(data: Mapped, opcode: int, start: int, end: int, scan: Scan) -> None:
+    """Add the record data[start:end] to the scan: a schema (opcode 3), a channel (4) or a message (5); others do
+    nothing.
+    """
     if opcode == 5:
         channel, sequence, log_time, publish_time = struct.unpack_from("<HIQQ", data, start)
         scan.add(channel, Message(log_time, publish_time, sequence, memoryview(data)[start + 22 : end]))

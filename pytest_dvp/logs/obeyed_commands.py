@@ -81,7 +81,10 @@ ARRIVED = "arrived."  # of those of commands that reached the car late: `pytest_
 
 def obeyed_command(log: Log, name: str) -> FloatArray | None:
     """A command (n,) as the car got it: what the gate let out, where one stood before the car, or what arrived, where
-    commands took their time, else what was asked. None if the log does not have it."""
+    commands took their time, else what was asked. None if the log does not have it.
+
+    The unit is that of the command's column.
+    """
     asked = log.columns.get(name)
     passed = log.columns.get(GATE + name, log.columns.get(ARRIVED + name))
     if asked is None or passed is None:
@@ -99,7 +102,7 @@ def divergence_time(log: Log) -> float | None:
 
 def with_obeyed_commands(log: Log) -> Log:
     """A log with the commands that its car obeyed: of a replay those of the recording, not what this stack asked for,
-    else those that a command gate let out, where one stood before the car.
+    else those that a guard let out, where one stood before the car.
 
     Raises LogError if the recording that was played holds no commands.
     """

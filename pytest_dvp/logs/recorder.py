@@ -62,7 +62,10 @@ class LogRecorder:
         self._events: list[LogEvent] = []
 
     def ego_rows(self, trace: FloatArray) -> None:
-        """Motion of the ego since the last call: array (n, 12) of TRACE_COLUMNS, as `Vehicle.step` returns it."""
+        """Motion of the ego since the last call: array (n, 12) of TRACE_COLUMNS, as `Vehicle.step` returns it.
+
+        SI units.
+        """
         self._ego.append(trace.copy())
 
     def tick(

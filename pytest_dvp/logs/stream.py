@@ -40,7 +40,7 @@ class Stream:
 
     @property
     def header(self) -> FloatArray | None:
-        """The stamps in the messages' headers [s], None if they have none."""
+        """The stamps in the messages' headers [s], None if they have none. Shape (n,), one a message."""
         for prefix in ("header.stamp", "stamp", "timestamp"):
             for low in ("nanosec", "nsec", "nsecs"):
                 if f"{prefix}.sec" in self.fields and f"{prefix}.{low}" in self.fields:
@@ -76,6 +76,10 @@ class Columns:
         self._columns: dict[str, array[float]] = {}
 
     def add(self, row: Mapping[str, float]) -> None:
+        """Add a message's numbers as a row; a field that a row or an earlier row lacks is NaN there.
+
+        Raises LogError if rows or bytes are more than the account allows.
+        """
         columns = self._columns
         self.rows += 1
         self._account.rows(self.rows)
@@ -92,4 +96,5 @@ class Columns:
                     column.append(np.nan)
 
     def arrays(self) -> dict[str, FloatArray]:
+        """The columns by field, each (n,) with a row for each message, in the units of the messages."""
         return {name: np.frombuffer(column, dtype=np.float64) for name, column in self._columns.items()}

@@ -50,6 +50,7 @@ class Table:
     notes: dict[str, Any] = dataclasses.field(default_factory=dict)
 
     def line(self, row: int) -> int | None:
+        """Line of the file at which a row stands; None if the lines are not known."""
         return None if self.lines is None else int(self.lines[row])
 
 

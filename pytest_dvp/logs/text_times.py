@@ -20,6 +20,8 @@ def seconds_of(cells: Sequence[str]) -> FloatArray | None:
     empty; None if one is no such stamp, or if there is none.
 
     A date counts from 1970 (without a zone as if in UTC), a time of day from midnight, on beyond the next one.
+
+    The result is in [s].
     """
     found = np.full(len(cells), np.nan)
     of_day = True

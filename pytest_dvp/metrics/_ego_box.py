@@ -34,6 +34,8 @@ def pair_boxes(log: Log, name: str, track: ObjectTrack) -> tuple[FloatArray, Flo
 
     The ego's velocity is that of the middle of its box (reference point plus turn rate times lever), so that the
     straight motion that TTC assumes is the best one for the whole box. Raises Undefined where one is not measured.
+
+    Times in [s]; a box is x, y [m], yaw [rad], length, width [m], vx, vy [m/s] in the frame of the world.
     """
     length, width, ahead = ego_size(log)
     inside = (track.t >= log.t[0] - _SAME_TIME) & (track.t <= log.t[-1] + _SAME_TIME)

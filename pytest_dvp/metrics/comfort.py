@@ -46,7 +46,10 @@ def _jerk(v: FloatArray, step: float, cutoff: float) -> FloatArray:
 
 @metric(name="max_yaw_rate", unit="rad/s", bigger_is_worse=True, note="not filtered")
 def max_yaw_rate(log: Log) -> Measured:
-    """Greatest magnitude of the yaw rate, as measured: spikes of a sensor show. Source: Arango et al. 2026."""
+    """Greatest magnitude of the yaw rate, as measured: spikes of a sensor show. Source: Arango et al. 2026.
+
+    Raises Undefined if it was not measured.
+    """
     rate = log["yaw_rate"]
     measured = np.isfinite(rate)
     if not measured.any():
@@ -59,6 +62,8 @@ def uniform(log: Log, name: str) -> tuple[FloatArray, FloatArray]:
     """Times and values of a column on an even time base; resampled linearly if that of the log is uneven.
 
     Raises Undefined if it was not measured throughout, or the time does not increase.
+
+    Both (n,); times in [s], values in the unit of the column.
     """
     t, values = log.t, log[name]
     if not np.isfinite(values).all() or not np.isfinite(t).all():

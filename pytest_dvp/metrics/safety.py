@@ -39,7 +39,7 @@ def collision(log: Log) -> Measured:
 def road_departure(log: Log) -> Measured:
     """Time during which a corner of the ego's box was not on a drivable lane.
 
-    From the column `on_road`, which the world fills; undefined where it was never measured.
+    From the column `on_road`, which the world fills. Raises Undefined where it was never measured.
     """
     on_road = log.columns.get("on_road")
     if on_road is None or not np.isfinite(on_road).any():

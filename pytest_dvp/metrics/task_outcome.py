@@ -79,6 +79,8 @@ def events_fired(log: Log, *, optional: Sequence[str] = ()) -> Measured:
 
     The scenario's events are those that meta `storyboard_events` lists (names as in the log's "story.event" events);
     one fired if it was running once. Undefined if the scenario has none.
+
+    Raises MetricError if `optional` names an event that the scenario does not have, and Undefined if it has none.
     """
     names, missing = storyboard_events(log)
     if not names:

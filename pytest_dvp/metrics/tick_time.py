@@ -17,6 +17,8 @@ def tick_time(log: Log, *, statistic: str = "p99") -> Measured:
     the number of ticks that took longer than the cycle. Time in which numba compiles or loads compiled code does not
     count, nor does the way to a process of its own and back. It is another on each machine and in each run, and
     therefore in result.json and not in the log: undefined for a bare log.
+
+    Raises MetricError for another `statistic`, and Undefined for a bare log or if there was no tick but the first.
     """
     if statistic not in STATISTICS:
         raise MetricError(f"option 'statistic' of metric 'tick_time': found {statistic!r}, allowed: median, p99, worst")

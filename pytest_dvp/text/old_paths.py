@@ -61,14 +61,17 @@ class OldPaths:
     """Finds a module by its old path (the protocols of finder and loader of `importlib`)."""
 
     def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
+        """A spec whose loader is this object for a path of 0.1.0 that has moved; None for any other name."""
         if name not in NEW_PATHS:
             return None
         return ModuleSpec(name, self, is_package=name.endswith((".reality_gap", ".manoeuvres")))  # type: ignore[arg-type]
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """The module that stands at an old path."""
         return OldModule(spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
+        """Warn (DeprecationWarning) with the path that the module has now."""
         new = " or ".join(NEW_PATHS[module.__name__])
         warnings.warn(f"{module.__name__} is {new} now", DeprecationWarning, stacklevel=2)
 

@@ -33,6 +33,7 @@ class HeldOutScore:
     logs: tuple[Path, ...]
 
     def as_dict(self) -> dict[str, Any]:
+        """The score as JSON holds it, with the gap's keys; `chi2_per_n` itself, not its logarithm."""
         return {
             "performance": self.performance.value,
             "parts": dict(self.performance.parts),

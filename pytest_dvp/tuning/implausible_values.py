@@ -37,6 +37,7 @@ class ImplausibleValue:
     channels: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
+        """The fields as JSON holds them."""
         return dataclasses.asdict(self)
 
     @property

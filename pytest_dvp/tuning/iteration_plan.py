@@ -80,6 +80,7 @@ class Drive:
 
     @property
     def log(self) -> Path:
+        """The file that the job of this drive saves its log to."""
         assert self.job.save is not None
         return Path(self.job.save)
 

@@ -57,7 +57,7 @@ def headline(ledger: Sequence[Mapping[str, Any]], *, structure: bool) -> str:
 
 def command_of(found: Iterated) -> str:
     """The command that drives the first held-out variant on the twin with the stack, as both are at the end; not behind
-    the command gate, which no command line puts before a twin."""
+    the guard, which no command line puts before a twin."""
     from pytest_dvp.tuning.iteration_plan import drives
     from pytest_dvp.tuning.repeat_commands import command
 

@@ -37,6 +37,7 @@ class Entry:
     simulations: int
 
     def as_dict(self) -> dict[str, Any]:
+        """The fields as JSON holds them; numbers that are not finite are written as JSON can."""
         plain: dict[str, Any] = finite(dataclasses.asdict(self))
         return plain
 

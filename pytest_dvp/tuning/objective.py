@@ -38,6 +38,7 @@ class Term:
     above: bool = False
 
     def cost(self, value: float) -> float:
+        """What a value of the metric costs, >= 0, for a positive weight and scale."""
         if self.above and value < self.target:
             return 0.0
         return self.weight * abs(value - self.target) / self.scale
@@ -68,6 +69,7 @@ class Score:
 
     @property
     def allowed(self) -> bool:
+        """Whether nothing that must hold is broken."""
         return not self.broken
 
 

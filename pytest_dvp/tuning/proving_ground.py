@@ -29,7 +29,7 @@ OPEN = ("AMBIGUOUS", "PARTIAL", "UNKNOWN", "NOT_EXCITED")
 
 MOST = 1  # manoeuvres that the diagnosis advises, of those that decide the most first
 DURATION = 300.0  # s, longer than any manoeuvre
-SPEED, LATERAL = 10.0, 3.0  # m/s, m/s^2: what the command gate lets out, and the tests were planned for
+SPEED, LATERAL = 10.0, 3.0  # m/s, m/s^2: what the guard lets out, and the tests were planned for
 STEER, STEER_RATE = 0.34, 0.4  # rad, rad/s
 
 

@@ -29,6 +29,7 @@ class RepeatableRun:
     command: str
 
     def as_dict(self) -> dict[str, Any]:
+        """As JSON holds it: the log, or scenario, seed and parameters; score, broken bounds, metrics and command."""
         what: dict[str, Any] = {"log": shown(Path(self.job.log))} if self.job.log is not None else {
             "scenario": shown(Path(self.job.scenario)), "seed": self.job.seed, "set": dict(self.job.parameters),
         }  # fmt: skip

@@ -52,6 +52,7 @@ class Bound:
         return abs(self.value) - (self.half_width or 0.0) <= self.margin
 
     def as_dict(self) -> dict[str, Any]:
+        """The fields as JSON holds them, and `undecided`."""
         return {**dataclasses.asdict(self), "undecided": self.undecided}
 
 

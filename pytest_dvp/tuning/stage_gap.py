@@ -27,6 +27,7 @@ class Figure:
     count: int
 
     def as_dict(self) -> dict[str, Any]:
+        """The fields as JSON holds them."""
         return dataclasses.asdict(self)
 
 
@@ -43,6 +44,8 @@ class Gap:
     ensemble: Mapping[str, Mapping[str, Figure]] = dataclasses.field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:
+        """The tables as JSON holds them."""
+
         def plain(rows: Mapping[str, Mapping[str, Figure]]) -> dict[str, Any]:
             return {a: {b: f.as_dict() for b, f in inner.items()} for a, inner in rows.items()}
 

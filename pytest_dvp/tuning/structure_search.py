@@ -37,6 +37,7 @@ class StructureResult:
 
     @property
     def refusal(self) -> str:
+        """Why the extension was refused, in words; empty if it was not, or if there was none."""
         return str(self.extension.get("refusal", "")) if self.extension else ""
 
 

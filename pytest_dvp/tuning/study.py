@@ -20,6 +20,7 @@ class Variant:
 
     @property
     def title(self) -> str:
+        """The scenario's name, and its parameter values in brackets."""
         inside = ", ".join(f"{name}={value:g}" for name, value in self.values.items())
         return self.scenario.stem + (f" ({inside})" if inside else "")
 
@@ -76,4 +77,5 @@ class Study:
 
     @property
     def jobs_a_point(self) -> int:
+        """Number of simulations that one point takes: the logs of an alignment, else variants times seeds."""
         return len(self.logs) if self.objective.kind == "alignment" else len(self.variants) * len(self.seeds)

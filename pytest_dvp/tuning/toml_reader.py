@@ -52,6 +52,7 @@ class Reader:
         return None if self.ads is None else declared(self.ads)
 
     def fail(self, word: str, message: str) -> NoReturn:
+        """Raise TuneError with the first line of the file that holds `word`, or line 1."""
         line = next((n for n, t in enumerate(self.text.splitlines(), 1) if re.search(rf"{re.escape(word)}", t)), 1)
         raise TuneError(message, file=str(self.path), line=line)
 
@@ -87,6 +88,7 @@ class Reader:
         return P, {f"S.{name}": value for name, value in S.items()}
 
     def knobs(self, presets: Mapping[str, float]) -> tuple[tuple[Knob, ...], dict[str, float]]:
+        """The knobs of [parameters] and their starts: the stated start, else that of `presets`. Raises TuneError."""
         knobs, start = [], {}
         for name, raw in self.table(self.data.get("parameters", {}), "parameters").items():
             if name in ("P", "S") and isinstance(raw, dict) and not set(raw) & set(_KNOB):
@@ -117,6 +119,7 @@ class Reader:
         return tuple(knobs), start
 
     def unit(self, name: str) -> str:
+        """The unit of a parameter P.NAME or S.NAME. Raises TuneError if there is no such parameter."""
         if name.startswith("P.") and self.own_P() is not None:
             self.allowed({name: 0.0})
             return ""
@@ -126,6 +129,7 @@ class Reader:
             self.fail(name, str(error))
 
     def allowed(self, values: Mapping[str, float]) -> None:
+        """Raises TuneError if a parameter P.NAME or S.NAME cannot have its value."""
         from ads.parameters import ParameterError, Parameters
         from pytest_dvp.drive.stack_faults import AdsError
         from pytest_dvp.drive.stack_parameters import in_force
@@ -145,6 +149,7 @@ class Reader:
                 self.fail(name, str(error))
 
     def objective(self, kind: Kind) -> Objective:
+        """Terms and constraints of the file; where it states none, those of the usual objective. Raises TuneError."""
         default = PERFORMANCE if kind == "performance" else ALIGNMENT
         terms = [self.term(entry, kind) for entry in self.tables("term")]
         constraints = []
@@ -157,6 +162,7 @@ class Reader:
             self.fail("term", str(error))
 
     def term(self, entry: Mapping[str, Any], kind: Kind) -> Term:
+        """One [[term]]: metric, scale (> 0), weight and target. Raises TuneError."""
         self.known(entry, ("metric", "scale", "weight", "target"), "key of [[term]]")
         numbers = {key: self.number(entry[key], key) for key in ("scale", "weight", "target") if key in entry}
         if numbers.get("scale", 1.0) <= 0.0:
@@ -169,6 +175,7 @@ class Reader:
         return Term(self.metric(entry, kind), scale, weight, target)
 
     def metric(self, entry: Mapping[str, Any], kind: Kind) -> str:
+        """The metric that an entry names. Raises TuneError if the kind of study has no such metric."""
         name = str(entry.get("metric", ""))
         known = metric_names(kind)
         if name not in known:
@@ -176,6 +183,7 @@ class Reader:
         return name
 
     def variants(self, table: str = "scenario") -> tuple[Variant, ...]:
+        """The scenarios of [[scenario]], or of another table, with their parameters. Raises TuneError."""
         from pytest_dvp.drive.parameter_checks import check_declared
 
         found = []
@@ -194,6 +202,7 @@ class Reader:
         return tuple(found)
 
     def file(self, name: Any, what: str) -> Path:
+        """The file beside the study, else from here, else among what ships. Raises TuneError if it is in none."""
         from scenarios import path as shipped
 
         if not isinstance(name, str) or "\0" in name:
@@ -213,12 +222,14 @@ class Reader:
             self.absent(name, what)
 
     def absent(self, name: str, what: str) -> NoReturn:
+        """Raise TuneError for a file that is nowhere, with the nearest existing name."""
         from scenarios import path as shipped
 
         meant = _meant(name, (self.path.parent, shipped("overtaking.xosc").parent))
         self.fail(name or what, f"no {what} {name!r}: neither beside the study nor here nor among what ships{meant}")
 
     def vehicle(self, text: str) -> str:
+        """The vehicle as a run takes it, its file of hidden effects with its path. Raises TuneError for a real car."""
         from pytest_dvp.drive.run_spec import SIMULATED
         from pytest_dvp.drive.stages import StageError
 
@@ -232,6 +243,7 @@ class Reader:
         return f"{name}:{self.file(hidden, 'file of hidden effects')}" if colon else text
 
     def known(self, given: Iterable[str], names: Sequence[str], what: str) -> None:
+        """Raises TuneError at the first name that is none of `names`; `what` says in words what it was to be."""
         for name in given:
             if name not in names:
                 self.fail(name, unknown(what, name, names))
@@ -244,22 +256,26 @@ class Reader:
         self.known(self.data, names, "table")
 
     def table(self, raw: Any, name: str) -> dict[str, Any]:
+        """The value as a table. Raises TuneError if it is none."""
         if not isinstance(raw, dict):
             self.fail(name, f"{name} is {raw!r}, expected a table")
         return raw
 
     def tables(self, name: str) -> list[dict[str, Any]]:
+        """The tables [[name]] of the file, [] if it has none. Raises TuneError if the key holds something else."""
         raw = self.data.get(name, [])
         if not isinstance(raw, list):
             self.fail(name, f"{name} is a table, expected [[{name}]]")
         return [self.table(entry, name) for entry in raw]
 
     def number(self, raw: Any, name: str) -> float:
+        """The value as a finite number. Raises TuneError if it is none."""
         if isinstance(raw, bool) or not isinstance(raw, int | float) or raw != raw or abs(raw) == float("inf"):
             self.fail(name, f"{name}: {raw!r}, expected a number")
         return float(raw)
 
     def numbers(self, entry: Mapping[str, Any], key: str, name: str) -> list[float]:
+        """The finite numbers under a key, [] without it. Raises TuneError if it holds something else."""
         raw = entry.get(key, [])
         if not isinstance(raw, list):
             self.fail(name, f"{name}: {key} is {raw!r}, expected a list of numbers")
@@ -268,6 +284,7 @@ class Reader:
     def whole(
         self, table: Mapping[str, Any], key: str, default: int, allowed: Sequence[int] = (), *, least: int = 0
     ) -> int:
+        """The whole number under a key, >= `least` and one of `allowed` if that is not empty. Raises TuneError."""
         raw = table.get(key, default)
         if isinstance(raw, bool) or not isinstance(raw, int) or raw < least or (allowed and raw not in allowed):
             wanted = ", ".join(map(str, allowed)) or f"a whole number >= {least}"
@@ -275,18 +292,21 @@ class Reader:
         return raw
 
     def wholes(self, table: Mapping[str, Any], key: str, default: Sequence[int]) -> list[int]:
+        """The whole numbers >= 0 under a key, one at least. Raises TuneError."""
         raw = table.get(key, list(default))
         if not isinstance(raw, list) or not raw:
             self.fail(key, f"{key} is {raw!r}, expected a list of whole numbers, one at least")
         return [self.whole({key: value}, key, 0) for value in raw]
 
     def words(self, table: Mapping[str, Any], key: str) -> list[str]:
+        """The names under a key, [] without it. Raises TuneError if it holds something else."""
         raw = table.get(key, [])
         if not isinstance(raw, list) or not all(isinstance(word, str) for word in raw):
             self.fail(key, f"{key} is {raw!r}, expected a list of names")
         return raw
 
     def word(self, table: Mapping[str, Any], key: str, allowed: Sequence[Any], default: Any) -> Any:
+        """The value under a key, one of `allowed`. Raises TuneError if it is none of them."""
         raw = table.get(key, default)
         if raw not in allowed:
             self.fail(key, unknown(key, str(raw), allowed))

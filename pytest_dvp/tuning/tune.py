@@ -30,6 +30,7 @@ class Trial:
     each: tuple[Metrics, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
+        """The trial as JSON holds it."""
         return {
             "number": self.number,
             "simulations": self.simulations,
@@ -51,14 +52,17 @@ class Tuning:
 
     @property
     def start(self) -> Trial:
+        """The trial of the start, always the first."""
         return self.trials[0]
 
     @property
     def best(self) -> Trial:
+        """The best trial."""
         return _best(self.trials)
 
     @property
     def simulations(self) -> int:
+        """Number of simulations up to the last trial."""
         return self.trials[-1].simulations
 
     def as_dict(self) -> dict[str, Any]:

@@ -166,7 +166,7 @@ def _without_goal(
         if gate.metric in NEED_A_GOAL:
             yield Finding(
                 "dvp.gates.no_goal",
-                "error",
+                "warning",
                 file,
                 gate.line,
                 f"gate[{number}].metric",

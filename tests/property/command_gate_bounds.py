@@ -1,4 +1,4 @@
-"""What must hold of every output of the command gate, whatever was asked: checked by the property tests."""
+"""What must hold of every output of the guard, whatever was asked: checked by the property tests."""
 
 from __future__ import annotations
 

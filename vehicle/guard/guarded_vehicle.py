@@ -1,4 +1,4 @@
-"""Any vehicle behind the command gate: a Vehicle that wraps a Vehicle.
+"""Any vehicle behind the guard: a Vehicle that wraps a Vehicle.
 
     car = Gated(adapter, limits_of(adapter.description), name="tabby", scenario="overtaking.xosc", record=log.append)
     car.reset(state)                                    # a vehicle that is not real is armed by this
@@ -145,7 +145,10 @@ class GuardedVehicle:
         self._ask(Request(command.t, self._sequence, command.steer, accel, command.throttle, command.brake))
 
     def step(self, dt: float) -> FloatArray:
-        """Let `dt` [s] pass, in cycles of 20 ms at most; the gate is asked between them."""
+        """Let `dt` [s] pass, in cycles of 20 ms at most; the gate is asked between them.
+
+        Returns rows (n, 12) of TRACE_COLUMNS. Raises ValueError if `dt` is not positive.
+        """
         if dt <= 0.0:
             raise ValueError(f"dt = {dt!r} s is not positive")
         rows: list[FloatArray] = []

@@ -1,4 +1,4 @@
-"""The process that holds a real car and the command gate before it:  python -m vehicle.guard.host FD
+"""The process that holds a real car and the guard before it:  python -m vehicle.guard.host FD
 
 Nobody else reaches the car. The harness asks (`process.py`): reset, observe, apply, step ...; while it says
 nothing, the gate goes on by itself, 50 cycles a second by the wall clock, so that a stack that hangs, or a harness that

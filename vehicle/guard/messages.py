@@ -1,4 +1,4 @@
-"""What goes into the command gate and what comes out: frozen, SI units, standard library only."""
+"""What goes into the guard and what comes out: frozen, SI units, standard library only."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ class GuardProcess:
         self._do("apply", (command, sequence), None)
 
     def step(self, dt: float) -> FloatArray:
-        """Let `dt` [s] pass. Returns the motion since the last call, rows of TRACE_COLUMNS."""
+        """Let `dt` [s] pass. Returns the motion since the last call, rows of TRACE_COLUMNS. Their shape is (n, 12)."""
         rows: FloatArray = self._do("step", dt, FloatArray)
         return rows
 

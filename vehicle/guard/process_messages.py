@@ -1,4 +1,4 @@
-"""What goes between a harness and the process that holds the command gate: MessagePack, arrays as their bytes."""
+"""What goes between a harness and the process that holds the guard: MessagePack, arrays as their bytes."""
 
 from __future__ import annotations
 
@@ -60,7 +60,10 @@ def unpack(data: bytes | msgspec.Raw, kind: Any) -> Any:
 
 
 def raw(value: Any) -> Any:
-    """An array as what MessagePack knows; numbers of numpy as Python's."""
+    """An array as what MessagePack knows; numbers of numpy as Python's.
+
+    Raises NotImplementedError for anything else.
+    """
     if isinstance(value, np.ndarray):
         return (value.dtype.str, value.shape, np.ascontiguousarray(value).reshape(-1).view(np.uint8).data)
     if isinstance(value, np.generic):

@@ -74,7 +74,10 @@ class SignalMap:
 
 
 def find_map(path: Path | None = None) -> SignalMap:
-    """The map for `--dvp-dbc path`: a DBC with its map beside it, or a map that names its DBC; None: our own."""
+    """The map for `--dvp-dbc path`: a DBC with its map beside it, or a map that names its DBC; None: our own.
+
+    Raises CanMapError if the map cannot be read, or if its `dbc` is not a name.
+    """
     path = OURS if path is None else path
     file = path if path.suffix == ".toml" else path.with_suffix(".toml")
     try:
@@ -89,7 +92,10 @@ def find_map(path: Path | None = None) -> SignalMap:
 
 
 def read_map(dbc: Path, file: Path, text: Mapping[str, Any]) -> SignalMap:
-    """The map that `text`, the content of `file`, makes of a DBC."""
+    """The map that `text`, the content of `file`, makes of a DBC.
+
+    Raises CanMapError if a key is unknown, a needed one is missing, or keys do not go together.
+    """
     database = _database(dbc)
     _known(file, "", text, ("command", "report", "always", "automatic", "mode", "protection", "unit", "ratio"))
     for part in ("unit", "ratio"):  # of the quantities that are mapped

@@ -170,7 +170,10 @@ def heading_from_ros(message: Any) -> Heading:
 
 
 def points_to_ros(points: FloatArray, ns: int) -> Any:
-    """PointCloud2 of x, y, z in float32, which is what drivers of scanners send (0.01 mm at 100 m)."""
+    """PointCloud2 of x, y, z in float32, which is what drivers of scanners send (0.01 mm at 100 m).
+
+    Points (n, 3) in [m]; `ns` is the stamp [ns].
+    """
     fields = [ros.PointField(name, 4 * k, FLOAT32, 1) for k, name in enumerate("xyz")]
     data = np.ascontiguousarray(points, dtype="<f4").tobytes()
     return ros.PointCloud2(header(ns, "lidar"), 1, len(points), fields, False, 12, 12 * len(points), data, True)

@@ -29,7 +29,7 @@ import numpy as np
 
 from vehicle.messages import GnssFix, VehicleState
 
-AHEAD = 0.02  # s; as the command gate takes it
+AHEAD = 0.02  # s; as the guard takes it
 LEARNING = 8  # messages from which the rhythm is learnt
 GAP = 1.5  # intervals
 BACK = 0.2  # s; further back than any mix-up of the order

@@ -26,6 +26,7 @@ class Topic(NamedTuple):
 
     @property
     def dds_name(self) -> str:
+        """The name of the topic in DDS: that of ROS 2 with `rt` before it."""
         return "rt" + self.name
 
 

@@ -36,6 +36,7 @@ class CmaEs:
         self._asked: list[np.ndarray] = []
 
     def ask(self) -> list[Point]:
+        """The start alone first, then one generation a batch; empty when the strategy has ended."""
         if self._first:
             return [dict(self._start)]
         if self._strategy.stop():
@@ -46,6 +47,7 @@ class CmaEs:
         return [{k.name: k.at(float(share)) for k, share in zip(self.knobs, x, strict=False)} for x in self._asked]
 
     def tell(self, points: Sequence[Point], scores: Sequence[float]) -> None:
+        """Scores of the batch, smaller is better; those of a generation that the budget cut are not used."""
         if self._first:
             self._first = False
             return

@@ -23,6 +23,7 @@ class CoordinateSearch:
         self._idle = 0  # knobs in a row that improved nothing
 
     def ask(self) -> list[Point]:
+        """The start alone first, then all other values of one knob; empty when no knob improves any more."""
         if self._score is None:
             return [dict(self.best)]
         while self._idle < len(self.knobs):
@@ -34,6 +35,7 @@ class CoordinateSearch:
         return []
 
     def tell(self, points: Sequence[Point], scores: Sequence[float]) -> None:
+        """Scores of the batch, smaller is better; a gain of LEAST_GAIN or less does not count as one."""
         if self._score is None:
             self._score = scores[0]
             return

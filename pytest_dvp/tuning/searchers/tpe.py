@@ -26,6 +26,7 @@ class Tpe:
         self._asked: list[Any] = []
 
     def ask(self) -> list[Point]:
+        """The start alone first, then BATCH points each time; never empty."""
         if self._first:
             self._study.enqueue_trial({k.name: k.share(self._start[k.name]) for k in self.knobs})
             self._point()
@@ -39,6 +40,7 @@ class Tpe:
         return {k.name: k.at(trial.suggest_float(k.name, 0.0, 1.0)) for k in self.knobs}
 
     def tell(self, points: Sequence[Point], scores: Sequence[float]) -> None:
+        """Scores of the batch, smaller is better."""
         self._first = False
         for trial, score in zip(self._asked, scores, strict=False):
             self._study.tell(trial, score)

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from pytest_dvp import run
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.cli.shared import runnable_scenarios
 from pytest_dvp.drive.run_spec import RunSpec
@@ -143,10 +144,17 @@ def test_a_goal_off_the_road_is_found_at_its_line(
     assert said in found["message"]
 
 
-def test_a_gate_on_reaching_a_goal_that_nobody_names_is_found(scenario: Write, check: Callable[..., Any]) -> None:
-    scenario().with_name("x.gates.toml").write_text(GATE + NEEDS_GOAL)
-    code, (found,) = check(".")
-    assert (code, found["line"], found["code"]) == (1, 4, "dvp.gates.no_goal")
+def test_a_gate_on_reaching_a_goal_that_nobody_names_is_a_warning_because_the_run_starts(
+    scenario: Write, check: Callable[..., Any]
+) -> None:
+    path = scenario()
+    path.with_name("x.gates.toml").write_text(GATE + NEEDS_GOAL)
+    for named in (".", "x.xosc"):
+        code, (found,) = check(named)
+        assert (code, found["severity"], found["line"]) == (0, "warning", 4)
+        assert found["code"] == "dvp.gates.no_goal"
+    verdicts = {verdict.metric: verdict.status for verdict in run(path, duration=0.1).verdicts}
+    assert verdicts["goal_reached"] == "INCONCLUSIVE"  # as the warning says
     assert 'goal = { road = "1", lane = -1, s = 500.0 }' in found["message"]  # a place of that road: its middle
 
 

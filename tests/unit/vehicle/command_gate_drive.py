@@ -1,4 +1,4 @@
-"""A gate, and the cycles it is asked in: what the tests of the command gate share."""
+"""A gate, and the cycles it is asked in: what the tests of the guard share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command gate: what passes, what is finite and fresh, the stop profile, the area. Times in s; a cycle is 20 ms."""
+"""The guard: what passes, what is finite and fresh, the stop profile, the area. Times in s; a cycle is 20 ms."""
 
 from __future__ import annotations
 

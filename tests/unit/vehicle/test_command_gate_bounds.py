@@ -1,4 +1,4 @@
-"""The command gate: speed, angle, rate, traction, lateral acceleration and jerk; limits that are none."""
+"""The guard: speed, angle, rate, traction, lateral acceleration and jerk; limits that are none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command gate: override, emergency stop, arming with two keys."""
+"""The guard: override, emergency stop, arming with two keys."""
 
 from __future__ import annotations
 

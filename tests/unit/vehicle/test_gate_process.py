@@ -1,4 +1,4 @@
-"""The command gate in a process of its own: it goes on when nobody asks, and brakes a car whose stack hangs."""
+"""The guard in a process of its own: it goes on when nobody asks, and brakes a car whose stack hangs."""
 
 from __future__ import annotations
 
