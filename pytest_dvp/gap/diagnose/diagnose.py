@@ -75,7 +75,8 @@ def diagnose(
         if _price(kept, other.count, 0) <= _price(found, search.count, len({name for name, _ in removed})):
             search, found, removed = other, kept, {}
         target.settle(found.final.values)
-    found = dataclasses.replace(found, final=search.refined(found.final))
+    rivals = dict(found.rivals)
+    found = dataclasses.replace(found, final=search.refined(found.final, rivals), rivals=rivals)
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
     found, vetoed, gains, judges = _veto(search, found, judges, lambda: folds_with_setup(held_out, model, effects))

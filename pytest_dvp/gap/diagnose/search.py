@@ -112,18 +112,22 @@ class Search:
             self._credible_set(self.trial(best.names, best.values, zoom=True, like=best)), rivals, self._hidden()
         )
 
-    def refined(self, best: Trial) -> Trial:
+    def refined(self, best: Trial, rivals: dict[str, tuple[str, ...]]) -> Trial:
         """The set with an effect that changes while driving, in the place of a constant one or beside all, if that does
-        better: a brake that fades instead of one that is weak."""
-        if self._within_noise(best) or not best.names:
-            return best
+        better: a brake that fades instead of one that is weak. Where it does as well, it joins the `rivals` of those
+        whose place it takes."""
+        if not best.names or (len(best.names) == 1 and self._within_noise(best)):
+            return best  # two effects may stand for one that changes, and leave no more than noise
         start = best
         for refiner in self.refiners.values():
             bases = [name for name in start.names if name in refiner.effect.diagnosed.refines]
             if refiner.name in best.names or not (bases or self._misfit(start)):
                 continue
             self.tick(f"does it change while driving: {refiner.name}")
-            for names in dict.fromkeys((start.names, tuple(n for n in start.names if n not in bases))):
+            alike = {*bases, *refiner.effect.ties}
+            for names in dict.fromkeys(
+                (start.names, *(tuple(n for n in start.names if n not in out) for out in (bases, alike)))
+            ):
                 without = start if names == start.names else self.trial(names, start.values, like=start)
                 options = FirstOrderGain(self.target, without).remaining_chi2(refiner, refiner.points)
                 for _, point in sorted(options, key=lambda option: option[0])[:_BEGINNINGS]:
@@ -131,8 +135,13 @@ class Search:
                     if not self.is_worth_adding(without, with_it) or not self.is_credible(with_it, refiner.name):
                         continue
                     less = self._pruned(with_it)
-                    if refiner.name in less.names and self.cost(less) < self.cost(best) - 1e-3 * self.count:
+                    if refiner.name not in less.names:
+                        continue
+                    if self.cost(less) < self.cost(best) - 1e-3 * self.count:
                         best = less
+                    elif self.cannot_tell_apart(start, less):
+                        for name in set(start.names) - set(less.names):
+                            rivals[name] = tuple(dict.fromkeys((*rivals.get(name, ()), refiner.name)))
         if best is start:
             return best
         self.target.settle(best.values)
