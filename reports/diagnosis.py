@@ -37,9 +37,9 @@ def write_diagnosis_report(path: str | Path, page: Mapping[str, Any]) -> None:
     """Write the page of one diagnosis; same input, same bytes.
 
     `page` holds verdict, headline, model, logs, held_out, changed (something was found), effects [{name, action,
-    apart (judged on detections), physics, equation, parameters [{key, value, interval, unit, meaning}], fit and
-    held_out {value, low, high, shown} or None (share of the error), rivals [{name, physics}], manoeuvre, reveals}],
-    vetoed, standing [lines], second_opinion, fitted_along, ladder [{label, fit, held_out} chi^2/N], null_line (chi^2/N
+    standing, apart (judged on detections), physics, equation, parameters [{key, value, interval, unit, meaning}], fit
+    and held_out {value, low, high, shown} or None (share of the error), rivals [{name, physics}], manoeuvre, reveals}],
+    vetoed, remarks [lines], second_opinion, fitted_along, ladder [{label, fit, held_out} chi^2/N], null_line (chi^2/N
     that luck would reach), tiles (signals that tell most), signals [{name, unit, noise, before, after, held_before,
     held_after, chi2_before, chi2_after} RMSE], not_excited [{name, physics, reveals}], left [(aspect, words)],
     command, plan, close {log, held_out, channel, unit, error, t, noise, measured, before, after} or None, over_time

@@ -23,7 +23,7 @@ from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing, new_file
 from pytest_dvp.cli.shared.command_columns import check_command_columns
 from pytest_dvp.cli.shared.held_out_logs import refuse_same_drive, refuse_same_path
-from pytest_dvp.cli.shared.named_effects import NamedEffects, named, of_the_run, provisional
+from pytest_dvp.cli.shared.named_effects import NamedEffects, named, of_diagnosis
 from pytest_dvp.cli.shared.progress import progress
 from pytest_dvp.cli.shared.selected_parts import select_parts
 from pytest_dvp.text.plain_json import finite
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     many("--add", "EFFECT", "effect to add (dvp effects lists them); default: what dvp diagnose confirms", default=[])
     many("--remove", "EFFECT", "effect of the model that the car does not have", default=[])
     parser.add_argument(
-        "--from", dest="diagnosis", metavar="D.json", help="add the effects that `dvp diagnose --json` named"
+        "--from", dest="diagnosis", metavar="D.json", help="add the effects that `dvp diagnose --json` confirmed"
     )
     parser.add_argument("--refit", action="store_true", help="also fit the other effects of the model again")
     many("--fit", "LOG", "measured logs to fit on; a part of one as LOG@0:285 (seconds)", required=True)
@@ -155,15 +155,9 @@ def _diagnosed(logs: Mapping[str, Log], model: VehicleModel, held_out: Mapping[s
 def _asked(found: Diagnosis) -> NamedEffects:
     from pytest_dvp.gap.words.diagnosis import page
 
-    own = found.set_up
-    named = [e for e in found.effects if e.name not in own]
-    of_car = [e for e in named if e.standing == "confirmed"]
-    add = tuple(e.name for e in of_car if e.action != "remove")
-    remove = tuple(e.name for e in of_car if e.action == "remove")
-    doubtful = [(e.name, "; ".join(e.doubts)) for e in named if e.standing == "provisional"]
-    left = (*([of_the_run(own)] if own else []), *(provisional(*each) for each in doubtful))
-    nothing = "" if of_car else "; ".join([page(found).splitlines()[0], *left])
-    return NamedEffects(add, remove, left, diagnosed=True, verdict=found.verdict, nothing=nothing)
+    entries = [(e.name, e.action) for e in found.effects]
+    doubtful = {e.name: "; ".join(e.doubts) for e in found.effects if e.standing == "provisional"}
+    return of_diagnosis(entries, found.set_up, doubtful, verdict=found.verdict, headline=page(found).splitlines()[0])
 
 
 def _copied(arguments: argparse.Namespace, why: str, verdict: str) -> int:

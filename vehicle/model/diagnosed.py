@@ -12,8 +12,10 @@ class Diagnosed:
 
     details      the plainer effect that this one is a finer form of: few logs can tell it from plainer effects, so it
                  is tried only where none of those pays any more
-    refines      the constant effects of which this one is the form that changes while driving: it is tried only in the
-                 place of or beside one of them, where its gain was found to depend on something
+    refines      the constant effects of which this one is the form that changes while driving: it is tried only at the
+                 end of a search, in the place of those that were found or beside them
+    seen_as      (effect, quantity): where this effect is missing, the constant value of that one seems to change with
+                 time, brake_energy, motor_energy, speed, acceleration or place
     contains     the simpler effect that this one can do exactly; where both explain a log, the simpler one is named
     held         parameters that a search leaves as the model has them, off where it does not name them
     needs        group of parts whose data sheet must be known: tried only on a model that has an effect of this group
@@ -29,6 +31,7 @@ class Diagnosed:
 
     details: str = ""
     refines: tuple[str, ...] = ()
+    seen_as: tuple[tuple[str, str], ...] = ()
     contains: str = ""
     held: tuple[str, ...] = ()
     needs: str = ""

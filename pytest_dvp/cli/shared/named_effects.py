@@ -128,16 +128,30 @@ def _of_file(name: str) -> NamedEffects:
     verdict = str(document.get("verdict", ""))
     if not entries and verdict not in NOTHING:
         raise DiagnosisFileError(f"{name}: this diagnosis names no effect ({verdict or 'no verdict'})")
-    own = [n for n, _ in entries if n in of_run]
-    open_ones = [(n, doubtful[n]) for n, _ in entries if n in doubtful and n not in of_run]
-    left = (*([of_the_run(own)] if own else []), *(provisional(*each) for each in open_ones))
-    sure = [(n, action) for n, action in entries if n not in of_run and n not in doubtful]
+    return of_diagnosis(entries, of_run, doubtful, verdict=verdict, headline=verdict)
+
+
+def of_diagnosis(
+    entries: Sequence[tuple[str, str]], of_run: Collection[str], doubtful: Mapping[str, str], *, verdict: str,
+    headline: str,
+) -> NamedEffects:  # fmt: skip
+    """What of a diagnosis is for the model: what it confirms of the car.
+
+    entries: (effect, action); of_run: names that belong to a run; doubtful: provisional effects with what speaks
+    against each; headline: what is said if nothing is left.
+    """
+    own = [name for name, _ in entries if name in of_run]
+    left = [of_the_run(own)] if own else []
+    left += [_provisional(name, doubtful[name]) for name, _ in entries if name in doubtful and name not in of_run]
+    sure = [(name, action) for name, action in entries if name not in of_run and name not in doubtful]
     return NamedEffects(
-        tuple(n for n, action in sure if action != "remove"),
-        tuple(n for n, action in sure if action == "remove"),
-        left, diagnosed=True, verdict=verdict,
-        nothing="" if sure else "; ".join([*([verdict] if verdict else []), *left]),
-    )  # fmt: skip
+        add=tuple(name for name, action in sure if action != "remove"),
+        remove=tuple(name for name, action in sure if action == "remove"),
+        skipped=tuple(left),
+        diagnosed=True,
+        verdict=verdict,
+        nothing="" if sure else "; ".join([*([headline] if headline else []), *left]),
+    )
 
 
 def of_the_run(names: Sequence[str]) -> str:
@@ -145,7 +159,7 @@ def of_the_run(names: Sequence[str]) -> str:
     return f"{', '.join(names)}: left, as of the run and not of the car; calibrate before each run"
 
 
-def provisional(name: str, doubts: str) -> str:
+def _provisional(name: str, doubts: str) -> str:
     """Why a provisional effect is not for the model, and how it is added nevertheless."""
     return f"{name}: left, as provisional{f' ({doubts})' if doubts else ''}; --add {name} adds it"
 

@@ -66,8 +66,8 @@ def candidates(
 
     ay: lateral acceleration is measured. On a car whose tyres slip it matters where, and logs seldom say: both usual
     places, rear axle and centre of gravity, are tried, unless the model names one.
-    refined: also effects that refine a constant one (`Diagnosed.refines`) and are not in the model yet. A search leaves
-    them out: they can do what many others do, which would make it slower and less sure.
+    refined: also effects that refine a constant one (`Diagnosed.refines`) and are not in the model yet. A search
+    tries them at its end only: they can do what many others do, which would make it slower and less sure.
     """
     places = (0.0, model.car.cg_to_rear_axle) if ay and model.car.ay_x == 0.0 else ()
     present = {a.name for a in model.effects}

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -30,9 +30,6 @@ WORTH = 0.03  # of max(1, chi^2/N): a dependence that takes away less is none
 CERTAIN = 4.0  # standard errors, clustered by segment: six quantities are tried for each of several values
 CHANGE = 0.5  # of the least size worth naming: a value that moves by less stays the same
 PLAIN = 0.15  # of what the best quantity takes away: one before it in the order that does nearly as well is taken
-_LIMITS = {("drive_gain", "acceleration"): "drive_torque_limit", ("drive_gain", "speed"): "power_limit",
-           ("mass", "speed"): "power_limit", ("brake_gain", "acceleration"): "brake_limit"}  # fmt: skip
-"""Limits that make a gain seem to depend on a quantity; other effects say themselves what they refine."""
 _WINDOW = 1.0  # s
 _FEWEST = 12  # windows
 _CELLS = 8  # along the longer side of the map
@@ -57,62 +54,75 @@ class Dependence:
                 "key": self.key}  # fmt: skip
 
 
-def dependence(target: ExperimentSet, trial: Trial, name: str, refiners: Collection[Effect] = ()) -> Dependence | None:
-    """How the fitted value of an effect of the trial changes while driving; None if it is as good as constant.
+class Dependences:
+    """How the fitted values of a trial change while driving; effects: those that may be offered for it."""
 
-    refiners: effects that change while driving, of which the one that refines this effect is offered. First order in
-    the change. Each value of the trial is taken to be constant but the one that is asked about, so a
-    dependence that another missing effect causes may show here, too.
-    """
-    found: list[tuple[float, Dependence]] = []
-    for row, c in enumerate(trial.fit.coordinates):
-        if c.effect == name and c.key.name not in SHAPE_KEYS and np.isfinite(c.key.neutral):
-            found += _of_coordinate(target, trial, row, c)
-    if not found:
-        return None
-    best = max(found, key=lambda entry: entry[0])[1]
-    refiner = next((e.name for e in refiners if name in e.diagnosed.refines), "")
-    return dataclasses.replace(best, effect=_LIMITS.get((name, best.quantity), refiner))
+    def __init__(self, target: ExperimentSet, trial: Trial, effects: Collection[Effect]) -> None:
+        self._target, self._trial = target, trial
+        self._offered = {seen: e.name for e in effects for seen in e.diagnosed.seen_as}
+        self._windows, self._segment, self._series = _windows(target)
 
+    def of(self, name: str) -> Dependence | None:
+        """How the value of an effect changes; None if it is as good as constant.
 
-def _of_coordinate(target: ExperimentSet, trial: Trial, row: int, c: Coordinate) -> Iterator[tuple[float, Dependence]]:
-    jacobian, r = trial.fit.jacobian, trial.fit.residual
-    windows, segment, series = _windows(target)
-    own = jacobian[row]
-    weight, slope = _sums(own * own, windows), _sums(own * r, windows)
-    shows = weight > _SHOWS * weight.max(initial=0.0)
-    if np.count_nonzero(shows) < _FEWEST:
-        return
-    weight, slope, segment = weight[shows], slope[shows], segment[shows]
-    count = max(target.count, 1)
-    level = max(1.0, trial.chi2 / count)
-    value = trial.values[c.name]
-    per_unit = c.slope(c.to_unit(value))
-    kept: list[tuple[float, Dependence]] = []
-    for quantity in QUANTITIES:
-        q = series[quantity][shows]
-        q = _by_place(q, weight, slope, segment) if quantity == "place" else q
-        if q is None or not np.isfinite(q).all():
-            continue
+        First order in the change. Each value of the trial is taken to be constant but the one that is asked about, so a
+        dependence that another missing effect causes may show here, too.
+        """
+        found: list[tuple[float, Dependence]] = []
+        for row, c in enumerate(self._trial.fit.coordinates):
+            if c.effect == name and c.key.name not in SHAPE_KEYS and np.isfinite(c.key.neutral):
+                found += self._of_coordinate(row, c)
+        if not found:
+            return None
+        best = max(found, key=lambda entry: entry[0])[1]
+        return dataclasses.replace(best, effect=self._offered.get((name, best.quantity), ""))
+
+    def _of_coordinate(self, row: int, c: Coordinate) -> list[tuple[float, Dependence]]:
+        """The quantity that takes most off, with chi^2/N that it takes; empty if none does."""
+        own = self._trial.fit.jacobian[row]
+        weight, slope = _sums(own * own, self._windows), _sums(own * self._trial.fit.residual, self._windows)
+        shows = weight > _SHOWS * weight.max(initial=0.0)
+        if np.count_nonzero(shows) < _FEWEST:
+            return []
+        weight, slope, segment = weight[shows], slope[shows], self._segment[shows]
+        kept = []
+        for quantity in QUANTITIES:
+            q = self._series[quantity][shows]
+            if quantity == "place":
+                by_place = _by_place(q, weight, slope, segment)
+                if by_place is None:
+                    continue
+                q = by_place
+            kept += self._line(quantity, c, q, weight, slope, segment)
+        if not kept:
+            return []
+        best = max(gain for gain, _ in kept)  # time and energies run together: the first of those that do alike is said
+        return [next(entry for entry in kept if entry[0] >= (1.0 - PLAIN) * best)]
+
+    def _line(
+        self, quantity: Quantity, c: Coordinate, q: FloatArray, weight: FloatArray, slope: FloatArray, segment: IntArray
+    ) -> list[tuple[float, Dependence]]:
+        """The value as a straight line over a quantity (m,), if that is worth it, certain and a change that matters."""
         low, high = _quantile(q, weight, 0.05), _quantile(q, weight, 0.95)
-        if not high > low:
-            continue
-        z = (q - np.average(q, weights=weight)) / (high - low)
+        if not (np.isfinite(q).all() and high > low):
+            return []
+        middle = float(np.average(q, weights=weight))
+        z = (q - middle) / (high - low)
+        spread = float(weight @ (z * z))
         mean = -float(slope.sum()) / float(weight.sum())
-        rate = -float(z @ (slope + weight * mean)) / float(weight @ (z * z))
-        gain = rate * rate * float(weight @ (z * z))
+        rate = -float(z @ (slope + weight * mean)) / spread
         score = z * (slope + weight * (mean + rate * z))
         clustered = np.add.reduceat(score, np.flatnonzero(np.diff(segment, prepend=-1)))
-        error = float(np.sqrt(clustered @ clustered)) / float(weight @ (z * z))
-        change = rate * per_unit
-        if gain / count < WORTH * level or abs(rate) < CERTAIN * error or abs(change) < CHANGE * c.key.least:
-            continue
-        mean_q = float(np.average(q, weights=weight))
-        at = [value + change * (end - mean_q) / (high - low) for end in (low, high)]
-        kept.append((gain / count, Dependence(c.key.name, quantity, at[0], at[1])))
-    if kept:  # time and energies run together: the first of those that do alike is said
-        best = max(gain for gain, _ in kept)
-        yield next(entry for entry in kept if entry[0] >= (1.0 - PLAIN) * best)
+        error = float(np.sqrt(clustered @ clustered)) / spread
+        count = max(self._target.count, 1)
+        gain = rate * rate * spread / count
+        value = self._trial.values[c.name]
+        change = rate * c.slope(c.to_unit(value))
+        worth = WORTH * max(1.0, self._trial.chi2 / count)
+        if gain < worth or abs(rate) < CERTAIN * error or abs(change) < CHANGE * c.key.least:
+            return []
+        start, end = (value + change * (at - middle) / (high - low) for at in (low, high))
+        return [(gain, Dependence(c.key.name, quantity, start, end))]
 
 
 def _by_place(cell: FloatArray, weight: FloatArray, slope: FloatArray, segment: IntArray) -> FloatArray | None:

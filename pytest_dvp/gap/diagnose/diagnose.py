@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
-from pytest_dvp.gap.diagnose.dependence import dependence
+from pytest_dvp.gap.diagnose.candidates import candidates
+from pytest_dvp.gap.diagnose.dependence import Dependences
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step, Verdict
 from pytest_dvp.gap.diagnose.equation_error import opinions, votes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
@@ -57,10 +57,11 @@ def diagnose(
     tick("preparing")
     target = experiment_set(logs, model, extra=effects)
     nuisance, start = input_map(model)
-    tried = [
-        c for c in candidates(model, known.values(), ay="ay" in target.channels) if not repeats(c.effect, nuisance)
-    ]
-    refiners = [c for c in candidates(model, known.values(), refined=True) if _refines(c, model)]
+    every = candidates(model, known.values(), ay="ay" in target.channels, refined=True)
+    present = {a.name for a in model.effects}
+    late = {c.name for c in every if c.effect.diagnosed.refines and c.name not in present}
+    refiners = [c for c in every if c.name in late]
+    tried = [c for c in every if c.name not in late and not repeats(c.effect, nuisance)]
     removed = _removed(target, model)
     while True:
         search = Search(target, tried, nuisance=nuisance, start=start, fixed=removed, refiners=refiners, tick=tick)
@@ -91,7 +92,6 @@ def diagnose(
         *(step(search, trial, judges, added=(trial.names or gone or ("",))[-1]) for trial in trials),
     ]
     excess = max(steps[0].chi2_per_n - 1.0, 1e-9) * search.count
-    present = {a.name for a in model.effects}
     named = tuple(
         NamedEffect(
             name=after.names[-1],
@@ -108,12 +108,11 @@ def diagnose(
         for k, name in enumerate(gone)
     )  # fmt: skip
     tick("standing")
+    changes = Dependences(target, final, [c.effect for c in every])
     evidence = Evidence(
         held_out=gains,
         opinions=opinions(logs, model, {e.name: {k: x.value for k, x in e.parameters.items()} for e in named}),
-        dependence={
-            n: d for n in final.names if (d := dependence(target, final, n, [c.effect for c in refiners])) is not None
-        },
+        dependence={name: one for name in final.names if (one := changes.of(name)) is not None},
         scales=implausible_scales({key: e.value for key, e in _estimates(final, sure, "inputs").items()}),
     )
     named = with_standing(named, search, final, list(logs.values()), evidence, known)
@@ -134,10 +133,6 @@ def diagnose(
         values=final.values,
         remainder=model.remainder,
     )
-
-
-def _refines(candidate: Candidate, model: VehicleModel) -> bool:
-    return bool(candidate.effect.diagnosed.refines) and all(a.name != candidate.name for a in model.effects)
 
 
 def _price(found: SearchResult, count: int, removed: int) -> float:

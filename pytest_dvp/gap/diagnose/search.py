@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from math import inf, isinf
 from typing import TypeAlias
 
@@ -117,35 +117,37 @@ class Search:
         better: a brake that fades instead of one that is weak. Where it does as well, it joins the `rivals` of those
         whose place it takes."""
         if not best.names or (len(best.names) == 1 and self._within_noise(best)):
-            return best  # two effects may stand for one that changes, and leave no more than noise
+            return best  # where two are named, they may stand for one that changes, and leave no more than noise
         start = best
         for refiner in self.refiners.values():
-            bases = [name for name in start.names if name in refiner.effect.diagnosed.refines]
-            if refiner.name in best.names or not (bases or self._misfit(start)):
-                continue
-            self.tick(f"does it change while driving: {refiner.name}")
-            alike = {*bases, *refiner.effect.ties}
-            for names in dict.fromkeys(
-                (start.names, *(tuple(n for n in start.names if n not in out) for out in (bases, alike)))
-            ):
-                without = start if names == start.names else self.trial(names, start.values, like=start)
-                options = FirstOrderGain(self.target, without).remaining_chi2(refiner, refiner.points)
-                for _, point in sorted(options, key=lambda option: option[0])[:_BEGINNINGS]:
-                    with_it = self.trial((*names, refiner.name), without.values | point, like=without)
-                    if not self.is_worth_adding(without, with_it) or not self.is_credible(with_it, refiner.name):
-                        continue
-                    less = self._pruned(with_it)
-                    if refiner.name not in less.names:
-                        continue
-                    if self.cost(less) < self.cost(best) - 1e-3 * self.count:
-                        best = less
-                    elif self.cannot_tell_apart(start, less):
-                        for name in set(start.names) - set(less.names):
-                            rivals[name] = tuple(dict.fromkeys((*rivals.get(name, ()), refiner.name)))
+            for other in self._with_refiner(start, refiner):
+                if self.cost(other) < self.cost(best) - 1e-3 * self.count:
+                    best = other
+                elif self.cannot_tell_apart(start, other):
+                    for name in set(start.names) - set(other.names):
+                        rivals[name] = tuple(dict.fromkeys((*rivals.get(name, ()), refiner.name)))
         if best is start:
             return best
         self.target.settle(best.values)
         return self._credible_set(self.trial(best.names, best.values, zoom=True, like=best))
+
+    def _with_refiner(self, start: Trial, refiner: Candidate) -> Iterator[Trial]:
+        """Sets that have an effect that changes while driving: beside all others, without those that it refines, and
+        without all that are often confused with it; in each what does not pay any more is dropped."""
+        bases = set(start.names) & set(refiner.effect.diagnosed.refines)
+        if not (bases or self._misfit(start)):
+            return
+        self.tick(f"does it change while driving: {refiner.name}")
+        left_out = (set[str](), bases, bases | set(refiner.effect.ties))
+        for names in dict.fromkeys(tuple(n for n in start.names if n not in out) for out in left_out):
+            without = start if names == start.names else self.trial(names, start.values, like=start)
+            options = FirstOrderGain(self.target, without).remaining_chi2(refiner, refiner.points)
+            for _, point in sorted(options, key=lambda option: option[0])[:_BEGINNINGS]:
+                with_it = self.trial((*names, refiner.name), without.values | point, like=without)
+                if self.is_worth_adding(without, with_it) and self.is_credible(with_it, refiner.name):
+                    less = self._pruned(with_it)
+                    if refiner.name in less.names:
+                        yield less
 
     def _hidden(self) -> tuple[str, ...]:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))

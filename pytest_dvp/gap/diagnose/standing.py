@@ -10,8 +10,6 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from math import isinf
 
-import numpy as np
-
 from pytest_dvp.doctor.excitation import excitation
 from pytest_dvp.gap.compare.segments import CHANNELS
 from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS
@@ -124,16 +122,13 @@ def _plausible(key: Key, value: float) -> bool:
 
 
 class _Left:
-    """What is left over by channel, and what each effect explains there."""
+    """What is left over in each channel, and what each effect explains there."""
 
     def __init__(self, search: Search, final: Trial) -> None:
         self._search, self._final = search, final
         self._rest = _by_channel(final.fit.residual)
-        self._count = {
-            name: sum(int(np.isfinite(e.residuals(final.values).values[:, k]).sum()) for e in search.target.experiments)
-            for k, name in enumerate(CHANNELS)
-        }
-        self.level = max(1.0, final.chi2 / search.count)
+        counts = [e.residuals(final.values).count for e in search.target.experiments]
+        self._count = {name: sum(int(count[k]) for count in counts) for k, name in enumerate(CHANNELS)}
 
     def doubts(self, name: str) -> list[str]:
         """Channels that the effect acts on in which much is left over beside what it explains."""

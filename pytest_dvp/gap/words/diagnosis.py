@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_dvp.gap.compare.segments import UNITS
@@ -13,6 +13,7 @@ from pytest_dvp.gap.diagnose.error_shares import Share, percents, shares
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales
 from pytest_dvp.gap.words.comparison import CAUSES, NOTHING_LEFT
 from pytest_dvp.gap.words.residual_signature import signature_lines
+from vehicle.model.remainder import Remainder
 
 SHOWN = 3  # signals whose own error the ladder shows
 _SIGNS = {"add": "+", "change": "~", "remove": "-"}
@@ -214,8 +215,7 @@ def standing_lines(found: Diagnosis) -> list[str]:
             lines += _wrapped(f"provisional, {e.name}: ", e.doubts, "; ")
     lines += [_changing(e) for e in found.effects if e.depends_on]
     if found.remainder:
-        worst = [_known_remainder(channel, regimes) for channel, regimes in found.remainder.items()]
-        lines += _wrapped("the twin's known remainder counts as noise: ", worst)
+        lines += _wrapped("the twin's known remainder counts as noise: ", remainder_words(found.remainder))
     open_ones = [e.name for e in found.effects if e.standing == "provisional" and e.name not in found.set_up]
     if open_ones:
         lines.append(f"provisional effects are added by name only: dvp extend --add {' '.join(open_ones)}")
@@ -232,9 +232,13 @@ def _changing(e: NamedEffect) -> str:
     return f"{text}: {change.effect} has that" if change.effect else text
 
 
-def _known_remainder(channel: str, regimes: Mapping[str, float]) -> str:
-    worst = max(regimes, key=lambda name: regimes[name])
-    return f"{channel} up to {three(regimes[worst])} {UNITS[channel]} ({worst.replace('_', ' ')})"
+def remainder_words(remainder: Remainder) -> list[str]:
+    """The worst driving regime of each signal: "ax up to 0.221 m/s^2 (standstill)"."""
+    found = []
+    for channel, regimes in remainder.items():
+        worst = max(regimes, key=lambda name: regimes[name])
+        found.append(f"{channel} up to {three(regimes[worst])} {UNITS[channel]} ({worst.replace('_', ' ')})")
+    return found
 
 
 def setup_lines(found: Diagnosis) -> list[str]:

@@ -108,7 +108,7 @@ def diagnosis_page(
         ],
         "not_excited": [_not_shown(name, known) for name in found.not_excited],
         "left": signature_lines(found.signature),
-        "standing": standing_lines(found),
+        "remarks": standing_lines(found),
         "command": extend_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
         "plan": plan_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
         "close": _close(drawn, order),
@@ -133,7 +133,6 @@ def _effect(effect: NamedEffect, known: Effect, fit: Share | None, held: Share |
         "action": effect.action,
         "apart": known.slot == "perception",
         "standing": effect.standing,
-        "doubts": list(effect.doubts),
         "physics": known.physics,
         "equation": known.equation,
         "parameters": [

@@ -9,7 +9,7 @@ from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.error_shares import percents
 from pytest_dvp.gap.extend.extension import Extension, Rung
 from pytest_dvp.gap.words.comparison import NOTHING_LEFT, columns
-from pytest_dvp.gap.words.diagnosis import figure, interval, three, value
+from pytest_dvp.gap.words.diagnosis import figure, interval, remainder_words, three, value
 from vehicle.model.effect_catalogue import perception_effect_names
 
 
@@ -26,6 +26,11 @@ def page(found: Extension, gate_lines: Sequence[str] = ()) -> str:
         lines += ["", *(f"note: {note}" for note in found.notes)]
     if not found.refusal:
         lines += ["", rest(found)]
+        if found.model.remainder:
+            known = ", ".join(remainder_words(found.model.remainder))
+            lines.append(
+                f"written as [remainder], what the new model does not explain in single driving regimes: {known}"
+            )
     return "\n".join(lines)
 
 
@@ -52,8 +57,8 @@ def rest(found: Extension) -> str:
     last = found.ladder[-1].step
     if found.explained:
         return (
-            f"what is left is white and no more than the sensors' noise (chi²/N {figure(last.chi2_per_n)}): stop here, "
-            "more effects would fit noise"
+            f"over the whole drive what is left is no more than the sensors' noise (chi²/N {figure(last.chi2_per_n)}): "
+            "stop here, more effects would fit noise"
         )
     held = last.held_out_chi2_per_n or 0.0
     if held > NOTHING_LEFT and held > 1.1 * last.chi2_per_n:

@@ -118,6 +118,26 @@ def found_by_hand(here: Path, *effects: tuple[str, str], set_up: Sequence[str] =
     (here / "found.json").write_text(json.dumps({"effects": entries, "set_up": {"names": list(set_up)}}))
 
 
+def test_of_a_diagnosis_only_what_is_confirmed_is_added(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    entries = [
+        {"name": "steer_delay", "action": "add", "standing": "confirmed", "doubts": []},
+        {"name": "brake_gain", "action": "add", "standing": "provisional", "doubts": ["it has a rival"]},
+    ]
+    (here / "found.json").write_text(json.dumps({"verdict": "PARTIAL", "effects": entries}))
+    assert extend("--from", "found.json", "--fit", "one.csv", add="") == 0
+    assert [a.name for a in read_model(here / "new.toml").effects] == ["steer_delay"]
+    said = capsys.readouterr()
+    assert "brake_gain: left, as provisional (it has a rival); --add brake_gain adds it" in said.err + said.out
+
+
+def test_where_nothing_is_confirmed_the_file_is_a_copy(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    entry = {"name": "brake_gain", "action": "add", "standing": "provisional", "doubts": ["it has a rival"]}
+    (here / "found.json").write_text(json.dumps({"verdict": "PARTIAL", "effects": [entry]}))
+    assert extend("--from", "found.json", "--fit", "one.csv", add="") == 0
+    assert (here / "new.toml").read_bytes() == (here / "car.toml").read_bytes()
+    assert "PARTIAL; brake_gain: left, as provisional" in capsys.readouterr().err
+
+
 def test_of_a_diagnosis_what_the_logs_give_no_value_for_is_told_and_left(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

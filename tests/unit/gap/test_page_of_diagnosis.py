@@ -69,7 +69,7 @@ def test_what_one_level_of_braking_cannot_tell_apart_is_not_in_the_command(page:
     (effect,) = page["effects"]
     assert (effect["standing"], [r["name"] for r in effect["rivals"]]) == ("provisional", ["brake_limit"])
     assert page["command"] == ""
-    assert any("dvp extend --add brake_gain" in line for line in page["standing"])
+    assert any("dvp extend --add brake_gain" in line for line in page["remarks"])
 
 
 def test_the_ladder_begins_with_the_model_as_given_where_an_effect_is_to_go() -> None:

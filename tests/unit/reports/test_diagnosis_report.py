@@ -17,7 +17,8 @@ HOSTILE = "</script><img src=x onerror=alert(1)>"
 
 def effect(name: str = "steer_delay", **more: Any) -> dict[str, Any]:
     return {
-        "name": name, "action": "add", "apart": False, "physics": "it comes late", "equation": "d(t) = d_c(t - T)",
+        "name": name, "action": "add", "standing": "confirmed", "apart": False,
+        "physics": "it comes late", "equation": "d(t) = d_c(t - T)",
         "parameters": [{"key": "T", "value": "0.249", "interval": "0.247 to 0.251", "unit": "s", "meaning": "late"}],
         "fit": {"value": 0.71, "low": 0.53, "high": 0.83, "shown": "71 %"},
         "held_out": {"value": 0.64, "low": 0.42, "high": 0.77, "shown": "64 %"},
@@ -31,7 +32,7 @@ def page(**more: Any) -> dict[str, Any]:
     return {
         "verdict": "NAMED", "headline": "car.toml lacks steer_delay (chi²/N 65.6 -> 1.17)", "model": "car.toml",
         "logs": ["rich.csv"], "held_out": ["urban.csv"], "changed": True, "effects": [effect()], "vetoed": [],
-        "second_opinion": "agrees on steer_delay", "standing": [],
+        "second_opinion": "agrees on steer_delay", "remarks": [],
         "fitted_along": [], "null_line": None, "tiles": ["yaw_rate"], "left": [], "not_excited": [],
         "ladder": [{"label": "model as given", "fit": 65.6, "held_out": 7.06},
                    {"label": "+ steer_delay", "fit": 1.17, "held_out": 1.14}],
@@ -62,8 +63,14 @@ def test_what_was_found_stands_there_in_numbers() -> None:
     seen = visible(render_diagnosis_report(page()))
     for text in ("car.toml lacks steer_delay (chi²/N 65.6 → 1.17)", "T = 0.249 s", "0.247 to 0.251", "71 %",
                  "53 % to 83 %", "64 %", "42 % to 77 %", "0.0872 → 0.00536", "0.0231 → 0.00497",
-                 "dvp extend --model car.toml --add steer_delay", "agrees on steer_delay"):  # fmt: skip
+                 "dvp extend --model car.toml --add steer_delay", "agrees on steer_delay",
+                 "steer_delay confirmed"):  # fmt: skip
         assert text in seen
+
+
+def test_what_is_known_to_be_left_is_said_where_nothing_is_missing() -> None:
+    seen = visible(render_diagnosis_report(page(effects=[], changed=False, remarks=["the known remainder: ax"])))
+    assert "the known remainder: ax" in seen
 
 
 def test_rivals_are_bracketed_with_the_effect_and_told_what_decides() -> None:

@@ -47,7 +47,7 @@ from vehicle.model.shown_by import BRAKE, BRAKES, SPEED, ShownBy
     ),
     reveals="ten stops from 20 m/s one after the other, a pause of minutes, one more stop",
     shown_by=ShownBy(125, (BRAKE, SPEED), (BRAKES, ("speed", 5.0, "5 m/s")), usual=(("speed", 10.0, "10 m/s"),)),
-    diagnosed=Diagnosed(refines=("brake_gain",)),
+    diagnosed=Diagnosed(refines=("brake_gain",), seen_as=(("brake_gain", "brake_energy"), ("brake_gain", "time"))),
 )
 def brake_fade(x: Bus, p: Any, m: Any) -> None:
     if p.k <= 0.0 or x.settle > 0.0:

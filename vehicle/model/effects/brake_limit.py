@@ -6,6 +6,7 @@ from math import inf
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
 from vehicle.model.shown_by import BRAKE, SPEED, ShownBy
 
@@ -26,6 +27,7 @@ from vehicle.model.shown_by import BRAKE, SPEED, ShownBy
         (("braking_wanted", 1.0, "braking by 1 m/s^2"),),
         usual=(("braking_wanted", 3.0, "braking by 3 m/s^2"),),
     ),
+    diagnosed=Diagnosed(seen_as=(("brake_gain", "acceleration"),)),
 )
 def brake_limit(x: Bus, p: Any, m: Any) -> None:
     if x.accel - abs(x.accel_lead) < -p.limit:

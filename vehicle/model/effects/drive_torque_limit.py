@@ -6,6 +6,7 @@ from math import inf
 from typing import Any
 
 from vehicle.model.bus import Bus
+from vehicle.model.diagnosed import Diagnosed
 from vehicle.model.effect import Key, effect
 from vehicle.model.shown_by import ACCELERATES, ACCELERATES_WELL, DRIVE, SPEED, ShownBy
 
@@ -26,6 +27,7 @@ from vehicle.model.shown_by import ACCELERATES, ACCELERATES_WELL, DRIVE, SPEED, 
     ),
     reveals="acceleration steps of growing size at 2 and at 8 m/s",
     shown_by=ShownBy(138, (DRIVE, SPEED), (ACCELERATES,), usual=(ACCELERATES_WELL,)),
+    diagnosed=Diagnosed(seen_as=(("drive_gain", "acceleration"),)),
 )
 def drive_torque_limit(x: Bus, p: Any, m: Any) -> None:
     if x.accel + abs(x.accel_lead) > p.limit:

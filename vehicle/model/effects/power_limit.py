@@ -27,7 +27,7 @@ from vehicle.model.shown_by import DRIVE, SPEED, ShownBy
         (("power_wanted", 3.0, "acceleration * speed of 3 W/kg"),),
         usual=(("power_wanted", 11.0, "acceleration * speed of 11 W/kg"),),
     ),
-    diagnosed=Diagnosed(hides_in=(("EGO_dr_full_throttle", 50),)),
+    diagnosed=Diagnosed(hides_in=(("EGO_dr_full_throttle", 50),), seen_as=(("drive_gain", "speed"), ("mass", "speed"))),
 )
 def power_limit(x: Bus, p: Any, m: Any) -> None:
     if x.traction * x.vx > p.limit * x.mass_ref:

@@ -40,7 +40,9 @@ from vehicle.model.shown_by import STEER, TURN, TURNS, ShownBy
     shown_by=ShownBy(
         305, (STEER, TURN), (TURNS, ("speed", 2.0, "2 m/s")), usual=(("speed_range", 2.0, "speeds 2 m/s apart"),)
     ),
-    diagnosed=Diagnosed(refines=("steer_ratio", "understeer")),
+    diagnosed=Diagnosed(
+        refines=("steer_ratio", "understeer"), seen_as=(("steer_ratio", "speed"), ("understeer", "speed"))
+    ),
 )
 def steer_assist(x: Bus, p: Any, m: Any) -> None:
     if p.g != 0.0:
