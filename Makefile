@@ -15,7 +15,7 @@ TWIN   := scenarios/models/surrogate.toml
 # uv installs the same versions in a tenth of the time; where it cannot (another index, no wheel of it), pip does.
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	{ $(BIN)/python -m pip install -q uv && $(BIN)/uv pip install -q -p $(BIN)/python -c constraints.txt -e '.[dev]'; } \
+	{ $(BIN)/python -m pip install -q -c constraints.txt uv && $(BIN)/uv pip install -q -p $(BIN)/python -c constraints.txt -e '.[dev]'; } \
 	    || $(BIN)/python -m pip install -q -c constraints.txt -e '.[dev]'
 	touch $@
 

@@ -21,10 +21,16 @@ from benchmarks.foreign_cars.case import cases  # noqa: E402
 from benchmarks.foreign_cars.table import page  # noqa: E402
 
 
+def _seed(text: str) -> str:
+    int(text, 16)  # a ValueError becomes argparse's one line
+    return text
+
+
 def main() -> int:
     """Returns 0: the figures are the result."""
     parser = argparse.ArgumentParser(description="Cars of another make: is what they lack named?")
-    parser.add_argument("--seed", required=True, metavar="HEX", help="first 8 digits of the commit that froze the rule")
+    rule = "first 8 digits of the commit that froze the rule"
+    parser.add_argument("--seed", required=True, type=_seed, metavar="HEX", help=rule)
     parser.add_argument("--cases", type=int, default=200)
     parser.add_argument("--part", default="0/1", metavar="K/N", help="every Nth case, from the Kth on")
     parser.add_argument("--json", type=Path, default=Path("runs/foreign_cars/answers.jsonl"), metavar="F")

@@ -15,6 +15,9 @@ tyres, actuators and a driver of their own; they share nothing with the kernel. 
 diagnosed on one drive, another one being held out (*bare*), and its twin is extended by all that is named. Then the car
 drives again, with nothing new (*null*) or with one hidden effect (*single*), and the diagnosis starts from that twin,
 whose file tells its known remainder. An effect counts as detectable if a signal differs by 3 sigma in 25 rows.
+
+The cars and the diagnosis were written by the same people, so this is no test by strangers: each new draw has new
+values and drives, but the same three cars.
 """
 
 
