@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from math import isinf
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from benchmarks.foreign_cars.car import CARS, data_sheet
 from benchmarks.foreign_cars.case import Case
 from benchmarks.foreign_cars.drive import LEVELS, NOISE, driven, make_log
-from benchmarks.foreign_cars.hidden import sensed
+from benchmarks.foreign_cars.hidden import Values, sensed
 from pytest_dvp.gap.diagnose.diagnose import diagnose
 from pytest_dvp.gap.extend.extend import extend
 from pytest_dvp.logs.log import Log
@@ -59,6 +60,17 @@ def detectable(case: Case) -> bool:
     return any(int(np.count_nonzero(np.abs(a[n] - b[n]) > scale * NOISE[n])) >= LASTING for n in signals)
 
 
+def total(hidden: Values, twin: VehicleModel) -> dict[str, dict[str, float]]:
+    """What a diagnosis that starts from the twin should find: where the twin has the effect already, its value and the
+    hidden one together. Gains multiply, limits take the smaller one, all else adds."""
+    found = {name: dict(values) for name, values in hidden.items()}
+    for applied in twin.effects:
+        for name, value in found.get(applied.name, {}).items():
+            own, neutral = applied.values[name], applied.effect.key(name).neutral
+            found[applied.name][name] = min(value, own) if isinf(neutral) else value * own if neutral else value + own
+    return found
+
+
 def ask(case: Case, folder: Path) -> dict[str, Any]:
     """The record of a case. A diagnosis that raises is a record, too: verdict "ERROR"."""
     car = CARS[case.car]
@@ -72,6 +84,7 @@ def ask(case: Case, folder: Path) -> dict[str, Any]:
     if case.name and not detectable(case):
         return line | {"verdict": "UNDETECTABLE", "effects": []}
     twin, _ = matched(case.car, folder)
+    line["total"] = total(case.truth, twin)
     seed = case.drive_seed
     logs: dict[str, Log] = {"rich.csv": make_log(car, "rich", seed, case.noise, case.truth)}
     held_out = {"town.csv": make_log(car, "town", seed + OTHER_RUN, case.noise, case.truth)}

@@ -76,7 +76,8 @@ def page(lines: Sequence[dict[str, Any]], commit: str) -> str:
 
 
 def _covered(singles: Sequence[dict[str, Any]]) -> Share:
-    told = [error.covered for line in singles if score.first_is_true(line) for error in score.parameter_errors(line)]
+    named = [{**line, "truth": line["total"]} for line in singles if score.first_is_true(line)]
+    told = [error.covered for line in named for error in score.parameter_errors(line)]
     known = [one for one in told if one is not None]
     return Share(sum(known), len(known))
 

@@ -143,6 +143,7 @@ SHOWN_ELSEWHERE = (
     "heading_bias",
     "wheel_radius",
     "wheel_slip",
+    "front_wheel_speed",
 )  # than where the car is
 RUN_ON = [e.name for e in catalogue().values() if e.slot != "perception" and e.name not in SHOWN_ELSEWHERE]
 

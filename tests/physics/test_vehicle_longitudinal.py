@@ -66,6 +66,18 @@ def test_brake_lag_delays_the_brake_but_not_the_drive() -> None:
     assert driven.advance(1000)[-1, 5] == pytest.approx(3.0, abs=1e-9)
 
 
+def test_a_brake_that_is_released_gradually_acts_beside_the_drive() -> None:
+    """After 1 s of braking the brake stands at b = 3 (1 - e^(-1/tau)); it fades with r tau while the drive pushes."""
+    tau, r = 0.4, 0.5
+    car = plant(effects={"brake_lag": {"tau": tau, "release": r}}, v=20.0)
+    car.command(0.0, accel=-3.0)
+    before = car.advance(1000)[-1, 5]
+    car.command(0.0, accel=1.0)
+    gained = car.advance(600)[-1, 5] - before
+    b = 3.0 * (1.0 - math.exp(-1.0 / tau))
+    assert gained == pytest.approx(0.6 - b * r * tau * (1.0 - math.exp(-0.6 / (r * tau))), abs=1e-9)
+
+
 def test_brake_limit_caps_the_deceleration() -> None:
     car = plant(effects={"brake_limit": {"limit": 4.0}}, v=20.0)
     car.command(0.0, accel=-9.0)

@@ -40,6 +40,15 @@ def test_the_wheels_show_their_slip_and_the_car_moves_as_before(accel: float, ke
     assert slipping[:, 0] == pytest.approx(plain[:, 0], rel=1e-9)
 
 
+@pytest.mark.parametrize("share", [1.0, 0.5])
+def test_front_wheels_run_faster_in_a_bend_by_the_cosine_of_the_steering(share: float) -> None:
+    """Without slip the front axle moves at v/cos(d), the rear one at v."""
+    turned = driven(car().with_effect("front_wheel_speed", {"share": share}), 0.0, 0.4, 3.0, 2.0)
+    assert turned[50:, V] == pytest.approx(3.0 * (1.0 - share + share / np.cos(0.4)), rel=1e-9)
+    straight = driven(car().with_effect("front_wheel_speed", {"share": share}), 0.0, 0.0, 3.0, 2.0)
+    assert straight[50:, V] == pytest.approx(3.0, rel=1e-12)
+
+
 def test_a_braked_car_turns_in_and_a_driven_one_runs_wide() -> None:
     """While the speed is the same, the yaw rate is that of a car whose axles are softer and stiffer by the load."""
     base = car("dynamic_bicycle")

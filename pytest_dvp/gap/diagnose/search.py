@@ -395,6 +395,20 @@ class Search:
             best = least_lost
         return best
 
+    def _plainer(self, best: Trial, name: str) -> Trial:
+        """The set with the plainer form of an effect in its place, or without it where it has none: how far a body
+        sways may be known where the way in which it does so is not."""
+        rest = tuple(n for n in best.names if n != name)
+        plain = self.known[name].effect.diagnosed.details
+        options = [self.trial(rest, best.values, like=best)]
+        if plain in self.tried and plain not in rest:
+            look = FirstOrderGain(self.target, options[0])
+            _, point = min(look.remaining_chi2(self.tried[plain], self.tried[plain].points), key=lambda o: o[0],
+                           default=(inf, {}))  # fmt: skip
+            if point:
+                options.append(self.trial((*rest, plain), options[0].values | point, like=options[0]))
+        return min(options, key=self.cost)
+
     def _credible_set(self, best: Trial) -> Trial:
         """The set without effects that do not pay or whose value means nothing, and what takes the place of these, if
         that makes up for them: a wind at the end of its range had stood for a drag."""
@@ -417,7 +431,7 @@ class Search:
             if not vague:
                 return best
             barred.append(vague[-1])
-            best = self.trial([n for n in best.names if n != vague[-1]], best.values, like=best)
+            best = self._plainer(best, vague[-1])
             if refill and self._misfit(best):
                 best = self._grown(best, [], barred)
 

@@ -9,6 +9,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="mujoco is not installed (extra foreign)")
 
+from benchmarks.foreign_cars.ask import total
 from benchmarks.foreign_cars.car import CARS, data_sheet
 from benchmarks.foreign_cars.case import cases
 from benchmarks.foreign_cars.drive import driven
@@ -75,3 +76,20 @@ def test_the_cases_of_a_commit_are_its_own_and_every_data_sheet_is_a_model() -> 
     for car in CARS.values():
         assert parse_model(data_sheet(car)).car.wheelbase == car.wheelbase
         assert dataclasses.replace(car, payload=10.0) != car
+
+
+def test_what_is_hidden_adds_to_what_the_twin_has_already() -> None:
+    sheet = data_sheet(HATCH)
+    for name, values in {"steer_delay": "T = 0.1", "drive_gain": "g = 0.9", "brake_limit": "limit = 3.0"}.items():
+        sheet += f'[[effect]]\nname = "{name}"\n[effect.parameters]\n{values}\n'
+    hidden = {
+        "steer_delay": {"T": 0.2},
+        "drive_gain": {"g": 0.8},
+        "brake_limit": {"limit": 4.0},
+        "mass": {"ratio": 1.2},
+    }
+    found = total(hidden, parse_model(sheet))
+    assert found["steer_delay"]["T"] == pytest.approx(0.3)
+    assert found["drive_gain"]["g"] == pytest.approx(0.72)
+    assert found["brake_limit"]["limit"] == 3.0
+    assert found["mass"] == {"ratio": 1.2}
