@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from pytest_dvp.gap.compare import iso18571
+from pytest_dvp.gap.compare.coloured_noise import Whitening, first_rows, whitening
 from pytest_dvp.gap.compare.compared_model import (
     ComparedModel,
     CompareError,
@@ -25,6 +26,7 @@ from pytest_dvp.gap.compare.regimes import regimes
 from pytest_dvp.gap.compare.segments import (
     CHANNELS,
     UNITS,
+    Residuals,
     Segments,
     cut,
     filled,
@@ -143,6 +145,9 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
         _check_finite(subject, log.t, output)
         again = residuals(output, measured, log.t, sigma, segments, free_speed=free_speed)
         found = again if again.total < found.total else found
+    noise = whitening(log.t, measured, sigma)
+    found = _whitened(found, noise, first_rows(log.t, segments.starts))
+    sigma = noise.sigma
     column = {name: CHANNELS.index(name) for name in judged}
     rest = {name: np.ascontiguousarray(found.values[:, k]) for name, k in column.items()}
     real = {name: np.ascontiguousarray(measured[:, k]) for name, k in column.items()}
@@ -175,6 +180,13 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
         chi2_per_n=found.total,
         not_compared=left_out,
     )
+
+
+def _whitened(found: Residuals, noise: Whitening, first: BoolArray) -> Residuals:
+    """The residuals with the chi^2/N of whitened ones: neighbours that repeat each other's noise count once."""
+    squares = (noise.of(found.values, first).reshape(-1, len(CHANNELS)) ** 2).sum(axis=0)
+    mean = np.where(found.count > 0, squares / np.maximum(found.count, 1), np.nan)
+    return dataclasses.replace(found, chi2=mean, total=float(squares.sum() / max(int(found.count.sum()), 1)))
 
 
 def _why_nothing(measured: FloatArray, segments: Segments) -> str:

@@ -96,7 +96,7 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
     )
     unknown = not has_speed(measured)  # nor can it be said then where the car stands or spins
     slides = np.zeros(n, dtype=np.bool_) if unknown else _slides(t, whole, wheelbase, posed=posed)
-    counted = np.ones(n, dtype=np.bool_) if unknown else ~_interior(t, np.abs(v) < still_speed(v))
+    counted = np.ones(n, dtype=np.bool_) if unknown else ~standing(t, v)
     count = max(1, round((t[-1] - t[0]) / length)) if n > 1 else 1
     wanted = t[0] + (t[-1] - t[0]) * np.arange(1, count) / count
     cuts = [0]
@@ -159,6 +159,11 @@ def _gaps(t: FloatArray, known: BoolArray) -> tuple[list[int], BoolArray]:
 def still_speed(v: FloatArray) -> float:
     """Speed [m/s] below which a car counts as standing: 0.3 m/s, less for a small car."""
     return min(0.3, 0.1 * float(np.quantile(np.abs(v), 0.95)) + 1e-6)
+
+
+def standing(t: FloatArray, v: FloatArray) -> BoolArray:
+    """Rows (n,) of standstills but their first and last second. t (n,) [s], v (n,) [m/s]."""
+    return _interior(t, np.abs(v) < still_speed(v))
 
 
 def residuals(output: FloatArray, measured: FloatArray, t: FloatArray, sigma: FloatArray, segments: Segments,

@@ -11,7 +11,7 @@ import numpy as np
 
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.dependence import Dependences
-from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step, Verdict
+from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Samples, Step, Verdict
 from pytest_dvp.gap.diagnose.equation_error import opinions, votes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, folds, folds_with_setup, refit_on_fold, step
@@ -132,6 +132,7 @@ def diagnose(
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
         values=final.values,
         remainder=model.remainder,
+        samples=Samples(target.count, target.independent),
     )
 
 

@@ -93,6 +93,15 @@ class Step:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
+class Samples:
+    """Samples that were fitted, of all channels: `count`, and how many independent ones would tell as much; fewer,
+    where the noise of neighbouring samples is alike."""
+
+    count: int
+    independent: float
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
 class Diagnosis:
     """Result of `diagnose`.
 
@@ -100,7 +109,7 @@ class Diagnosis:
     data they were not fitted on; input_map: fitted scales of the model's inputs; votes: what the second engine would
     name; signature: what the misfit that is left looks like; car: parameters of the car that had to be assumed with the
     effects (where ay is measured); values: everything together, (effect, key) -> value; remainder: what the model file
-    says that its twin is known not to explain, which counts as noise.
+    says that its twin is known not to explain, which counts as noise; samples: how many were fitted.
     """
 
     verdict: Verdict
@@ -116,6 +125,7 @@ class Diagnosis:
     values: Mapping[tuple[str, str], float] = dataclasses.field(default_factory=dict)
     null_line: float | None = None
     remainder: Remainder = dataclasses.field(default_factory=dict)
+    samples: Samples = Samples(0, 0.0)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -153,4 +163,5 @@ class Diagnosis:
             "ladder": [step.as_dict() for step in self.ladder],
             "null_line": self.null_line,
             "remainder": {channel: dict(regimes) for channel, regimes in self.remainder.items()},
+            "samples": dataclasses.asdict(self.samples),
         }

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
-from machine_code import compiled
+from pytest_dvp.gap.compare.coloured_noise import first_rows, whitening
 from pytest_dvp.gap.compare.compare import judged_channels, noise_floor
 from pytest_dvp.gap.compare.compared_model import ModelSubject, command_at_stamps, rows_with_commands
 from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, measured_array, residuals, restarted
@@ -43,6 +43,7 @@ class Experiment:
 
     name   of the log; channels: those that are judged; noise (8,) standard deviation of each, inf where not judged
     sigma  (8,) the noise together with what the model is known not to explain, in units of which residuals are judged
+    independent  of the samples judged (`count`), as many as would tell the same if their noise were white
     edges  (m + 1,) where the segments begin and end in the whitened residual
     """
 
@@ -69,9 +70,15 @@ class Experiment:
         self.sigma = noise_floor(log.t, self.measured, self.channels)
         self.measured = _without_jumps(self.measured, commands.get("accel_cmd"), float(self.sigma[_AX]))
         rough = self._residuals(output)
-        self.noise = noise_floor(log.t, self.measured, self.channels, rough.values)
+        white = noise_floor(log.t, self.measured, self.channels, rough.values)
+        coloured = whitening(log.t, self.measured, white)
+        self.noise = coloured.sigma
         self.sigma = np.hypot(self.noise, MARGIN * expected(model.remainder, log, self.measured))
-        self.count = int(self._residuals(output).count.sum())
+        self._whitening = coloured
+        self._begins = first_rows(log.t, self.segments.starts)
+        counts = self._residuals(output).count
+        self.count = int(counts.sum())
+        self.independent = float(counts @ coloured.independent)
         self.edges = np.append(self.segments.starts, len(log.t)).astype(np.int64) * len(CHANNELS)
 
     def motion(self, values: Values) -> FloatArray:
@@ -88,12 +95,16 @@ class Experiment:
 
     def whitened(self, values: Values) -> FloatArray:
         """Residuals in units of the noise, (n * 8,), row by row; 0 where nothing was compared."""
-        return _whitened(self.residuals(values).values, self.sigma)
+        return self.white(self.residuals(values).values)
+
+    def white(self, rest: FloatArray) -> FloatArray:
+        """Residuals (n, 8) in the channels' units, in units of sigma and freed of what neighbouring noise repeats."""
+        return self._whitening.scaled(self.sigma).of(rest, self._begins)
 
     def exact(self, values: Values) -> FloatArray:
         """As `whitened`, with the model integrated in far smaller steps: what differs is not physics."""
         output = self._exact.run(values, starts=self.segments.starts, states=self.segments.states)
-        return _whitened(self._residuals(output).values, self.sigma)
+        return self.white(self._residuals(output).values)
 
     def settle(self, values: Values) -> None:
         """From now on the segments begin where the model with these values would have had them begin."""
@@ -114,6 +125,11 @@ class ExperimentSet:
     def count(self) -> int:
         """Samples judged in all."""
         return sum(e.count for e in self.experiments)
+
+    @property
+    def independent(self) -> float:
+        """Samples that would tell as much if the noise of neighbours were not alike; `count` where it is white."""
+        return sum(e.independent for e in self.experiments)
 
     @property
     def excused(self) -> bool:
@@ -161,13 +177,14 @@ class ExperimentSet:
         """chi^2/N of each channel over all experiments."""
         sums: dict[str, list[float]] = {}
         for e in self.experiments:
-            found = e.residuals(values)
+            rest = e.residuals(values)
+            squares = (e.white(rest.values).reshape(-1, len(CHANNELS)) ** 2).sum(axis=0)
             for name in e.channels:
                 k = CHANNELS.index(name)
-                if found.count[k]:
+                if rest.count[k]:
                     pair = sums.setdefault(name, [0.0, 0.0])
-                    pair[0] += float(found.chi2[k]) * float(found.count[k])
-                    pair[1] += float(found.count[k])
+                    pair[0] += float(squares[k])
+                    pair[1] += float(rest.count[k])
         return {name: sums[name][0] / sums[name][1] for name in CHANNELS if name in sums}
 
     def rmse(self, values: Values) -> dict[str, float]:
@@ -194,18 +211,6 @@ class ExperimentSet:
 def experiment_set(logs: Mapping[str, Log], model: VehicleModel, *, extra: Sequence[Effect] = ()) -> ExperimentSet:
     """Experiments of a model on logs by name. Raises CompareError or ModelError: an input missing, nothing to judge."""
     return ExperimentSet(tuple(Experiment(name, log, model, extra=extra) for name, log in logs.items()))
-
-
-@compiled
-def _whitened(values: FloatArray, sigma: FloatArray) -> FloatArray:
-    n, m = values.shape
-    out = np.zeros(n * m)
-    for k in range(m):
-        if np.isfinite(sigma[k]) and sigma[k] > 0.0:
-            for i in range(n):
-                if np.isfinite(values[i, k]):
-                    out[i * m + k] = values[i, k] / sigma[k]
-    return out
 
 
 def _without_jumps(measured: FloatArray, command: FloatArray | None, sigma: float) -> FloatArray:

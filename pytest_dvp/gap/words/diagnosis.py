@@ -207,6 +207,9 @@ def _notes(found: Diagnosis) -> list[str]:
     return ["", *lines] if lines else []
 
 
+COLOURED = 0.9  # of the samples: where fewer are independent, the answer says so
+
+
 def standing_lines(found: Diagnosis) -> list[str]:
     """Why effects are provisional, how values change while driving, and what the twin is known not to explain."""
     lines = []
@@ -216,6 +219,11 @@ def standing_lines(found: Diagnosis) -> list[str]:
     lines += [_changing(e) for e in found.effects if e.depends_on]
     if found.remainder:
         lines += _wrapped("the twin's known remainder counts as noise: ", remainder_words(found.remainder))
+    if found.samples.independent < COLOURED * found.samples.count:
+        lines.append(
+            f"neighbouring samples repeat each other's noise: {found.samples.count} samples tell as much as "
+            f"{found.samples.independent:.0f} independent ones"
+        )
     open_ones = [e.name for e in found.effects if e.standing == "provisional" and e.name not in found.set_up]
     if open_ones:
         lines.append(f"provisional effects are added by name only: dvp extend --add {' '.join(open_ones)}")

@@ -1,0 +1,94 @@
+"""Noise that repeats itself from sample to sample: seen at standstill, and taken out of residuals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from pytest_dvp.gap.compare.coloured_noise import ORDER, first_rows, whitening
+from pytest_dvp.gap.compare.segments import CHANNELS
+from pytest_dvp.logs.log_contents import FloatArray
+
+STEP, V, AX = 0.02, CHANNELS.index("v"), CHANNELS.index("ax")
+
+
+def noise(n: int, phi: float, seed: int) -> FloatArray:
+    """An autoregressive process of first order, of variance 1."""
+    white = np.random.default_rng(seed).standard_normal(n + 2000) * np.sqrt(1.0 - phi * phi)
+    return np.asarray(lfilter([1.0], [1.0, -phi], white)[2000:])
+
+
+def parked(phi: float, *, seconds: float = 20.0, seed: int = 1) -> tuple[FloatArray, FloatArray]:
+    """A car that stands, whose accelerometer has noise of 0.1 m/s^2."""
+    t = np.arange(0.0, seconds, STEP)
+    measured = np.full((len(t), len(CHANNELS)), np.nan)
+    measured[:, :5] = 0.0
+    measured[:, AX] = 0.1 * noise(len(t), phi, seed)
+    return t, measured
+
+
+def judged(sigma: float) -> FloatArray:
+    found = np.full(len(CHANNELS), np.inf)
+    found[AX] = sigma
+    return found
+
+
+def test_white_noise_stays_as_it_is() -> None:
+    t, measured = parked(0.0)
+    found = whitening(t, measured, judged(0.1))
+    assert found.independent[AX] == 1.0
+    assert found.sigma[AX] == 0.1
+    whitened = found.of(measured, first_rows(t, np.array([0]))).reshape(-1, len(CHANNELS))
+    assert whitened[:, AX] == pytest.approx(measured[:, AX] / 0.1)
+    assert not whitened[:, V].any()
+
+
+@pytest.mark.parametrize("phi", [0.6, 0.9])
+def test_coloured_noise_becomes_white(phi: float) -> None:
+    """A process of first order has (1 - phi)/(1 + phi) independent samples for each that it has."""
+    t, measured = parked(phi, seconds=200.0)
+    found = whitening(t, measured, judged(0.02))
+    assert found.independent[AX] == pytest.approx((1.0 - phi) / (1.0 + phi), rel=0.2)
+    assert found.sigma[AX] == pytest.approx(0.1, rel=0.1)
+    others = np.full((20_000, len(CHANNELS)), np.nan)
+    others[:, AX] = 0.1 * noise(20_000, phi, 2)
+    white = found.of(others, np.arange(20_000) % 250 == 0).reshape(-1, len(CHANNELS))[:, AX]
+    assert np.mean(white**2) == pytest.approx(1.0, rel=0.15)
+    assert abs(np.mean(white[1:] * white[:-1])) < 0.05
+
+
+def test_a_gap_and_a_start_have_no_neighbour() -> None:
+    t, measured = parked(0.9, seconds=100.0)
+    found = whitening(t, measured, judged(0.02))
+    rows = np.full((10, len(CHANNELS)), np.nan)
+    rows[:, AX] = 0.1
+    stamps = STEP * np.arange(10.0)
+    stamps[6:] += 1.0
+    white = found.of(rows, first_rows(stamps, np.array([0, 3]))).reshape(-1, len(CHANNELS))[:, AX]
+    alone = 0.1 / found.sigma[AX]
+    assert white[[0, 3, 6]] == pytest.approx(alone)
+    assert (np.abs(white[[1, 2, 4, 5, 7, 8, 9]] - alone) > 0.1).all()
+
+
+@pytest.mark.parametrize("seconds", [3.0, 100.0])
+def test_too_short_a_standstill_says_nothing(seconds: float) -> None:
+    """The first and the last second of a standstill do not count; 50 samples are left of 3 s."""
+    t, measured = parked(0.8, seconds=seconds)
+    found = whitening(t, measured, judged(0.05))
+    assert (found.independent[AX] == 1.0) == (seconds == 3.0)
+    assert found.weights[AX].any() == (seconds != 3.0)
+    assert found.weights.shape == (len(CHANNELS), ORDER + 1, ORDER)
+
+
+def test_a_car_that_never_stands_counts_as_white() -> None:
+    t, measured = parked(0.9, seconds=100.0)
+    measured[:, V] = 5.0
+    measured[:, 0] = 5.0 * t
+    assert (whitening(t, measured, judged(0.05)).independent == 1.0).all()
+
+
+def test_another_noise_at_standstill_is_not_that_of_the_road() -> None:
+    """An engine that shakes the body a little, and a road that shakes it ten times as much."""
+    t, measured = parked(0.9, seconds=100.0)
+    assert whitening(t, measured, judged(1.0)).independent[AX] == 1.0
