@@ -209,7 +209,11 @@ def _gates(path: Path, settings: RunSpec) -> Findings:
 def _model(path: Path, settings: RunSpec, effects: Mapping[str, Effect] | None = None) -> Findings:
     from vehicle.model.model_file import ModelError, read_model
 
-    return _one(path, "model.invalid", ModelError, lambda: read_model(path, extra=effects))
+    wrong = list(_one(path, "model.invalid", ModelError, lambda: read_model(path, extra=effects)))
+    if wrong or not (text := read_model(path, extra=effects).drives_nothing):
+        return wrong
+    where = {"file": str(path), "line": None, "element": "[inputs]"}
+    return [{"code": "model.drives_nothing", "severity": "warning", **where, "message": text}]
 
 
 def _study(path: Path, settings: RunSpec, plan: bool = False) -> Findings:

@@ -81,9 +81,9 @@ def execute(arguments: argparse.Namespace) -> int:
     twins = _twins(arguments, logs)
     told = (fitted.said, judged.said, _true_motion({**held_out, **logs}), _unjudged(logs, twins))
     said = [text for text in told if text]
-    warning = wrong_wheelbase(logs, model)
-    if warning:
-        print(f"dvp diagnose: warning: {warning}", file=sys.stderr)
+    for warning in (wrong_wheelbase(logs, model), model.drives_nothing):
+        if warning:
+            print(f"dvp diagnose: warning: {warning}", file=sys.stderr)
     with progress("dvp diagnose", "diagnosing") as tick:
         found = diagnose(logs, model, held_out=held_out, effects=tuple(extra.values()), twins=twins, tick=tick)
         if arguments.plan:

@@ -42,6 +42,15 @@ class Motion:
         return all(name in self.of for name in names)
 
 
+def part_of(motion: Motion, begin: int, end: int) -> Motion:
+    """The rows begin..end of a motion."""
+    rows = slice(begin, end)
+    return Motion(
+        motion.t[rows], motion.step, {name: values[rows] for name, values in motion.of.items()}, motion.course[rows],
+        motion.heading[rows], motion.moving[rows],
+    )  # fmt: skip
+
+
 def rows_between(motion: Motion) -> int:
     """Every how many rows of the grid there is something new to tell: means over WINDOW are that slow."""
     return max(1, round(_THIN / motion.step), len(motion.t) // _MOST)

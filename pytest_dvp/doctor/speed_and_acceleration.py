@@ -19,6 +19,8 @@ HARDEST = 12.0  # m/s^2: more is asked for by no driver of a car on a road
 SAME = 0.1  # of the speed over ground, within which v is that speed
 GRIPS = 0.15  # of a drive in which v must be right, for what differs elsewhere to be slip
 UNEVEN = 0.2  # of the median ratio, its spread from quarter to quarter: a unit gives the same ratio everywhere
+VARIED = 1.4  # times the slow quarter of the wishes, above which the fast one can tell a unit from a limit
+ALIKE_RATIOS = 0.15  # between the slow and the fast quarter: a unit gives one ratio for both
 _SCALES = (  # ratio of what was read to what it should be -> what happened
     (3.6, "km/h stored as m/s", "km/h"), (2.23694, "mph stored as m/s", "mph"), (1.94384, "knots stored as m/s", "kn"),
     (1 / 3.6, "m/s stored as km/h", "m/s"),
@@ -135,11 +137,33 @@ def check_wishes(motion: Motion, file: str, findings: Findings) -> None:
         at = motion.moving & np.isfinite(of["speed_cmd"]) & (np.abs(of["speed_cmd"]) > 0.5)
         if np.count_nonzero(at) < 50 or correlation(of["speed_cmd"][at], of["v"][at]) < 0.6:
             return
-        ratio = float(np.median(of["speed_cmd"][at] / np.where(of["v"][at] == 0.0, np.nan, of["v"][at])))
-        for value, text, unit in _SCALES:
-            # Miles and knots are told of measured speeds only: a controller may leave a car at half its wish.
-            if abs(ratio / value - 1.0) < 0.15 and not 1.0 < value < 3.0:
-                _tell_unit("speed_cmd", text, f"speed_cmd = {ratio:.3g} * v", unit, file, findings)
+        _check_speed_cmd(of["speed_cmd"][at], of["v"][at], file, findings)
+
+
+def _check_speed_cmd(wish: FloatArray, v: FloatArray, file: str, findings: Findings) -> None:
+    """A commanded speed (n,) that is another one than the car has (n,), both in m/s: in another unit, or not reached. A
+    unit gives the same ratio for slow and fast wishes; a car that cannot go faster follows the slow ones."""
+    ratios = wish / np.where(v == 0.0, np.nan, v)
+    ratio = float(np.nanmedian(ratios))
+    slow, fast = np.percentile(wish, [25, 75])
+    low, high = (float(np.nanmedian(ratios[rows])) for rows in (wish <= slow, wish >= fast))
+    found = f"speed_cmd = {ratio:.3g} * v"
+    for value, text, unit in _SCALES:
+        # Miles and knots are told of measured speeds only: a controller may leave a car at half its wish.
+        if not (abs(ratio / value - 1.0) < 0.15 and not 1.0 < value < 3.0):
+            continue
+        if value > 1.0 and not (fast > VARIED * slow and abs(high / low - 1.0) < ALIKE_RATIOS):
+            top = float(np.percentile(v, 98))
+            findings.add(
+                "log.speed_not_reached", file, None, "column speed_cmd",
+                f"the car does not reach the commanded speed, or it is {text}",
+                found=f"{found} in the median, {low:.3g} for the slow and {high:.3g} for the fast quarter; v goes up "
+                f"to {top:.3g} m/s", severity="warning",
+                hint=f"if the unit is wrong, write `speed_cmd [{unit}]`; if the car cannot go faster, change nothing: "
+                "that is the effect speed_limit or a part of speed_controller",
+            )  # fmt: skip
+        else:
+            _tell_unit("speed_cmd", text, found, unit, file, findings)
 
 
 def _check_accel_cmd(along: FloatArray, command: FloatArray, step: float, file: str, findings: Findings) -> None:

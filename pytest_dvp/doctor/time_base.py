@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from openscenario.findings import Findings
-from pytest_dvp.doctor.redundant_motion import Motion, best_lag, correlation
+from pytest_dvp.doctor.redundant_motion import Motion, best_lag, correlation, part_of
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -16,6 +16,8 @@ GAP = 2.5  # sample intervals
 PARTED = 0.5  # share of the time without rows: no one recording any more
 OFFSET = 0.08  # [s]: least disagreement of two clocks that is told; two intervals if that is more
 LONGEST = 2.0  # [s] looked for
+PART = 30.0  # [s] of a long log that is looked at alone: a clock that is late for a while only
+ALONE = 2  # parts in a row that must say so
 
 # Two channels that tell one thing, the least standard deviation [SI] to judge them by, and the lag [s] that no clock is
 # needed for: a sensor ahead of the rear axle sees a turn d/v earlier, side slip moves ay against v * yaw_rate.
@@ -203,6 +205,7 @@ def check_offsets(motion: Motion, median: float, file: str, findings: Findings) 
     # A place of the antenna moves the path's turn against yaw as a clock would: that pair only helps to tell channels.
     off = {pair: lag for pair, lag in lags.items() if abs(lag) > allowed[pair] and pair[0] != "path_turn"}
     if not off:
+        _check_parts(motion, allowed, lags, file, findings)
         return
     best: tuple[float, dict[tuple[str, ...], float]] | None = None
     for sources in _EXPLANATIONS:
@@ -224,6 +227,33 @@ def check_offsets(motion: Motion, median: float, file: str, findings: Findings) 
         return
     for (first, second), lag in off.items():
         _tell(", ".join(_CHANNELS[first]), lag, ", ".join(_CHANNELS[second]), file, findings)
+
+
+def _check_parts(
+    motion: Motion, allowed: dict[tuple[str, str], float], whole: dict[tuple[str, str], float], file: str,
+    findings: Findings,
+) -> None:  # fmt: skip
+    """Channels whose clock agrees with the others' over the whole log, but not for a while."""
+    rows = round(PART / motion.step)
+    begins = range(0, len(motion.t) - rows + 1, rows)
+    if len(begins) < 2 * ALONE:
+        return
+    parts = [pair_lags(part_of(motion, begin, begin + rows)) for begin in begins]
+    for pair in whole:
+        if pair[0] == "path_turn":
+            continue
+        off = [lag if abs(lag := part.get(pair, 0.0)) > 1.5 * allowed[pair] else 0.0 for part in parts]
+        for first in range(len(off) - ALONE + 1):
+            run = off[first : first + ALONE]
+            if all(run) and min(run) * max(run) > 0.0 and max(map(abs, run)) - min(map(abs, run)) < allowed[pair]:
+                last = first + ALONE
+                while last < len(off) and off[last] * run[0] > 0.0:
+                    last += 1
+                times = motion.t[begins[first]], motion.t[min(begins[last - 1] + rows, len(motion.t)) - 1]
+                lag = float(np.median(off[first:last]))
+                one, other = (", ".join(_CHANNELS[name]) for name in pair)
+                _tell(one, lag, other, file, findings, f" from t = {times[0]:.0f} to {times[1]:.0f} s only")
+                break
 
 
 def _delay(source: tuple[str, ...], sources: tuple[tuple[str, ...], ...], lags: dict[tuple[str, str], float]) -> float:
@@ -267,13 +297,13 @@ def _sign(pair: tuple[str, str], source: tuple[str, ...]) -> int:
     return int(first) - int(second)
 
 
-def _tell(channel: str, lag: float, other: str, file: str, findings: Findings) -> None:
+def _tell(channel: str, lag: float, other: str, file: str, findings: Findings, when: str = "") -> None:
     findings.add(
         "log.clock_offset",
         file,
         None,
         f"column {channel}",
-        f"{channel} comes {abs(lag):.2f} s {'later' if lag > 0 else 'earlier'} than {other} tell",
+        f"{channel} comes {abs(lag):.2f} s {'later' if lag > 0 else 'earlier'} than {other} tell{when}",
         hint="a clock offset or a sensor's latency, the data cannot say which: "
         "correct the stamps by `delay` in a mapping, or let the model have the latency",
         severity="warning",

@@ -23,6 +23,7 @@ from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.text_times import seconds_of
+from pytest_dvp.logs.two_part_time import one_time
 
 EMPTY = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "#n/a", "-nan", "nil"))
 LOGIC = {"true": 1.0, "false": 0.0}
@@ -62,7 +63,7 @@ def read_csv(path: Path, budget: Budget | None = None) -> Table:
         body = _without_cut_row(table, body, head.line, width, separator)
     lines = _check_shape(table, body, head.line, width, separator)
     table.lines = lines
-    table.columns = _columns(table, body, lines, list(head.headers), separator)
+    table.columns = one_time(_columns(table, body, lines, list(head.headers), separator))
     return table
 
 
@@ -109,6 +110,8 @@ def read_head(text: bytes, table: Table) -> Head:
         _refuse(table, "log.header_missing", line, "", f"the header cannot be read: {error}", "`name [unit],...`")
     while names and not names[-1] and len(names) > 1:
         names.pop()  # a separator at the end of each line
+    if names and not names[0] and len(names) > 1:
+        names[0] = next(name for name in ("index", "index_1") if name not in names)  # pandas writes its index so
     _refuse_headless(table, names, line)
     body = text[end + 1 :] if end >= 0 else b""
     headers, body, line = _units_row([parse_header(name) for name in names], body, line + 1, separator)
@@ -172,18 +175,27 @@ def _text(raw: bytes) -> str:
 
 
 def _skip_comments(text: bytes) -> tuple[int, int]:
-    """Offset and line of the header: leading empty lines and comments are passed over (`# t [s],...` is a header)."""
+    """Offset and line of the header: leading empty lines and comments are passed over. A comment with as many fields as
+    the row of numbers under it is the header (`# t [s],...` or `# time(s),x(m),...`)."""
     position, line = 0, 1
     while position < len(text):
         end = text.find(b"\n", position)
         end = len(text) if end < 0 else end
         row = text[position:end].strip()
-        if row.startswith(b"#") and row.count(b"[") > 1:
+        if row.startswith(b"#") and (row.count(b"[") > 1 or _names(row, text[end + 1 : end + 1 + _HEAD])):
             return text.index(b"#", position) + 1, line
         if row and not row.startswith(b"#"):
             break
         position, line = end + 1, line + 1
     return position, line
+
+
+def _names(comment: bytes, rest: bytes) -> bool:
+    """True if a comment holds a word for each number of the row that follows it."""
+    under = rest[: rest.find(b"\n")] if b"\n" in rest else rest
+    mark = _separator(under)
+    names, numbers = (_text(row.strip(b"# \t")).split(mark) for row in (comment, under))
+    return len(names) == len(numbers) > 1 and all(map(_is_number, numbers)) and not any(map(_is_number, names))
 
 
 def _skip_words(table: Table, text: bytes, start: int, line: int) -> tuple[int, int]:

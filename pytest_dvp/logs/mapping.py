@@ -217,12 +217,21 @@ def fitting(mapping: MappingFile, streams: Sequence[Stream], file: str) -> Mappi
         except LogError:
             continue
         stated = stream.units.get(signal.field, "")
-        there = signal.field in stream.fields or f"{signal.field}.x" in stream.fields
+        there = signal.field in stream.fields or bool(quaternion_parts(signal.field, stream))
         if there and (not stated or not signal.unit or find_unit(stated) == find_unit(signal.unit)):
             kept.append(signal)
     moved = {"x", "y", "yaw"} <= {signal.name for signal in kept}
     antenna = mapping.antenna if moved else (0.0, 0.0)
     return dataclasses.replace(mapping, signals=tuple(kept), antenna=antenna, only=False)
+
+
+def quaternion_parts(field: str, stream: Stream) -> list[str]:
+    """Fields x, y, z, w of the quaternion that a mapping calls `field`: `q.x`, `q_x` or `qx`; [] if there are none."""
+    for mark in (".", "_", ""):
+        parts = [f"{field}{mark}{axis}" for axis in "xyzw"]
+        if all(part in stream.fields for part in parts):
+            return parts
+    return []
 
 
 def _si(unit: str) -> str:
@@ -288,8 +297,9 @@ def _values(
     stream: Stream, signal: SignalMap, streams: Sequence[Stream], mapping: MappingFile, file: str
 ) -> FloatArray:
     if signal.unit == QUATERNION:
-        x, y, z, w = (_field(stream, f"{signal.field}.{axis}", signal, mapping, file) for axis in "xyzw")
-        raw = np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+        parts = quaternion_parts(signal.field, stream) or [f"{signal.field}.{axis}" for axis in "xyzw"]
+        x, y, z, w = (_field(stream, part, signal, mapping, file) for part in parts)
+        raw = _unwrapped(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
     else:
         raw = _field(stream, signal.field, signal, mapping, file)
         if signal.unit in (LATITUDE, LONGITUDE):
@@ -301,7 +311,15 @@ def _values(
         values = np.pi / 2.0 - values
     if (signal.frame == "frd" and signal.name in _FLIPPED) or (signal.frame == "ned" and signal.name == "yaw_rate"):
         values = -values
-    return np.unwrap(values) if signal.name == "yaw" and np.all(np.isfinite(values)) else values
+    return _unwrapped(values) if signal.name == "yaw" else values
+
+
+def _unwrapped(angle: FloatArray) -> FloatArray:
+    """The angle (n,) [rad] without turns of 2 pi; rows that were not measured stay NaN and stop nothing."""
+    known = np.isfinite(angle)
+    found = angle.copy()
+    found[known] = np.unwrap(angle[known])
+    return found
 
 
 def _converted(raw: FloatArray, stream: Stream, signal: SignalMap, mapping: MappingFile) -> FloatArray:

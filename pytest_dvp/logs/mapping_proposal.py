@@ -11,7 +11,15 @@ import numpy as np
 from openscenario.findings import listed
 from pytest_dvp.logs.column_names import ALIKE, canonical, likeness, parse_header
 from pytest_dvp.logs.log_error import LogError
-from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION, MappingFile, SignalMap, stream_of
+from pytest_dvp.logs.mapping import (
+    LATITUDE,
+    LONGITUDE,
+    QUATERNION,
+    MappingFile,
+    SignalMap,
+    quaternion_parts,
+    stream_of,
+)
 from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.time_column import clock_of, time_unit
@@ -55,6 +63,13 @@ _FIX = {
     LONGITUDE: re.compile(r"(gps|gnss|nav)?[ _]?(lon|lng|long|longitude)$", re.IGNORECASE),
 }
 _HAND_WHEEL = re.compile(r"(hand|steering)_?wheel|\bswa\b|\bhwa\b", re.IGNORECASE)
+_OTHER_MEANING = re.compile(
+    r"(^|[\W_])(roll|pitch|phi_?[rp]|slip|sideslip|beta|temp(erature)?|press(ure)?|torque|current|voltage|fuel|gear|lap|curvature|"
+    r"kappa|altitude|height|vz|wx|wy|az|std|sigma|cov\w*|error|err)(?=[\W_]|$)",
+    re.IGNORECASE,
+)
+"""Words for what no signal of the table is, though its unit may be the same: roll is no steering angle."""
+_RATE_OF_STEERING = re.compile(r"steer|delta|swa", re.IGNORECASE)
 _SAME_AS = {
     "autoware_vehicle_msgs": "autoware_auto_vehicle_msgs",
     "autoware_control_msgs": "autoware_auto_control_msgs",
@@ -138,7 +153,10 @@ def guessed(streams: Sequence[Stream], taken: Sequence[SignalMap]) -> tuple[tupl
     """
     used = {(signal.topic, signal.field) for signal in taken}
     open_still = [name for name in SIGNALS if name in _LARGEST.keys() - {signal.name for signal in taken}]
-    free = [(s, f) for s in streams for f in s.fields if (s.topic, f) not in used and not _HAND_WHEEL.search(f)]
+    free = [
+        (s, f) for s in streams for f in s.fields
+        if (s.topic, f) not in used and not _HAND_WHEEL.search(f) and not means_something_else(s, f)
+    ]  # fmt: skip
     found: dict[str, tuple[SignalMap, tuple[str, ...]]] = {}
 
     def take(name: str, stream: Stream, field: str, unit: str) -> None:
@@ -162,6 +180,26 @@ def guessed(streams: Sequence[Stream], taken: Sequence[SignalMap]) -> tuple[tupl
     return tuple(found[name] for name in open_still if name in found)
 
 
+def means_something_else(stream: Stream, field: str) -> bool:
+    """True for a field that is no signal, whatever its unit: the roll of the body, a part of a quaternion."""
+    return bool(_OTHER_MEANING.search(_last(stream, field))) or any(field in parts for _, parts in _quaternions(stream))
+
+
+def _quaternions(stream: Stream) -> list[tuple[str, list[str]]]:
+    """Name and fields x, y, z, w of each quaternion: four fields whose squares sum to 1 in most rows."""
+    found = []
+    for field in stream.fields:
+        if field[-1:] != "w":
+            continue
+        name = field[:-1].rstrip("._") if field[-2:-1] in "._" else field[:-1]
+        parts = quaternion_parts(name, stream) if name else []
+        if parts and parts[3] == field:
+            norm = np.sqrt(sum(stream.fields[part] ** 2 for part in parts))
+            if np.mean(np.abs(norm[np.isfinite(norm)] - 1.0) < 0.01) > 0.5:
+                found.append((name, parts))
+    return found
+
+
 def _last(stream: Stream, field: str) -> str:
     """The name of a field in its message; a column of a CSV file is its own, with dots."""
     return parse_header(field.rpartition(".")[2]).name if stream.topic else field
@@ -180,6 +218,8 @@ def _unit_that_fits(stream: Stream, field: str, name: str) -> str:
     values = stream.fields[field]
     known = values[np.isfinite(values)]
     if unit is None or unit.si != SIGNALS[name].unit or not len(known):
+        return ""
+    if name == "yaw_rate" and _RATE_OF_STEERING.search(field):
         return ""
     inside = float(np.max(np.abs(known * unit.scale + unit.offset))) <= _LARGEST[name]
     return str(stated) if inside and float(np.ptp(known)) > 0.0 else ""
@@ -202,12 +242,16 @@ def _candidates(stream: Stream) -> list[SignalMap]:
             for name, (field, unit) in table.items()
             if any(known == field or known.startswith(field + ".") for known in stream.fields)
         ]
-    found: list[SignalMap] = []
+    quaternions = _quaternions(stream)
+    parts = {part for _, four in quaternions for part in four}
+    found = [SignalMap("yaw", stream.topic, name, QUATERNION) for name, _ in quaternions[:1]]
     for field in stream.fields:
+        if field in parts:
+            continue
         if _HAND_WHEEL.search(field):  # never certain: the steering ratio is the car's
             found.append(SignalMap("steer", stream.topic, field, "?"))
             continue
-        header = parse_header(field.rpartition(".")[2])
+        header = parse_header(field.rpartition(".")[2] if stream.topic else field)
         name = canonical(header.name)
         if name not in SIGNALS or name == "t":
             continue
@@ -258,7 +302,9 @@ def mapping_text(streams: Sequence[Stream]) -> str:
             *(f"# {line}" for line in _entry(signal, streams)),
         ]
     used = {(s.topic, s.field) for s in (*mapping.signals, *unsure, *fix, *(signal for signal, _ in guesses))}
-    rest = [(s, f) for s, f in fields if (s.topic, f) not in used and f != clock]
+    for stream in streams:
+        used |= {(stream.topic, f) for name, four in _quaternions(stream) if (stream.topic, name) in used for f in four}
+    rest = [(s, f) for s, f in fields if (s.topic, f) not in used and f != clock and (s.topic or canonical(f) != "t")]
     for stream, field, names in named_by_unit(rest, (*mapping.signals, *unsure, *fix)):
         lines += [
             "",
@@ -282,8 +328,8 @@ def _not_mapped(fields: Sequence[tuple[Stream, str]]) -> list[str]:
     lines += [f"#   ... and {len(fields) - _SHOWN} more"] if len(fields) > _SHOWN else []
     if fields[0][0].topic:
         return ["# not mapped:", *lines]
-    example = f'[[signal]] name = "v" field = "{_quoted(fields[0][1])}" unit = "km/h", each in a line of its own'
-    return [f"# not mapped; an entry for one is: {example}", *lines]
+    example = '[[signal]] name = "v" field = "COLUMN" unit = "km/h", each in a line of its own'
+    return [f"# not mapped; an entry for one of them is: {example}", *lines]
 
 
 def _fix(fields: Sequence[tuple[Stream, str]], taken: Collection[str]) -> list[SignalMap]:
@@ -305,8 +351,13 @@ def named_by_unit(
     found = []
     still = [name for name in (*_PLACE, *_LARGEST) if name not in {signal.name for signal in taken}]
     for stream, field in fields:
-        unit = find_unit(stream.units.get(field, "")) if not stream.topic else None
-        names = tuple(name for name in still if unit is not None and SIGNALS[name].unit == unit.si != "-")
+        other = stream.topic or means_something_else(stream, field)
+        unit = None if other else find_unit(stream.units.get(field, ""))
+        rate = _RATE_OF_STEERING.search(field)
+        names = tuple(
+            name for name in still
+            if unit is not None and SIGNALS[name].unit == unit.si != "-" and not (rate and name == "yaw_rate")
+        )  # fmt: skip
         if names:
             found.append((stream, field, names))
     return found

@@ -43,6 +43,7 @@ FINE = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 
 P = INDEX
 (DRIVE_T, DRIVE_TAU, BRAKE_TAU) = (P["drive_delay", "T"], P["drive_lag", "tau"], P["brake_lag", "tau"])
+RELEASE = P["brake_lag", "release"]
 (G_DRIVE, G_BRAKE, M_RATIO) = (P["drive_gain", "g"], P["brake_gain", "g"], P["mass", "ratio"])
 (JERK, POWER, BRAKE_MAX) = (P["jerk_limit", "limit"], P["power_limit", "limit"], P["brake_limit", "limit"])
 (DEAD, LIFT, ROLLING) = (P["pedal_deadband", "width"], P["lift_off_braking", "a"], P["rolling_resistance", "c"])
@@ -122,7 +123,9 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
         s[A_BRAKE] = follow(old, a, p[BRAKE_TAU])
         a = 0.5 * (old + s[A_BRAKE]) if p[BRAKE_TAU] > 0.0 else a
     else:
-        s[A_BRAKE] = 0.0
+        old = s[A_BRAKE]  # the brake fades beside the drive
+        s[A_BRAKE] = follow(old, 0.0, p[RELEASE] * p[BRAKE_TAU])
+        a += 0.5 * (old + s[A_BRAKE]) if s[A_BRAKE] < 0.0 else 0.0
     a = min(max(a, s[A_JERK] - p[JERK] * H), s[A_JERK] + p[JERK] * H)
     s[A_JERK] = a
     a = max(a, -p[BRAKE_MAX])

@@ -19,7 +19,7 @@ Effects = Mapping[str, Mapping[str, float]]
 PLANT: dict[str, dict[str, tuple[float, float, str]]] = {
     "drive_delay": {"T": (0.0, 0.2, "s")},
     "drive_lag": {"tau": (0.0, 0.3, "s")},
-    "brake_lag": {"tau": (0.0, 0.3, "s")},
+    "brake_lag": {"tau": (0.0, 0.3, "s"), "release": (0.0, 0.0, "-")},
     "drive_gain": {"g": (1.0, 0.85, "-")},
     "brake_gain": {"g": (1.0, 0.8, "-")},
     "mass": {"ratio": (1.0, 1.2, "-")},

@@ -62,6 +62,16 @@ class VehicleModel:
     remainder: Remainder = field(default_factory=dict)
     given: frozenset[str] | None = field(default=None, compare=False, repr=False)
 
+    @property
+    def drives_nothing(self) -> str:
+        """Why no command moves the model along, "" if one does: a speed that is asked for needs a controller."""
+        if self.inputs.longitudinal != ("speed_cmd",) or any(a.name == "speed_controller" for a in self.effects):
+            return ""
+        return (
+            'longitudinal = "speed_cmd" drives nothing, because the model has no effect speed_controller; add one: '
+            '[[effect]] name = "speed_controller", [effect.parameters] kp = 1.0'
+        )
+
     def value(self, effect: str, key: str) -> float | None:
         """Value of an effect's parameter, None if the model lacks the effect."""
         for applied in self.effects:

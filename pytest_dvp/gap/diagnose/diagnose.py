@@ -117,6 +117,8 @@ def diagnose(
     )
     named = with_standing(named, search, final, list(logs.values()), evidence, known)
     named += diagnose_perceptions(logs.values(), model, twins)
+    if model.drives_nothing and "speed_controller" not in final.names:
+        found = dataclasses.replace(found, not_excited=())  # a model that stands says nothing of what a drive shows
     channels = target.by_channel(final.values)
     verdict = _verdict(final.chi2 / search.count, channels, named, found, len(tried))
     return Diagnosis(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -371,3 +372,32 @@ def test_a_slow_drive_could_show_strong_drag_only(sound: Columns) -> None:
     slow = excitation(log_of({**sound, "v": 0.5 * sound["v"]}))  # up to 7 m/s
     assert "10 m/s" in slow.hardly["aero_drag"]
     assert "aero_drag" in excitation(log_of({**sound, "v": 1.5 * sound["v"]})).within_reach
+
+
+def test_a_wanted_speed_that_is_not_reached_may_be_a_limit_and_no_unit(sound: Columns) -> None:
+    """The car follows slow wishes, and stays far behind fast ones: nothing tells of km/h."""
+    v = sound["v"]
+    wish = np.where(v < np.percentile(v[v > 0.5], 30), 1.05 * v + 0.6, 3.6 * v)
+    (finding,) = examine(log_of({**sound, "speed_cmd": wish}))
+    assert (finding.code, finding.severity) == ("log.speed_not_reached", "warning")
+    assert "km/h" in finding.hint
+    assert "speed_limit" in finding.hint
+
+
+def test_a_clock_that_is_late_for_a_while_is_told_with_the_time(sound: Columns) -> None:
+    """Four minutes, in one of which the yaw rate comes 0.3 s late: over the whole log nothing shows."""
+    n, count = len(sound["t"]), 6
+    long = {
+        name: np.tile(values, count) for name, values in sound.items() if name in ("v", "yaw", "yaw_rate", "ax", "ay")
+    }
+    long["yaw"] = np.concatenate([sound["yaw"] + k * 0.0 for k in range(count)])
+    t = np.arange(n * count) * float(np.median(np.diff(sound["t"])))
+    late = slice(2 * n, 4 * n)
+    assert told({"t": t, **long}) == []
+    long["yaw_rate"] = long["yaw_rate"].copy()
+    long["yaw_rate"][late] = np.roll(long["yaw_rate"], round(0.3 / (t[1] - t[0])))[late]
+    findings = [f for f in examine(log_of({"t": t, **long})) if f.code == "log.clock_offset"]
+    assert findings
+    (when,) = {tuple(map(float, re.findall(r"t = (\d+) to (\d+) s only", f.text)[0])) for f in findings}
+    assert when[0] == pytest.approx(t[2 * n], abs=30.0)
+    assert when[1] == pytest.approx(t[4 * n], abs=30.0)
