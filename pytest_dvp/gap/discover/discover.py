@@ -1,0 +1,294 @@
+"""Finds a law in what a model leaves unexplained: where it acts, which quantities it is made of, and how firm it is.
+
+The terms of a grammar are tried directly in what is measured: each is driven through the model with a small
+coefficient, and what the residuals have in common with it says how much it would explain. The best are fitted, one is
+taken, and the rest is looked at again, up to three terms. Data held out judge. What the model's own values or an effect
+of the catalogue explain as well is no law.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from math import inf
+from typing import TYPE_CHECKING
+
+from pytest_dvp.gap.diagnose.candidates import candidates
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
+from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
+from pytest_dvp.gap.diagnose.input_scales import input_map
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, Stop, fit, intervals
+from pytest_dvp.gap.diagnose.linear_algebra import square
+from pytest_dvp.gap.diagnose.search import Search
+from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.gap.discover.forms import points, terms_at
+from pytest_dvp.gap.discover.generic_effect import MOST_TERMS, effect_of, generic_effects, values_of
+from pytest_dvp.gap.discover.law import FoundTerm, Law, Verdict
+from pytest_dvp.gap.discover.scan import Scan
+from pytest_dvp.gap.discover.term import Point, Term
+from pytest_dvp.logs.log import Log
+from vehicle.model.effect import Key
+from vehicle.model.effect_catalogue import catalogue
+
+if TYPE_CHECKING:
+    from vehicle.model.effect import Effect
+    from vehicle.model.vehicle_model import VehicleModel
+
+LEFT = 1.15  # chi^2/N of the model, below which there is nothing to discover
+FAMILIES = 24  # forms that are fitted in each round, the best to first order
+CREDIBLE = 1.1  # chi^2/N on both sides, above which the form is not proven: exact forms left up to 1.04, wrong ones
+# 1.15 and more
+WORTH = 0.2  # of the error beyond the noise, that a law must take away on both sides
+LAST = 0.1  # of the held-out one, that its last term must
+PRICE = 0.004  # of chi^2, for each factor of a form
+TIED = 0.01  # of max(1, chi^2/N), by which a form must do better than any other one to be the form
+ELSEWHERE = 0.02  # the same, for the same form at another point
+SAME = 0.998  # correlation of what two forms do, from which they are one in other words
+AS_GOOD = 0.05  # of the error beyond the noise: a rival that takes away so much less is as good
+
+Tick = Callable[[str], None]
+
+
+def discover(
+    logs: Mapping[str, Log],
+    model: VehicleModel,
+    held_out: Mapping[str, Log],
+    *,
+    effects: Sequence[Effect] = (),
+    tick: Tick = lambda text: None,
+) -> Law:
+    """Look for a law of at most three terms. logs and held_out by name; the latter judge and are never fitted. effects:
+    the user's own, which the model may hold.
+
+    Raises CompareError or ModelError (one line): an input missing, nothing to judge.
+    """
+    tick("preparing")
+    search = _Discovery(logs, model, held_out, effects, tick)
+    return search.run()
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class _Fitted:
+    """A law fitted to the data; chi2 of the data fitted and held out, per sample; cost with a price for its factors."""
+
+    terms: tuple[Term, ...]
+    fit: Fit | None
+    left: float
+    judged: float
+
+    @property
+    def cost(self) -> float:
+        return self.left * (1.0 + PRICE * sum(term.form.complexity for term in self.terms))
+
+
+class _Discovery:
+    def __init__(
+        self, logs: Mapping[str, Log], model: VehicleModel, held_out: Mapping[str, Log], effects: Sequence[Effect],
+        tick: Tick,
+    ) -> None:  # fmt: skip
+        self.model, self.tick, self.known = model, tick, {**catalogue(), **{e.name: e for e in effects}}
+        extra = (*effects, *generic_effects())
+        self.target = experiment_set(logs, model, extra=extra)
+        self.judge = experiment_set(held_out, model, extra=extra)
+        self.points = points(model, self.target.channels)
+
+    def run(self) -> Law:
+        base = _Fitted((), None, self._chi2(self.target, ()), self._chi2(self.judge, ()))
+        if base.left < LEFT:
+            return self._none(base, f"nothing is left to discover (chi^2/N {base.left:.3g})")
+        now, reasons = base, list[str]()
+        rivals: list[_Fitted] = []
+        for number in range(MOST_TERMS):
+            if now.left < CREDIBLE:
+                break
+            scan, tried = self._scan(now.terms)
+            order = self._shortlist(scan, tried)
+            if not order or scan.gains[order[0]] < scan.chance:
+                if not now.terms:
+                    return self._none(base, "no term explains more than a shifted residual does by chance")
+                break
+            fitted = []
+            for place, k in enumerate(order):
+                self.tick(f"term {number + 1}: fitting {place + 1} of {len(order)}")
+                fitted.append(self._fitted((*now.terms, dataclasses.replace(tried[k], c=float(scan.best[k])))))
+            fitted.sort(key=lambda one: one.cost)
+            best = fitted[0]
+            if now.left - best.left < LAST * (base.left - 1.0) or now.judged - best.judged < LAST * (base.judged - 1.0):
+                break
+            rivals = fitted[1:]
+            now = best
+        if not now.terms:
+            return self._none(base, "no term explains a tenth of the error on the held-out data, too")
+        return self._judged(base, now, rivals, reasons)
+
+    def _judged(self, base: _Fitted, now: _Fitted, rivals: Sequence[_Fitted], reasons: list[str]) -> Law:
+        removed = [(b - a) / max(b - 1.0, 1e-9) for b, a in ((base.left, now.left), (base.judged, now.judged))]
+        if min(removed) < WORTH:
+            text = f"it takes away {removed[0]:.0%} of the error fitted and {removed[1]:.0%} of the one held out"
+            return self._none(base, f"{text}; a law takes away {WORTH:.0%} of both")
+        self.tick("rivals: the model's own values and the catalogue")
+        credible = max(now.left, now.judged) <= CREDIBLE
+        for what, left, judged in self._known_rivals():
+            share = (base.judged - judged) / max(base.judged - 1.0, 1e-9)
+            if share > removed[1] - AS_GOOD and not (credible and left > CREDIBLE):
+                return self._none(base, f"{what} does as well on the held-out data ({share:.0%} of the error)")
+        same, other = self._other_forms(now, rivals)
+        elsewhere = self._elsewhere(now)
+        if not credible:
+            reasons.append(
+                f"it leaves more than noise (chi^2/N {now.left:.3g} fitted, {now.judged:.3g} held out), so its form is "
+                "not proven"
+            )
+        if other:
+            reasons.append(f"these data cannot tell its form from {', '.join(other)}")
+        parts = {p.part for p in self.points if p.name in elsewhere} | {now.terms[0].point.part}
+        if len(parts) > 1 and parts != {"drive", "body"}:
+            reasons.append(f"these data cannot tell whether it acts on {' or '.join(sorted(parts))}")
+        verdict: Verdict = "STAND_IN" if reasons else "LAW"
+        return Law(
+            verdict, self._terms(now, same), tuple(elsewhere), (base.left, base.judged), (now.left, now.judged),
+            tuple(reasons), _decides(now) if reasons else "",
+        )  # fmt: skip
+
+    def _none(self, base: _Fitted, reason: str) -> Law:
+        error = (base.left, base.judged)
+        return Law("NO_LAW", (), (), error, error, (reason,))
+
+    def _scan(self, found: tuple[Term, ...]) -> tuple[Scan, list[Term]]:
+        tried = [term for point in self.points for term in terms_at(point)]
+        return Scan(self.target, values_of(found), [(*found, term) for term in tried], self.tick), tried
+
+    def _shortlist(self, scan: Scan, tried: Sequence[Term]) -> list[int]:
+        """The best of each form and point, and of forms that do the same the simplest."""
+        ranked = sorted(range(len(tried)), key=lambda k: -scan.gains[k])
+        chosen: list[int] = []
+        seen: set[tuple[Point, object]] = set()
+        for k in ranked:
+            family = (tried[k].point, tried[k].form)
+            if scan.gains[k] <= 0.0 or family in seen:
+                continue
+            seen.add(family)
+            chosen.append(k)
+            if len(chosen) == FAMILIES:
+                break
+        return chosen
+
+    def _fitted(self, terms: tuple[Term, ...]) -> _Fitted:
+        coordinates, start = [], {}
+        for number, term in enumerate(terms):
+            effect = effect_of(term, number)
+            span = 4.0 * max(abs(term.coefficient), 1e-9)
+            coordinates.append(Coordinate(effect, Key("c", term.unit, -span, span, neutral=0.0, least=0.0)))
+            start[effect, "c"] = term.coefficient
+            if term.form.filter:
+                coordinates.append(
+                    Coordinate(effect, Key("tau", "s", 0.05, 100.0, neutral=0.0, least=0.02, minimum=0.02))
+                )
+                start[effect, "tau"] = term.tau
+            if term.has_threshold:
+                coordinates.append(Coordinate(effect, Key("v0", "m/s", 0.0, 30.0, neutral=inf, least=0.1, minimum=0.0)))
+                start[effect, "v0"] = term.v0
+        fixed = values_of(terms)
+        found = fit(self.target, coordinates, start, fixed=fixed, stop=Stop(rounds=6, enough=1e-4 * self.target.count))
+        told = []
+        for number, term in enumerate(terms):
+            effect = effect_of(term, number)
+            told.append(
+                dataclasses.replace(
+                    term,
+                    c=found.values[effect, "c"] * term.form.size / term.point.size,
+                    tau=found.values.get((effect, "tau"), term.tau),
+                    v0=found.values.get((effect, "v0"), term.v0),
+                )
+            )
+        law = tuple(told)
+        return _Fitted(law, found, found.chi2 / self.target.count, self._chi2(self.judge, law))
+
+    def _chi2(self, data: ExperimentSet, terms: tuple[Term, ...]) -> float:
+        return square(data.whitened(values_of(terms))) / max(data.count, 1)
+
+    def _terms(self, now: _Fitted, same: tuple[str, ...]) -> tuple[FoundTerm, ...]:
+        assert now.fit is not None
+        sure = intervals(now.fit, self.target.starts())
+        found = []
+        for number, term in enumerate(now.terms):
+            low, high = sure[effect_of(term, number), "c"]
+            found.append(FoundTerm(term, low, high, same if number == len(now.terms) - 1 else ()))
+        return tuple(found)
+
+    def _other_forms(self, now: _Fitted, rivals: Sequence[_Fitted]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Forms of the last term that do the same in other words, and others that these data cannot tell from it."""
+        last = now.terms[-1]
+        mine = self.target.whitened(values_of(now.terms))
+        without = self.target.whitened(values_of(now.terms[:-1]))
+        same, other = dict[str, None](), dict[str, None]()
+        for rival in rivals:
+            form = rival.terms[-1]
+            if form.point.part != last.point.part or rival.left - now.left > TIED * max(1.0, now.left):
+                continue
+            a, b = mine - without, self.target.whitened(values_of(rival.terms)) - without
+            alike = float(a @ b) / max((square(a) * square(b)) ** 0.5, 1e-12)
+            if alike > SAME:
+                same[form.form.text] = None
+            else:
+                other[form.form.text] = None
+        same.pop(last.form.text, None)
+        other.pop(last.form.text, None)
+        return tuple(same), tuple(name for name in other if name not in same)
+
+    def _elsewhere(self, now: _Fitted) -> tuple[str, ...]:
+        """The law's point, and those at which the same forms do as well."""
+        last = now.terms[-1]
+        found = [last.point.name]
+        for point in self.points:
+            if point is last.point or last.form.odd != point.odd:
+                continue
+            for sign in (1.0, -1.0):
+                start = dataclasses.replace(last, point=point, c=sign * last.coefficient * last.form.size / point.size)
+                moved = self._fitted((*now.terms[:-1], start))
+                if moved.left - now.left < ELSEWHERE * max(1.0, now.left):
+                    found.append(point.name)
+                    break
+        return tuple(found)
+
+    def _known_rivals(self) -> list[tuple[str, float, float]]:
+        """What else explains the error: the model's own values fitted again, and single effects of the catalogue; each
+        with chi^2/N on the data fitted and held out."""
+        found: list[tuple[str, float, float]] = []
+        nuisance, start = input_map(self.model)
+        every = candidates(self.model, self.known.values(), ay="ay" in self.target.channels, refined=True)
+        present = {a.name for a in self.model.effects}
+        search = Search(self.target, every, nuisance=nuisance, start=start)
+        trial = search.trial((), start)
+        own = tuple(c.name for c in every if c.name in present)
+        if own:
+            given = {(a.name, key): value for a in self.model.effects for key, value in a.values.items()}
+            again = search.trial(own, {**start, **given})
+            found.append(("the model with its own values fitted again", *self._errors(again)))
+        look = FirstOrderGain(self.target, trial)
+        ranked = []
+        for candidate in every:
+            options = look.remaining_chi2(candidate, candidate.points)
+            if candidate.name not in present and options:
+                left, point = min(options, key=lambda option: option[0])
+                ranked.append((left, candidate.name, point))
+        for _, name, point in sorted(ranked, key=lambda one: one[0])[:4]:
+            single = search.trial((name,), {**start, **point})
+            found.append((f"the effect {name} of the catalogue", *self._errors(single)))
+        return found
+
+    def _errors(self, trial: Trial) -> tuple[float, float]:
+        judged = square(self.judge.whitened(trial.values)) / max(self.judge.count, 1)
+        return trial.chi2 / max(self.target.count, 1), judged
+
+
+def _decides(now: _Fitted) -> str:
+    """The drive that would tell more, by what the law is made of."""
+    names = {name for term in now.terms for name in (*term.form.gate, *term.form.inside)}
+    if {"a-", "[brake]"} & names:
+        return "series of braking from several speeds in another order, with long pauses in which the brakes cool"
+    if {"d", "|d|", "ay", "|ay|", "r", "tanh(r)"} & names:
+        return "steady circles and steering steps at several speeds, to both sides"
+    if {"a+", "[drive]"} & names:
+        return "acceleration from several speeds with several pedals"
+    return "long stretches at several constant speeds, in both directions"
