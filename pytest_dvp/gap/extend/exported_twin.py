@@ -1,0 +1,183 @@
+"""A twin that leaves the house: one Python file, or an FMU 2 for co-simulation, that needs neither us nor a checkout.
+
+Both hold the model file and the sources of the kernel that we drive it with, so that their motion is ours.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import io
+import textwrap
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import machine_code
+import vehicle
+from vehicle.model.model_file import model_text
+from vehicle.model.vehicle_model import VehicleModel
+
+_STAMP = (2020, 1, 1, 0, 0, 0)  # of the files inside: the same model gives the same bytes
+_WIDTH = 116
+
+_MODULE = '''\
+"""{title}: a vehicle model as a Python module; needs numpy, numba and msgspec.
+
+    twin = Twin(x=0.0, y=0.0, yaw=0.0, v=10.0)
+    shown = twin.step(0.05, steer_cmd=0.02, accel_cmd=0.5)  # 0.05 s on: what the sensors show, by name
+
+Commands: steer_cmd [rad], accel_cmd [m/s^2], throttle_cmd and brake_cmd [0..1], speed_cmd [m/s]. Position [m] is that
+of the rear axle's middle, x forward at yaw 0, yaw [rad] counter-clockwise.
+"""
+
+import atexit
+import base64
+import hashlib
+import importlib
+import io
+import shutil
+import sys
+import tempfile
+import zipfile
+
+DIGEST = "{digest}"
+MODEL = {model!r}
+OUTPUTS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
+COMMANDS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "speed_cmd")
+STEP = 0.001  # s
+_COLUMNS = (1, 2, 4, 5, 8, 9, 10, 11)
+_SOURCES = """
+{sources}
+"""
+
+
+def _unpacked():
+    """Puts the sources where Python finds them, unless the very same ones are there."""
+    if "vehicle" in sys.modules:
+        if getattr(sys.modules["vehicle"], "_exported_digest", DIGEST) == DIGEST:
+            return
+        raise ImportError("another exported twin is loaded already: use a process of its own for each")
+    folder = tempfile.mkdtemp(prefix="twin-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    with zipfile.ZipFile(io.BytesIO(base64.b64decode(_SOURCES))) as archive:
+        archive.extractall(folder)
+    sys.path.insert(0, folder)
+    importlib.import_module("vehicle")._exported_digest = DIGEST
+
+
+_unpacked()
+_model = importlib.import_module("vehicle.model.model_file").parse_model(MODEL)
+_Plant = importlib.import_module("vehicle.model.plant").Plant
+_State = importlib.import_module("vehicle.messages").VehicleState
+
+
+class Twin:
+    """The car, from rest at the origin or where it is put."""
+
+    def __init__(self, t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0):
+        self._plant = _Plant(_model, dt=STEP)
+        self._plant.reset(_State(t=t, x=x, y=y, yaw=yaw, v=v))
+        self._asked = 0.0
+        self._done = 0
+
+    def step(self, dt, steer_cmd=0.0, accel_cmd=0.0, throttle_cmd=0.0, brake_cmd=0.0, speed_cmd=0.0):
+        """Hold these commands for dt [s]; returns what is shown then. Steps of 1 ms; what is left over is kept."""
+        self._plant.command(steer_cmd, accel_cmd, throttle_cmd, brake_cmd, speed_cmd)
+        self._asked += dt
+        steps = round(self._asked / STEP) - self._done
+        if steps > 0:
+            self._plant.advance(steps)
+            self._done += steps
+        return self.shown()
+
+    def shown(self):
+        """What the car's sensors show now, by name: {{"x": ..., ...}} in SI units."""
+        row = self._plant.shown_row()
+        return {{name: float(row[k]) for name, k in zip(OUTPUTS, _COLUMNS)}}
+'''
+
+_SLAVE = '''
+
+from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real  # noqa: E402
+
+
+class {name}(Fmi2Slave):
+    """The twin as a co-simulation FMU: commands in, motion out, its start in x0, y0, yaw0 and v0."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        for name in COMMANDS:
+            setattr(self, name, 0.0)
+            self.register_variable(Real(name, causality=Fmi2Causality.input))
+        for name in ("x0", "y0", "yaw0", "v0"):
+            setattr(self, name, 0.0)
+            self.register_variable(
+                Real(name, causality=Fmi2Causality.parameter, variability=Fmi2Variability.fixed, start=0.0)
+            )
+        for name in OUTPUTS:
+            setattr(self, name, 0.0)
+            self.register_variable(Real(name, causality=Fmi2Causality.output))
+        self._twin = None
+
+    def exit_initialization_mode(self):
+        self._twin = Twin(x=self.x0, y=self.y0, yaw=self.yaw0, v=self.v0)
+        self._show(self._twin.shown())
+
+    def do_step(self, current_time, step_size):
+        self._show(self._twin.step(step_size, *(getattr(self, name) for name in COMMANDS)))
+        return True
+
+    def _show(self, values):
+        for name, value in values.items():
+            setattr(self, name, value)
+'''
+
+
+def python_text(model: VehicleModel, *, slave: str = "") -> str:
+    """The Python module of a model; with `slave`, a class of that name for PythonFMU behind it.
+
+    Raises ModelError for a model that is driven by a measured speed, which a command cannot stand for.
+    """
+    from vehicle.model.errors import ModelError
+
+    if "v" in model.inputs.longitudinal or not model.inputs.steer.endswith("_cmd"):
+        raise ModelError(
+            "a model that is driven by what was measured has no commands of its own to be exported with",
+            key="inputs", found=", ".join(model.inputs.columns), allowed="columns that end in _cmd",
+        )  # fmt: skip
+    archive = _sources()
+    text = _MODULE.format(
+        title=(model.name or model.base).replace("\\", " ").replace('"', "'"), model=model_text(model),
+        digest=hashlib.sha256(archive).hexdigest(),
+        sources="\n".join(textwrap.wrap(base64.b64encode(archive).decode(), _WIDTH)),
+    )  # fmt: skip
+    return text + (_SLAVE.format(name=slave) if slave else "")
+
+
+def write_fmu(model: VehicleModel, path: Path) -> None:
+    """Write the FMU 2 of a model. Raises ModelError as `python_text`, ImportError without PythonFMU."""
+    import importlib
+    import tempfile
+
+    from reports.whole_file import write_whole
+
+    builder: Any = importlib.import_module("pythonfmu.builder")
+    with tempfile.TemporaryDirectory() as folder:
+        script = Path(folder) / "twin.py"
+        script.write_text(python_text(model, slave="ExportedTwin"), encoding="utf-8")
+        built = builder.FmuBuilder.build_FMU(script, dest=folder)
+        write_whole(path, Path(built).read_bytes())
+
+
+def _sources() -> bytes:
+    """A ZIP archive of the sources that a twin is driven with."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for package, parts in ((machine_code, ("",)), (vehicle, ("", "model"))):
+            root = Path(next(iter(package.__path__)))
+            found = {file for part in parts for file in (root / part).glob("**/*.py" if part else "*.py")}
+            for file in sorted(found):
+                name = f"{root.name}/{file.relative_to(root).as_posix()}"
+                archive.writestr(zipfile.ZipInfo(name, _STAMP), file.read_bytes(), zipfile.ZIP_DEFLATED)
+    return out.getvalue()

@@ -1,0 +1,101 @@
+"""An exported twin drives as ours does, over 165 s: as a module in a process without us, and as an FMU."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import math
+import platform
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pytest_dvp.cli.dispatch import main
+from vehicle.messages import VehicleState
+from vehicle.model.model_file import read_model
+from vehicle.model.plant import Plant
+
+MODEL = Path(__file__).parents[3] / "scenarios" / "models" / "surrogate.toml"
+TICK, TICKS = 0.05, 3300
+SHOWN = (1, 2, 4, 5, 8, 9, 10, 11)  # x, y, yaw, v, yaw_rate, ax, ay, steer of a row of the twin
+
+DRIVE = """
+import json, math, sys
+sys.path.insert(0, sys.argv[1])
+import twin
+car = twin.Twin(v=10.0)
+rows = [list(car.step(0.05, 0.05 * math.sin(0.05 * k), math.sin(0.02 * k)).values()) for k in range(3300)]
+source = sys.modules["vehicle"].__path__[0]
+print(json.dumps({"rows": rows[::100], "from": source, "ours": "pytest_dvp" in sys.modules}))
+"""
+
+
+def commands(k: int) -> tuple[float, float]:
+    return 0.05 * math.sin(0.05 * k), math.sin(0.02 * k)
+
+
+@pytest.fixture(scope="module")
+def ours() -> np.ndarray:
+    plant = Plant(read_model(MODEL))
+    plant.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=10.0))
+    rows = []
+    for k in range(TICKS):
+        plant.command(*commands(k))
+        plant.advance(50)
+        rows.append(plant.shown_row()[list(SHOWN)])
+    return np.array(rows)[::100]
+
+
+def test_the_module_drives_alone_as_our_twin_does(tmp_path, ours):
+    assert main(["export", str(MODEL), "--python", str(tmp_path / "twin.py")]) == 0
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", DRIVE, str(tmp_path)], capture_output=True, text=True, cwd=tmp_path, check=True
+    )
+    told = json.loads(done.stdout)
+    assert not told["ours"]
+    assert Path(told["from"]).parent.name.startswith("twin-")
+    assert np.abs(np.array(told["rows"]) - ours).max() < 1e-6
+
+
+@pytest.mark.skipif(
+    not all(importlib.util.find_spec(name) for name in ("fmpy", "pythonfmu")), reason="FMUs need the extra fmi"
+)
+@pytest.mark.skipif(
+    platform.machine().lower() not in ("x86_64", "amd64") or sys.platform == "darwin",
+    reason="PythonFMU has no library for this machine",
+)
+def test_the_fmu_drives_as_our_twin_does(tmp_path, ours):
+    import fmpy
+    from fmpy.fmi2 import FMU2Slave
+
+    path = tmp_path / "twin.fmu"
+    assert main(["export", str(MODEL), "--fmu", str(path)]) == 0
+    described = fmpy.read_model_description(str(path))
+    of = {v.name: v.valueReference for v in described.modelVariables}
+    slave = FMU2Slave(
+        guid=described.guid, unzipDirectory=fmpy.extract(str(path), str(tmp_path / "fmu")),
+        modelIdentifier=described.coSimulation.modelIdentifier,
+    )  # fmt: skip
+    slave.instantiate()
+    slave.setReal([of["v0"]], [10.0])
+    slave.setupExperiment(startTime=0.0)
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    rows = []
+    for k in range(TICKS):
+        slave.setReal([of["steer_cmd"], of["accel_cmd"]], list(commands(k)))
+        slave.doStep(k * TICK, TICK)
+        rows.append(slave.getReal([of[n] for n in ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")]))
+    slave.terminate()
+    assert np.abs(np.array(rows)[::100] - ours).max() < 1e-6
+
+
+def test_a_measured_speed_is_no_command_to_export_with(tmp_path, capsys):
+    path = tmp_path / "m.toml"
+    path.write_text(MODEL.read_text().replace('longitudinal = "accel_cmd"', 'longitudinal = "v"'))
+    assert main(["export", str(path), "--python", str(tmp_path / "t.py")]) != 0
+    assert "measured" in capsys.readouterr().err
+    assert not (tmp_path / "t.py").exists()
