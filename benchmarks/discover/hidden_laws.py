@@ -1,0 +1,105 @@
+"""Laws that no catalogue has, as effects of the twin's kernel: from the literature or plainly possible.
+
+Half of them are products that the grammar of `discover` has, the other half are not (roots, exponentials, saturations,
+two terms). Nulls: a car without a hidden law, a model with wrong values, and a twin of a foreign car.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import exp
+from typing import Any
+
+from vehicle.model.effect import Effect, Key, Memory, Slot
+from vehicle.model.step_maths import lag_end
+
+
+def torque_steer(x: Any, p: Any, m: Any) -> None:
+    x.steer += p.c * max(x.accel, 0.0)
+
+
+def brake_pull(x: Any, p: Any, m: Any) -> None:
+    x.steer += p.c * max(-x.accel, 0.0) * x.vx
+
+
+def lift_steer(x: Any, p: Any, m: Any) -> None:
+    x.steer += p.c * x.steer * x.ax
+
+
+def speed_gain(x: Any, p: Any, m: Any) -> None:
+    x.accel += p.c * x.vx * max(x.accel, 0.0)
+
+
+def churning(x: Any, p: Any, m: Any) -> None:
+    x.drag -= p.c * x.mass_ref * x.vx * x.vx * x.vx
+
+
+def hot_motor(x: Any, p: Any, m: Any) -> None:
+    m.h = lag_end(m.h, x.vx * max(x.accel, 0.0), p.tau, x.dt)
+    x.accel -= p.c * max(x.accel, 0.0) * m.h
+
+
+def tyre_heat(x: Any, p: Any, m: Any) -> None:
+    m.h = lag_end(m.h, abs(x.ay) * x.vx, p.tau, x.dt)
+    x.steer -= p.c * x.steer * m.h
+
+
+def root_drag(x: Any, p: Any, m: Any) -> None:
+    x.drag -= p.c * x.mass_ref * max(x.vx, 0.0) ** 0.5
+
+
+def exponential_gain(x: Any, p: Any, m: Any) -> None:
+    x.steer *= 1.0 - p.c * (1.0 - exp(-abs(x.steer) / 0.05))
+
+
+def brake_threshold(x: Any, p: Any, m: Any) -> None:
+    if x.accel < -1.0:
+        x.accel += p.c * (-x.accel - 1.0)
+
+
+def drive_and_turn(x: Any, p: Any, m: Any) -> None:
+    x.steer += p.c * x.steer * max(x.accel, 0.0)
+    x.accel -= 10.0 * p.c * abs(x.steer) * max(x.accel, 0.0)
+
+
+def gyro_by_acceleration(x: Any, p: Any, m: Any) -> None:
+    x.meas_yaw_rate += p.c * x.ax
+
+
+_LAWS: Mapping[str, tuple[Slot, Callable[[Any, Any, Any], None], float, float, str]] = {
+    # slot, law, range of c, and the form that is true ("" where the grammar has none)
+    "torque_steer": ("command", torque_steer, 0.003, 0.012, "a+"),
+    "brake_pull": ("command", brake_pull, 0.0006, 0.002, "v a-"),
+    "lift_steer": ("command", lift_steer, -0.12, -0.04, "d ax"),
+    "speed_gain": ("command", speed_gain, -0.05, -0.015, "v a+"),
+    "churning": ("force", churning, 1e-4, 6e-4, "v v v"),
+    "hot_motor": ("command", hot_motor, 0.01, 0.04, "a+ lag(v a+)"),
+    "tyre_heat": ("command", tyre_heat, 0.01, 0.03, "d lag(v |ay|)"),
+    "root_drag": ("force", root_drag, 0.05, 0.2, ""),
+    "exponential_gain": ("command", exponential_gain, 0.08, 0.25, ""),
+    "brake_threshold": ("command", brake_threshold, 0.2, 0.6, ""),
+    "drive_and_turn": ("command", drive_and_turn, -0.15, -0.05, ""),
+    "gyro_by_acceleration": ("sensor", gyro_by_acceleration, 0.003, 0.01, "ax"),
+}
+NAMES = tuple(_LAWS)
+TAU = (8.0, 60.0)  # s, of the laws that remember
+
+
+def hidden(name: str) -> Effect:
+    """The law as an effect with parameters c and tau."""
+    slot, function, low, high, _ = _LAWS[name]
+    keys = (Key("c", "-", low, high, neutral=0.0, least=0.0), Key("tau", "s", *TAU, neutral=20.0, least=0.1))
+    return Effect(
+        name=f"hidden_{name}", slot=slot, physics="hidden", equation="hidden", source="this benchmark", reveals="",
+        parameters=keys, function=function, memory=(Memory("h"),), order=80,
+    )  # fmt: skip
+
+
+def bounds(name: str) -> tuple[float, float]:
+    """Range of c."""
+    return _LAWS[name][2:4]
+
+
+def true_form(name: str) -> str:
+    """The form as `discover` would write it, "" if its grammar has none."""
+    return _LAWS[name][4]
