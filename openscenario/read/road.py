@@ -150,7 +150,8 @@ def _open_ends(roads: list[Node]) -> Iterator[tuple[str, bool]]:
 
 
 def _sections(road: Node) -> Iterator[tuple[float, frozenset[int]]]:
-    for lanes in road.findall("lanes"):
+    layers = road.findall("lanes")
+    for lanes in [each for each in layers if each.get("layer") != "temporary"] or layers:
         for section in lanes.findall("laneSection"):
             numbers = {int(lane.get("id")) for side in section.children for lane in side.findall("lane")}
             yield float(section.get("s")), frozenset(numbers)

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 PLACE = 10  # in `dvp --help`
 
 Findings = Iterable[dict[str, Any]]
+OF_A_CHECK = ("library", "ego", "roads")
 _BY = "_by"  # key of the file whose check told a finding
 
 
@@ -35,14 +36,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "paths", nargs="+", metavar="PATH", help=".xosc, .xodr, .gates.toml, .toml, .mcap or .csv file, or a folder"
     )
-    add_settings(parser, ("library", "ego"))
+    add_settings(parser, OF_A_CHECK)
     add_log_options(parser)
     add_effects(parser)
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    settings = settings_from(arguments, ini=("library", "ego"))  # of which a run takes the same
+    settings = settings_from(arguments, ini=OF_A_CHECK)  # of which a run takes the same
     options = log_options(arguments)
     paths = _with_gates([path for text in arguments.paths for path in _files(text)], settings)
     effects = effects_from(arguments) if arguments.effects else {}
@@ -195,7 +196,7 @@ def _road(path: Path, settings: RunSpec) -> Findings:
     # Not load_network: what it compiles is for driving, and a check shall start at once.
     from openscenario.road.opendrive import examine_opendrive
 
-    return [finding.as_dict() for finding in examine_opendrive(path)[1]]
+    return [finding.as_dict() for finding in examine_opendrive(path, settings.roads)[1]]
 
 
 def _gates(path: Path, settings: RunSpec) -> Findings:

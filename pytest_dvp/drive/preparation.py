@@ -20,6 +20,7 @@ from openscenario.model.entities import ScenarioObject
 from openscenario.model.scenario import Scenario
 from openscenario.read import read_scenario
 from openscenario.road.network import RoadNetwork, load_network
+from openscenario.road.repairs import LENIENT, Roads
 from openscenario.road.route import RouteError
 from openscenario.storyboard.engine import Storyboard
 from openscenario.storyboard.reading import USUAL
@@ -67,7 +68,7 @@ def prepare(request: Request) -> Ready:
     wrong = [name for name in unknown_names(gates, scenario, request.path.name) if name.severity == "error"]
     if wrong:  # before the drive, which such a gate could not judge
         raise GateError(wrong)
-    network = network_of(scenario)
+    network = network_of(scenario, request.spec.roads)
     ego = find_ego(scenario, request.spec.ego)
     ads = request.ads or find_ads()
     P = in_force(ads, request.P, request.spec.stage)
@@ -186,8 +187,8 @@ def _delayed(vehicle: Vehicle, request: Request, recorder: LogRecorder, state: V
     return Delayed(vehicle, request.compute_delay, request.spec.seed, record)
 
 
-def network_of(scenario: Scenario) -> RoadNetwork:
-    """The road of a scenario. Raises ScenarioError if it names none or a broken one."""
+def network_of(scenario: Scenario, roads: Roads = LENIENT) -> RoadNetwork:
+    """The road of a scenario. Raises ScenarioError if it names none or a broken one (of which `roads` decides)."""
     file = scenario.road_network.logic_file
     if file is None:
         at = scenario.road_network.at
@@ -195,13 +196,13 @@ def network_of(scenario: Scenario) -> RoadNetwork:
         finding = Finding("dvp.no_road", "error", str(scenario.path), at.line or None, "RoadNetwork", text=text)
         raise ScenarioError([finding])
     stat = file.stat()
-    return _network(file, stat.st_mtime_ns, stat.st_size)
+    return _network(file, roads, stat.st_mtime_ns, stat.st_size)
 
 
 @functools.lru_cache(maxsize=4)
-def _network(path: Path, changed: int, size: int) -> RoadNetwork:
+def _network(path: Path, roads: Roads, changed: int, size: int) -> RoadNetwork:
     """Networks are immutable, and the variants of one scenario share theirs."""
-    return load_network(path)
+    return load_network(path, roads)
 
 
 def reference_line(network: RoadNetwork, task: EgoTask) -> FloatArray:

@@ -55,6 +55,7 @@ def _ask(files: Sequence[str], settings: RunSpec) -> dict[str, tuple[str, int | 
         "library": [str(folder) for folder in settings.library],
         "rootdir": str(settings.rootdir),
         "ego": settings.ego,
+        "roads": settings.roads,
     }
     from vehicle.child_process import own_module, own_path
 
@@ -99,7 +100,7 @@ def _refusal(path: Path, settings: RunSpec) -> tuple[str, int | None]:
             cases = read_cases(path, library=settings.library, rootdir=settings.rootdir)
             driven, values = cases.scenario or path, cases[0]
         scenario = read_scenario(driven, library=settings.library, rootdir=settings.rootdir, parameters=values)
-        network = network_of(scenario)
+        network = network_of(scenario, settings.roads)
         Storyboard(scenario, network, external=[find_ego(scenario, settings.ego).name], seed=settings.seed)
     except ScenarioError as error:
         first = error.findings[0]
@@ -123,6 +124,7 @@ def _answer() -> None:
         library=tuple(Path(folder) for folder in question["library"]),
         rootdir=Path(question["rootdir"]),
         ego=question["ego"],
+        roads=question["roads"],
     )
     json.dump({file: _refusal(Path(file), settings) for file in question["files"]}, sys.stdout)
 
