@@ -121,8 +121,8 @@ class RunSpec:
         "NAME",
         choices=("strict", "lenient"),
         keywords=(("roads", "Roads", ""),),
-        replay=145,
-        compared=165,
+        replay=205,
+        compared=195,
         rehearsed=True,
     )
     ego: str | None = option(
