@@ -46,13 +46,29 @@ def with_road(network: RoadNetwork | None, roots: Roots, context: Context) -> Ro
         return network
     logic = network.logic
     try:
-        path = roots.find(logic.filepath, roots.base)
+        path = roots.find_road(logic.filepath)
     except PathError as error:
         context.error(
             error.code, logic.at, "@filepath", error.text, found=logic.filepath, allowed=error.allowed, hint=error.hint
         )
         return None
+    if not _as_written(logic.filepath, roots, path):
+        context.warning(
+            "path.found_elsewhere",
+            logic.at,
+            "@filepath",
+            "there is no such file here; another one of this name is used",
+            found=logic.filepath,
+            hint=f"used: {path}",
+        )
     return dataclasses.replace(network, logic=dataclasses.replace(logic, path=path))
+
+
+def _as_written(written: str, roots: Roots, path: Path) -> bool:
+    try:
+        return roots.inside(written, roots.base) == path
+    except PathError:
+        return False
 
 
 def check_on_road(network: RoadNetwork | None, context: Context) -> None:
