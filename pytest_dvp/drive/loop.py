@@ -22,6 +22,7 @@ from pytest_dvp.drive.command_range import CommandRange
 from pytest_dvp.drive.ego_task import route_from_here
 from pytest_dvp.drive.stack_faults import StackHung, told_of
 from pytest_dvp.drive.terrain import NeedsTerrain, Terrain
+from pytest_dvp.drive.weather import NeedsFriction, Weather
 from pytest_dvp.logs.event_names import EventNames
 from vehicle.adapters.mirror import SAME, Mirror
 from vehicle.messages import FloatArray, RoadPoint, SignalState, Surroundings, Task
@@ -81,6 +82,7 @@ class Loop:
         self._corners = ((ahead, side), (behind, side), (behind, -side), (ahead, -side))
         terrain = Terrain(ready.network)
         self._terrain = None if terrain.flat else terrain
+        self._weather = Weather()
         self._hints: list[RoadPosition | None] = [None] * 4
         self._lights: tuple[dict[str, str], tuple[SignalState, ...]] = ({}, ())
         self._transitions = 0
@@ -120,7 +122,8 @@ class Loop:
             rows = self._mirror.show(t, rows)
             state = rows[-1]
             self._place(state)
-            around = self._world.look(t, self._signals())
+            self._change_weather(t)
+            around = self._world.look(t, self._signals(), self._weather.extinction)
             if before is not None and self._touched(rows, before, around) and collided is None:
                 collided = t
             before = around
@@ -145,6 +148,15 @@ class Loop:
         if now != self._lights[0]:
             self._lights = dict(now), tuple(SignalState(name, state) for name, state in sorted(now.items()))
         return self._lights[1]
+
+    def _change_weather(self, t: float) -> None:
+        """What an EnvironmentAction has set, to the car and into the log."""
+        environment = self._storyboard.world.environment
+        if environment is None or not self._weather.look(environment):
+            return
+        if isinstance(self._vehicle, NeedsFriction):
+            self._vehicle.limit_friction(self._weather.friction)
+        self._recorder.event(t, "environment", environment.name, str(self._weather))
 
     def _place(self, state: FloatArray) -> None:
         # TRACE_COLUMNS: t x y z yaw v vx vy yaw_rate ax ay steer
