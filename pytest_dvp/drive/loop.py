@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 import msgspec
 
 from openscenario.road.route import RouteError
+from openscenario.storyboard.plausibility import Plausibility
 from pytest_dvp.drive.command_range import CommandRange
 from pytest_dvp.drive.ego_task import route_from_here
 from pytest_dvp.drive.stack_faults import StackHung, told_of
@@ -64,6 +65,7 @@ class Loop:
     error     the traceback of a stack or vehicle that broke, or the one line of what it did wrong, after a "fault"
     seconds   wall time [s] that each tick of the stack took
     commands  what the stack asked for beyond the car
+    plausibility  what the storyboard's entities did that nobody could
     """
 
     def __init__(self, ready: Ready, limits: Limits, part: Part | None = None) -> None:
@@ -91,6 +93,7 @@ class Loop:
         self.error: str | None = None
         self.seconds: list[float] = []
         self.commands = CommandRange(ready.vehicle.description)
+        self.plausibility = Plausibility(ready.storyboard)
 
     def drive(self) -> Ending:
         """Run to the end. An interruption (SIGINT) is one, too: the car is stopped, and the log so far is kept."""
@@ -184,6 +187,7 @@ class Loop:
             held=self._held(state),
         )
         self._storyboard.step(TICK)
+        self.plausibility.look(TICK)
         self._drain(t)
         if self._terrain is not None and isinstance(self._vehicle, NeedsTerrain):
             self._vehicle.place_on_road(*self._terrain.under(float(state[1]), float(state[2]), float(state[4])))

@@ -275,7 +275,7 @@ def _judged(
     from pytest_dvp.verdicts.judging import judge, never_fired, overall, unjudged
 
     error, times = loop.error, tick_time(loop.seconds, TICK)
-    findings = (*of_road(ready.network), *loop.commands.findings())
+    findings = (*of_road(ready.network), *loop.commands.findings(), *loop.plausibility.findings())
     log = dataclasses.replace(ready.recorder.finish(), tick_time=times)
     measured = measure(log)
     verdicts = tuple(judge(ready.gates, log))

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from openscenario.road.repairs import CODE as REPAIRED
 from openscenario.road.repairs import as_results
 from openscenario.road.repairs import note as said_of_road
+from openscenario.storyboard.plausibility import CODE as IMPLAUSIBLE
+from openscenario.storyboard.plausibility import said_of as said_of_motion
 from pytest_dvp.drive.command_range import finding_text as said_of_command
 from pytest_dvp.text.paths import shown
 
@@ -25,4 +27,6 @@ def said(finding: Mapping[str, Any]) -> str:
     """A finding of `RunResult.findings` in one line."""
     if finding["code"] == REPAIRED:
         return said_of_road(finding)
+    if finding["code"] == IMPLAUSIBLE:
+        return said_of_motion(finding)
     return said_of_command(finding)
