@@ -12,6 +12,7 @@ from openscenario.findings import ScenarioError
 from openscenario.road.network import RoadNetwork, load_network
 from openscenario.road.opendrive import examine_opendrive
 from openscenario.road.repairs import as_results
+from openscenario.road.route import RouteLane
 
 WILD = 0.97  # share of the roads found in public repositories that must be taken
 
@@ -172,3 +173,14 @@ def test_roads_of_public_repositories_are_taken_and_driven(shared_dir: Path) -> 
         driven += math.isfinite(net.lane_pose(place.road, place.lane, place.s).x)
     assert judged > 100
     assert driven >= WILD * judged
+
+
+def test_a_line_along_a_lane_that_ends_ends_with_it(tmp_path: Path) -> None:
+    """Lane -2 is there for the first 30 m of 60: a line along it is no endless search for the rest."""
+    sections = section((), [lane(-1), lane(-2)]) + section((), [lane(-1)], s=30.0)
+    net = load_network(write(tmp_path, straight("1", 0, 0, 0, 60, sections)))
+    for ends in ((0.0, 60.0), (60.0, 0.0)):
+        line = net.centreline([RouteLane("1", -2, *ends)], 1.0)
+        assert all(math.isfinite(value) for value in line.ravel())
+        assert len(line) <= 31
+    assert net.centreline([RouteLane("1", -2, 0.0, 60.0)], 1.0)[-1][0] == pytest.approx(29.0, abs=1.01)
