@@ -19,6 +19,7 @@ class Finding:
 
     `line` is 1-based, of the start tag or the row (None: the file as a whole); `element` is the path of the element,
     with `@attribute` where one is meant; `found`, `allowed` and `hint` (nearest valid name, advice) may be empty.
+    `repair`: what the reader assumes in the place of what is wrong; empty where nothing can be assumed.
     """
 
     code: str
@@ -30,6 +31,7 @@ class Finding:
     allowed: str = ""
     hint: str = ""
     text: str = ""
+    repair: str = ""
 
     @property
     def message(self) -> str:

@@ -15,13 +15,19 @@ NO_EFFECT: Mapping[type, str] = MappingProxyType(
     {
         model.ActivateControllerAction: _CONTROLLER,
         model.ControllerAction: _CONTROLLER,
-        model.EnvironmentAction: "neither motion nor sensors depend on it; conditions on the time of day do",
         model.CustomCommandAction: "a scenario must not run programs",
         model.SetMonitorAction: "monitors are for whoever watches",
     }
 )
 """Actions of that kind, and why."""
 
+_OF_WEATHER: Mapping[type, str] = MappingProxyType(
+    {
+        model.Sun: "sensors do not depend on the light",
+        model.Wind: "no wind acts on the vehicles; a headwind is an effect of the vehicle model",
+        model.DomeImage: "nothing is drawn from the scenario while it runs",
+    }
+)
 SENSORS = ("lidar", "camera")
 """Sensors of the driven car that see what is around, as a SensorReference may name them."""
 
@@ -67,12 +73,26 @@ def _idle(element: model.Element) -> Iterator[tuple[str, str]]:
             yield "limits of jerk in a SpeedProfileAction", "mode position is strictly linear; mode follow obeys them"
     elif isinstance(element, model.TransitionDynamics) and element.following_mode is not None:
         yield "followingMode of a transition", "the shape is kept as far as the Performance allows, in either mode"
+    elif type(element) in _OF_WEATHER:
+        yield f"{type(element).__name__} of an environment", _OF_WEATHER[type(element)]
+    elif isinstance(element, model.Precipitation) and _is_unknown(element):
+        yield (
+            "intensity of a Precipitation",
+            "only precipitationIntensity [mm/h] of rain and snow says how far one sees",
+        )
+    elif isinstance(element, model.RoadCondition) and element.friction_scale_factor > 1.0:
+        yield "a frictionScaleFactor above 1", "the road that the vehicle model was made for is the best there is"
     elif isinstance(element, model.Waypoint) and element.route_strategy != "shortest":
         yield f"routeStrategy {element.route_strategy}", "routes are the shortest"
     elif getattr(element, "routing_algorithm", "undefined") != "undefined":
         yield "routingAlgorithm of a condition", "distances along roads are measured the same way whatever it says"
     elif isinstance(element, model.GeoPosition) and element.vertical_road_selection != 0:
         yield "verticalRoadSelection", "of roads above each other the position takes the nearest"
+
+
+def _is_unknown(rain: model.Precipitation) -> bool:
+    """Whether something falls that says nothing of how far one sees."""
+    return rain.precipitation_type != "dry" and rain.precipitation_intensity is None
 
 
 def _elements(thing: object) -> Iterator[model.Element]:

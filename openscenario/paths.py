@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import os
 import re
 import stat
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Final
 from urllib.parse import unquote
 
@@ -16,6 +18,8 @@ from openscenario.findings import listed, nearest
 _SCHEME: Final = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]+:")
 _DRIVE: Final = re.compile(r"[A-Za-z]:")
 _LONGEST: Final = 4_096
+_MOST_NAMES: Final = 10_000  # of one folder
+ROAD: Final = ".xodr"
 _COPY: Final = "copy the file beside the scenario, or "
 
 
@@ -59,6 +63,51 @@ class Roots:
             what = "folder" if folder else "regular file"
             raise PathError("path.not_a_file", f"not a {what}: {place}", f"the path of a {what}")
         return place
+
+    def find_road(self, written: str) -> Path:
+        """What the path of a LogicFile leads to; if to nothing, the file of that name in an allowed folder.
+
+        Scenarios name their roads by the layout of another machine (`Databases/e6mini.xodr`), and those of CARLA by the
+        name of the town (`Town04`): then the path, and after it the bare name, are looked for in each allowed folder,
+        with the ending `.xodr` if none is written.
+
+        Raises:
+            PathError: as `find`; it lists the folders where it was looked for, and the nearest name there.
+        """
+        try:
+            return self.find(written, self.base)
+        except PathError as error:
+            if error.code != "path.not_found":
+                raise
+            missing = error
+        plain = written.replace("\\", "/")
+        names = dict.fromkeys((plain, plain.rpartition("/")[2]))
+        if not PurePosixPath(plain).suffix:
+            names = dict.fromkeys(each + ending for ending in ("", ROAD) for each in names)
+        for folder in self.folders:
+            for name in names:
+                try:
+                    return self.find(name, folder)
+                except PathError:
+                    continue
+        raise self._nowhere(next(reversed(names)), missing)
+
+    def _nowhere(self, name: str, missing: PathError) -> PathError:
+        """The error of a road that none of several folders has."""
+        if len(self.folders) == 1:
+            return missing
+        there: dict[str, Path] = {}
+        for folder in self.folders:
+            with contextlib.suppress(OSError), os.scandir(folder) as entries:
+                ours = (entry.name for entry in itertools.islice(entries, _MOST_NAMES))
+                there.update((each, folder) for each in ours if each.endswith(ROAD))
+        text = missing.text.partition("; looked in")[0]
+        folders = listed([str(folder) for folder in self.folders], most=6)
+        near = nearest(name, there)
+        hint = (
+            near or f"permit the folder of the road with --library DIR; roads there: {listed(sorted(there)) or 'none'}"
+        )
+        return PathError(missing.code, f"{text}; nor is {name} in any of {folders}", "", hint)
 
     def inside(self, written: str, base: Path) -> Path:
         """The same without asking whether it exists."""

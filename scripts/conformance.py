@@ -30,6 +30,7 @@ from openscenario.road.network import load_network
 from openscenario.storyboard.nodes import Transition
 from openscenario.storyboard.play import Played, Row, play
 from openscenario.storyboard.reading import READINGS, USUAL, Reading
+from scripts.feature_table import features_of, table
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "conformance.md"
@@ -241,7 +242,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for reading, outcomes in both.items():
         print(f"{reading}: {_agreeing(outcomes)}")
     if options.only == "*" and options.tier == "A":
-        PAGE.write_text(page(both[USUAL], both["standard"], reasons()), encoding="utf-8")
+        shown = {
+            case.name: (features_of(read_scenario(case.scenario, library=[case.library])), each.passed)
+            for case, each in zip(wanted, both[USUAL], strict=True)
+            if each.worst not in ("refused", "broken")
+        }
+        more = "\n".join(table(shown, options.reference.parent / "wild")) + "\n"
+        PAGE.write_text(page(both[USUAL], both["standard"], reasons()) + more, encoding="utf-8")
     passed = sum(each.passed for each in both[USUAL])
     return 0 if wanted and passed >= options.least * len(wanted) else 1
 

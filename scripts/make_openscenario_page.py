@@ -39,7 +39,8 @@ This page lists every element of OpenSCENARIO XML {_VERSIONS}. Other spellings o
 - **run**: the element acts as the standard says.
 - **accepted**: the element is read, checked and written back. It changes nothing here, or only what the row says.
 - **refused**: `dvp play` and `dvp run` report an error with file and line before anything moves. A file with such an
-  element never runs without it. `dvp check` reports what is wrong in itself, not what only the storyboard refuses.
+  element never runs without it. `dvp check X.xosc` exits with 1 exactly when `dvp run X.xosc` would be refused before
+  its first tick: it carries out the Init and works out the task of the ego in a process of its own.
 
 A warning of `dvp check` (exit code 0) marks an element that runs but probably not as intended: a shape that has no time
 (`value.no_transition`), or a scenario that never ends (`storyboard.never_ends`), because no stop trigger can become
@@ -143,6 +144,44 @@ In these cases, the implementation follows the widely used tools, if they agree 
 Where the standard is explicit, the implementation follows it, whatever other tools do, except for three rules that
 existing scenarios rely on. These follow esmini unless `--reading standard` is given, with a warning where it mattered.
 `docs/conformance.md` quotes the clauses.
+"""
+
+FOUND = """
+## Files from elsewhere
+
+- **The road.** A `LogicFile` that leads nowhere is looked for in the folder of the scenario, in the root folder and in
+  each `--library` folder: first by its path, then by its bare name, with `.xodr` if no ending is written. So `Town04`,
+  as CARLA writes it, finds `Town04.xodr`. A warning (`path.found_elsewhere`) says which file is used. If there is
+  none, the error lists the folders and the nearest name. [roads.md](roads.md) says what happens with faulty roads.
+- **The ego** is the entity that `--ego` names, else the one called `Ego` in any case, else `hero` or `ego_vehicle`
+  (names of CARLA), else the only vehicle with a controller.
+- **Criteria of CARLA's scenario runner** (`criteria_RunningStopTest` and the like in a stop trigger) are no
+  conditions. They are never true here, with a warning (`condition.criterion`); gates judge a drive.
+- **Versions before 1.0** are refused. A missing `description` or `author` of the header is a warning.
+
+## Weather and the state of the road
+
+An `EnvironmentAction` acts on the twin (stage `dt`) from the next tick on. Each change is an event `environment` in the
+log, with the numbers that hold from then on. Parts that the action leaves out stay as they were.
+
+- **Friction.** A `frictionScaleFactor` below 1 is the friction coefficient μ of the road; 1 and more mean the road for
+  which the vehicle model was made. Along, all wheels together hold μ m g cos(slope), so a car that brakes hard enough
+  stops from v in v²/(2 μ g). Across, each axle holds what the circle of friction leaves of μ times its load. A car
+  without tyres (`kinematic_bicycle`) runs wide: its curvature is at most μ g/v². Other entities do not slip.
+- **Fog** of visual range V has the extinction ln(20)/V. **Rain** and **snow** of R mm/h add 1.076 R^0.67 and
+  3.88 R^0.72 dB/km. A camera sees as far as 5 % of an object's contrast is left, at most its own reach: in fog, V. A
+  LiDAR sees as far as its echo is as strong as that from its reach in clear air: R exp(extinction R) = reach.
+  `vehicle/sensors/air.py` names the sources.
+- Rain alone does not make the road slippery: the file states both. Sun, wind and clouds change nothing, and a note says
+  so (`dvp.no_effect`).
+
+## Motion that no entity could make
+
+`dvp play` and `dvp run` compare each step of the other entities with their `Performance` (`maxSpeed`,
+`maxAcceleration`, `maxDeceleration`) and with their own speed. Who exceeds the first by more than 5 %, or jumps by more
+than 0.5 m or turns by more than 0.2 rad without a teleport, is a finding `dvp.implausible_motion` with entity, time and
+event. It stands in `findings` of `result.json` and among the notes. Trajectories with time stamps and cars that stop
+where their road ends are the usual causes.
 """
 
 TRAFFIC = """
@@ -389,7 +428,7 @@ def page() -> str:
             below = ", ".join(name(part) for part in parts(cls, own))
             out.append(f"| `{name(cls)}` | {verdict} | {meaning} | {below} |".replace("  |", " |"))
         out.append("")
-    return "\n".join(out) + OPEN + TRAFFIC + DISTRIBUTIONS
+    return "\n".join(out) + OPEN + FOUND + TRAFFIC + DISTRIBUTIONS
 
 
 if __name__ == "__main__":

@@ -30,6 +30,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
 if TYPE_CHECKING:
+    from openscenario.road.repairs import Roads
     from openscenario.storyboard.reading import Reading
     from pytest_dvp.drive.chosen_stack import Ads, DriverFactory
 

@@ -224,7 +224,8 @@ class Surroundings(msgspec.Struct, frozen=True):
 
     `boxes` is a float64 array (n, 9): centre x, y, z [m], yaw [rad], length, width, height [m], vx, vy [m/s];
     `kinds` an int64 array (n,) of indices into OBJECT_KINDS; `names` the n names. `hidden` names those that a scenario
-    hides from sensors (of SEEING); to everything else they are there.
+    hides from sensors (of SEEING); to everything else they are there. `extinction` [1/m] is that of the air: the share
+    of light that a metre of fog or rain takes away.
     """
 
     boxes: FloatArray
@@ -232,6 +233,7 @@ class Surroundings(msgspec.Struct, frozen=True):
     names: tuple[str, ...]
     signals: tuple[SignalState, ...] = ()
     hidden: dict[str, frozenset[str]] = {}
+    extinction: float = 0.0
 
     def seen_by(self, sensor: str) -> Surroundings:
         """Without what is hidden from that sensor."""
@@ -240,7 +242,7 @@ class Surroundings(msgspec.Struct, frozen=True):
             return self
         keep = np.array([name not in unseen for name in self.names], dtype=bool)
         names = tuple(name for name in self.names if name not in unseen)
-        return Surroundings(self.boxes[keep], self.kinds[keep], names, self.signals)
+        return Surroundings(self.boxes[keep], self.kinds[keep], names, self.signals, extinction=self.extinction)
 
 
 def no_surroundings() -> Surroundings:

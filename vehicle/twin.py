@@ -78,6 +78,10 @@ class Twin:
         """Say what is under the wheels: height [m], slope along [rad, > 0 uphill], across [rad, > 0 left side up]."""
         self._plant.road(z, grade, bank)
 
+    def limit_friction(self, friction: float | None) -> None:
+        """Say the friction coefficient [-, >= 0] of the road; None: the road that the model was made for."""
+        self._plant.friction(friction)
+
     def observe(self, surroundings: Surroundings) -> Observation:
         """Everything the sensors delivered since the last call."""
         task, self._task = self._task, None

@@ -149,5 +149,7 @@ def _line(network: Map, connection: Any, come: int, go: int) -> FloatArray | Non
         Leg(way, go, *((0.0, beyond) if connection.contact == "start" else (beyond, 0.0))),
     )
     points = network.centreline(legs, STEP)
+    if len(points) < 2:
+        return None
     along = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(points[:, 0]), np.diff(points[:, 1])))))
     return np.column_stack((points[:, :3], along))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from openscenario.model.declarations import NO_PROPERTIES, ParameterDeclaration, Properties
 from openscenario.model.enums import (
@@ -258,3 +259,13 @@ class EntitySelection(Element):
 class Entities(Element):
     scenario_objects: tuple[ScenarioObject, ...] = ()
     entity_selections: tuple[EntitySelection, ...] = ()
+
+
+EGO_OF_CARLA: Final = ("hero", "ego_vehicle")  # as its scenario runner and its ROS bridge call the vehicle under test
+
+
+def ego_among(names: Iterable[str]) -> str | None:
+    """The name of the vehicle under test: `Ego` in any case, else as CARLA calls it; None if no entity is called so."""
+    known = list(names)
+    own = [name for name in known if name.lower() == "ego"]
+    return next((name for name in (*own, *EGO_OF_CARLA) if name in known), None)

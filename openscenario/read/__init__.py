@@ -121,12 +121,12 @@ def _distribution(
 
 
 def check_scenario(
-    path: AnyPath, *, library: Sequence[AnyPath] = (), rootdir: AnyPath | None = None
+    path: AnyPath, *, library: Sequence[AnyPath] = (), rootdir: AnyPath | None = None, strict: bool = True
 ) -> tuple[Finding, ...]:
     """All findings of a scenario, catalogue or distribution file at once, warnings included; empty: nothing is wrong.
 
-    A user's file never raises. Names that are taken, and a date that is none, are errors here and warnings in
-    `read_scenario`: files in the wild have them, and run.
+    A user's file never raises. Names that are taken, and a date that is none, are warnings in `read_scenario`: files in
+    the wild have them, and run. strict: they are errors here; in a catalogue they always are.
     """
     findings = Findings()
     reading = open_reading(Path(path), _folders(library), _folder(rootdir), findings)
@@ -137,10 +137,11 @@ def check_scenario(
             read_distribution_file(reading)
         else:
             read_sections(reading, {})
-    strict = (
-        dataclasses.replace(each, severity="error") if each.code in _STRICT else each for each in findings.in_order()
-    )
-    return tuple(dict.fromkeys(strict))
+    strict = strict or (reading is not None and reading.root.find("Catalog") is not None)
+    found = findings.in_order()
+    if strict:
+        found = tuple(dataclasses.replace(each, severity="error") if each.code in _STRICT else each for each in found)
+    return tuple(dict.fromkeys(found))
 
 
 def read_declarations(path: AnyPath) -> tuple[ParameterDeclaration, ...]:

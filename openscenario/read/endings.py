@@ -25,7 +25,7 @@ from openscenario.model.conditions import (
     Trigger,
 )
 from openscenario.model.declarations import ParameterDeclaration
-from openscenario.model.entities import ScenarioObject
+from openscenario.model.entities import ScenarioObject, ego_among
 from openscenario.model.global_actions import ParameterAction
 from openscenario.model.kinds import Element
 from openscenario.model.storyboard import Act, Action, Event, Maneuver, ManeuverGroup, Story, Storyboard
@@ -111,7 +111,7 @@ class _Possible:
         self._constant = {each.name: each.value for each in parameters if each.name not in changed}
         self._alone = len(actions) == 1
         names = [entity.name for entity in entities]
-        self._ego = next((name for name in names if name.lower() == "ego"), None)
+        self._ego = ego_among(names)
         self._named: dict[tuple[str, str], list[Element]] = {}
         for element in self._elements():
             key = (_TYPES[type(element)], element.name)  # type: ignore[attr-defined]

@@ -12,6 +12,11 @@ from openscenario.read.elements import ElementReader
 from openscenario.values import BadValue, to_moment
 from openscenario.xml import Node
 
+BEFORE_1_0: Final = (
+    "before 1.0 elements had other names; convert the file to 1.0 with the style sheet for 0.9.1 that ASAM publishes "
+    "with OpenSCENARIO 1.0, or export it anew"
+)
+_SAID: Final = ("author", "description")
 VERSIONS: Final = ((1, 0), (1, 1), (1, 2), (1, 3))
 
 
@@ -38,10 +43,16 @@ def read_header(node: Node | None, reader: ElementReader, root: At) -> FileHeade
         return None
     if (int(major[:9]), int(minor[:9])) not in VERSIONS:
         attribute = "@revMinor" if major == "1" else "@revMajor"
+        found = f"{major}.{minor}"
+        hint = BEFORE_1_0 if int(major[:9]) == 0 else ""
         context.error(
-            "version.unsupported", at, attribute, "unsupported version", found=f"{major}.{minor}", allowed=supported
+            "version.unsupported", at, attribute, "unsupported version", found=found, allowed=supported, hint=hint
         )
         return None
+    for name in _SAID:
+        if name not in node.attributes:
+            context.warning("xml.missing_attribute", at, f"@{name}", "a required attribute is missing; nothing uses it")
+            node.attributes[name] = ""
     header: FileHeader | None = reader.read(plan_of(FileHeader), node, Scope(), at.element)
     if header is not None:
         _check_date(header, reader)

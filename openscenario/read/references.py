@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
+from openscenario.criteria import criterion_of
 from openscenario.findings import listed, nearest
 from openscenario.model.kinds import RefKind
 from openscenario.read.context import Context, Reference
@@ -38,6 +39,11 @@ def check_references(context: Context) -> None:
         if _last(reference) not in known[reference.kind]:
             code, what = _WHAT[reference.kind]
             names = known[reference.kind]
+            if reference.kind == "parameter" and (criterion := criterion_of(reference.at)):
+                text = "a criterion of CARLA's scenario runner is no condition: it is never true here"
+                hint = "gates judge a drive: docs/metrics.md"
+                context.warning("condition.criterion", reference.at, "", text, found=criterion, hint=hint)
+                continue
             note = context.warning if reference.kind == "trailer" else context.error
             note(
                 code,

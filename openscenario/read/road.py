@@ -46,13 +46,29 @@ def with_road(network: RoadNetwork | None, roots: Roots, context: Context) -> Ro
         return network
     logic = network.logic
     try:
-        path = roots.find(logic.filepath, roots.base)
+        path = roots.find_road(logic.filepath)
     except PathError as error:
         context.error(
             error.code, logic.at, "@filepath", error.text, found=logic.filepath, allowed=error.allowed, hint=error.hint
         )
         return None
+    if not _as_written(logic.filepath, roots, path):
+        context.warning(
+            "path.found_elsewhere",
+            logic.at,
+            "@filepath",
+            "there is no such file here; another one of this name is used",
+            found=logic.filepath,
+            hint=f"used: {path}",
+        )
     return dataclasses.replace(network, logic=dataclasses.replace(logic, path=path))
+
+
+def _as_written(written: str, roots: Roots, path: Path) -> bool:
+    try:
+        return roots.inside(written, roots.base) == path
+    except PathError:
+        return False
 
 
 def check_on_road(network: RoadNetwork | None, context: Context) -> None:
@@ -150,7 +166,8 @@ def _open_ends(roads: list[Node]) -> Iterator[tuple[str, bool]]:
 
 
 def _sections(road: Node) -> Iterator[tuple[float, frozenset[int]]]:
-    for lanes in road.findall("lanes"):
+    layers = road.findall("lanes")
+    for lanes in [each for each in layers if each.get("layer") != "temporary"] or layers:
         for section in lanes.findall("laneSection"):
             numbers = {int(lane.get("id")) for side in section.children for lane in side.findall("lane")}
             yield float(section.get("s")), frozenset(numbers)

@@ -5,12 +5,21 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from typing import Unpack
 
-from openscenario.findings import Finding, Findings, Severity, listed, nearest
+from openscenario.findings import Details, Finding, Findings, listed, nearest
 from openscenario.xml import Node
 
 _MOST_ADVISED = 100  # unknown names of one file
+
+
+class Told(Details, total=False):
+    """What a finding at an element may say: `attribute` that is meant; `repair`: what is assumed in its place."""
+
+    attribute: str
+    repair: str
 
 
 class Attributes:
@@ -22,25 +31,35 @@ class Attributes:
         self._noted = {"error": 0, "warning": 0}
         self._advised = 0
         self._numbers: dict[int, dict[int, str]] = {}
+        self._repair = ""
 
     def report(
         self,
         code: str,
         node: Node,
         text: str,
-        *,
-        attribute: str = "",
-        found: str = "",
-        allowed: str = "",
-        hint: str = "",
-        severity: Severity = "error",
+        **details: Unpack[Told],
     ) -> None:
-        """Add a finding at an element, or at one of its attributes."""
+        """Add a finding at an element, or at one of its attributes; without a severity it is an error."""
+        attribute, severity = details.get("attribute", ""), details.get("severity", "error")
+        found, allowed, hint = details.get("found", ""), details.get("allowed", ""), details.get("hint", "")
         self._noted[severity] += 1
         if self._noted[severity] > Findings.MOST:
             return  # a file with more defects than this has one: it is not what it claims to be
         element = self._path(node) + (f"@{attribute}" if attribute else "")
-        self.findings.append(Finding(code, severity, self.file, node.line, element, found, allowed, hint, text))
+        assumed = details.get("repair", "") or self._repair
+        self.findings.append(
+            Finding(code, severity, self.file, node.line, element, found, allowed, hint, text, assumed)
+        )
+
+    @contextmanager
+    def repairing(self, assumed: str) -> Iterator[None]:
+        """Whatever is reported within is repaired in this way, if the one who reports it states no other."""
+        before, self._repair = self._repair, assumed
+        try:
+            yield
+        finally:
+            self._repair = before
 
     def advice(self, found: str, known: Collection[str]) -> tuple[str, str]:
         """What is allowed in place of an unknown name, and the nearest; not for the hundredth: comparing takes time."""

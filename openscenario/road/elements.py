@@ -9,6 +9,8 @@ from typing import Literal
 
 import msgspec
 
+from openscenario.findings import Finding
+
 Contact = Literal["start", "end", ""]
 Rule = Literal["RHT", "LHT"]
 
@@ -241,7 +243,10 @@ class Junction(msgspec.Struct, frozen=True):
 
 
 class OpenDrive(msgspec.Struct, frozen=True):
-    """A road network file; `geo_reference` is the projection string as written (empty if none)."""
+    """A road network file; `geo_reference` is the projection string as written (empty if none).
+
+    `repairs`: faults of the file in whose place the reader assumed something.
+    """
 
     path: str
     version: tuple[int, int]
@@ -249,6 +254,7 @@ class OpenDrive(msgspec.Struct, frozen=True):
     geo_offset: tuple[float, float, float, float]
     roads: tuple[Road, ...]
     junctions: tuple[Junction, ...]
+    repairs: tuple[Finding, ...] = ()
 
 
 def lane_direction(lane: int, rule: int, reversed_: bool = False) -> int:

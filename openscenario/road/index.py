@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from machine_code import compiled
-from openscenario.road.lanes import nearest_lane, outer_border, section_at
+from openscenario.road.lanes import centre_offset, nearest_lane, outer_border, section_at
 from openscenario.road.pose import reference, slopes
 from openscenario.road.profile import Floats, Ints
 from openscenario.road.shapes import KIND, LENGTH, LINE, S
@@ -50,10 +50,11 @@ def reach(tables: Tables, road: int, s: float) -> float:
     """Largest |t| [m] of any lane border at s [m]."""
     sections = tables[5]
     section = section_at(tables, road, s)
-    most = 0.0
+    start = centre_offset(tables, road, s)
+    most = abs(start[0])
     for side in (-1, 1):
         count = sections[section, SECTION_RIGHT] if side < 0 else sections[section, SECTION_LEFT]
-        border = (0.0, 0.0, 0.0)
+        border = start
         for step in range(1, count + 1):
             border = outer_border(tables, sections[section, SECTION_CENTRE] - side * step, side, s, border)
         most = max(most, abs(border[0]))

@@ -107,6 +107,7 @@ def _ways(attributes: Attributes, node: Node, junction: Node, incoming: Road, co
                     allowed=listed([str(number) for number in sorted(_lanes(road))]),
                     # one of several that leads nowhere is left out; a connection without any is none
                     severity="warning" if any(right) else "error",
+                    repair="these two lanes are not linked",
                 )
 
 
@@ -131,6 +132,7 @@ def _appearing(attributes: Attributes, connections: list[Node], roads: Mapping[s
                     link,
                     f"only the lane that continues lane {source} of road {incoming} is linked",
                     found=f"lane {lane.id} of road {connecting.id}, which has no width there",
+                    repair="whoever follows the link starts on a lane without width",
                 )
 
 
@@ -153,6 +155,7 @@ def _contact(attributes: Attributes, node: Node, incoming: Road, connecting: Roa
                 attribute="contactPoint",
                 found=contact,
                 allowed=right,
+                repair="the junction's connection holds",
             )
 
 
@@ -188,4 +191,5 @@ def _unknown(attributes: Attributes, node: Node, attribute: str, what: str, foun
         found=found,
         allowed=allowed,
         hint=hint,
+        repair="the link is left out",
     )

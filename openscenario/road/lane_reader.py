@@ -38,16 +38,18 @@ def read_section(attributes: Attributes, node: Node) -> LaneSection:
             attributes.report("asam.net:xodr:1.0.0:xml.valid_schema", second, text, found=side, allowed="one")
     if "center" not in sides:
         text = "a lane section needs a centre"
-        attributes.report("asam.net:xodr:1.0.0:xml.valid_schema", node, text, allowed="center")
+        code, assumed = "asam.net:xodr:1.0.0:xml.valid_schema", "a centre lane of type none"
+        attributes.report(code, node, text, allowed="center", repair=assumed)
     for side, sign in (("left", 1), ("center", 0), ("right", -1)):
         for group in sides.get(side, ()):
             nodes = by_tag(group).get("lane", [])
             if not nodes and side != "center":
                 attributes.report(
-                    "road.no_driving_lane",
+                    "asam.net:xodr:1.0.0:xml.valid_schema",
                     group,
                     f"the {side} side of a lane section is empty",
                     allowed="at least one lane, or no such element",
+                    repair="the road has no lane on this side",
                 )
             for lane_node in nodes:
                 lane = _read_lane(attributes, lane_node)
@@ -60,6 +62,7 @@ def read_section(attributes: Attributes, node: Node) -> LaneSection:
                         attribute="id",
                         found=str(lane.id),
                         allowed=allowed,
+                        repair="the lane lies on the side of its id" if sign and lane.id else "",
                     )
                 lanes.append(lane)
     lanes.sort(key=lambda lane: -lane.id)
@@ -93,6 +96,11 @@ def _report_ids(attributes: Attributes, section: Node, lanes: list[Lane]) -> Non
         found=" ".join(str(lane.id)[:20] for lane in lanes[:40]),
         allowed=f"-{MAX_LANES} to {MAX_LANES}",
     )
+
+
+def _temporary(link: Node) -> bool:
+    """Whether a lane link leads to the temporary layer of a road (1.9), which is not used."""
+    return link.get("layer") == "temporary"
 
 
 def _whole(lane: Node) -> int:
@@ -131,8 +139,8 @@ def _read_lane(attributes: Attributes, node: Node) -> Lane:
         heights=heights,
         speeds=tuple(speeds),
         marks=marks,
-        predecessors=tuple(attributes.integer(n, "id") for n in link.get("predecessor", ())),
-        successors=tuple(attributes.integer(n, "id") for n in link.get("successor", ())),
+        predecessors=tuple(attributes.integer(n, "id") for n in link.get("predecessor", ()) if not _temporary(n)),
+        successors=tuple(attributes.integer(n, "id") for n in link.get("successor", ()) if not _temporary(n)),
         line=node.line,
         direction=node.get("direction", "standard"),
     )

@@ -90,6 +90,7 @@ def _stations(attributes: Attributes, road: Road, sections: Sequence[Node]) -> N
 
 def _type(attributes: Attributes, lane: Lane, node: Node) -> None:
     if lane.type not in LANE_TYPES:
+        near = nearest(lane.type, LANE_TYPES)  # a slip of the pen may mean a lane to drive on
         attributes.report(
             "asam.net:xodr:1.0.0:xml.valid_schema",
             node,
@@ -97,7 +98,8 @@ def _type(attributes: Attributes, lane: Lane, node: Node) -> None:
             attribute="type",
             found=lane.type,
             allowed=listed(sorted(LANE_TYPES)),
-            hint=nearest(lane.type, LANE_TYPES),
+            hint=near,
+            repair="" if near or not lane.type else "no motor vehicle drives on this lane",
         )
 
 
@@ -118,7 +120,8 @@ def _widths(attributes: Attributes, lane: Lane, length: float, node: Node) -> No
     """A lane has a width, or a border, and is never narrower than nothing."""
     if not lane.widths and not lane.borders:
         text = "a lane beside the centre needs a width or a border"
-        attributes.report("asam.net:xodr:1.0.0:xml.valid_schema", node, text, allowed="width, border")
+        code, assumed = "asam.net:xodr:1.0.0:xml.valid_schema", "" if lane.drivable else "the lane has no width"
+        attributes.report(code, node, text, allowed="width, border", repair=assumed)
     for number, record in enumerate(lane.widths):
         end = lane.widths[number + 1].s if number + 1 < len(lane.widths) else length
         lowest = _lowest(record, max(0.0, end - record.s))
@@ -131,6 +134,7 @@ def _widths(attributes: Attributes, lane: Lane, length: float, node: Node) -> No
                 attribute="a" if record.a < -NEGATIVE else "",
                 found=f"{lowest:.3g} m",
                 allowed=">= 0 m",
+                repair="" if lane.drivable else "the borders of the lane cross there, as it is written",
             )
             return
 
@@ -154,6 +158,7 @@ def _no_width(attributes: Attributes, length: float, lanes: list[tuple[Lane, Nod
                     found=f"lane {links[0]}",
                     allowed="no link there",
                     severity="error" if ds == 0.0 and before[links[0]] > 1 else "warning",
+                    repair="whoever follows the link starts on a lane without width",
                 )
 
 

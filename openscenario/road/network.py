@@ -27,6 +27,7 @@ from openscenario.road.links import LaneEnd, answered, make_links
 from openscenario.road.opendrive import read_opendrive
 from openscenario.road.positions import Pose, RoadPosition
 from openscenario.road.profile import Floats
+from openscenario.road.repairs import LENIENT, Roads
 from openscenario.road.route import RouteError, RouteLane
 from openscenario.road.tables import LANE_DIRECTION, make_tables
 
@@ -36,13 +37,13 @@ _NAN = math.nan
 MOST_JOINTS = 10_000  # of roads on one way: a ring of roads without length has no end
 
 
-def load_network(path: str | os.PathLike[str]) -> RoadNetwork:
-    """Read an OpenDRIVE file.
+def load_network(path: str | os.PathLike[str], roads: Roads = LENIENT) -> RoadNetwork:
+    """Read an OpenDRIVE file; roads: as for `openscenario.road.opendrive.read_opendrive`.
 
     Raises:
         ScenarioError: the file is missing or has errors; findings name file, line and element.
     """
-    return RoadNetwork(read_opendrive(path))
+    return RoadNetwork(read_opendrive(path, roads))
 
 
 class RoadNetwork:

@@ -3,19 +3,35 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
+from typing import TypeVar
 
 from openscenario.road.attributes import Attributes, by_tag
 from openscenario.road.elements import Corner, Repeat, RoadObject, Signal
 from openscenario.xml import Node
 
 MAX_CORNERS = 10_000
+LEFT_OUT = "it is left out"  # what stands beside the road and cannot be read: nobody drives on it
 # code of the object type in OpenDRIVE 1.4 files that say it by name only
 _NAMED = {"crosswalk": "crosswalk", "zebra": "crosswalk", "crossing": "crosswalk"}
 
 
 def read_objects(attributes: Attributes, nodes: list[Node]) -> tuple[RoadObject, ...]:
     """Objects of one road."""
-    return tuple(_read_object(attributes, node) for node in nodes)
+    return tuple(item for node in nodes if (item := _kept(attributes, _read_object, node)) is not None)
+
+
+_Thing = TypeVar("_Thing", RoadObject, Signal)
+
+
+def _kept(attributes: Attributes, read: Callable[[Attributes, Node], _Thing], node: Node) -> _Thing | None:
+    """What an element says, or None if some of it cannot be read."""
+    before = len(attributes.findings)
+    with attributes.repairing(LEFT_OUT):
+        item = read(attributes, node)
+    wrong = any(each.severity == "error" and each.repair == LEFT_OUT for each in attributes.findings[before:])
+    return None if wrong else item
 
 
 def _read_object(attributes: Attributes, node: Node) -> RoadObject:
@@ -28,11 +44,12 @@ def _read_object(attributes: Attributes, node: Node) -> RoadObject:
     kind = node.get("type")
     if kind in ("", "-1", "none"):
         kind = next((value for word, value in _NAMED.items() if word in name.lower()), kind)
+    place = number(node, "s")
     return RoadObject(
         id=node.get("id"),
         name=name,
         type=kind,
-        s=number(node, "s"),
+        s=place,
         t=number(node, "t"),
         z_offset=number(node, "zOffset", 0.0),
         hdg=number(node, "hdg", 0.0),
@@ -41,7 +58,7 @@ def _read_object(attributes: Attributes, node: Node) -> RoadObject:
         height=number(node, "height", 0.0),
         radius=number(node, "radius", 0.0),
         outlines=tuple(outline for outline in outlines if len(outline) >= 2),
-        repeats=tuple(_read_repeat(attributes, repeat) for repeat in parts.get("repeat", ())),
+        repeats=tuple(_read_repeat(attributes, repeat, place) for repeat in parts.get("repeat", ())),
         line=node.line,
     )
 
@@ -56,14 +73,19 @@ def _read_outline(attributes: Attributes, node: Node) -> tuple[Corner, ...]:
     return tuple(corners)
 
 
-def _read_repeat(attributes: Attributes, node: Node) -> Repeat:
+def _read_repeat(attributes: Attributes, node: Node, place: float) -> Repeat:
+    """A repetition of an object that stands at s = place [m]."""
     number = attributes.number
     length, distance = number(node, "length"), number(node, "distance")
     if length < 0.0 or distance < 0.0:
         attributes.report("value.out_of_range", node, "length and distance of a repetition are not negative")
         length, distance = 0.0, 0.0
+    with attributes.repairing("the repetition starts where the object stands"):
+        start = number(node, "s") if "s" in node.attributes else place
+        if "s" not in node.attributes:
+            attributes.report("xml.valid_schema", node, "attribute s is missing", attribute="s", allowed="s")
     return Repeat(
-        s=number(node, "s"),
+        s=start,
         length=length,
         distance=distance,
         t_start=number(node, "tStart", 0.0),
@@ -75,28 +97,30 @@ def _read_repeat(attributes: Attributes, node: Node) -> Repeat:
 
 def read_signals(attributes: Attributes, nodes: list[Node], road: str) -> tuple[Signal, ...]:
     """Signals of one road."""
+    read = partial(_read_signal, road=road)
+    return tuple(item for node in nodes if (item := _kept(attributes, read, node)) is not None)
+
+
+def _read_signal(attributes: Attributes, node: Node, road: str) -> Signal:
     number = attributes.number
-    return tuple(
-        Signal(
-            id=attributes.text(node, "id"),
-            name=node.get("name"),
-            road=road,
-            s=number(node, "s"),
-            t=number(node, "t"),
-            z_offset=number(node, "zOffset", 0.0),
-            h_offset=number(node, "hOffset", 0.0),
-            type=node.get("type"),
-            subtype=node.get("subtype"),
-            country=node.get("country"),
-            dynamic=node.get("dynamic") == "yes",
-            orientation=node.get("orientation", "none"),
-            value=number(node, "value") if _is_number(node.get("value")) else None,
-            unit=node.get("unit"),
-            width=number(node, "width", 0.0),
-            height=number(node, "height", 0.0),
-            line=node.line,
-        )
-        for node in nodes
+    return Signal(
+        id=attributes.text(node, "id"),
+        name=node.get("name"),
+        road=road,
+        s=number(node, "s"),
+        t=number(node, "t"),
+        z_offset=number(node, "zOffset", 0.0),
+        h_offset=number(node, "hOffset", 0.0),
+        type=node.get("type"),
+        subtype=node.get("subtype"),
+        country=node.get("country"),
+        dynamic=node.get("dynamic") == "yes",
+        orientation=node.get("orientation", "none"),
+        value=number(node, "value") if _is_number(node.get("value")) else None,
+        unit=node.get("unit"),
+        width=number(node, "width", 0.0),
+        height=number(node, "height", 0.0),
+        line=node.line,
     )
 
 

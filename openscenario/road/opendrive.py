@@ -1,4 +1,4 @@
-"""OpenDRIVE reader: a file of version 1.4-1.8 becomes plain data, or findings with file, line and element."""
+"""OpenDRIVE reader: a file of version 1.0-1.9 becomes plain data, or findings with file, line and element."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from openscenario.road.elements import (
 from openscenario.road.lane_reader import read_section, read_speed
 from openscenario.road.object_reader import read_objects, read_signals
 from openscenario.road.plan_reader import MAX_LENGTH, read_cubics, read_geometries, read_shapes
+from openscenario.road.repairs import LENIENT, Roads, forbids, judged, repaired
 from openscenario.road.rules import check_network
 from openscenario.road.vocabulary import check_vocabulary
 from openscenario.xml import Node, read_xml
@@ -34,7 +35,7 @@ ROAD_TYPES = (
 )
 _ONCE = ("link", "planView", "elevationProfile", "lateralProfile", "lanes", "objects", "signals")
 _TEXTS = frozenset(("geoReference",))  # elements of which the text is read
-NEWEST = 8  # the last minor version of OpenDRIVE 1
+NEWEST = 9  # the last minor version of OpenDRIVE 1
 OTHER_FORMATS = {
     "osm": "a Lanelet2 or OpenStreetMap file",
     "commonRoad": "a CommonRoad file",
@@ -44,34 +45,30 @@ OTHER_FORMATS = {
 }
 
 
-# Errors that `dvp check` reports and that do not keep anybody from driving on the rest of the network.
-HARMLESS = (
-    "road.linkage.unknown",
-    "road.lane.link.unknown",
-    "road.lane.link.lanes_across_lane_sections",
-    "junctions.connection.lane_link.unknown",
-    "road.signalReference.unknown",
-    "road.objectReference.unknown",
-    "road.control.unknown",
-)
-
-
-def read_opendrive(path: str | os.PathLike[str]) -> OpenDrive:
+def read_opendrive(path: str | os.PathLike[str], roads: Roads = LENIENT) -> OpenDrive:
     """Read a road network file.
 
+    roads: "strict" refuses what breaks a rule of the file's own version; "lenient" repairs what leaves a geometry and
+    a route, as a name of a road, lane or signal that is not there in files cut out of larger ones. `OpenDrive.repairs`
+    says what was assumed.
+
     Raises:
-        ScenarioError: the file is missing, no XML, no OpenDRIVE, or breaks a rule; with all its findings. A name of a
-            road, lane, signal or object that is not there, as in files cut out of larger ones, does not keep it from
-            use, nor does a link between two lanes that only one of them has.
+        ScenarioError: the file is missing, no XML, no OpenDRIVE, or breaks a rule that cannot be done without; with all
+            its findings.
     """
-    network, findings = examine_opendrive(path)
-    if network is None or any(each.severity == "error" and not each.code.endswith(HARMLESS) for each in findings):
+    network, findings = examine_opendrive(path, roads)
+    if network is None or any(each.severity == "error" for each in findings):
         raise ScenarioError(findings)
     return network
 
 
-def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, tuple[Finding, ...]]:
-    """The network (None where it cannot be read at all) and all findings; never raises for a user's file."""
+def examine_opendrive(
+    path: str | os.PathLike[str], roads: Roads = "strict"
+) -> tuple[OpenDrive | None, tuple[Finding, ...]]:
+    """The network (None where it cannot be read at all) and all findings; never raises for a user's file.
+
+    roads: as for `read_opendrive`; a fault that is repaired is a warning.
+    """
     attributes = Attributes(os.fspath(path))
     try:
         root = read_xml(path, texts=_TEXTS).root
@@ -79,7 +76,11 @@ def examine_opendrive(path: str | os.PathLike[str]) -> tuple[OpenDrive | None, t
         return None, error.findings
     network = _examine(attributes, root)
     root.release()
-    return network, tuple(attributes.findings)
+    if network is None:
+        return None, tuple(attributes.findings)
+    version = network.version
+    network = msgspec.structs.replace(network, repairs=repaired(attributes.findings, version))
+    return network, judged(attributes.findings, version, roads)
 
 
 def _examine(attributes: Attributes, root: Node) -> OpenDrive | None:
@@ -109,7 +110,7 @@ def _examine(attributes: Attributes, root: Node) -> OpenDrive | None:
         roads=tuple(moved(_read_road(attributes, node), geo_offset) for node in road_nodes),
         junctions=tuple(_read_junction(attributes, node) for node in junction_nodes),
     )
-    if not any(finding.severity == "error" for finding in attributes.findings):
+    if not any(forbids(finding, version, LENIENT) for finding in attributes.findings):
         check_network(attributes, network, road_nodes)
     return network
 
@@ -137,7 +138,8 @@ def _read_header(
     attributes: Attributes, root: Node, headers: list[Node]
 ) -> tuple[tuple[int, int], str, tuple[float, float, float, float]]:
     if not headers:
-        attributes.report("asam.net:xodr:1.0.0:xml.version_is_defined", root, "the header is missing")
+        code, text = "asam.net:xodr:1.0.0:xml.version_is_defined", "the header is missing"
+        attributes.report(code, root, text, repair="a file of OpenDRIVE 1.4, the first version with these elements")
         return (1, 4), "", (0.0, 0.0, 0.0, 0.0)
     header = headers[0]
     version = (1, 4)
@@ -147,7 +149,7 @@ def _read_header(
             header,
             "revMajor and revMinor must say the version",
             found=f"revMajor={header.get('revMajor')!r} revMinor={header.get('revMinor')!r}",
-            allowed="1.4 to 1.8",
+            allowed=f"1.4 to 1.{NEWEST}",
         )
     else:
         version = (int(header.get("revMajor")[:6]), int(header.get("revMinor")[:6]))
@@ -180,6 +182,7 @@ def _read_header(
 
 
 def _read_road(attributes: Attributes, node: Node) -> Road:
+    _one_layer(attributes, node)
     parts = by_tag(node)
     _only_one(attributes, parts, _ONCE)
     for name in ("planView", "lanes"):
@@ -243,6 +246,17 @@ def _read_road(attributes: Attributes, node: Node) -> Road:
     )
 
 
+def _one_layer(attributes: Attributes, node: Node) -> None:
+    """Leave out the temporary lanes of a road works, which a road of version 1.9 may have beside its permanent ones."""
+    temporary = [child for child in node.children if child.tag == "lanes" and child.get("layer") == "temporary"]
+    if not temporary or len(temporary) == len(node.findall("lanes")):
+        return
+    text = "the temporary layer of lanes is not used: vehicles drive on the permanent one"
+    for layer in temporary:
+        attributes.report("road.unsupported", layer, text, attribute="layer", severity="warning")
+        node.children.remove(layer)
+
+
 def _only_one(attributes: Attributes, parts: dict[str, list[Node]], names: tuple[str, ...]) -> None:
     for name in names:
         for second in parts.get(name, ())[1:]:
@@ -284,7 +298,9 @@ def _read_junction(attributes: Attributes, node: Node) -> Junction:
     connections = []
     for item in node.findall("connection"):
         links = tuple(
-            (attributes.integer(link, "from"), attributes.integer(link, "to")) for link in item.findall("laneLink")
+            (attributes.integer(link, "from"), attributes.integer(link, "to"))
+            for link in item.findall("laneLink")
+            if "temporary" not in (link.get("fromLayer"), link.get("toLayer"))
         )
         # a direct junction links the incoming road to another road, without a connecting road between
         connecting = item.get("connectingRoad") or item.get("linkedRoad")

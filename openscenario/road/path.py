@@ -161,7 +161,8 @@ def trace(
     """Sample one piece of a line into out[count:], each `step` [m] of travel.
 
     The lane changes from `from_lane` to `to_lane` between s = first and s = last. `carry` [m] is the way to the first
-    sample. Returns the new count (beyond out's length: too short) and the way left to the next sample.
+    sample. Returns the new count (beyond out's length: too short) and the way left to the next sample. Where a lane
+    ends before the piece does, the line ends.
     """
     sign = 1.0 if s_to >= s_from else -1.0
     s = s_from
@@ -170,6 +171,8 @@ def trace(
         rate = line_point(tables, road, from_lane, to_lane, s, first, last, sign)[4]
         probe = min(carry / rate, room)
         rate = line_point(tables, road, from_lane, to_lane, s + 0.5 * sign * probe, first, last, sign)[4]
+        if not rate > 0.0:  # there is no such lane here: never NaN, which would never end
+            return count, carry
         if carry > room * rate:
             return count, carry - room * rate
         s += sign * carry / rate

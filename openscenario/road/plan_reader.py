@@ -17,6 +17,10 @@ MAX_COORDINATE = 1e8  # m; projected coordinates of the whole earth stay below
 LENGTH_TOLERANCE = 0.01  # m, of a paramPoly3's length; in the wild it is right to 0.7 mm
 LENGTH_SHARE = 1e-4
 PARAM_TOLERANCE = 1e-3  # of the first coefficients of a paramPoly3, which tools write with rounding
+SORTED = "the records in the order of their places"
+CONSTANT = "the width keeps its first value: such a slope comes from a section of nearly no length"
+MAX_SCALE = 0.05  # share by which a curve and its stated length may differ: more, and another curve is meant
+MAX_POINT = 1.0  # m, of a road whose only geometry has no length
 _PANELS = 8  # of the quadrature along a curve
 _KINDS = ("line", "arc", "spiral", "poly3", "paramPoly3")
 _PARAMS = ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")
@@ -38,8 +42,14 @@ def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tu
         if not clean:  # the slow way names what is wrong
             s, a, b, c, d = attributes.number(node, key, 0.0), *(attributes.number(node, name) for name in "abcd")
             record = Cubic(s, a, b, c, d)
-            for name, value in ((key, s), ("a", a), ("b", b), ("c", c), ("d", d)):
+            for name, value in ((key, s), ("a", a)):
                 bounded(attributes, node, name, value, MAX_COEFFICIENT if name != key else MAX_LENGTH)
+            with attributes.repairing(CONSTANT if key == "sOffset" else ""):
+                known = len(attributes.findings)
+                for name, value in (("b", b), ("c", c), ("d", d)):
+                    bounded(attributes, node, name, value, MAX_COEFFICIENT)
+            if len(attributes.findings) > known:
+                record = Cubic(s, a, 0.0, 0.0, 0.0)
         if key == "sOffset" and record.s < 0.0:
             _negative(attributes, node)
         if records and record.s < records[-1].s:
@@ -50,6 +60,7 @@ def read_cubics(attributes: Attributes, nodes: list[Node], key: str = "s") -> tu
                 "records must ascend along the road",
                 attribute=key,
                 found=node.get(key),
+                repair=SORTED,
             )
         records.append(record)
     return tuple(records if ordered else sorted(records, key=lambda record: record.s))
@@ -70,6 +81,7 @@ def read_shapes(attributes: Attributes, nodes: list[Node]) -> tuple[Shape, ...]:
                 "records must ascend along the road, and from right to left at each place",
                 attribute="s" if record.s < records[-1].s else "t",
                 found=node.get("s" if record.s < records[-1].s else "t"),
+                repair=SORTED,
             )
         records.append(record)
     return tuple(sorted(records, key=lambda record: (record.s, record.t)))
@@ -98,11 +110,26 @@ def read_geometries(attributes: Attributes, plan_view: Node) -> tuple[Geometry, 
                 "geometries must ascend along the road",
                 found=node.get("s"),
                 allowed=f"s >= {geometries[-1].s:g}",
+                repair="the geometries in the order of their places",  # a gap that this leaves is found later
             )
         geometries.append(geometry)
+    geometries.sort(key=lambda geometry: geometry.s)
     if nodes and not geometries:
-        attributes.report("xml.valid_schema", plan_view, "a road needs a geometry with a length", allowed="length > 0")
+        geometries = _point(attributes, plan_view, nodes[0])
     return tuple(geometries)
+
+
+def _point(attributes: Attributes, plan_view: Node, node: Node) -> list[Geometry]:
+    """A straight line in place of geometries without length: converters write a joint of two roads that way."""
+    road = plan_view.parent
+    length = 0.0 if road is None else attributes.number(road, "length", 0.0)
+    assumed = f"a straight line of the road's length, {length:g} m" if 0.0 < length <= MAX_POINT else ""
+    text = "a road needs a geometry with a length"
+    attributes.report("xml.valid_schema", plan_view, text, allowed="length > 0", repair=assumed)
+    if not assumed:
+        return []
+    s, x, y, hdg = (attributes.number(node, name) for name in ("s", "x", "y", "hdg"))
+    return [Geometry(s, x, y, hdg, length, "line", (), False, node.line)]
 
 
 def _read_geometry(attributes: Attributes, node: Node) -> Geometry | None:
@@ -204,10 +231,12 @@ def _check_length(attributes: Attributes, node: Node, values: tuple[float, ...],
             u1, v1 = b_u + p * (2.0 * c_u + 3.0 * d_u * p), b_v + p * (2.0 * c_v + 3.0 * d_v * p)
             measured += weight * math.hypot(u1, v1) * last / _PANELS
     if not abs(measured - length) <= LENGTH_TOLERANCE + LENGTH_SHARE * length:
+        close = abs(measured - length) <= MAX_SCALE * length
         attributes.report(
             f"asam.net:xodr:1.7.0:road.geometry.parampoly3.{'normalized' if last == 1.0 else 'arclength'}_range",
             node,
             "the curve is not as long as its geometry says",
             found=f"{measured:.6g} m",
             allowed=f"{length:.6g} m",
+            repair="the whole curve, its stations scaled to the stated length" if close else "",
         )

@@ -164,6 +164,7 @@ def draw(tables: Tables, pieces: Sequence[tuple[int, int, float, float]], step: 
         out[count] = line_point(tables, road, from_lane, to_lane, s_to, first, last, sign)[:4]
         count += 1
     out = out[:count]
+    out = out[np.isfinite(out).all(axis=1)]  # a lane that ends before its piece does has no end there
     out[:, 2] = np.unwrap(out[:, 2])
     return out
 

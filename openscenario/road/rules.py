@@ -84,6 +84,8 @@ def _plan(attributes: Attributes, road: Road, node: Node) -> tuple[Point, Point]
                     "the geometry does not begin where the one before it ends",
                     found=f"a gap of {gap:.3g} m",
                     allowed=f"up to {MAX_GAP} m",
+                    # between two roads as much is allowed
+                    repair="a vehicle is put across the gap" if gap <= MAX_CONTACT_GAP else "",
                 )
             kink = abs(math.remainder(geometry.hdg - end[2], 2.0 * math.pi))
             if kink > MAX_KINK:
@@ -165,6 +167,7 @@ def _missing_link(attributes: Attributes, node: Node, what: str, lane: int) -> N
         node,
         f"the lane has no {what}, but lane {lane} of the section there names it",
         allowed=f"{what} {lane}",
+        repair="the link holds for both lanes",
     )
 
 
@@ -177,6 +180,7 @@ def _known_lanes(attributes: Attributes, node: Node | None, targets: tuple[int, 
                 "the lane is linked to a lane that the section it leads to does not have",
                 found=str(target),
                 allowed=", ".join(str(lane) for lane in known),
+                repair="the lane is not linked there",
             )
 
 
@@ -274,6 +278,7 @@ def _appearing_lanes(attributes: Attributes, network: OpenDrive, nodes: list[Nod
                 lanes.get(end.lane, nodes[end.road]),
                 "only the lane that continues is linked, not the one that appears beside it",
                 found=", ".join(f"lane {other.lane} of road {network.roads[other.road].id}" for other in growing),
+                repair="whoever follows the link starts on a lane without width",
             )
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from openscenario.road.attributes import Attributes
+from openscenario.road.object_reader import LEFT_OUT
 from openscenario.xml import Node
 
 BEYOND = 1.0  # m, that a thing may lie before or behind its road: what stands at a corner belongs to one of two roads
@@ -20,9 +21,10 @@ def check_things(attributes: Attributes, roads: list[Node]) -> None:
     objects = {node.get("id") for _, node in _things(roads) if node.tag == "object"}
     seen: set[tuple[str, str]] = set()
     for length, node in _things(roads):
-        _place(attributes, node, length)
-        for name, allowed in _CHOICES.items():
-            attributes.choice(node, name, allowed, "") if node.get(name) else None
+        with attributes.repairing(LEFT_OUT):
+            _place(attributes, node, length)
+            for name, allowed in _CHOICES.items():
+                attributes.choice(node, name, allowed, "") if node.get(name) else None
         known = {"signalReference": signals, "objectReference": objects}.get(node.tag)
         if known is not None:
             _known(attributes, node, "id", known)
@@ -60,6 +62,7 @@ def _place(attributes: Attributes, node: Node, length: float) -> None:
             attribute="s",
             found=node.get("s"),
             allowed=f"0 to {length:g} m",
+            repair="it stands there",
         )
     for name in _SIZES:
         # the words that stand for no size, and what is no number, are for the reader
@@ -71,6 +74,7 @@ def _place(attributes: Attributes, node: Node, length: float) -> None:
                 attribute=name,
                 found=node.get(name),
                 allowed=">= 0 m",
+                repair="it has no such size",
             )
 
 
@@ -92,4 +96,5 @@ def _known(attributes: Attributes, node: Node, name: str, known: set[str]) -> No
             found=node.get(name),
             allowed=allowed,
             hint=hint,
+            repair="the reference is left out",
         )

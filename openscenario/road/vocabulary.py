@@ -1,4 +1,4 @@
-"""Vocabulary: which elements and attributes OpenDRIVE 1.4-1.8 knows, so that a slip of the pen is not passed over.
+"""Vocabulary: which elements and attributes OpenDRIVE 1.4-1.9 knows, so that a slip of the pen is not passed over.
 
 Contents of `userData`, `include` and elements that are not listed are nobody's business here.
 """
@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from openscenario.findings import Severity
-from openscenario.road.attributes import Attributes
+from openscenario.road.attributes import Attributes, Told
 from openscenario.xml import Node
 
 _CODE: Final = "asam.net:xodr:1.0.0:xml.valid_schema"
@@ -56,10 +56,10 @@ _KNOWN: Final[Mapping[str, tuple[str, str]]] = {
         "access border height link material roadMark rule speed visibility width",
         "advisory direction dynamicLaneDirection dynamicLaneType id level roadWorks type",
     ),
-    "laneLink": ("", "from overlapZone to"),
+    "laneLink": ("", "from fromLayer overlapZone to toLayer"),
     "laneOffset": ("", "a b c d s"),
-    "lanes": ("laneOffset laneSection", ""),
-    "laneSection": ("center left right", "s singleSide"),
+    "lanes": ("laneOffset laneSection", "layer"),
+    "laneSection": ("center left right", "length s singleSide"),
     "laneValidity": ("", "fromLane toLane"),
     "lateralProfile": ("crossSectionSurface crossfall shape superelevation", ""),
     "left": ("lane", ""),
@@ -90,7 +90,7 @@ _KNOWN: Final[Mapping[str, tuple[str, str]]] = {
     "polyline": ("vertexLocal vertexRoad", "id"),
     "positionInertial": ("", "hdg pitch roll x y z"),
     "positionRoad": ("", "hOffset pitch roadId roll s t zOffset"),
-    "predecessor": ("", "contactPoint elementDir elementId elementS elementType id"),
+    "predecessor": ("", "contactPoint elementDir elementId elementS elementType id layer"),
     "priority": ("", "high low type"),
     "reference": ("", "elementId elementType type"),
     "repeat": (
@@ -117,7 +117,7 @@ _KNOWN: Final[Mapping[str, tuple[str, str]]] = {
     "skeleton": ("polyline", ""),
     "speed": ("type unit value", "max sOffset unit"),
     "spiral": ("", "curvEnd curvStart"),
-    "successor": ("", "contactPoint elementDir elementId elementS elementType id"),
+    "successor": ("", "contactPoint elementDir elementId elementS elementType id layer"),
     "superelevation": ("", "a b c d s"),
     "surface": ("CRG", ""),
     "sway": ("", "a b c d ds"),
@@ -150,6 +150,15 @@ _NUMBERS: Final[Mapping[str, tuple[str, ...]]] = {
     "positionRoad": ("s", "t", "zOffset", "hOffset", "pitch", "roll"),
     "positionInertial": ("x", "y", "z", "hdg", "pitch", "roll"),
 }
+# where a slip of the pen may change where somebody drives; anywhere else, what is not known is left out
+OF_THE_WAY: Final = frozenset(
+    (
+        *("OpenDRIVE", "road", "planView", "geometry", "arc", "spiral", "poly3", "paramPoly3", "link"),
+        *("elevationProfile", "elevation", "lateralProfile", "superelevation", "shape", "lanes", "laneOffset"),
+        *("laneSection", "left", "center", "right", "lane", "width", "border", "height", "predecessor", "successor"),
+        *("junction", "connection", "laneLink", "offset"),
+    )
+)
 _ANYWHERE: Final = ("dataQuality", "include", "userData")  # may stand in every element
 CHILDREN: Final = {tag: frozenset((*children.split(), *_ANYWHERE)) for tag, (children, _) in _KNOWN.items()}
 ATTRIBUTES: Final = {tag: frozenset(attributes.split()) for tag, (_, attributes) in _KNOWN.items()}
@@ -170,7 +179,8 @@ def check_vocabulary(attributes: Attributes, root: Node) -> None:
             _attributes(attributes, node)
         for name in _NUMBERS.get(node.tag, ()):
             if node.attributes.get(name):  # an empty one says nothing, and many files have it
-                attributes.number(node, name)
+                with attributes.repairing("nothing here reads it"):
+                    attributes.number(node, name)
         for child in node.children:
             if child.tag in children:
                 stack.append(child)
@@ -182,7 +192,10 @@ def _element(attributes: Attributes, node: Node, known: frozenset[str]) -> None:
     allowed, hint = attributes.advice(node.tag, known)
     severity: Severity = "error" if ":" in node.tag or (allowed and _slip(node.tag, known)) else "warning"
     text = "unknown element here"
-    attributes.report(_CODE, node, text, found=node.tag, allowed=allowed, hint=hint, severity=severity)
+    above = "" if node.parent is None else node.parent.tag
+    repair = "" if ":" in node.tag or above in OF_THE_WAY else "it is left out"
+    details = Told(found=node.tag, allowed=allowed, hint=hint, repair=repair, severity=severity)
+    attributes.report(_CODE, node, text, **details)
 
 
 def _attributes(attributes: Attributes, node: Node) -> None:
@@ -190,8 +203,9 @@ def _attributes(attributes: Attributes, node: Node) -> None:
         absent = ATTRIBUTES[node.tag] - node.attributes.keys()
         allowed, hint = attributes.advice(name, absent)
         severity: Severity = "error" if allowed and _slip(name, absent) else "warning"
-        place = {"attribute": name, "found": name}
-        attributes.report(_CODE, node, "unknown attribute", **place, allowed=allowed, hint=hint, severity=severity)
+        repair = "" if node.tag in OF_THE_WAY else "it is left out"
+        details = Told(attribute=name, found=name, allowed=allowed, hint=hint, repair=repair, severity=severity)
+        attributes.report(_CODE, node, "unknown attribute", **details)
 
 
 def _slip(name: str, known: Iterable[str]) -> bool:

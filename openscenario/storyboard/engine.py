@@ -231,6 +231,11 @@ class Storyboard:
         del self.entities[entity.name]
         self._movers.remove(entity)
 
+    def events_of(self, entity: Entity) -> list[str]:
+        """Names of the events that act on an entity now; `Init` of what Init has begun."""
+        events = (node.parent for node, held in self._active if any(each.entity is entity for each in held))
+        return [event.name if event.kind == "event" else "Init" for event in events if event is not None]
+
     def report(self) -> tuple[Finding, ...]:
         """Doubts about the scenario: events that never fired, edges true from the start, acts that never ended."""
         return (*self.warnings, *report(self.root))

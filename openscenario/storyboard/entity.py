@@ -88,6 +88,7 @@ class Entity:
         "speed",
         "speed_before",
         "still_since",
+        "teleports",
         "tracked",
         "trailer",
         "travelled",
@@ -149,6 +150,7 @@ class Entity:
         self.end_since = math.inf  # ... or at the end of its road
         self.moved = False  # its pose was set in this step by an action
         self.placed = False  # ... or by a teleport at the beginning of this step
+        self.teleports = 0  # how many there were
         self.set_speed: float | None = None  # what the last speed action wants
         self.route: tuple[Place, ...] = ()
         self.route_lanes: tuple[RouteLane, ...] = ()  # the way along the route, in driving order

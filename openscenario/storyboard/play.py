@@ -10,6 +10,7 @@ from openscenario.findings import Finding
 from openscenario.road.network import RoadNetwork
 from openscenario.storyboard.engine import Storyboard
 from openscenario.storyboard.nodes import Transition
+from openscenario.storyboard.plausibility import CODE, Plausibility, said_of
 from openscenario.storyboard.reading import USUAL, Reading
 
 ROW_STEP = 0.05  # s
@@ -53,6 +54,7 @@ def play(
     board = Storyboard(scenario, network, seed=seed, reading=reading)
     board.start()
     board.settle()
+    watch = Plausibility(board)
     rows: list[Row] = []
 
     def record(time: float) -> None:
@@ -65,13 +67,17 @@ def play(
     due = 1
     for _ in range(steps):
         board.step(dt)
+        watch.look(dt)
         if board.done:
             break
         # the step that comes nearest to a multiple of 0.05 s, whatever dt is
         if board.time >= due * ROW_STEP - 0.5 * dt + 1e-9 or dt > ROW_STEP:
             record(round(due * ROW_STEP, 9) if dt <= ROW_STEP else board.time)
             due = math.floor(board.time / ROW_STEP + 0.5) + 1
-    return Played(rows, board.transitions, board.report(), board.done, board.time)
+    told = tuple(
+        Finding(CODE, "warning", str(scenario.path), None, "", text=said_of(each)) for each in watch.findings()
+    )
+    return Played(rows, board.transitions, (*board.report(), *told), board.done, board.time)
 
 
 def turned(angle: float) -> float:

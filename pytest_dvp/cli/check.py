@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 PLACE = 10  # in `dvp --help`
 
 Findings = Iterable[dict[str, Any]]
+OF_A_CHECK = ("library", "ego", "roads")
+REFUSED = "scenario.refused"
 _BY = "_by"  # key of the file whose check told a finding
 
 
@@ -35,24 +37,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "paths", nargs="+", metavar="PATH", help=".xosc, .xodr, .gates.toml, .toml, .mcap or .csv file, or a folder"
     )
-    add_settings(parser, ("library", "ego"))
+    add_settings(parser, OF_A_CHECK)
     add_log_options(parser)
     add_effects(parser)
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    settings = settings_from(arguments, ini=("library", "ego"))  # of which a run takes the same
+    settings = settings_from(arguments, ini=OF_A_CHECK)  # of which a run takes the same
     options = log_options(arguments)
     paths = _with_gates([path for text in arguments.paths for path in _files(text)], settings)
     effects = effects_from(arguments) if arguments.effects else {}
     found: list[dict[str, Any]] = []
     for path in paths:
         found.extend({**each, _BY: path} for each in _checker(path, effects, options)(path, settings))
+    told = {str(each[_BY]) for each in found if each["severity"] == "error"}
     found = _once(found)
+    rows = runnable(paths, found, settings)
+    # what only the run itself refuses, and no reader of the file
+    refused = [row for row in rows if not (row["runs"] or row["found"] or row["file"] in told)]
+    found += [_error(REFUSED, row["file"], row["line"], row["why"]) for row in refused]
     notes = [note for path in paths if path.suffix.lower() == ".xosc" for note in _without_effect(path, settings)]
     folders = any(Path(text).is_dir() for text in arguments.paths)
-    rows = runnable(paths, found, settings) if folders else []
+    rows = [{key: value for key, value in row.items() if key != "found"} for row in rows] if folders else []
     if arguments.json:
         print(
             json.dumps(
@@ -161,7 +168,7 @@ def _checker(
 def _scenario(path: Path, settings: RunSpec) -> Findings:
     from openscenario.read import check_scenario
 
-    findings = check_scenario(path, library=settings.library, rootdir=settings.rootdir)
+    findings = check_scenario(path, library=settings.library, rootdir=settings.rootdir, strict=False)
     yield from (finding.as_dict() for finding in findings)
     if not any(finding.severity == "error" for finding in findings):
         yield from _ego(path, settings)
@@ -184,7 +191,6 @@ def _ego(path: Path, settings: RunSpec) -> Findings:
         hint = "" if settings.ego else "; dvp run needs it, dvp play does not: call the vehicle under test Ego"
         for finding in error.findings:
             yield finding.as_dict() | {
-                "severity": "error" if settings.ego else "warning",
                 "line": entities.line,
                 "element": "OpenSCENARIO/Entities",
                 "message": finding.message + hint,
@@ -195,7 +201,7 @@ def _road(path: Path, settings: RunSpec) -> Findings:
     # Not load_network: what it compiles is for driving, and a check shall start at once.
     from openscenario.road.opendrive import examine_opendrive
 
-    return [finding.as_dict() for finding in examine_opendrive(path)[1]]
+    return [finding.as_dict() for finding in examine_opendrive(path, settings.roads)[1]]
 
 
 def _gates(path: Path, settings: RunSpec) -> Findings:
@@ -244,7 +250,7 @@ def _of_what_it_names(found: Study | Plan, settings: RunSpec) -> Findings:
     asked = dataclasses.replace(settings, library=(*settings.library, *found.library))
     for row in runnable(dict.fromkeys(variant.scenario for variant in variants), (), asked):
         if not row["runs"]:
-            yield _error("scenario.refused", row["file"], row["line"], row["why"])
+            yield _error(REFUSED, row["file"], row["line"], row["why"])
     for log in logs:
         yield from (finding for finding in _log(log, settings) if finding["severity"] == "error")
     if on_car:

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--csv", metavar="FILE", help="file for rows time,entity,x,y,h,speed every 0.05 s; - for stdout"
     )
     parser.add_argument("--events", metavar="FILE", help="file for rows time,element,from,transition,to")
-    add_settings(parser, ("duration", "library", "reading", "set"))
+    add_settings(parser, ("duration", "library", "reading", "roads", "set"))
     add_json(parser)
 
 
@@ -51,7 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
 
     check_overrides(path, settings.set)
     scenario = read_scenario(path, library=settings.library, rootdir=settings.rootdir, parameters=settings.set.scenario)
-    network = network_of(scenario) if scenario.road_network.logic_file is not None else None
+    network = network_of(scenario, settings.roads) if scenario.road_network.logic_file is not None else None
     played = play(scenario, network, dt, settings.duration or 60.0, reading=settings.reading)
     if arguments.csv is not None:
         rows = ((_six(r.time), r.entity, _six(r.x), _six(r.y), _six(_turn(r.h)), _six(r.speed)) for r in played.rows)

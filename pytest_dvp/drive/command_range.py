@@ -93,7 +93,7 @@ class CommandRange:
 
 
 def finding_text(finding: Mapping[str, Any]) -> str:
-    """A finding in one line."""
+    """A finding of `CommandRange` in one line."""
     name, count = finding["field"], finding["count"]
     unit, ticks = UNITS[name], f"{count} tick{'' if count == 1 else 's'}"
     found = f"{finding['found']:.6g}{unit} at t={finding['t']:.2f} s"

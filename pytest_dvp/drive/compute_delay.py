@@ -92,6 +92,12 @@ class Delayed:
         if place is not None:
             place(z, grade, bank)
 
+    def limit_friction(self, friction: float | None) -> None:
+        """As of the vehicle, if it is one that must be told."""
+        limit = getattr(self._vehicle, "limit_friction", None)
+        if limit is not None:
+            limit(friction)
+
     def observe(self, surroundings: Surroundings) -> Observation:
         """The vehicle's sensors."""
         return self._vehicle.observe(surroundings)

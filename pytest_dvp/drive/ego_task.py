@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from openscenario.findings import Finding, ScenarioError
-from openscenario.model.entities import ScenarioObject, Vehicle
+from openscenario.model.entities import ScenarioObject, Vehicle, ego_among
 from openscenario.model.scenario import Scenario
 from pytest_dvp.text.spelling import unknown
 from vehicle.messages import RoadPoint, Task
@@ -37,7 +37,8 @@ class EgoTask:
 
 
 def find_ego(scenario: Scenario, name: str | None) -> ScenarioObject:
-    """The entity called `name`, else `Ego` in any case, else the only vehicle with an assigned controller.
+    """The entity called `name`, else `Ego` in any case, else as CARLA calls it (`hero`, `ego_vehicle`), else the only
+    vehicle with an assigned controller.
 
     Raises ScenarioError if there is none, or if it is not a vehicle.
     """
@@ -47,7 +48,8 @@ def find_ego(scenario: Scenario, name: str | None) -> ScenarioObject:
             raise _no_ego(scenario, unknown("entity", name, objects))
         found = objects[name]
     else:
-        named = [entity for entity in scenario.entities if entity.name.lower() == "ego"]
+        called = ego_among(objects)
+        named = [] if called is None else [objects[called]]
         controlled = [entity for entity in scenario.entities if _is_controlled(scenario, entity)]
         if named:
             found = named[0]

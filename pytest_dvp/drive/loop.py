@@ -18,10 +18,12 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol
 import msgspec
 
 from openscenario.road.route import RouteError
+from openscenario.storyboard.plausibility import Plausibility
 from pytest_dvp.drive.command_range import CommandRange
 from pytest_dvp.drive.ego_task import route_from_here
 from pytest_dvp.drive.stack_faults import StackHung, told_of
 from pytest_dvp.drive.terrain import NeedsTerrain, Terrain
+from pytest_dvp.drive.weather import NeedsFriction, Weather
 from pytest_dvp.logs.event_names import EventNames
 from vehicle.adapters.mirror import SAME, Mirror
 from vehicle.messages import FloatArray, RoadPoint, SignalState, Surroundings, Task
@@ -63,6 +65,7 @@ class Loop:
     error     the traceback of a stack or vehicle that broke, or the one line of what it did wrong, after a "fault"
     seconds   wall time [s] that each tick of the stack took
     commands  what the stack asked for beyond the car
+    plausibility  what the storyboard's entities did that nobody could
     """
 
     def __init__(self, ready: Ready, limits: Limits, part: Part | None = None) -> None:
@@ -81,6 +84,7 @@ class Loop:
         self._corners = ((ahead, side), (behind, side), (behind, -side), (ahead, -side))
         terrain = Terrain(ready.network)
         self._terrain = None if terrain.flat else terrain
+        self._weather = Weather()
         self._hints: list[RoadPosition | None] = [None] * 4
         self._lights: tuple[dict[str, str], tuple[SignalState, ...]] = ({}, ())
         self._transitions = 0
@@ -89,6 +93,7 @@ class Loop:
         self.error: str | None = None
         self.seconds: list[float] = []
         self.commands = CommandRange(ready.vehicle.description)
+        self.plausibility = Plausibility(ready.storyboard)
 
     def drive(self) -> Ending:
         """Run to the end. An interruption (SIGINT) is one, too: the car is stopped, and the log so far is kept."""
@@ -120,7 +125,8 @@ class Loop:
             rows = self._mirror.show(t, rows)
             state = rows[-1]
             self._place(state)
-            around = self._world.look(t, self._signals())
+            self._change_weather(t)
+            around = self._world.look(t, self._signals(), self._weather.extinction)
             if before is not None and self._touched(rows, before, around) and collided is None:
                 collided = t
             before = around
@@ -145,6 +151,15 @@ class Loop:
         if now != self._lights[0]:
             self._lights = dict(now), tuple(SignalState(name, state) for name, state in sorted(now.items()))
         return self._lights[1]
+
+    def _change_weather(self, t: float) -> None:
+        """What an EnvironmentAction has set, to the car and into the log."""
+        environment = self._storyboard.world.environment
+        if environment is None or not self._weather.look(environment):
+            return
+        if isinstance(self._vehicle, NeedsFriction):
+            self._vehicle.limit_friction(self._weather.friction)
+        self._recorder.event(t, "environment", environment.name, str(self._weather))
 
     def _place(self, state: FloatArray) -> None:
         # TRACE_COLUMNS: t x y z yaw v vx vy yaw_rate ax ay steer
@@ -172,6 +187,7 @@ class Loop:
             held=self._held(state),
         )
         self._storyboard.step(TICK)
+        self.plausibility.look(TICK)
         self._drain(t)
         if self._terrain is not None and isinstance(self._vehicle, NeedsTerrain):
             self._vehicle.place_on_road(*self._terrain.under(float(state[1]), float(state[2]), float(state[4])))

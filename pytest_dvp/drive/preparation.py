@@ -20,6 +20,7 @@ from openscenario.model.entities import ScenarioObject
 from openscenario.model.scenario import Scenario
 from openscenario.read import read_scenario
 from openscenario.road.network import RoadNetwork, load_network
+from openscenario.road.repairs import LENIENT, Roads
 from openscenario.road.route import RouteError
 from openscenario.storyboard.engine import Storyboard
 from openscenario.storyboard.reading import USUAL
@@ -51,8 +52,10 @@ if TYPE_CHECKING:
     from ads.parameters import Parameters
     from pytest_dvp.drive.chosen_stack import Ads
     from pytest_dvp.drive.driver import Driver
+    from pytest_dvp.drive.run_spec import RunSpec
     from pytest_dvp.drive.stack_parameters import Own
 
+ON_ROAD = 0.01  # m beyond the end of a road: lengths in files are rounded
 KEPT_LANE = 2000  # m of reference line ahead of an ego without a goal, a point every metre
 
 
@@ -67,7 +70,7 @@ def prepare(request: Request) -> Ready:
     wrong = [name for name in unknown_names(gates, scenario, request.path.name) if name.severity == "error"]
     if wrong:  # before the drive, which such a gate could not judge
         raise GateError(wrong)
-    network = network_of(scenario)
+    network = network_of(scenario, request.spec.roads)
     ego = find_ego(scenario, request.spec.ego)
     ads = request.ads or find_ads()
     P = in_force(ads, request.P, request.spec.stage)
@@ -99,30 +102,51 @@ class _Parts:
 class _Start:
     """How a run begins. armed: of a car that needs keys, whether it has them."""
 
-    storyboard: Storyboard
-    task: EgoTask
+    begun: Begun
     state: VehicleState
     armed: bool | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Begun:
+    """A storyboard after its Init, the task of the ego in it, and the line (n, 2) [m] that it is to drive."""
+
+    storyboard: Storyboard
+    task: EgoTask
+    reference: FloatArray
+
+
+def begin(scenario: Scenario, network: RoadNetwork, gates: GateFile, ego: str, spec: RunSpec) -> Begun:
+    """Carry out the Init of a scenario and work out the task of the ego.
+
+    A run begins with this, and `dvp check` asks it whether one could.
+
+    Raises:
+        ScenarioError: an element that cannot run, a place of the task that is not on the road, or no way to the goal.
+    """
+    storyboard = Storyboard(scenario, network, external=[ego], seed=spec.seed, reading=spec.reading)
+    storyboard.start()
+    asked = gates.task
+    start, goal = (asked.start, asked.goal) if asked else (None, None)
+    task = task_of(storyboard.entities[ego], network, start, goal)
+    check_place(network, task.start, gates.file)
+    if task.goal is not None:
+        check_place(network, task.goal, gates.file)
+    return Begun(storyboard, task, _reference(network, task, gates.file))
 
 
 def _ready(request: Request, parts: _Parts) -> Ready:
     """The run, its vehicle at its start."""
     spec, network, gates, vehicle = request.spec, parts.network, parts.gates, parts.vehicle
-    storyboard = Storyboard(parts.scenario, network, external=[parts.ego.name], seed=spec.seed, reading=spec.reading)
-    storyboard.start()
-    entity = storyboard.entities[parts.ego.name]
-    asked = gates.task
-    task = task_of(entity, network, asked.start if asked else None, asked.goal if asked else None)
-    check_place(network, task.start, gates.file)
-    if task.goal is not None:
-        check_place(network, task.goal, gates.file)
+    begun = begin(parts.scenario, network, gates, parts.ego.name, spec)
+    entity = begun.storyboard.entities[parts.ego.name]
     state = VehicleState(t=0.0, x=entity.x, y=entity.y, yaw=entity.h, v=entity.speed, z=entity.z, vx=entity.speed)
     armed = _reset(vehicle, state, request)
     limit = math.inf if getattr(parts.ads.factory, "has_own_deadline", False) else spec.tick_limit
     watch = Deadline(parts.ads.name, limit)
     driver: Driver = make_driver(parts.ads, parts.P, network, _known(vehicle.description, request), watch)
     try:
-        return _with_driver(request, parts, _Start(storyboard, task, state, armed), driver)
+        return _with_driver(request, parts, _Start(begun, state, armed), driver)
     except BaseException:
         driver.close()
         raise
@@ -131,7 +155,8 @@ def _ready(request: Request, parts: _Parts) -> Ready:
 def _with_driver(request: Request, parts: _Parts, start: _Start, driver: Driver) -> Ready:
     """The run, its stack made."""
     scenario, network, gates, vehicle = parts.scenario, parts.network, parts.gates, parts.vehicle
-    name, task, state = parts.ego.name, start.task, start.state
+    name, task, state = parts.ego.name, start.begun.task, start.state
+    storyboard = start.begun.storyboard
     meta = {
         "scenario": request.path.name,
         "scenario_sha256": scenario.sha256,
@@ -158,7 +183,7 @@ def _with_driver(request: Request, parts: _Parts, start: _Start, driver: Driver)
         meta["nets"] = driver.nets
     road: list[dict[str, Any]] = [{"kind": border.kind, "points": border.points} for border in network.boundaries(1.0)]
     road += [{"kind": "crosswalk", "points": crosswalk.outline} for crosswalk in network.crosswalks]
-    recorder = LogRecorder(meta, reference=_reference(network, task, gates.file), road=road)
+    recorder = LogRecorder(meta, reference=start.begun.reference, road=road)
     traffic = None
     if gates.traffic is not None:
         from pytest_dvp.drive.sumo_traffic import SumoTraffic
@@ -166,11 +191,11 @@ def _with_driver(request: Request, parts: _Parts, start: _Start, driver: Driver)
         traffic = SumoTraffic(
             parts.gate_folder / gates.traffic.net, parts.gate_folder / gates.traffic.routes, request.spec.seed
         )
-    world = World(start.storyboard, name, vehicle.description, masses(scenario), traffic)
+    world = World(storyboard, name, vehicle.description, masses(scenario), traffic)
     row = np.array([[0.0, state.x, state.y, state.z, state.yaw, state.v, state.vx, 0, 0, 0, 0, 0]], dtype=np.float64)
     if request.compute_delay is not None:
         vehicle = _delayed(vehicle, request, recorder, state)
-    return Ready(scenario, network, gates, name, task, start.storyboard, world, vehicle, driver, recorder, row)
+    return Ready(scenario, network, gates, name, task, storyboard, world, vehicle, driver, recorder, row)
 
 
 def _delayed(vehicle: Vehicle, request: Request, recorder: LogRecorder, state: VehicleState) -> Delayed:
@@ -186,8 +211,8 @@ def _delayed(vehicle: Vehicle, request: Request, recorder: LogRecorder, state: V
     return Delayed(vehicle, request.compute_delay, request.spec.seed, record)
 
 
-def network_of(scenario: Scenario) -> RoadNetwork:
-    """The road of a scenario. Raises ScenarioError if it names none or a broken one."""
+def network_of(scenario: Scenario, roads: Roads = LENIENT) -> RoadNetwork:
+    """The road of a scenario. Raises ScenarioError if it names none or a broken one (of which `roads` decides)."""
     file = scenario.road_network.logic_file
     if file is None:
         at = scenario.road_network.at
@@ -195,13 +220,13 @@ def network_of(scenario: Scenario) -> RoadNetwork:
         finding = Finding("dvp.no_road", "error", str(scenario.path), at.line or None, "RoadNetwork", text=text)
         raise ScenarioError([finding])
     stat = file.stat()
-    return _network(file, stat.st_mtime_ns, stat.st_size)
+    return _network(file, roads, stat.st_mtime_ns, stat.st_size)
 
 
 @functools.lru_cache(maxsize=4)
-def _network(path: Path, changed: int, size: int) -> RoadNetwork:
+def _network(path: Path, roads: Roads, changed: int, size: int) -> RoadNetwork:
     """Networks are immutable, and the variants of one scenario share theirs."""
-    return load_network(path)
+    return load_network(path, roads)
 
 
 def reference_line(network: RoadNetwork, task: EgoTask) -> FloatArray:
@@ -234,6 +259,8 @@ def check_place(network: RoadNetwork, place: RoadPoint, file: str) -> None:
     """Raises ScenarioError if a place of the task is not on the road."""
     try:
         network.lane_pose(place.road, place.lane, place.s)
+        if place.s > network.roads[place.road].length + ON_ROAD:
+            raise KeyError(f"s = {place.s:g} m is beyond the end of road {place.road}")
     except KeyError as error:
         text = f"a place of the task is not on the road: {error.args[0]}"
         raise ScenarioError([Finding("dvp.task", "error", file, None, "task", text=text)]) from None

@@ -8,7 +8,6 @@ import inspect
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
-from pytest_dvp.drive.command_range import finding_text as said_of_command
 from pytest_dvp.drive.compute_delay import parse_delay
 from pytest_dvp.drive.guard_log import guard_notes as said_of_gate
 from pytest_dvp.drive.loop import TICK, Ending, Limits, Loop
@@ -19,6 +18,8 @@ from pytest_dvp.drive.request import Request, request_of, spec_of
 from pytest_dvp.drive.result import RunResult, assigned, replay_command
 from pytest_dvp.drive.result_file import read_result
 from pytest_dvp.drive.run_files import Kept
+from pytest_dvp.drive.run_findings import of_road
+from pytest_dvp.drive.run_findings import said as said_of_finding
 from pytest_dvp.drive.stages import (
     REAL,
     REPLAY,
@@ -60,6 +61,8 @@ def run(scenario: str | Path, /, **options: Unpack[RunOptions]) -> RunResult:
     library          folder that scenarios may refer to, besides their own and the rootdir
     reading          reading of three rules on which esmini and the standard differ: esmini or standard
                      (docs/conformance.md); default: esmini
+    roads            how a faulty road file is read: strict refuses it, lenient repairs what leaves a geometry and a
+                     route, and says what it assumed (docs/roads.md); default: lenient
     ego              entity that the ADS drives; default: Ego
     parameters       declared parameters of the scenario, by name
     P                parameters of the ADS (its own, if it declares some), by name
@@ -271,7 +274,8 @@ def _judged(
     from pytest_dvp.metrics.task_outcome import storyboard_events
     from pytest_dvp.verdicts.judging import judge, never_fired, overall, unjudged
 
-    error, times, findings = loop.error, tick_time(loop.seconds, TICK), loop.commands.findings()
+    error, times = loop.error, tick_time(loop.seconds, TICK)
+    findings = (*of_road(ready.network), *loop.commands.findings(), *loop.plausibility.findings())
     log = dataclasses.replace(ready.recorder.finish(), tick_time=times)
     measured = measure(log)
     verdicts = tuple(judge(ready.gates, log))
@@ -305,7 +309,7 @@ def _judged(
             *said_of_gate(log),
             *said_of_replay(log, measured),
             *_punctuality(log),
-            *map(said_of_command, findings),
+            *map(said_of_finding, findings),
             *said_of_ticks(times),
             *unjudged(verdicts, log),
             *map(_note, (*ready.storyboard.report(), *without_effect(ready.scenario))),

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
 if TYPE_CHECKING:
+    from openscenario.road.repairs import Roads
     from openscenario.storyboard.reading import Reading
     from pytest_dvp.drive.chosen_stack import Ads, DriverFactory
 
@@ -37,6 +38,9 @@ class RunOptions(TypedDict, total=False):
     reading: Reading
     """reading of three rules on which esmini and the standard differ: esmini or standard (docs/conformance.md);
     default: esmini."""
+    roads: Roads
+    """how a faulty road file is read: strict refuses it, lenient repairs what leaves a geometry and a route, and says
+    what it assumed (docs/roads.md); default: lenient."""
     ego: str | None
     """entity that the ADS drives; default: Ego."""
     parameters: Mapping[str, str | float | bool] | None

@@ -113,6 +113,18 @@ class RunSpec:
         compared=160,
         rehearsed=True,
     )
+    roads: Literal["strict", "lenient"] = option(
+        "str",
+        "lenient",
+        "how a faulty road file is read: strict refuses it, lenient repairs what leaves a geometry and a route, and "
+        "says what it assumed (docs/roads.md)",
+        "NAME",
+        choices=("strict", "lenient"),
+        keywords=(("roads", "Roads", ""),),
+        replay=205,
+        compared=195,
+        rehearsed=True,
+    )
     ego: str | None = option(
         "str", None, "entity that the ADS drives; default: Ego", "NAME", replay=150, compared=140, rehearsed=True
     )

@@ -59,8 +59,8 @@ class World:
         self._kinds: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
         self._seen: Surroundings | None = None
 
-    def look(self, t: float, signals: tuple[SignalState, ...] = ()) -> Surroundings:
-        """All boxes at time `t` [s]."""
+    def look(self, t: float, signals: tuple[SignalState, ...] = (), extinction: float = 0.0) -> Surroundings:
+        """All boxes at time `t` [s], in air of that extinction [1/m]."""
         names: list[str] = []
         unseen: dict[str, set[str]] = {}
         rows: list[tuple[float, ...]] = []
@@ -94,7 +94,7 @@ class World:
             self._kinds = np.array([kinds.get(name, _TRAFFIC_KIND) for name in names], dtype=np.int64)
         boxes = np.array(rows, dtype=np.float64) if rows else np.zeros((0, 9))
         hidden = {sensor: frozenset(each) for sensor, each in unseen.items()}
-        self._seen = Surroundings(boxes=boxes, kinds=self._kinds, names=self._names, signals=signals, hidden=hidden)
+        self._seen = Surroundings(boxes, self._kinds, self._names, signals, hidden, extinction)
         return self._seen
 
     def contacts(self, rows: FloatArray, before: Surroundings, after: Surroundings) -> list[Contact]:

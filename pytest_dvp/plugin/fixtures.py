@@ -176,9 +176,9 @@ def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
     from pytest_dvp.verdicts.result_text import page_of
 
     if result.get("findings"):
-        from pytest_dvp.drive.command_range import finding_text
+        from pytest_dvp.drive.run_findings import said
 
-        found += [(f"finding.{f['code']}.{f['field']}", finding_text(f)) for f in result["findings"]]
+        found += [(f"finding.{f['code']}.{f['field']}", said(f)) for f in result["findings"]]
     found += sorted(result["metrics"].items())
     seen: dict[str, int] = {}
     for verdict in result["verdicts"]:

@@ -52,6 +52,7 @@ class Bus(Protocol):
     v_cmd: Annotated[float, "m/s", "imposed speed (inputs.longitudinal = 'v')"]
     road_grade: Annotated[float, "rad", "of the world's road under the car, > 0 uphill"]
     road_bank: Annotated[float, "rad", "of the world's road, > 0 left side up"]
+    road_friction: Annotated[float, "-", "coefficient of the world's road; 0: as much as the tyres need"]
 
     # Slots command and actuator: first the wish, after both the produced value (mean over the step)
     accel: Annotated[float, "m/s^2", "mean over the step"]

@@ -40,6 +40,7 @@ COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "speed
 
 SETTLING = 10.0  # s
 SETTLING_STEPS = 8
+LEAST_ACROSS = 0.05  # of the friction, left across a car that brakes with all of it: keeps the equations solvable
 BLEND_TIME = 0.02  # s, time constant with which slip fades in the middle of the blend
 
 
@@ -129,6 +130,33 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     x.curvature = kinematic if x.steer == steer else math.tan(x.steer) / x.wheelbase
     x.grade, x.bank = x.road_grade, x.road_bank
     _slot(4, bus, table, bounds, parameters, memory)
+    if x.road_friction > 0.0:
+        _hold(x, kind)
+
+
+@compiled
+def _hold(x: Any, kind: int) -> None:
+    """Cut what acts between tyres and road to what its friction holds: first along, then across what is left.
+
+    Along, all wheels together hold friction times weight, as brakes do that are spread ideally. Across, each axle holds
+    its load's share, smoothly as `tyre_saturation` does. Source: the friction circle, R. Rajamani, Vehicle Dynamics and
+    Control, 2nd ed., sec. 13.9.
+    """
+    hold = x.road_friction * GRAVITY * math.cos(x.grade)
+    most = hold * (x.mass + x.rotating_mass)  # at which the car accelerates with `hold`, turning parts and all
+    x.traction = min(x.traction, most)
+    x.brake = min(x.brake, max(most - x.resistance, 0.0))
+    share = min(abs(x.traction - x.brake) / most, 1.0)
+    left = hold * max(math.sqrt(1.0 - share * share), LEAST_ACROSS)
+    if x.vx * x.vx * abs(x.curvature) > left:
+        x.curvature = math.copysign(left / (x.vx * x.vx), x.curvature)
+    if kind == DYNAMIC:
+        front = left * x.mass * x.cg_rear / x.wheelbase
+        rear = left * x.mass * x.cg_front / x.wheelbase
+        tf, tr = math.tanh(x.fy_front / front), math.tanh(x.fy_rear / rear)
+        x.fy_front, x.fy_rear = front * tf, rear * tr
+        x.tangent_front *= 1.0 - tf * tf
+        x.tangent_rear *= 1.0 - tr * tr
 
 
 @compiled

@@ -14,6 +14,7 @@ from vehicle.model.vehicle_model import VehicleModel
 __all__ = ["STEP", "Plant", "input_mode"]
 
 STEP = 1e-3  # s, step of the twin
+SLIPPERY = 1e-3  # least friction coefficient: without any, nothing would ever stop
 
 
 class Plant:
@@ -81,6 +82,10 @@ class Plant:
         """Set the ground under the car: height [m], slope along [rad, > 0 uphill], across [rad, > 0 left side up]."""
         bus = self._bus
         bus["z"], bus["road_grade"], bus["road_bank"] = z, grade, bank
+
+    def friction(self, friction: float | None) -> None:
+        """Set the friction coefficient [-, >= 0] of the road; None: as much as the tyres need."""
+        self._bus["road_friction"] = 0.0 if friction is None else max(friction, SLIPPERY)
 
     def advance(self, steps: int) -> FloatArray:
         """Advance by `steps` with the command held; returns rows of TRACE_COLUMNS at multiples of `every` steps."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from vehicle.messages import OBJECT_KINDS, CameraBox, CameraFrame, FloatArray, Surroundings
 from vehicle.model.errors import ModelError
+from vehicle.sensors.air import camera_range
 from vehicle.sensors.camera_view import view
 from vehicle.sensors.common import Clock, Line, Mount, Noise, Timing, check_sigma
 
@@ -78,7 +79,7 @@ class RunningCamera:
             camera.focal,
             float(camera.width),
             float(camera.height),
-            camera.reach,
+            camera_range(camera.reach, surroundings.extinction),
             self._out,
         )
         found = self._detect(self._out[:count].tolist(), surroundings)

@@ -9,6 +9,7 @@ import numpy as np
 
 from vehicle.messages import FloatArray, LidarScan
 from vehicle.model.errors import ModelError
+from vehicle.sensors.air import lidar_range
 from vehicle.sensors.common import Clock, Line, Mount, Noise, NoiseArray, Timing, check_sigma
 from vehicle.sensors.raycast import scan, to_points
 
@@ -64,8 +65,13 @@ class RunningLidar:
         self._tilts = np.tan(np.array(lidar.elevations, dtype=np.float64))
         self._depth = np.full((lidar.azimuths, len(lidar.elevations)), np.inf)
 
-    def measure(self, t: float, x: float, y: float, z: float, yaw: float, boxes: FloatArray) -> None:
-        """Scan `boxes` (n, 9) from the reference point's pose if it is time [s, m, rad]."""
+    def measure(
+        self, t: float, x: float, y: float, z: float, yaw: float, boxes: FloatArray, extinction: float = 0.0
+    ) -> None:
+        """Scan `boxes` (n, 9) from the reference point's pose if it is time [s, m, rad].
+
+        extinction: of the air [1/m]
+        """
         if not self._clock.due(t):
             return
         lidar, mount = self._lidar, self._lidar.mount
@@ -81,7 +87,7 @@ class RunningLidar:
             self._pitch,
             self._rays,
             self._tilts,
-            lidar.reach,
+            max(lidar_range(lidar.reach, extinction), lidar.nearest),
             lidar.nearest,
             lidar.ground,
             self._depth,

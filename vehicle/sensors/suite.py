@@ -139,7 +139,7 @@ class RunningSensors:
         lidar: LidarScan | None = None
         camera: CameraFrame | None = None
         if self._lidar:
-            self._lidar.measure(t, x, y, z, yaw, surroundings.seen_by("lidar").boxes)
+            self._lidar.measure(t, x, y, z, yaw, surroundings.seen_by("lidar").boxes, surroundings.extinction)
             lidar = self._lidar.arrived(t)
         if self._camera:
             self._camera.measure(t, x, y, z, yaw, surroundings.seen_by("camera"))

@@ -20,17 +20,6 @@ def controller(element: object, entity: Entity, board: Board) -> Runner:
     return Instant()
 
 
-@action(model.EnvironmentAction)
-def environment(element: model.EnvironmentAction, entity: None, board: Board) -> Runner:
-    """Kept in `board.world` for whoever wants to know; motion does not depend on it."""
-
-    def change() -> None:
-        board.world.environment = element.environment
-        board.world.environment_since = board.time
-
-    return Instant(change)
-
-
 @action(model.CustomCommandAction)
 def command(element: model.CustomCommandAction, entity: None, board: Board) -> Runner:
     """Kept in `board.world.commands`; never carried out: a scenario must not run programs."""

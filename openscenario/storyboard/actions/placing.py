@@ -36,6 +36,7 @@ class Teleport(Instant):
         self._board.ground.set_place(self._entity, self._where())
         line_up(self._entity)
         self._entity.placed = self._board.running
+        self._entity.teleports += 1
         return True
 
     def ask(self) -> tuple[str, dict[str, Any], float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from openscenario import model
+from openscenario.criteria import criterion_of
 from openscenario.storyboard.nodes import COMPLETE, RUNNING, STANDBY, find
 from openscenario.storyboard.registry import Scope, condition
 from openscenario.storyboard.signals import program_with
@@ -33,6 +34,8 @@ def simulation_time(element: model.SimulationTimeCondition, entity: None, scope:
 
 @condition(model.ParameterCondition)
 def parameter(element: model.ParameterCondition, entity: None, scope: Scope) -> Test:
+    if element.parameter_ref not in scope.board.parameters and criterion_of(element.at):
+        return lambda: False
     return _named(scope.board.parameters, element.parameter_ref, element.rule, element.value)
 
 

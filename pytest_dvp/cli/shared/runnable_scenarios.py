@@ -17,11 +17,10 @@ from pytest_dvp.text.paths import shown
 
 def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings: RunSpec) -> list[dict[str, Any]]:
     """A row for each scenario and distribution: file, runs, why ("" if it runs), line of what is wrong (None where
-    that is in another file, which `why` then names). No catalogues.
+    that is in another file, which `why` then names), found (whether a finding says so already). No catalogues.
 
-    Other than the findings this asks the storyboard itself, so an element that only it refuses shows. That loads what
-    drives on the road, which takes longer than a check should: for folders, and for what a study or plan drives, in a
-    process of its own.
+    Other than the findings this begins the run itself, so an element that only the storyboard refuses shows, and a road
+    or a goal that nobody can drive to. That loads what drives on the road, in a process of its own.
     """
     from pytest_dvp.verdicts.scenario_gates import gates_of
 
@@ -40,9 +39,9 @@ def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings
     rows = []
     for file, errors in wrong.items():
         first = errors[0] if errors else None
-        why, line = refused[file] if first is None else _why(file, first["file"], first["line"], first["message"])
+        why, line = refused[file][:2] if first is None else _why(file, first["file"], first["line"], first["message"])
         more = f" (and {len(errors) - 1} more errors)" if len(errors) > 1 else ""
-        rows.append({"file": file, "runs": not why, "why": why + more, "line": line})
+        rows.append({"file": file, "runs": not why, "why": why + more, "line": line, "found": first is not None})
     return rows
 
 
@@ -55,6 +54,7 @@ def _ask(files: Sequence[str], settings: RunSpec) -> dict[str, tuple[str, int | 
         "library": [str(folder) for folder in settings.library],
         "rootdir": str(settings.rootdir),
         "ego": settings.ego,
+        "roads": settings.roads,
     }
     from vehicle.child_process import own_module, own_path
 
@@ -87,10 +87,11 @@ def _refusal(path: Path, settings: RunSpec) -> tuple[str, int | None]:
     """Why `dvp run` would refuse a file that has no error finding, and the line; empty if it would not."""
     from openscenario.findings import ScenarioError
     from openscenario.read import read_cases, read_scenario
-    from openscenario.storyboard.engine import Storyboard
     from pytest_dvp.campaigns.cases import is_distribution
     from pytest_dvp.drive.ego_task import find_ego
-    from pytest_dvp.drive.preparation import network_of
+    from pytest_dvp.drive.preparation import begin, network_of
+    from pytest_dvp.verdicts.judging import GateError, default_gates, read_gates
+    from pytest_dvp.verdicts.scenario_gates import gates_of
 
     values: Mapping[str, str] = {}
     driven = path
@@ -99,9 +100,11 @@ def _refusal(path: Path, settings: RunSpec) -> tuple[str, int | None]:
             cases = read_cases(path, library=settings.library, rootdir=settings.rootdir)
             driven, values = cases.scenario or path, cases[0]
         scenario = read_scenario(driven, library=settings.library, rootdir=settings.rootdir, parameters=values)
-        network = network_of(scenario)
-        Storyboard(scenario, network, external=[find_ego(scenario, settings.ego).name], seed=settings.seed)
-    except ScenarioError as error:
+        network = network_of(scenario, settings.roads)
+        ego = find_ego(scenario, settings.ego).name
+        beside = gates_of(path, library=settings.library, rootdir=settings.rootdir)
+        begin(scenario, network, default_gates() if beside is None else read_gates(beside), ego, settings)
+    except (ScenarioError, GateError) as error:
         first = error.findings[0]
         return _why(str(path), first.file, first.line, first.message)
     return "", None
@@ -123,6 +126,7 @@ def _answer() -> None:
         library=tuple(Path(folder) for folder in question["library"]),
         rootdir=Path(question["rootdir"]),
         ego=question["ego"],
+        roads=question["roads"],
     )
     json.dump({file: _refusal(Path(file), settings) for file in question["files"]}, sys.stdout)
 

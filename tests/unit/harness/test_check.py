@@ -216,14 +216,12 @@ def test_a_file_of_the_traffic_that_is_not_there_is_found(scenario: Write, check
     assert "did you mean 'town.net.xml'?" in found["message"]
 
 
-def test_a_scenario_without_an_ego_is_a_warning_because_it_can_be_played(
-    scenario: Write, check: Callable[..., Any]
-) -> None:
+def test_a_scenario_without_an_ego_is_refused_as_a_run_refuses_it(scenario: Write, check: Callable[..., Any]) -> None:
     path = scenario()
     path.write_text(path.read_text().replace('"Ego"', '"Hero"'))
     line = next(i for i, text in enumerate(path.read_text().splitlines(), start=1) if "<Entities>" in text)
     code, (found,) = check(".")
-    assert (code, found["severity"], found["line"]) == (0, "warning", line)
+    assert (code, found["severity"], found["line"]) == (1, "error", line)
     assert "call the vehicle under test Ego" in found["message"]
     assert check(".", "--ego", "Hero") == (0, [])
 

@@ -113,3 +113,12 @@ def test_lane_of_a_merging_lane_with_no_width_left_is_not_preferred(tmp_path: Pa
     vanishing = lane(-2, inside=cubic("width", 0.0, 3.5, -0.035))
     net = network(tmp_path, straight("1", 0, 0, 0, 100, section((), [lane(-1), vanishing])))
     assert net.locate(99.99, -3.2).lane == -1
+
+
+def test_a_lane_far_from_its_reference_line_is_found_where_another_road_is_nearer(tmp_path: Path) -> None:
+    """Road 1 has its lane 20 m right of its line (lane offset); road 2, which is nearer, holds nothing here."""
+    shifted = straight("1", 0, 0, 0, 60, section((), [lane(-1)]), offset=cubic("laneOffset", 0, -20.0))
+    beside = straight("2", 0, -24.0, 0, 60, section((), [lane(-1)]))
+    net = network(tmp_path, beside, shifted)
+    found = net.locate(30.0, -23.3)  # lane -1 of road 1 reaches from -20 to -23.5 m, road 2 begins at -24 m
+    assert (found.road, found.lane, found.on_road) == ("1", -1, True)

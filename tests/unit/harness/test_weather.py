@@ -1,0 +1,147 @@
+"""An EnvironmentAction reaches the car: friction its brakes, fog and rain the range of its sensors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from openscenario.model import Environment, Fog, Precipitation, RoadCondition
+from openscenario.model import Weather as Air
+from openscenario.model.kinds import At
+from pytest_dvp import run
+from pytest_dvp.drive.weather import Weather
+from tests.unit.harness.conftest import OneTrick, coast
+from vehicle.messages import Command, Observation, Surroundings
+from vehicle.sensors.air import (
+    camera_range,
+    extinction_of_fog,
+    extinction_of_precipitation,
+    lidar_range,
+)
+from vehicle.sensors.suite import default_sensors
+
+Write = Callable[..., Path]
+G = 9.80665
+AT = At("x.xosc", 1, "Environment")
+CAR = np.array([[0.0, 0.0, 0.75, 0.0, 4.5, 1.8, 1.5, 0.0, 0.0]])
+
+
+def environment(**parts: object) -> Environment:
+    return Environment(name="wet", at=AT, **parts)  # type: ignore[arg-type]
+
+
+def road(scale: float) -> RoadCondition:
+    return RoadCondition(friction_scale_factor=scale, at=AT)
+
+
+def action(inside: str) -> tuple[str, str]:
+    """The replacement that puts an EnvironmentAction into Init."""
+    start = '<Private entityRef="Ego">'
+    given = f'<GlobalAction><EnvironmentAction><Environment name="wet">{inside}</Environment></EnvironmentAction>'
+    return start, f"{given}</GlobalAction>{start}"
+
+
+def brake(observation: Observation) -> Command:
+    return Command(observation.t, 0.0, -5.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("friction", [0.15, 0.25])
+def test_on_a_slippery_road_the_car_brakes_with_mu_g(scenario: Write, friction: float) -> None:
+    """Within 4 %, which are its drag and the slope of its speed over two samples."""
+    path = scenario(action(f'<RoadCondition frictionScaleFactor="{friction}"/>'))
+    log = run(path, ads=OneTrick(brake), duration=2.0).log
+    speed = log["v"]
+    assert (speed[80] - speed[130]) / 0.5 == pytest.approx(friction * G, rel=0.04)
+    (event,) = (each for each in log.events if each.kind == "environment")
+    assert (event.t, event.text) == (0.0, f"friction coefficient {friction}")
+
+
+@pytest.mark.parametrize("factor", ["1.0", "1.5"])
+def test_the_road_of_the_model_holds_what_it_held_before(scenario: Write, factor: str) -> None:
+    dry = run(scenario(), ads=OneTrick(brake), duration=0.5).log
+    told = run(
+        scenario(action(f'<RoadCondition frictionScaleFactor="{factor}"/>')), ads=OneTrick(brake), duration=0.5
+    ).log
+    assert np.array_equal(dry["x"], told["x"])
+
+
+def test_rain_alone_does_not_make_the_road_slippery_and_parts_that_are_left_out_stay() -> None:
+    weather = Weather()
+    assert weather.look(environment(road_condition=road(0.4)))
+    rain = Precipitation(precipitation_type="rain", precipitation_intensity=20.0, at=AT)
+    assert weather.look(environment(weather=Air(precipitation=rain, at=AT)))
+    assert weather.friction == pytest.approx(0.4)
+    assert weather.extinction == pytest.approx(extinction_of_precipitation("rain", 20.0))
+    weather.look(environment(road_condition=road(1.0), weather=Air(at=AT)))
+    assert (weather.friction, weather.extinction) == (None, 0.0)
+
+
+def test_fog_and_rain_add_up() -> None:
+    weather = Weather()
+    rain = Precipitation(precipitation_type="rain", precipitation_intensity=20.0, at=AT)
+    weather.look(environment(weather=Air(fog=Fog(visual_range=60.0, at=AT), precipitation=rain, at=AT)))
+    assert weather.extinction == pytest.approx(extinction_of_fog(60.0) + extinction_of_precipitation("rain", 20.0))
+
+
+@pytest.mark.parametrize("visual_range", [20.0, 60.0, 79.0])
+def test_over_the_visual_range_five_per_cent_are_left_and_the_camera_sees_no_farther(visual_range: float) -> None:
+    extinction = extinction_of_fog(visual_range)
+    assert math.exp(-extinction * visual_range) == pytest.approx(0.05)
+    assert camera_range(80.0, extinction) == pytest.approx(visual_range)
+    assert camera_range(0.5 * visual_range, extinction) == 0.5 * visual_range
+
+
+@pytest.mark.parametrize("visual_range", [10.0, 50.0, 500.0])
+def test_the_weakest_echo_of_a_lidar_is_that_of_its_reach_in_clear_air(visual_range: float) -> None:
+    extinction = extinction_of_fog(visual_range)
+    found = lidar_range(80.0, extinction)
+    assert math.exp(-2.0 * extinction * found) / found**2 == pytest.approx(1.0 / 80.0**2)
+    assert found < 80.0
+
+
+def test_rain_of_1_mm_an_hour_takes_1_076_decibels_a_kilometre() -> None:
+    left = math.exp(-1000.0 * extinction_of_precipitation("rain", 1.0))
+    assert 10.0 * math.log10(left) == pytest.approx(-1.076)
+    assert extinction_of_precipitation("dry", 50.0) == 0.0
+    assert extinction_of_precipitation("snow", 5.0) > extinction_of_precipitation("rain", 5.0)
+
+
+def seen(distance: float, extinction: float) -> tuple[bool, bool]:
+    """Whether LiDAR and camera see a car `distance` [m] ahead of theirs; half a second of looks."""
+    sensors = default_sensors()
+    running = sensors.start([0.0] * 12, 7)
+    box = CAR.copy()
+    box[0, 0] = distance
+    around = Surroundings(box, np.zeros(1, dtype=np.int64), ("a",), extinction=extinction)
+    lidar = camera = False
+    for k in range(20):
+        observation = running.observe(0.05 * k, around)
+        lidar = lidar or (observation.lidar is not None and len(observation.lidar.points) > 0)
+        camera = camera or (observation.camera is not None and len(observation.camera.boxes) > 0)
+    return lidar, camera
+
+
+@pytest.mark.parametrize("visual_range", [30.0, 45.0])
+def test_detections_end_where_the_model_says(visual_range: float) -> None:
+    """A metre short of its range each sensor sees the nearer face of a car, a metre beyond no part of it."""
+    extinction = extinction_of_fog(visual_range)
+    sensors = default_sensors()
+    assert sensors.lidar is not None
+    assert sensors.camera is not None
+    lidar = sensors.lidar.mount.x + lidar_range(sensors.lidar.reach, extinction)
+    camera = sensors.camera.mount.x + camera_range(sensors.camera.reach, extinction)
+    assert [seen(lidar + 2.25 + d, extinction)[0] for d in (-1.0, 1.0)] == [True, False]
+    assert [seen(camera + d, extinction)[1] for d in (-3.3, 3.3)] == [True, False]
+    assert seen(60.0, 0.0) == (True, True)
+
+
+def test_what_of_the_weather_changes_nothing_is_said(scenario: Write) -> None:
+    wind = '<Weather><Wind direction="0" speed="9"/></Weather><RoadCondition frictionScaleFactor="0.5"/>'
+    notes = run(scenario(action(wind)), ads=OneTrick(coast), duration=0.1).notes
+    assert [note.partition("no effect here: ")[2] for note in notes if "no effect here" in note] == [
+        "Wind of an environment (no wind acts on the vehicles; a headwind is an effect of the vehicle model)"
+    ]

@@ -1,0 +1,186 @@
+"""A fault that leaves a geometry and a route is repaired and said; a rule does not judge a file older than itself."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from road_files import cubic, geometry, lane, road, section, straight, write
+
+from openscenario.findings import ScenarioError
+from openscenario.road.network import RoadNetwork, load_network
+from openscenario.road.opendrive import examine_opendrive
+from openscenario.road.repairs import as_results
+from openscenario.road.route import RouteLane
+
+WILD = 0.97  # share of the roads found in public repositories that must be taken
+
+
+def assumed(path: Path) -> list[str]:
+    """What the lenient reader assumes in the place of the faults of a file that it takes."""
+    return [finding.repair for finding in load_network(path).file.repairs]
+
+
+def refused(path: Path) -> bool:
+    try:
+        load_network(path)
+    except ScenarioError:
+        return True
+    return False
+
+
+def of_version(path: Path, minor: int) -> Path:
+    path.write_text(path.read_text().replace('revMinor="7"', f'revMinor="{minor}"'))
+    return path
+
+
+def pair(tmp_path: Path, offset: float) -> Path:
+    """Two linked roads whose reference lines are `offset` [m] apart where they meet."""
+    there = '<successor elementType="road" elementId="2" contactPoint="start"/>'
+    back = '<predecessor elementType="road" elementId="1" contactPoint="end"/>'
+    first = road("1", geometry(0, 0, 0, 0, 50), 50, link=there)
+    return write(tmp_path, first, road("2", geometry(0, 50, offset, 0, 50), 50, link=back))
+
+
+@pytest.mark.parametrize(("minor", "refuses"), [(4, False), (6, False), (7, True), (9, True)])
+def test_a_rule_of_1_7_judges_files_of_1_7_and_later(tmp_path: Path, minor: int, refuses: bool) -> None:
+    path = of_version(pair(tmp_path, 3.5), minor)
+    assert refused(path) is refuses
+    for roads in ("strict", "lenient"):
+        (finding,) = examine_opendrive(path, roads)[1]
+        assert finding.code == "asam.net:xodr:1.7.0:road.geometry.contact_point"
+        assert finding.severity == ("error" if refuses else "warning")
+
+
+def test_strict_refuses_what_lenient_repairs(tmp_path: Path) -> None:
+    empty = '<laneSection s="0"><left></left><center><lane id="0" type="none"/></center><right>'
+    path = write(tmp_path, straight("1", 0, 0, 0, 60, f"{empty}{lane(-1)}</right></laneSection>"))
+    assert assumed(path) == ["the road has no lane on this side"]
+    with pytest.raises(ScenarioError, match="the left side of a lane section is empty"):
+        load_network(path, "strict")
+
+
+def test_a_clean_file_is_not_repaired(tmp_path: Path) -> None:
+    assert assumed(write(tmp_path, straight("1", 0, 0, 0, 60))) == []
+
+
+def test_lanes_without_width_take_no_room_and_driving_lanes_need_one(tmp_path: Path) -> None:
+    lanes = section((), [lane(-1), lane(-2, inside="", type_="none"), lane(-3)])
+    net = load_network(write(tmp_path, straight("1", 0, 0, 0, 60, lanes)))
+    assert net.lane_pose("1", -3, 30.0).y == pytest.approx(-3.5 - 1.75)  # lane -3 begins where lane -1 ends
+    assert refused(write(tmp_path, straight("1", 0, 0, 0, 60, section((), [lane(-1, inside="")]))))
+
+
+def test_geometries_out_of_order_are_sorted_if_that_makes_a_line(tmp_path: Path) -> None:
+    parts = [geometry(0, 0, 0, 0, 30), geometry(60, 60, 0, 0, 30), geometry(30, 30, 0, 0, 30)]
+    net = load_network(write(tmp_path, road("1", "".join(parts), 90)))
+    assert [net.road_pose("1", s, 0.0).x for s in (15.0, 45.0, 75.0)] == pytest.approx([15.0, 45.0, 75.0])
+    astray = [*parts[:2], geometry(30, 30, 8.0, 0, 30)]
+    assert refused(write(tmp_path, road("1", "".join(astray), 90)))
+
+
+@pytest.mark.parametrize(("gap", "refuses"), [(0.09, False), (0.4, False), (0.6, True)])
+def test_a_gap_in_a_road_may_be_as_wide_as_one_between_roads(tmp_path: Path, gap: float, refuses: bool) -> None:
+    plan = geometry(0, 0, 0, 0, 30) + geometry(30, 30, gap, 0, 30)
+    assert refused(write(tmp_path, road("1", plan, 60))) is refuses
+
+
+@pytest.mark.parametrize(("length", "refuses"), [(104.0, False), (107.0, True)])
+def test_a_curve_is_scaled_to_a_stated_length_that_is_nearly_its_own(
+    tmp_path: Path, length: float, refuses: bool
+) -> None:
+    """A straight paramPoly3 of 100 m ends at 100 m, whatever length is written beside it."""
+    shape = '<paramPoly3 aU="0" bU="100" cU="0" dU="0" aV="0" bV="0" cV="0" dV="0" pRange="normalized"/>'
+    path = write(tmp_path, road("1", geometry(0, 0, 0, 0, length, shape), length))
+    assert refused(path) is refuses
+    if not refuses:
+        assert load_network(path).road_pose("1", length, 0.0).x == pytest.approx(100.0)
+
+
+def test_an_object_that_cannot_be_read_is_left_out_and_the_next_one_stays(tmp_path: Path) -> None:
+    objects = "".join(f'<object id="{n}" type="pole" s="9" t="{t}"/>' for n, t in ((1, "-3+2i"), (2, "-4")))
+    net = load_network(write(tmp_path, straight("1", 0, 0, 0, 60, objects=objects)))
+    assert [item.id for item in net.file.roads[0].objects] == ["2"]
+    assert {each.repair for each in net.file.repairs} == {"it is left out"}
+
+
+def test_a_slip_is_harmless_beside_the_road_and_not_in_it(tmp_path: Path) -> None:
+    sign = '<object id="1" type="pole" s="9" t="4" zoffset="1"/>'
+    assert not refused(write(tmp_path, straight("1", 0, 0, 0, 60, objects=sign)))
+    assert refused(write(tmp_path, straight("1", 0, 0, 0, 60).replace("<elevationProfile>", "<elevationProfil>")
+                         .replace("</elevationProfile>", "</elevationProfil>")))  # fmt: skip
+
+
+def test_records_out_of_order_hold_from_their_places_on(tmp_path: Path) -> None:
+    offsets = cubic("laneOffset", 0, 0) + cubic("laneOffset", 40, 2) + cubic("laneOffset", 20, 1)
+    net = load_network(write(tmp_path, road("1", geometry(0, 0, 0, 0, 60), 60, offset=offsets)))
+    assert [net.lane_t("1", 0, s) for s in (10.0, 30.0, 50.0)] == [0.0, 1.0, 2.0]
+
+
+def test_of_the_layers_of_1_9_the_permanent_one_is_driven_on(tmp_path: Path) -> None:
+    path = of_version(write(tmp_path, straight("1", 0, 0, 0, 60, section((), [lane(-1, 3.0)]))), 9)
+    text = path.read_text()
+    layer = text[text.index("<lanes>") : text.index("</lanes>") + 8]
+    temporary = layer.replace("<lanes>", '<lanes layer="temporary">').replace('a="3.0"', 'a="2.0"')
+    path.write_text(text.replace(layer, temporary + layer.replace("<lanes>", '<lanes layer="permanent">')))
+    assert load_network(path).lane_width("1", -1, 30.0) == pytest.approx(3.0)
+    (finding,) = examine_opendrive(path)[1]
+    assert (finding.severity, finding.code) == ("warning", "road.unsupported")
+
+
+def test_each_rule_and_assumption_is_one_row_with_its_first_place(tmp_path: Path) -> None:
+    objects = "".join(f'<object id="{n}" type="pole" s="9" t="x"/>' for n in range(3))
+    path = write(tmp_path, straight("1", 0, 0, 0, 60, objects=objects))
+    (row,) = as_results(load_network(path).file.repairs)
+    assert (row["code"], row["rule"], row["count"]) == ("road.repaired", "value.not_a_number", 3)
+    assert row["field"].endswith("objects/object[1]@t")
+    assert (row["file"], row["assumed"]) == (str(path), "it is left out")
+
+
+def start_of(net: RoadNetwork) -> tuple[str, int, float] | None:
+    """A place on the longest driving lane that is two metres wide there."""
+    found: list[tuple[float, str, int, float]] = []
+    for item in net.file.roads:
+        for each in item.sections[0].lanes:
+            near = min(6.0, 0.2 * item.length)
+            s = near if net.driving_sign(item.id, each.id) > 0 else item.length - near
+            if net.lane_type(item.id, each.id, s) == "driving" and net.lane_width(item.id, each.id, s) > 2.0:
+                found.append((item.length, item.id, each.id, s))
+    return max(found)[1:] if found else None
+
+
+def test_roads_of_public_repositories_are_taken_and_driven(shared_dir: Path) -> None:
+    """50 m from the start of the longest lane of each road, along the links; ends of roads end the drive."""
+    files = sorted((shared_dir / "openscenario" / "wild").rglob("*.xodr"))
+    judged = driven = 0
+    for path in files:
+        network, findings = examine_opendrive(path, "lenient")
+        if any(each.code == "xml.not_well_formed" for each in findings) or (network and network.version < (1, 4)):
+            continue
+        judged += 1
+        if network is None or any(each.severity == "error" for each in findings):
+            continue
+        net = RoadNetwork(network)
+        start = start_of(net)
+        if start is None:
+            continue
+        pose = net.lane_pose(*start)
+        place = net.locate(pose.x, pose.y, pose.h)._replace(road=start[0], lane=start[1], s=start[2], offset=0.0)
+        for _ in range(50):
+            if not net.dead_end(place):
+                place = net.advance(place, 1.0)
+        driven += math.isfinite(net.lane_pose(place.road, place.lane, place.s).x)
+    assert judged > 100
+    assert driven >= WILD * judged
+
+
+def test_a_line_along_a_lane_that_ends_ends_with_it(tmp_path: Path) -> None:
+    """Lane -2 is there for the first 30 m of 60: a line along it is no endless search for the rest."""
+    sections = section((), [lane(-1), lane(-2)]) + section((), [lane(-1)], s=30.0)
+    net = load_network(write(tmp_path, straight("1", 0, 0, 0, 60, sections)))
+    for ends in ((0.0, 60.0), (60.0, 0.0)):
+        line = net.centreline([RouteLane("1", -2, *ends)], 1.0)
+        assert all(math.isfinite(value) for value in line.ravel())
+        assert len(line) <= 31
+    assert net.centreline([RouteLane("1", -2, 0.0, 60.0)], 1.0)[-1][0] == pytest.approx(29.0, abs=1.01)
