@@ -70,7 +70,7 @@ _LAWS: Mapping[str, tuple[Slot, Callable[[Any, Any, Any], None], float, float, s
     # slot, law, range of c, and the form that is true ("" where the grammar has none)
     "torque_steer": ("command", torque_steer, 0.003, 0.012, "a+"),
     "brake_pull": ("command", brake_pull, 0.0006, 0.002, "v a-"),
-    "lift_steer": ("command", lift_steer, -0.12, -0.04, "d ax"),
+    "lift_steer": ("command", lift_steer, -0.4, -0.15, "d ax"),
     "speed_gain": ("command", speed_gain, -0.05, -0.015, "v a+"),
     "churning": ("force", churning, 1e-4, 6e-4, "v v v"),
     "hot_motor": ("command", hot_motor, 0.01, 0.04, "a+ lag(v a+)"),
@@ -78,8 +78,8 @@ _LAWS: Mapping[str, tuple[Slot, Callable[[Any, Any, Any], None], float, float, s
     "root_drag": ("force", root_drag, 0.05, 0.2, ""),
     "exponential_gain": ("command", exponential_gain, 0.08, 0.25, ""),
     "brake_threshold": ("command", brake_threshold, 0.2, 0.6, ""),
-    "drive_and_turn": ("command", drive_and_turn, -0.15, -0.05, ""),
-    "gyro_by_acceleration": ("sensor", gyro_by_acceleration, 0.003, 0.01, "ax"),
+    "drive_and_turn": ("command", drive_and_turn, -0.5, -0.2, ""),
+    "gyro_by_acceleration": ("sensor", gyro_by_acceleration, 0.01, 0.03, "ax"),
 }
 NAMES = tuple(_LAWS)
 TAU = (8.0, 60.0)  # s, of the laws that remember

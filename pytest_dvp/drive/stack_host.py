@@ -83,7 +83,7 @@ def make_driver(
         return ads.factory.drive(parameters, network, description, watch)
     try:
         with watch.within("__init__", first=True):
-            made = _made_by(ads, (parameters, network, description))
+            made = made_by(ads, (parameters, network, description))
         return OnlyTick(made, ads.name, watch)
     except BaseException as error:
         watch.close()
@@ -100,7 +100,9 @@ def wants(ads: Ads) -> bool:
     return callable(ads.factory) and bool(_takes(ads.factory))
 
 
-def _made_by(ads: Ads, given: tuple[Any, Any, Any]) -> Any:
+def made_by(ads: Ads, given: tuple[Any, Any, Any]) -> Any:
+    """The stack object of `ads`, made with `given` (parameters, network, description) if it takes them, else with
+    nothing. Raises AdsError if it cannot be made so or has no tick; whatever the stack itself raises passes."""
     factory = ads.factory
     if callable(factory):
         takes = _takes(factory)

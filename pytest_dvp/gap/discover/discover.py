@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
-from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.input_scales import input_map
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit, Stop, fit, intervals
 from pytest_dvp.gap.diagnose.linear_algebra import square
@@ -36,8 +35,7 @@ if TYPE_CHECKING:
 
 LEFT = 1.15  # chi^2/N of the model, below which there is nothing to discover
 FAMILIES = 24  # forms that are fitted in each round, the best to first order
-CREDIBLE = 1.1  # chi^2/N on both sides, above which the form is not proven: exact forms left up to 1.04, wrong ones
-# 1.15 and more
+CREDIBLE = 1.05  # chi^2/N on both sides, above which the form is not proven: exact forms left up to 1.04
 WORTH = 0.2  # of the error beyond the noise, that a law must take away on both sides
 LAST = 0.1  # of the held-out one, that its last term must
 PRICE = 0.004  # of chi^2, for each factor of a form
@@ -45,6 +43,8 @@ TIED = 0.01  # of max(1, chi^2/N), by which a form must do better than any other
 ELSEWHERE = 0.02  # the same, for the same form at another point
 SAME = 0.998  # correlation of what two forms do, from which they are one in other words
 AS_GOOD = 0.05  # of the error beyond the noise: a rival that takes away so much less is as good
+
+ALONG = {"drive", "brake", "body"}  # parts whose forces along the car no log can tell apart, but near standstill
 
 Tick = Callable[[str], None]
 
@@ -126,14 +126,15 @@ class _Discovery:
         if min(removed) < WORTH:
             text = f"it takes away {removed[0]:.0%} of the error fitted and {removed[1]:.0%} of the one held out"
             return self._none(base, f"{text}; a law takes away {WORTH:.0%} of both")
-        self.tick("rivals: the model's own values and the catalogue")
+        self.tick("rivals: the model's own values")
         credible = max(now.left, now.judged) <= CREDIBLE
         for what, left, judged in self._known_rivals():
             share = (base.judged - judged) / max(base.judged - 1.0, 1e-9)
             if share > removed[1] - AS_GOOD and not (credible and left > CREDIBLE):
-                return self._none(base, f"{what} does as well on the held-out data ({share:.0%} of the error)")
+                return self._none(base, f"{what} explains the held-out data as well ({share:.0%} of the error)")
         same, other = self._other_forms(now, rivals)
         elsewhere = self._elsewhere(now)
+        now = self._where_it_belongs(now, elsewhere)
         if not credible:
             reasons.append(
                 f"it leaves more than noise (chi^2/N {now.left:.3g} fitted, {now.judged:.3g} held out), so its form is "
@@ -141,8 +142,8 @@ class _Discovery:
             )
         if other:
             reasons.append(f"these data cannot tell its form from {', '.join(other)}")
-        parts = {p.part for p in self.points if p.name in elsewhere} | {now.terms[0].point.part}
-        if len(parts) > 1 and parts != {"drive", "body"}:
+        parts = {p.part for p in self.points if p.name in elsewhere}
+        if not parts <= ALONG and len(parts) > 1:  # a force along the car is the same whichever part it comes from
             reasons.append(f"these data cannot tell whether it acts on {' or '.join(sorted(parts))}")
         verdict: Verdict = "STAND_IN" if reasons else "LAW"
         return Law(
@@ -251,35 +252,50 @@ class _Discovery:
                     break
         return tuple(found)
 
+    def _where_it_belongs(self, now: _Fitted, elsewhere: Sequence[str]) -> _Fitted:
+        """The same law with its last term at the point of its class where a person would look for it."""
+        last = now.terms[-1]
+        name = _natural(last)
+        if last.point.part not in ALONG or name == last.point.name or name not in elsewhere:
+            return now
+        point = next(p for p in self.points if p.name == name)
+        found = []
+        for sign in (1.0, -1.0):
+            c = sign * last.coefficient * last.form.size / point.size
+            found.append(self._fitted((*now.terms[:-1], dataclasses.replace(last, point=point, c=c))))
+        return min(found, key=lambda one: one.left)
+
     def _known_rivals(self) -> list[tuple[str, float, float]]:
-        """What else explains the error: the model's own values fitted again, and single effects of the catalogue; each
-        with chi^2/N on the data fitted and held out."""
+        """What else explains the error: the model's own values fitted again, and effects of the catalogue together;
+        each with chi^2/N on the data fitted and held out."""
         found: list[tuple[str, float, float]] = []
         nuisance, start = input_map(self.model)
         every = candidates(self.model, self.known.values(), ay="ay" in self.target.channels, refined=True)
         present = {a.name for a in self.model.effects}
         search = Search(self.target, every, nuisance=nuisance, start=start)
-        trial = search.trial((), start)
         own = tuple(c.name for c in every if c.name in present)
         if own:
             given = {(a.name, key): value for a in self.model.effects for key, value in a.values.items()}
             again = search.trial(own, {**start, **given})
             found.append(("the model with its own values fitted again", *self._errors(again)))
-        look = FirstOrderGain(self.target, trial)
-        ranked = []
-        for candidate in every:
-            options = look.remaining_chi2(candidate, candidate.points)
-            if candidate.name not in present and options:
-                left, point = min(options, key=lambda option: option[0])
-                ranked.append((left, candidate.name, point))
-        for _, name, point in sorted(ranked, key=lambda one: one[0])[:4]:
-            single = search.trial((name,), {**start, **point})
-            found.append((f"the effect {name} of the catalogue", *self._errors(single)))
+        self.tick("rivals: the catalogue")
+        best = search.run().final
+        if best.names:
+            names = f"the effect {best.names[0]}" if len(best.names) == 1 else f"the effects {', '.join(best.names)}"
+            found.append((f"{names} of the catalogue", *self._errors(best)))
         return found
 
     def _errors(self, trial: Trial) -> tuple[float, float]:
         judged = square(self.judge.whitened(trial.values)) / max(self.judge.count, 1)
         return trial.chi2 / max(self.target.count, 1), judged
+
+
+def _natural(term: Term) -> str:
+    """The point at which a force along the car would be looked for, by what it is made of."""
+    names = {*term.form.gate, *term.form.inside}
+    if names & {"a+", "[drive]"}:
+        return "accel"
+    return "brake" if names & {"a-", "[brake]"} else "drag"
 
 
 def _decides(now: _Fitted) -> str:

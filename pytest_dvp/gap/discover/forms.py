@@ -17,6 +17,7 @@ _REMEMBERED = (
 _GATES = ((), ("v",), ("d",), ("a+",), ("a-",), ("[drive]",), ("[brake]",), ("ay",), ("r",))
 TAUS = (0.1, 0.5, 2.0, 10.0, 60.0)  # s, between which a fit moves on
 FAST_TAUS = (0.1, 0.5, 2.0)  # s, of what only changes count of
+MOST_OF_A_PULL = 2  # factors of what may act to one side without turning
 THRESHOLDS = (4.0, 9.0, 16.0)  # m/s
 
 
@@ -64,10 +65,10 @@ def terms_at(point: Point) -> Iterator[Term]:
     """Terms to try at a point, each with the time constants and thresholds from which a fit begins.
 
     A car is the same left and right, so a law of what acts sideways is odd, and one of what acts along is even; only a
-    single pull (c, c a+, c a-) may act to one side.
+    plain pull (c, c a+, c v a-) may act to one side.
     """
     for form in forms():
-        pulls = form.text in ("1", "a+", "a-", "v", "v v")
+        pulls = not form.filter and form.complexity <= MOST_OF_A_PULL
         if form.odd != point.odd and not (point.odd and pulls):
             continue
         if point.slot == "sensor" and form.filter and form.gate:

@@ -1,0 +1,45 @@
+"""A stack behind a fault: any stack, made as it is made without one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pytest_dvp.drive.chosen_stack import Ads
+from pytest_dvp.drive.stack_host import made_by
+from pytest_dvp.mutation.fault import Fault, Memory
+from vehicle.messages import Command, Observation
+
+
+class FaultyStack:
+    """The stack `inner`, whose observations or commands a fault changes; all else that it offers is its own."""
+
+    def __init__(self, inner: Any, fault: Fault) -> None:
+        self._inner, self._fault, self._memory = inner, fault, Memory()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._inner, name)
+
+    def tick(self, observation: Observation) -> Command:
+        """The command that reaches the car."""
+        memory, fault = self._memory, self._fault
+        memory.observations.append(observation)
+        if fault.sees is not None:
+            observation = fault.sees(observation, memory)
+        command = self._inner.tick(observation)
+        memory.commands.append(command)
+        if fault.sends is not None:
+            command = fault.sends(command, memory)
+        memory.tick += 1
+        return command  # type: ignore[no-any-return]
+
+
+def behind(ads: Ads, fault: Fault) -> Any:
+    """A factory that makes the stack behind the fault, with the parameters that the stack declares."""
+
+    def make(parameters: Any, network: Any, description: Any) -> FaultyStack:
+        return FaultyStack(made_by(ads, (parameters, network, description)), fault)
+
+    own = getattr(ads.factory, "parameters", None)
+    if own is not None:
+        make.parameters = own  # type: ignore[attr-defined]
+    return make

@@ -1,0 +1,172 @@
+"""What would the gates not notice? Each fault on each scenario, against drives without one."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pytest_dvp.mutation.catalogue import known_faults
+from pytest_dvp.mutation.drives import Drive, Outcome, driven
+from pytest_dvp.mutation.fault import Fault
+
+CLEAN_SEEDS = 20
+FIRST_SEED = 1
+OF_THE_CLOCK = frozenset(("tick_time", "compute_time"))  # metrics that no log holds
+SLACK = 1e-6  # of a metric's size: by less nothing has changed
+
+
+@dataclasses.dataclass(frozen=True)
+class Envelope:
+    """A metric over the clean drives of one scenario: least and greatest value, how many, and how far they spread."""
+
+    low: float
+    high: float
+    count: int
+
+    def beyond(self, value: float) -> float:
+        """By how much a value is outside, in units of the envelope's width; 0 inside."""
+        outside = max(value - self.high, self.low - value)
+        if outside <= SLACK * max(abs(self.low), abs(self.high), 1.0):
+            return 0.0
+        return outside / max(self.high - self.low, 0.01 * max(abs(self.low), abs(self.high)), 1e-3)
+
+
+@dataclasses.dataclass(frozen=True)
+class Proposal:
+    """A gate that would have caught an escaper: metric, bound on one side, and the rate of false alarms. The bound lies
+    beyond all clean drives; that the next clean one is beyond the most extreme of N happens once in N + 1 at most."""
+
+    scenario: str
+    metric: str
+    min: float | None
+    max: float | None
+    false_alarm_rate: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """JSON-able."""
+        return dataclasses.asdict(self)
+
+
+@dataclasses.dataclass(frozen=True)
+class Judged:
+    """A fault over all scenarios. changed: some metric left the envelope of the clean drives; killed_by: gates that did
+    not pass ("SCENARIO: GATE"); far: by how much the worst metric left its envelope."""
+
+    fault: Fault
+    changed: bool
+    killed_by: tuple[str, ...]
+    far: float
+    worst: str
+    proposed: Proposal | None
+
+    @property
+    def escaped(self) -> bool:
+        """The drive was another one, and no gate said so."""
+        return self.changed and not self.killed_by
+
+    def as_dict(self) -> dict[str, Any]:
+        """As `dvp mutate --json` has it."""
+        return {
+            "name": self.fault.name, "where": self.fault.where, "changed": self.changed,
+            "killed_by": list(self.killed_by), "escaped": self.escaped, "far": self.far, "worst": self.worst,
+            "proposed": self.proposed.as_dict() if self.proposed else None, "asks": self.fault.asks,
+        }  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True)
+class Mutation:
+    """Result of `mutate`. unsound: gates that did not pass in clean drives, with how many; they kill nothing."""
+
+    judged: tuple[Judged, ...]
+    scenarios: tuple[str, ...]
+    clean: int
+    unsound: Mapping[str, int]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The document of `dvp mutate --json`."""
+        return {
+            "faults": [one.as_dict() for one in self.judged], "scenarios": list(self.scenarios),
+            "clean_seeds": self.clean, "unsound": dict(self.unsound),
+        }  # fmt: skip
+
+
+def mutate(
+    scenarios: Sequence[Path],
+    ads: str,
+    *,
+    faults: Sequence[str] = (),
+    clean: int = CLEAN_SEEDS,
+    kept: Path | None = None,
+    jobs: int = 1,
+    tick: Callable[[int, int], None] = lambda done, of: None,
+) -> Mutation:
+    """Drive each scenario with `clean` seeds and no fault, and once with each fault.
+
+    faults: names, none for all; kept, jobs: see `drives.driven`. Raises AdsError or ScenarioError (one line).
+    """
+    chosen = [known_faults()[name] for name in faults] or list(known_faults().values())
+    names = [str(path) for path in scenarios]
+    clean_drives = {name: [Drive(name, ads, FIRST_SEED + k) for k in range(clean)] for name in names}
+    faulty = {(fault.name, name): Drive(name, ads, FIRST_SEED, fault.name) for fault in chosen for name in names}
+    every = [*(drive for drives in clean_drives.values() for drive in drives), *faulty.values()]
+    found = driven(every, kept=kept, jobs=jobs, tick=tick)
+    envelopes: dict[str, dict[str, Envelope]] = {}
+    unsound: dict[str, int] = {}
+    for name, drives in clean_drives.items():
+        outcomes = [found[drive] for drive in drives]
+        envelopes[name] = _envelopes(outcomes)
+        for outcome in outcomes:
+            for gate in outcome.failed:
+                unsound[f"{_short(name)}: {gate}"] = unsound.get(f"{_short(name)}: {gate}", 0) + 1
+    judged = tuple(
+        _judged(fault, {name: found[faulty[fault.name, name]] for name in names}, envelopes, unsound)
+        for fault in chosen
+    )
+    return Mutation(judged, tuple(names), clean, unsound)
+
+
+def _envelopes(outcomes: Sequence[Outcome]) -> dict[str, Envelope]:
+    """Metrics that every clean drive has; none of the wall clock, which differs from drive to drive by itself."""
+    found = {}
+    for metric in sorted(outcomes[0].metrics.keys() - OF_THE_CLOCK):
+        values = [outcome.metrics.get(metric) for outcome in outcomes]
+        numbers = [value for value in values if value is not None]
+        if len(numbers) == len(outcomes):
+            found[metric] = Envelope(min(numbers), max(numbers), len(numbers))
+    return found
+
+
+def _judged(fault: Fault, outcomes: Mapping[str, Outcome], envelopes: Mapping[str, Mapping[str, Envelope]],
+            unsound: Mapping[str, int]) -> Judged:  # fmt: skip
+    killed: list[str] = []
+    changes: list[tuple[float, str, str, float]] = []
+    gone = False
+    for name, outcome in outcomes.items():
+        killed += [f"{_short(name)}: {gate}" for gate in outcome.failed if f"{_short(name)}: {gate}" not in unsound]
+        for metric, envelope in envelopes[name].items():
+            value = outcome.metrics.get(metric)
+            if value is None:
+                gone = True  # what every clean drive has is not defined any more
+            elif (far := envelope.beyond(value)) > 0.0:
+                changes.append((far, name, metric, value))
+    changes.sort(reverse=True)
+    proposed = None
+    if changes and not killed:
+        _, name, metric, value = changes[0]
+        proposed = _proposal(name, metric, value, envelopes[name][metric])
+    far, worst = (changes[0][0], f"{_short(changes[0][1])}: {changes[0][2]}") if changes else (0.0, "")
+    return Judged(fault, bool(changes) or gone or bool(killed), tuple(killed), far, worst, proposed)
+
+
+def _proposal(scenario: str, metric: str, value: float, envelope: Envelope) -> Proposal:
+    """The bound half way between the clean drives and the fault."""
+    above = value > envelope.high
+    bound = 0.5 * (value + (envelope.high if above else envelope.low))
+    rate = 1.0 / (envelope.count + 1)
+    return Proposal(scenario, metric, None if above else bound, bound if above else None, rate)
+
+
+def _short(scenario: str) -> str:
+    return Path(scenario).stem

@@ -1,0 +1,223 @@
+"""Faults between car and stack, and which of them the gates notice."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.mutation.catalogue import FAULTS, known_faults
+from pytest_dvp.mutation.fault import Memory
+from pytest_dvp.mutation.faulty_stack import FaultyStack
+from pytest_dvp.mutation.gate_writer import write_gates
+from pytest_dvp.mutation.mutate import Envelope, Proposal
+from vehicle.messages import Command, GnssFix, LidarScan, Observation, Odometry
+
+STACK = '''
+from vehicle.messages import Command
+
+class Cruise:
+    """Holds 8 m/s and steers straight; looks at nothing else."""
+
+    def __init__(self, parameters, network, description):
+        self.v = 0.0
+
+    def tick(self, observation):
+        for one in observation.odometry:
+            self.v = one.v
+        accel = max(-2.0, min(2.0, 8.0 - self.v))
+        return Command(observation.t, 0.0, accel, max(accel, 0.0) / 3.0, max(-accel, 0.0) / 8.0)
+'''
+XOSC = """<?xml version="1.0"?>
+<OpenSCENARIO>
+  <FileHeader revMajor="1" revMinor="2" date="2026-01-01T00:00:00" description="straight" author="test"/>
+  <CatalogLocations/>
+  <RoadNetwork><LogicFile filepath="straight.xodr"/></RoadNetwork>
+  <Entities>
+    <ScenarioObject name="Ego">
+      <Vehicle name="car" vehicleCategory="car">
+        <BoundingBox><Center x="1.3" y="0" z="0.75"/><Dimensions width="1.8" length="4.2" height="1.5"/></BoundingBox>
+        <Performance maxSpeed="50" maxAcceleration="4" maxDeceleration="8"/>
+        <Axles>
+          <FrontAxle maxSteering="0.5" wheelDiameter="0.6" trackWidth="1.6" positionX="2.6" positionZ="0.3"/>
+          <RearAxle maxSteering="0" wheelDiameter="0.6" trackWidth="1.6" positionX="0" positionZ="0.3"/>
+        </Axles>
+        <Properties/>
+      </Vehicle>
+    </ScenarioObject>
+  </Entities>
+  <Storyboard>
+    <Init><Actions><Private entityRef="Ego">
+      <PrivateAction><TeleportAction><Position>
+        <LanePosition roadId="1" laneId="-1" s="10" offset="0"/>
+      </Position></TeleportAction></PrivateAction>
+    </Private></Actions></Init>
+    <StopTrigger><ConditionGroup><Condition name="end" delay="0" conditionEdge="none"><ByValueCondition>
+      <SimulationTimeCondition value="10" rule="greaterThan"/>
+    </ByValueCondition></Condition></ConditionGroup></StopTrigger>
+  </Storyboard>
+</OpenSCENARIO>
+"""
+ROAD = """<?xml version="1.0"?>
+<OpenDRIVE>
+  <header revMajor="1" revMinor="6" name="straight"/>
+  <road name="r" length="500" id="1" junction="-1">
+    <planView><geometry s="0" x="0" y="0" hdg="0" length="500"><line/></geometry></planView>
+    <lanes><laneSection s="0"><center><lane id="0" type="none" level="false"/></center>
+      <right><lane id="-1" type="driving" level="false"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></right>
+    </laneSection></lanes>
+  </road>
+</OpenDRIVE>
+"""
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "cruise.py").write_text(STACK)
+    (tmp_path / "straight.xosc").write_text(XOSC)
+    (tmp_path / "straight.xodr").write_text(ROAD)
+    (tmp_path / "straight.gates.toml").write_text('# kept\n[[gate]]\nmetric = "collision"\nmax = 0\n')
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_planted_escaper_is_found_and_a_gate_kills_it(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A gate on collisions alone notices no wheel speed that is 5 % off, on an empty road."""
+    asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "3", "--out", "kept"]
+    asked += ["--fault", "wheel_speed_plus_5_percent", "camera_wrong_class", "--json"]
+    assert main([*asked, "--write"]) == 1
+    found = {one["name"]: one for one in json.loads(capsys.readouterr().out)["faults"]}
+    assert found["wheel_speed_plus_5_percent"]["escaped"]
+    assert found["wheel_speed_plus_5_percent"]["proposed"]["false_alarm_rate"] == pytest.approx(1.0 / 4.0)
+    assert not found["camera_wrong_class"]["changed"]
+    text = (project / "straight.gates.toml").read_text()
+    assert text.startswith("# kept\n")
+    assert "proposed by dvp mutate" in text
+    assert main(asked) == 0
+    again = {one["name"]: one for one in json.loads(capsys.readouterr().out)["faults"]}
+    assert again["wheel_speed_plus_5_percent"]["killed_by"]
+    assert again["camera_wrong_class"]["killed_by"] == []
+
+
+def test_what_was_driven_is_not_driven_again(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "2", "--out", "kept"]
+    asked += ["--fault", "drive_cut_2s"]
+    main(asked)
+    first = capsys.readouterr().out
+    lines = (project / "kept" / "drives.jsonl").read_text().splitlines()
+    assert len(lines) == 3
+    (project / "kept" / "drives.jsonl").write_text("\n".join([*lines[:-1], lines[-1][:40]]) + "\n")
+    main(asked)
+    assert capsys.readouterr().out == first
+    assert len((project / "kept" / "drives.jsonl").read_text().splitlines()) == 4
+
+
+@pytest.mark.parametrize(
+    ("option", "said"), [(["--fault", "gnss_frosen"], "gnss_frozen"), (["--clean-seeds", "1"], "2 or more")]
+)
+def test_a_wrong_option_is_one_line(
+    project: Path, option: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", *option]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert said in line
+
+
+def observation(k: int) -> Observation:
+    points = np.array([[5.0, 1.0, 0.5], [20.0, -2.0, 0.5], [40.0, 0.0, 0.5]])
+    return Observation(
+        t=0.05 * k, gnss=(GnssFix(0.05 * k, float(k), 2.0, 0.1, 0.0),), odometry=(Odometry(0.05 * k, 10.0, 0.0),),
+        lidar=LidarScan(0.05 * k, points),
+    )  # fmt: skip
+
+
+class Recorder:
+    """Keeps what it sees and steers by the tick."""
+
+    def __init__(self) -> None:
+        self.seen: list[Observation] = []
+
+    def tick(self, observation: Observation) -> Command:
+        self.seen.append(observation)
+        return Command(observation.t, 0.01 * len(self.seen), -1.0, 0.0, 0.2)
+
+
+def through(name: str, ticks: int = 8) -> tuple[list[Observation], list[Command]]:
+    inner = Recorder()
+    stack = FaultyStack(inner, known_faults()[name])
+    sent = [stack.tick(observation(k)) for k in range(ticks)]
+    return inner.seen, sent
+
+
+def test_faults_do_what_their_names_say() -> None:
+    assert [o.gnss[0].x for o in through("gnss_late_200ms")[0]] == [0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0]
+    assert through("wheel_speed_plus_5_percent")[0][3].odometry[0].v == pytest.approx(10.5)
+    assert [c.steer for c in through("command_late_100ms")[1]] == pytest.approx(
+        [0.01, 0.01, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06]
+    )
+    stale = [c.steer for c in through("command_every_fifth_stale")[1]]
+    assert stale == pytest.approx([0.01, 0.02, 0.03, 0.04, 0.04, 0.06, 0.07, 0.08])
+    assert [c.t for c in through("command_late_100ms")[1]] == pytest.approx([0.05 * k for k in range(8)])
+    points = through("lidar_nan_in_a_band")[0][0].lidar
+    assert points is not None
+    assert [math.isnan(x) for x in points.points[:, 0]] == [False, True, False]
+    near = through("lidar_blind_beyond_15m")[0][0].lidar
+    assert near is not None
+    assert len(near.points) == 1
+    old = through("stamps_100ms_old")[0][4]
+    assert (old.t, old.odometry[0].t) == pytest.approx((0.2, 0.1))
+    assert through("brake_half")[1][0].brake == pytest.approx(0.1)
+    assert {round(c.steer, 6) for c in through("steer_in_steps_of_2deg")[1]} <= {0.0, 0.034907, 0.069813}
+
+
+def test_a_freeze_begins_after_five_seconds_and_stays() -> None:
+    seen, _ = through("gnss_frozen", 300)
+    assert [o.gnss[0].x for o in seen[:100]] == [float(k) for k in range(100)]
+    assert {o.gnss[0].x for o in seen[100:]} == {100.0}
+
+
+def test_the_clean_message_is_never_changed() -> None:
+    for fault in FAULTS:
+        one, memory = observation(150), Memory()
+        memory.observations.extend(observation(k) for k in range(100, 151))
+        memory.tick = 150
+        before = repr(one.gnss) + repr(one.lidar.points.tolist() if one.lidar else "")
+        if fault.sees is not None:
+            fault.sees(one, memory)
+        assert repr(one.gnss) + repr(one.lidar.points.tolist() if one.lidar else "") == before, fault.name
+
+
+def test_there_are_more_than_forty_and_each_has_its_name_once() -> None:
+    assert len(FAULTS) >= 40
+    assert len(known_faults()) == len(FAULTS)
+
+
+def test_outside_an_envelope_is_measured_in_its_width() -> None:
+    envelope = Envelope(1.0, 2.0, 20)
+    assert [envelope.beyond(v) for v in (1.0, 1.5, 2.0)] == [0.0, 0.0, 0.0]
+    assert envelope.beyond(2.5) == pytest.approx(0.5)
+    assert envelope.beyond(0.0) == pytest.approx(1.0)
+
+
+def test_of_two_proposals_the_tighter_one_is_written(tmp_path: Path) -> None:
+    scenario = str(tmp_path / "a.xosc")
+    proposals = [
+        Proposal(scenario, "max_jerk", None, 3.0, 0.05), Proposal(scenario, "max_jerk", None, 2.5, 0.05),
+        Proposal(scenario, "completion_time", 10.0, None, 0.05),
+    ]  # fmt: skip
+    (file,) = write_gates(proposals)
+    text = file.read_text()
+    assert "max = 2.5" in text
+    assert "max = 3" not in text
+    assert "min = 10" in text
+
+
+def test_what_else_a_stack_offers_stays_its_own() -> None:
+    inner: Any = SimpleNamespace(tick=lambda o: Command(0.0, 0.0, 0.0, 0.0, 0.0), trace={"a": 1.0})
+    assert FaultyStack(inner, FAULTS[0]).trace == {"a": 1.0}
