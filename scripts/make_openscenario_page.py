@@ -167,7 +167,8 @@ log, with the numbers that hold from then on. Parts that the action leaves out s
 - **Friction.** A `frictionScaleFactor` below 1 is the friction coefficient μ of the road; 1 and more mean the road for
   which the vehicle model was made. Along, all wheels together hold μ m g cos(slope), so a car that brakes hard enough
   stops from v in v²/(2 μ g). Across, each axle holds what the circle of friction leaves of μ times its load. A car
-  without tyres (`kinematic_bicycle`) runs wide: its curvature is at most μ g/v². Other entities do not slip.
+  without tyres (`kinematic_bicycle`) runs wide: its curvature is at most μ g/v². The other vehicles accelerate and
+  brake with at most μ g; they keep their lanes.
 - **Fog** of visual range V has the extinction ln(20)/V. **Rain** and **snow** of R mm/h add 1.076 R^0.67 and
   3.88 R^0.72 dB/km. A camera sees as far as 5 % of an object's contrast is left, at most its own reach: in fog, V. A
   LiDAR sees as far as its echo is as strong as that from its reach in clear air: R exp(extinction R) = reach.

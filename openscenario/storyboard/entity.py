@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from openscenario.storyboard.runner import Runner
 
 
+GRAVITY = 9.80665  # m/s^2, CGPM 1901
+
+
 class Visible:
     """For whom an entity is there to see: `sensors` in general, those `named` (in lower case) by themselves, traffic
     that drives by itself."""
@@ -39,6 +42,7 @@ class Entity:
     """
 
     __slots__ = (
+        "able",
         "active",
         "along",
         "ax",
@@ -121,6 +125,7 @@ class Entity:
         self.max_speed: float = performance.max_speed if performance else math.inf
         self.max_acceleration: float = performance.max_acceleration if performance else math.inf
         self.max_deceleration: float = performance.max_deceleration if performance else math.inf
+        self.able = self.max_acceleration, self.max_deceleration  # on a road that holds
         rates = (performance.max_acceleration_rate, performance.max_deceleration_rate) if performance else (None, None)
         self.max_acceleration_rate, self.max_deceleration_rate = (math.inf if rate is None else rate for rate in rates)
         front = axles.front_axle if (axles := getattr(scenario_object.entity, "axles", None)) else None
@@ -180,6 +185,11 @@ class Entity:
             self.lights[domain] = runner
         else:
             self.lights.pop(domain, None)
+
+    def limit_friction(self, friction: float) -> None:
+        """Accelerate and brake with no more than the friction coefficient [-] of the road times the weight."""
+        most = friction * GRAVITY
+        self.max_acceleration, self.max_deceleration = min(self.able[0], most), min(self.able[1], most)
 
     def jump_to_speed(self, speed: float) -> None:
         """A step in speed: holds from the beginning of the step on."""

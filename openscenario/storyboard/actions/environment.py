@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from openscenario import model
@@ -14,10 +15,16 @@ if TYPE_CHECKING:
 
 @action(model.EnvironmentAction)
 def environment(element: model.EnvironmentAction, entity: None, board: Board) -> Runner:
-    """A friction scale below 1 limits the tyres of the twin; fog and precipitation shorten the range of its sensors."""
+    """A friction scale below 1 limits the vehicles; fog and precipitation shorten the range of the twin's sensors."""
 
     def change() -> None:
         board.world.environment = element.environment
         board.world.environment_since = board.time
+        road = element.environment.road_condition
+        if road is not None:
+            friction = road.friction_scale_factor if road.friction_scale_factor < 1.0 else math.inf
+            for entity in board.entities.values():
+                if entity.kind == "vehicle":
+                    entity.limit_friction(friction)
 
     return Instant(change)
