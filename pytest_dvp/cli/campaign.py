@@ -1,0 +1,175 @@
+"""Drives many variants of a scenario, finds where the stack fails, and says how likely that is.
+
+`dvp campaign SCENARIO --out DIR` samples or searches the declared ranges or distributions. Every drive is a row of
+DIR/campaign.sqlite; after a kill, the same command goes on, and nothing is driven twice. `dvp campaign DIR` with
+--status or --export reads a campaign.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pytest_dvp.campaigns.campaign import KEEP
+from pytest_dvp.campaigns.export import KINDS
+from pytest_dvp.campaigns.sampling import SAMPLES
+from pytest_dvp.campaigns.store import StoreError, is_campaign
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_settings, settings_from
+from pytest_dvp.cli.shared.named_scenarios import named_scenarios
+from pytest_dvp.cli.shared.progress import progress
+from pytest_dvp.text.errors import SettingError
+from pytest_dvp.text.plain_json import finite
+from pytest_dvp.text.spelling import unknown
+
+if TYPE_CHECKING:
+    from pytest_dvp.campaigns.campaign import Campaign
+    from pytest_dvp.campaigns.parameter_space import Space
+    from pytest_dvp.campaigns.store import Store
+    from pytest_dvp.drive.run_spec import RunSpec
+
+PLACE = 105  # in `dvp --help`
+READS_NO_LOG = True
+
+RUNS = 200
+"""Drives where no number is asked for: less than a minute on two cores with the reference stack."""
+METHODS = SAMPLES
+OPTIONS = (
+    "seed", "ads", "model", "effects", "gates", "library", "reading", "ego", "set", "duration", "wall-limit",
+    "tick-limit", "stack-process", "compute-delay", "after-collision",
+)  # fmt: skip
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "scenarios", nargs="+", metavar="X.xosc",
+        help="scenario with constraint groups, or parameter distribution; or the folder of one campaign, to read it",
+    )  # fmt: skip
+    parser.add_argument("--out", metavar="DIR", help="folder of the campaign; an existing one is continued")
+    parser.add_argument(
+        "--method", metavar="NAME", default="sobol",
+        help=f"how points are chosen: {', '.join(METHODS)}; default: sobol",
+    )  # fmt: skip
+    parser.add_argument("--runs", type=int, metavar="N", default=RUNS, help=f"number of drives; default: {RUNS}")
+    parser.add_argument("--jobs", type=int, metavar="N", help="number of processes; default: one for each core")
+    parser.add_argument(
+        "--keep-logs", metavar="WHICH", default=KEEP[0],
+        help=f"logs that are kept: {', '.join(KEEP)}; default: those of failures and of the 5 nearest passes",
+    )  # fmt: skip
+    parser.add_argument("--status", action="store_true", help="print what a campaign found so far; drive nothing")
+    parser.add_argument("--export", metavar="KIND", help=f"write the runs of a campaign: {', '.join(sorted(KINDS))}")
+    parser.add_argument("--no-ini", action="store_true", help="ignore the dvp_ keys of the project's ini file")
+    add_settings(parser, OPTIONS)
+    add_json(parser)
+
+
+def execute(arguments: argparse.Namespace) -> int:
+    for option, value, known in (
+        ("method", arguments.method, METHODS),
+        ("keep-logs", arguments.keep_logs, KEEP),
+        ("export", arguments.export, tuple(sorted(KINDS))),
+    ):
+        if value is not None and value not in known:
+            raise SettingError(f"--{option}: {unknown('value', value, known)}")
+    if arguments.status or arguments.export or (len(arguments.scenarios) == 1 and _names_campaign(arguments)):
+        return _read(arguments)
+    return _drive(arguments)
+
+
+def _names_campaign(arguments: argparse.Namespace) -> bool:
+    return arguments.out is None and is_campaign(Path(arguments.scenarios[0]))
+
+
+def _read(arguments: argparse.Namespace) -> int:
+    """Print or export what a campaign holds."""
+    from pytest_dvp.campaigns.export import export
+    from pytest_dvp.campaigns.store import Store
+    from pytest_dvp.campaigns.summary import current_rows
+
+    folder = Path(arguments.scenarios[0])
+    if len(arguments.scenarios) > 1 or arguments.out is not None:
+        raise WrongArgument("dvp campaign: --status and --export take the folder of one campaign and nothing else")
+    try:
+        with Store(folder) as store:
+            if arguments.export:
+                print(export(current_rows(store), arguments.export, folder))
+            else:
+                _say(store, arguments.json)
+    except StoreError as error:
+        raise WrongArgument(str(error)) from None
+    return 0
+
+
+def _drive(arguments: argparse.Namespace) -> int:
+    from pytest_dvp.campaigns.campaign import Campaign
+    from pytest_dvp.campaigns.crew import Crew
+    from pytest_dvp.campaigns.one_drive import drive
+    from pytest_dvp.campaigns.parameter_space import space_of
+    from pytest_dvp.campaigns.store import Store
+    from pytest_dvp.campaigns.summary import CURRENT
+
+    if arguments.out is None:
+        raise WrongArgument("dvp campaign: --out DIR is missing: where the campaign is kept")
+    for option in ("runs", "jobs"):
+        value = getattr(arguments, option)
+        if value is not None and value < 1:
+            raise SettingError(f"--{option} is {value}, expected a whole number >= 1")
+    settings = settings_from(arguments, ini=OPTIONS)
+    jobs = arguments.jobs or os.cpu_count() or 1
+    if settings.stack_process is None and jobs > 1:
+        # Each worker is a process of its own already: a stack that ends it ends its own drive and no other.
+        settings = dataclasses.replace(settings, stack_process="off")
+    named = named_scenarios(arguments.scenarios)
+    spaces = [space_of(path, settings) for path in named]
+    _check_first(spaces, settings)
+    try:
+        store = Store(Path(arguments.out), writes=True)
+    except StoreError as error:
+        raise WrongArgument(f"--out: {error}") from None
+    with store, progress("dvp campaign", "driving") as tick, Crew(jobs, drive) as crew:
+        campaigns = [Campaign(space, settings, store, crew, keep=arguments.keep_logs, tick=tick) for space in spaces]
+        store.tell(CURRENT, [each.base for each in campaigns])
+        for campaign in campaigns:
+            _fill(campaign, arguments, settings.seed)
+            print(f"dvp campaign: {campaign.space.file}: {campaign.progress.text()}", file=sys.stderr)
+        rows = [row for campaign in campaigns for row in store.rows([campaign.base])]
+        _say(store, arguments.json)
+    return 1 if any(row.failed for row in rows) else 0
+
+
+def _check_first(spaces: list[Space], settings: RunSpec) -> None:
+    """What is wrong with the scenario at its nominal values, with the gates or with the stack: told before a drive."""
+    from openscenario.read import read_scenario
+    from pytest_dvp.drive.chosen_stack import Ads
+    from pytest_dvp.drive.parameter_checks import check_overrides
+    from pytest_dvp.drive.stack_host import find_ads
+
+    ads: Ads = find_ads(
+        settings.ads, [settings.rootdir], process=settings.stack_process, tick_limit=settings.tick_limit
+    )
+    for space in spaces:
+        read_scenario(space.scenario, library=settings.library, rootdir=settings.rootdir, parameters=space.nominal)
+        check_overrides(space.scenario, settings.set, settings.origin("set"), ads=ads)
+
+
+def _fill(campaign: Campaign, arguments: argparse.Namespace, seed: int) -> None:
+    from pytest_dvp.campaigns.sampling import sample
+
+    points = sample(arguments.method, campaign.space.axes, arguments.runs, seed)
+    campaign.progress.wanted = len(points)
+    campaign.rows(points, "sample")
+
+
+def _say(store: Store, as_json: bool) -> None:
+    from pytest_dvp.campaigns.summary import current_rows, summary, summary_text
+
+    rows = current_rows(store)
+    found: dict[str, Any] = summary(rows, len(store.rows()) - len(rows))
+    if as_json:
+        print(json.dumps(finite(found), ensure_ascii=False, allow_nan=False))
+    else:
+        print(summary_text(found))
