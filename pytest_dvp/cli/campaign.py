@@ -25,6 +25,7 @@ from pytest_dvp.cli.shared.progress import progress
 from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.plain_json import finite
 from pytest_dvp.text.spelling import unknown
+from pytest_dvp.tuning.searchers import search_names
 
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.campaign import Campaign
@@ -37,7 +38,7 @@ READS_NO_LOG = True
 
 RUNS = 200
 """Drives where no number is asked for: less than a minute on two cores with the reference stack."""
-METHODS = SAMPLES
+METHODS = (*SAMPLES, *search_names())
 OPTIONS = (
     "seed", "ads", "model", "effects", "gates", "library", "reading", "ego", "set", "duration", "wall-limit",
     "tick-limit", "stack-process", "compute-delay", "after-collision",
@@ -52,7 +53,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", help="folder of the campaign; an existing one is continued")
     parser.add_argument(
         "--method", metavar="NAME", default="sobol",
-        help=f"how points are chosen: {', '.join(METHODS)}; default: sobol",
+        help=f"how points are chosen: evenly ({', '.join(SAMPLES)}), or by a search for failures "
+        f"({', '.join(search_names())}); default: sobol",
     )  # fmt: skip
     parser.add_argument("--runs", type=int, metavar="N", default=RUNS, help=f"number of drives; default: {RUNS}")
     parser.add_argument("--jobs", type=int, metavar="N", help="number of processes; default: one for each core")
@@ -157,8 +159,13 @@ def _check_first(spaces: list[Space], settings: RunSpec) -> None:
 
 
 def _fill(campaign: Campaign, arguments: argparse.Namespace, seed: int) -> None:
+    from pytest_dvp.campaigns.critical_search import search
     from pytest_dvp.campaigns.sampling import sample
 
+    if arguments.method not in SAMPLES:
+        campaign.progress.wanted = arguments.runs
+        search(campaign, arguments.method, arguments.runs, seed)
+        return
     points = sample(arguments.method, campaign.space.axes, arguments.runs, seed)
     campaign.progress.wanted = len(points)
     campaign.rows(points, "sample")
