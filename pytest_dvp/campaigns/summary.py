@@ -6,6 +6,7 @@ import collections
 from collections.abc import Sequence
 from typing import Any
 
+from pytest_dvp.campaigns.failure_probability import Probability
 from pytest_dvp.campaigns.store import Row, Store
 
 SHOWN = 5  # failures and nearest passes that the text lists
@@ -17,6 +18,16 @@ def current_rows(store: Store) -> list[Row]:
     """The drives of the settings that the campaign was last driven with; all, if that is not known."""
     bases = store.told(CURRENT)
     return store.rows(bases) if isinstance(bases, list) and bases else store.rows()
+
+
+def probabilities(store: Store) -> dict[str, dict[str, Any]]:
+    """The probability of failure that was measured last, by scenario; of those for which one was."""
+    found = {}
+    for base in store.told(CURRENT) or ():
+        rows, plain = store.rows([base]), store.told(f"probability {base}")
+        if plain is not None and rows:
+            found[rows[0].scenario] = plain
+    return found
 
 
 def summary(rows: Sequence[Row], older: int = 0) -> dict[str, Any]:
@@ -58,6 +69,10 @@ def summary_text(found: dict[str, Any]) -> str:
     for each in found["worst"]:
         values = ", ".join(f"{name}={value}" for name, value in each["parameters"].items())
         lines.append(f"    {each['objective']:8.3f}  {each['verdict']:<5} {each['gate']}  {values}")
+    for scenario, plain in found.get("probability", {}).items():
+        lines.append(f"  {scenario}: {Probability(**plain).text()}")
+    if found.get("probability"):
+        lines.append("  (under the declared distributions; the error of the twin itself is not in it)")
     if found["runs_a_cpu_minute"] is not None:
         lines.append(f"  {found['cpu']:.0f} s of CPU time, {found['runs_a_cpu_minute']:.0f} runs a CPU minute")
     if found["older"]:

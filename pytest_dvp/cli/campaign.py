@@ -38,7 +38,8 @@ READS_NO_LOG = True
 
 RUNS = 200
 """Drives where no number is asked for: less than a minute on two cores with the reference stack."""
-METHODS = (*SAMPLES, *search_names())
+RARE = "rare"
+METHODS = (*SAMPLES, *search_names(), RARE)
 OPTIONS = (
     "seed", "ads", "model", "effects", "gates", "library", "reading", "ego", "set", "duration", "wall-limit",
     "tick-limit", "stack-process", "compute-delay", "after-collision",
@@ -54,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method", metavar="NAME", default="sobol",
         help=f"how points are chosen: evenly ({', '.join(SAMPLES)}), or by a search for failures "
-        f"({', '.join(search_names())}); default: sobol",
+        f"({', '.join(search_names())}), or {RARE}, which measures a small probability of failure; default: sobol",
     )  # fmt: skip
     parser.add_argument("--runs", type=int, metavar="N", default=RUNS, help=f"number of drives; default: {RUNS}")
     parser.add_argument("--jobs", type=int, metavar="N", help="number of processes; default: one for each core")
@@ -160,22 +161,30 @@ def _check_first(spaces: list[Space], settings: RunSpec) -> None:
 
 def _fill(campaign: Campaign, arguments: argparse.Namespace, seed: int) -> None:
     from pytest_dvp.campaigns.critical_search import search
+    from pytest_dvp.campaigns.measured_probability import counted_probability, measured_probability
     from pytest_dvp.campaigns.sampling import sample
 
+    campaign.progress.wanted = arguments.runs
+    if arguments.method == RARE:
+        found = measured_probability(campaign, arguments.runs, seed)
+        campaign.store.tell(f"probability {campaign.base}", found.as_dict())
+        return
     if arguments.method not in SAMPLES:
-        campaign.progress.wanted = arguments.runs
         search(campaign, arguments.method, arguments.runs, seed)
         return
     points = sample(arguments.method, campaign.space.axes, arguments.runs, seed)
     campaign.progress.wanted = len(points)
-    campaign.rows(points, "sample")
+    rows = campaign.rows(points, "sample")
+    if arguments.method == "random":
+        campaign.store.tell(f"probability {campaign.base}", counted_probability(rows).as_dict())
 
 
 def _say(store: Store, as_json: bool) -> None:
-    from pytest_dvp.campaigns.summary import current_rows, summary, summary_text
+    from pytest_dvp.campaigns.summary import current_rows, probabilities, summary, summary_text
 
     rows = current_rows(store)
     found: dict[str, Any] = summary(rows, len(store.rows()) - len(rows))
+    found["probability"] = probabilities(store)
     if as_json:
         print(json.dumps(finite(found), ensure_ascii=False, allow_nan=False))
     else:
