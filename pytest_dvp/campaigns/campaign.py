@@ -40,12 +40,13 @@ class Progress:
 
     def text(self) -> str:
         """`120 of 200 driven, 7 failed, 4.2/s, 19 s left`."""
+        # Drives that shrink a failure come on top of what was asked for; how many is not known before.
         done, seconds = self.driven + self.known, time.monotonic() - self.since
-        said = f"{done} of {self.wanted} driven, {self.failed} failed"
+        said = f"{done} of {max(self.wanted, done)} driven, {self.failed} failed"
         said += f", {self.vacuous} vacuous" if self.vacuous else ""
         if self.driven and seconds > 0.0:
             rate = self.driven / seconds
-            said += f", {rate:.1f}/s, {(self.wanted - done) / rate:.0f} s left"
+            said += f", {rate:.1f}/s, {max(self.wanted - done, 0) / rate:.0f} s left"
         return said
 
 

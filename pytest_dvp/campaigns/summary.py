@@ -14,6 +14,10 @@ CURRENT = "current"
 """Name under which a store tells which base keys belong to the last command; rows of older code have others."""
 
 
+SHRINKING = "reproducer"
+"""Purpose of the drives that shrink a failure: they lie around it, and count neither as samples nor as failures."""
+
+
 def current_rows(store: Store) -> list[Row]:
     """The drives of the settings that the campaign was last driven with; all, if that is not known."""
     bases = store.told(CURRENT)
@@ -32,12 +36,14 @@ def probabilities(store: Store) -> dict[str, dict[str, Any]]:
 
 def summary(rows: Sequence[Row], older: int = 0) -> dict[str, Any]:
     """Counts by verdict, failures by gate, the worst drives, and the CPU time; `older`: rows of other settings."""
+    every, rows = rows, [row for row in rows if row.purpose != SHRINKING]
     verdicts = collections.Counter(row.verdict for row in rows)
     gates = collections.Counter(cluster_name(row) for row in rows if row.failed)
     ranked = sorted((row for row in rows if row.objective is not None), key=lambda row: (row.objective, row.key))
-    cpu = sum(row.cpu for row in rows)
+    cpu = sum(row.cpu for row in every)
     return {
         "runs": len(rows),
+        "shrinking": len(every) - len(rows),
         "older": older,
         "verdicts": dict(sorted(verdicts.items())),
         "vacuous": sum(row.vacuous for row in rows),
@@ -48,7 +54,7 @@ def summary(rows: Sequence[Row], older: int = 0) -> dict[str, Any]:
             for row in ranked[:SHOWN]
         ],
         "cpu": cpu,
-        "runs_a_cpu_minute": 60.0 * len(rows) / cpu if cpu > 0.0 else None,
+        "runs_a_cpu_minute": 60.0 * len(every) / cpu if cpu > 0.0 else None,
     }  # fmt: skip
 
 
@@ -75,6 +81,8 @@ def summary_text(found: dict[str, Any]) -> str:
         lines.append("  (under the declared distributions; the error of the twin itself is not in it)")
     if found["runs_a_cpu_minute"] is not None:
         lines.append(f"  {found['cpu']:.0f} s of CPU time, {found['runs_a_cpu_minute']:.0f} runs a CPU minute")
+    if found["shrinking"]:
+        lines.append(f"  {found['shrinking']} more runs shrank the failures")
     if found["older"]:
         lines.append(f"  and {found['older']} runs of other settings, files or code, which are not counted here")
     return "\n".join(lines)

@@ -12,6 +12,7 @@ import dataclasses
 import json
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +31,7 @@ from pytest_dvp.tuning.searchers import search_names
 if TYPE_CHECKING:
     from pytest_dvp.campaigns.campaign import Campaign
     from pytest_dvp.campaigns.parameter_space import Space
-    from pytest_dvp.campaigns.store import Store
+    from pytest_dvp.campaigns.store import Row, Store
     from pytest_dvp.drive.run_spec import RunSpec
 
 PLACE = 105  # in `dvp --help`
@@ -65,6 +66,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--status", action="store_true", help="print what a campaign found so far; drive nothing")
     parser.add_argument("--export", metavar="KIND", help=f"write the runs of a campaign: {', '.join(sorted(KINDS))}")
+    parser.add_argument(
+        "--baseline", metavar="DIR",
+        help="campaign of an earlier state: its variants are driven in place of new ones, and what fails now is told",
+    )  # fmt: skip
     parser.add_argument("--no-ini", action="store_true", help="ignore the dvp_ keys of the project's ini file")
     add_settings(parser, OPTIONS)
     add_json(parser)
@@ -100,6 +105,8 @@ def _read(arguments: argparse.Namespace) -> int:
         with Store(folder) as store:
             if arguments.export:
                 print(export(current_rows(store), arguments.export, folder))
+            elif arguments.baseline:
+                return _compare(store, arguments)
             else:
                 _say(store, arguments.json)
     except StoreError as error:
@@ -129,6 +136,7 @@ def _drive(arguments: argparse.Namespace) -> int:
     named = named_scenarios(arguments.scenarios)
     spaces = [space_of(path, settings) for path in named]
     _check_first(spaces, settings)
+    before = _baseline_rows(arguments)
     try:
         store = Store(Path(arguments.out), writes=True)
     except StoreError as error:
@@ -137,9 +145,15 @@ def _drive(arguments: argparse.Namespace) -> int:
         campaigns = [Campaign(space, settings, store, crew, keep=arguments.keep_logs, tick=tick) for space in spaces]
         store.tell(CURRENT, [each.base for each in campaigns])
         for campaign in campaigns:
-            _fill(campaign, arguments, settings.seed)
+            if before:
+                _again(campaign, before)
+            else:
+                _fill(campaign, arguments, settings.seed)
             print(f"dvp campaign: {campaign.space.file}: {campaign.progress.text()}", file=sys.stderr)
+        _map(campaigns, Path(arguments.out))
         rows = [row for campaign in campaigns for row in store.rows([campaign.base])]
+        if before:
+            return _compare(store, arguments)
         _say(store, arguments.json)
     return 1 if any(row.failed for row in rows) else 0
 
@@ -177,6 +191,67 @@ def _fill(campaign: Campaign, arguments: argparse.Namespace, seed: int) -> None:
     rows = campaign.rows(points, "sample")
     if arguments.method == "random":
         campaign.store.tell(f"probability {campaign.base}", counted_probability(rows).as_dict())
+
+
+def _map(campaigns: Sequence[Campaign], folder: Path) -> None:
+    """Shrink one failure of each kind, and write the map."""
+    from pytest_dvp.campaigns.map_page import PAGE, map_page
+    from pytest_dvp.campaigns.reproducer import reproducers
+    from pytest_dvp.campaigns.summary import SHRINKING
+    from reports.campaign import write_campaign_page
+
+    pages = []
+    for campaign in campaigns:
+        rows = [row for row in campaign.store.rows([campaign.base]) if row.purpose != SHRINKING]
+        found = reproducers(campaign, rows)
+        for each in found:
+            print(f"dvp campaign: {each.sentence()}\n  replay: {each.command}", file=sys.stderr)
+        pages.append(map_page(campaign, rows, found, campaign.store.told(f"probability {campaign.base}")))
+    write_campaign_page(folder / PAGE, pages)
+    print(f"dvp campaign: map: {folder / PAGE}", file=sys.stderr)
+
+
+def _baseline_rows(arguments: argparse.Namespace) -> list[Row]:
+    """The drives of the baseline that judge the stack; [] without one."""
+    from pytest_dvp.campaigns.store import Store
+    from pytest_dvp.campaigns.summary import SHRINKING, current_rows
+
+    if arguments.baseline is None:
+        return []
+    if arguments.out is not None and Path(arguments.out).resolve() == Path(arguments.baseline).resolve():
+        raise WrongArgument(f"--baseline {arguments.baseline} is --out: name another folder for the new drives")
+    try:
+        with Store(Path(arguments.baseline)) as store:
+            found = [row for row in current_rows(store) if row.purpose != SHRINKING]
+    except StoreError as error:
+        raise WrongArgument(f"--baseline: {error}") from None
+    if not found:
+        raise WrongArgument(f"--baseline {arguments.baseline}: holds no drive to compare with")
+    return found
+
+
+def _again(campaign: Campaign, before: Sequence[Row]) -> None:
+    """Drive the variants of the baseline that are of this scenario."""
+    names = {name for axis in campaign.space.axes for name in axis.nominal}
+    here = [row for row in before if Path(row.scenario).name == campaign.space.scenario.name]
+    values = [row.parameters for row in here if row.parameters.keys() == names]
+    if not values:
+        raise WrongArgument(f"--baseline: no drive of {campaign.space.scenario.name} with these parameters in it")
+    campaign.progress.wanted = len(values)
+    campaign.rows_of(values, "sample")
+
+
+def _compare(store: Store, arguments: argparse.Namespace) -> int:
+    """Hold the campaign against the baseline; 1 if something that passed fails now."""
+    from pytest_dvp.campaigns.baseline import compared
+    from pytest_dvp.campaigns.summary import current_rows
+
+    found = compared(_baseline_rows(arguments), current_rows(store))
+    if arguments.json:
+        print(json.dumps(finite(found.as_dict()), ensure_ascii=False, allow_nan=False))
+    else:
+        print(found.text())
+    return 1 if found.worse else 0
 
 
 def _say(store: Store, as_json: bool) -> None:
