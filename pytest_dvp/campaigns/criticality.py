@@ -46,7 +46,8 @@ def criticality(result: RunResult) -> Criticality:
 
     A gate's margin is divided by |bound|; where the bound is 0, by the metric's own `scale`. A collision counts by the
     smallest gap [m] before, and by the impact speed [m/s] beyond it. A gate that holds with a margin of exactly 0 is
-    one that counts things (goal reached, events, collisions): it has no distance and is left out.
+    one that counts things (goal reached, departures): it has no distance and is left out, as is a gate that only says
+    whether the test took place.
     """
     margins = {verdict.gate: verdict.margin for verdict in result.verdicts if verdict.metric}
     if result.status == "ERROR":
@@ -64,8 +65,8 @@ def _part(verdict: Verdict, log: Log) -> tuple[float, str, str] | None:
 
     if not verdict.metric or verdict.margin is None or verdict.bound is None:
         return None
-    if verdict.status == "INCONCLUSIVE":
-        return None
+    if verdict.status == "INCONCLUSIVE" or find_metric(verdict.metric).miss == "INCONCLUSIVE":
+        return None  # it says whether the test took place, not how well
     if verdict.metric == "collision" and verdict.bound == 0.0:
         if verdict.status == "FAIL":
             return -max(impact_speed(log, verdict.object, verdict.t) / SPEED_SCALE, LEAST), verdict.gate, verdict.object
