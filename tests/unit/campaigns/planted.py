@@ -55,6 +55,13 @@ def corner(order: Drive) -> Row:
     return row(order, 1.8 - float(order.parameters["a"]) - float(order.parameters["b"]))
 
 
+def deadly(order: Drive) -> Row:
+    """Ends its process where a > 0.9."""
+    if float(order.parameters["a"]) > 0.9:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return corner(order)
+
+
 def campaign(folder: Path, store: Store, work: Callable[[Drive], Row] = corner, names: str = "ab") -> Campaign:
     """The campaign of `work` in a store; the scenario lies in `folder`."""
     settings = RunSpec()
