@@ -157,6 +157,9 @@ def is_campaign(path: Path) -> bool:
 
 def _row(found: tuple[Any, ...]) -> Row:
     key, scenario, parameters, seed, verdict, margins, metrics, vacuous, *rest = found
+    if not str(key).isalnum() or rest[2] not in ("", f"{LOGS}/{key}.mcap"):
+        # A log is copied and removed by its name: one that leads out of the folder must not be followed.
+        raise StoreError(f"{FILE}: row {str(key)[:60]!r}: log {str(rest[2])[:60]!r}, expected {LOGS}/KEY.mcap")
     try:
         values = {name: _spelled(value) for name, value in json.loads(parameters).items()}
         plain = json.loads(margins), json.loads(metrics)

@@ -70,6 +70,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--baseline", metavar="DIR",
         help="campaign of an earlier state: its variants are driven in place of new ones, and what fails now is told",
     )  # fmt: skip
+    parser.add_argument(
+        "--shard", metavar="I/N",
+        help="drive only part I of N of an even sample, for CI jobs side by side; --merge puts them together",
+    )  # fmt: skip
+    parser.add_argument(
+        "--merge", action="store_true", help="put the campaigns that are named together in --out; drive nothing"
+    )
     parser.add_argument("--no-ini", action="store_true", help="ignore the dvp_ keys of the project's ini file")
     add_settings(parser, OPTIONS)
     add_json(parser)
@@ -83,6 +90,8 @@ def execute(arguments: argparse.Namespace) -> int:
     ):
         if value is not None and value not in known:
             raise SettingError(f"--{option}: {unknown('value', value, known)}")
+    if arguments.merge:
+        return _merge(arguments)
     if arguments.status or arguments.export or (len(arguments.scenarios) == 1 and _names_campaign(arguments)):
         return _read(arguments)
     return _drive(arguments)
@@ -128,6 +137,9 @@ def _drive(arguments: argparse.Namespace) -> int:
         value = getattr(arguments, option)
         if value is not None and value < 1:
             raise SettingError(f"--{option} is {value}, expected a whole number >= 1")
+    _shard(arguments.shard)
+    if arguments.shard is not None and (arguments.method not in SAMPLES or arguments.baseline is not None):
+        raise SettingError(f"--shard {arguments.shard}: only an even sample has parts: {', '.join(SAMPLES)}")
     settings = settings_from(arguments, ini=OPTIONS)
     jobs = arguments.jobs or os.cpu_count() or 1
     if settings.stack_process is None and jobs > 1:
@@ -158,6 +170,35 @@ def _drive(arguments: argparse.Namespace) -> int:
     return 1 if any(row.failed for row in rows) else 0
 
 
+def _shard(text: str | None) -> tuple[int, int]:
+    """Which part of how many: (1, 1) without the option."""
+    if text is None:
+        return 1, 1
+    words = text.split("/")
+    if len(words) != 2 or not all(word.isascii() and word.isdigit() for word in words):
+        raise SettingError(f"--shard: found {text!r}, expected I/N, as 2/4")
+    part, parts = int(words[0]), int(words[1])
+    if not 1 <= part <= parts:
+        raise SettingError(f"--shard: found {text!r}, expected a part between 1 and {parts}")
+    return part, parts
+
+
+def _merge(arguments: argparse.Namespace) -> int:
+    """Copy the rows of several campaigns, and the logs that they keep, into --out."""
+    from pytest_dvp.campaigns.merge import merge
+    from pytest_dvp.campaigns.store import Store
+
+    if arguments.out is None:
+        raise WrongArgument("dvp campaign --merge: --out DIR is missing: where they are put together")
+    try:
+        with Store(Path(arguments.out), writes=True) as store:
+            merge([Path(text) for text in arguments.scenarios], store)
+            _say(store, arguments.json)
+    except StoreError as error:
+        raise WrongArgument(str(error)) from None
+    return 0
+
+
 def _check_first(spaces: list[Space], settings: RunSpec) -> None:
     """What is wrong with the scenario at its nominal values, with the gates or with the stack: told before a drive."""
     from openscenario.read import read_scenario
@@ -186,7 +227,11 @@ def _fill(campaign: Campaign, arguments: argparse.Namespace, seed: int) -> None:
     if arguments.method not in SAMPLES:
         search(campaign, arguments.method, arguments.runs, seed)
         return
+    part, parts = _shard(arguments.shard)
     points = sample(arguments.method, campaign.space.axes, arguments.runs, seed)
+    points = points[part - 1 :: parts]
+    if not points:
+        return  # more parts than drives
     campaign.progress.wanted = len(points)
     rows = campaign.rows(points, "sample")
     if arguments.method == "random":

@@ -61,3 +61,27 @@ def test_a_wrong_option_is_one_line(
 def test_a_folder_that_is_no_campaign_has_no_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["campaign", str(tmp_path), "--status"]) == 2
     assert capsys.readouterr().err == f"{tmp_path}: no campaign: it holds no campaign.sqlite\n"
+
+
+def test_parts_put_together_are_the_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    keys = {}
+    for name, more in (("whole", []), ("one", ["--shard", "1/2"]), ("two", ["--shard", "2/2"])):
+        assert campaign(tmp_path, "--out", str(tmp_path / name), "--runs", "3", *more) == 0
+        keys[name] = keys_of(tmp_path / name)
+    assert (len(keys["one"]), len(keys["two"])) == (2, 1)
+    words = ["campaign", str(tmp_path / "one"), str(tmp_path / "two"), "--merge", "--out", str(tmp_path / "both")]
+    assert main(words) == 0
+    assert capsys.readouterr().out.splitlines()[-1] != ""
+    assert keys_of(tmp_path / "both") == keys["whole"] == keys["one"] | keys["two"]
+    assert main(["campaign", str(tmp_path / "one"), "--merge", "--out", str(tmp_path / "one")]) == 2
+
+
+def keys_of(folder: Path) -> set[str]:
+    with sqlite3.connect(folder / "campaign.sqlite") as file:
+        return {row[0] for row in file.execute("SELECT key FROM runs")}
+
+
+@pytest.mark.parametrize("part", ["3/2", "0/2", "1", "a/b", "-1/2"])
+def test_a_part_that_is_none_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str], part: str) -> None:
+    assert campaign(tmp_path, f"--shard={part}") == 2
+    assert capsys.readouterr().err.startswith(f"--shard: found {part!r}, expected ")

@@ -108,3 +108,15 @@ def test_a_drive_that_ends_its_worker_costs_no_other_and_workers_change_nothing(
     assert [row.verdict for row in found[0]] == ["PASS", "ERROR", "PASS", "PASS", "FAIL"]
     assert "died twice" in found[0][1].message
     assert [row for row in found[0] if row.verdict != "ERROR"] == [found[1][k] for k in (0, 2, 3, 4)]
+
+
+@pytest.mark.parametrize(("column", "value"), [("log", "../x.mcap"), ("key", "../x"), ("margins", "{")])
+def test_a_row_that_was_tampered_with_is_told(tmp_path: Path, column: str, value: str) -> None:
+    with Store(tmp_path / "out", writes=True) as store:
+        planted.campaign(tmp_path, store).rows([(0.5, 0.5)], "sample")
+    with sqlite3.connect(tmp_path / "out" / "campaign.sqlite") as file:
+        file.execute(f"UPDATE runs SET {column} = ?", (value,))
+        if column == "key":
+            file.execute("UPDATE judged SET key = ?", (value,))
+    with Store(tmp_path / "out") as store, pytest.raises(StoreError, match=r"^campaign.sqlite: row "):
+        store.rows()
