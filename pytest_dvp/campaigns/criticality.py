@@ -20,7 +20,7 @@ DISTANCE_SCALE = 1.0
 car, below which a pass is critical; a convention, which scales a search and changes no verdict."""
 SPEED_SCALE = 1.0  # m/s of impact speed that count like exceeding a bound by all of it; the same convention
 BROKEN = -1.0
-"""What a drive counts whose stack or car broke: like a bound exceeded by all of it."""
+"""What a drive counts whose stack or car broke, or whose failure has no measure: like a bound exceeded by all of it."""
 LEAST = 1e-6  # of an objective below 0: a failure is told from a pass by its sign, even at an impact speed of 0
 
 
@@ -54,6 +54,8 @@ def criticality(result: RunResult) -> Criticality:
         return Criticality(BROKEN, "error", "", margins, False)
     vacuous = bool(result.never_fired) and result.status != "FAIL"
     parts = [part for verdict in result.verdicts if (part := _part(verdict, result.log)) is not None]
+    if result.status == "FAIL" and not parts:
+        return Criticality(BROKEN, next(v.gate for v in result.verdicts if v.status == "FAIL"), "", margins, False)
     if vacuous or not parts or (result.status == "INCONCLUSIVE"):
         return Criticality(None, "", "", margins, vacuous)
     value, gate, who = min(parts, key=lambda part: part[0])
