@@ -100,7 +100,7 @@ def space_of(path: Path, settings: RunSpec) -> Space:
             raise SettingError(f"{path}: names no scenario")
         declared = {each.name: each for each in read_declarations(scenario)}
         beside = path.with_name(f"{path.stem}.gates.toml")
-        axes = _distributed(file, {name: each.value for name, each in declared.items()}, declared)
+        axes = _distributed(file, declared)
         space = Space(path, scenario, beside if beside.is_file() else None, axes)
     else:
         axes = tuple(_constrained(each) for each in read_declarations(path) if each.constraint_groups)
@@ -116,13 +116,15 @@ def _constrained(declared: ParameterDeclaration) -> Axis:
     name = declared.name
     if declared.parameter_type in WORDS:
         words = [c.value for group in declared.constraint_groups for c in group.value_constraints]
-        return _listed(name, [{name: word} for word in dict.fromkeys([str(declared.value), *words])], declared.value)
+        return _listed(
+            name, [{name: word} for word in dict.fromkeys([str(declared.value), *words])], _declared(declared)
+        )
     whole = declared.parameter_type not in ("double", "float")
     ranges = [range_of(group, whole, declared) for group in declared.constraint_groups]
     spans = [each.high - each.low + (1.0 if whole else 0.0) for each in ranges]
     total = sum(spans)
     if total <= 0.0:
-        return _listed(name, [{name: _number(each.low, whole)} for each in ranges], declared.value)
+        return _listed(name, [{name: _number(each.low, whole)} for each in ranges], _declared(declared))
 
     places = DIGITS - math.ceil(math.log10(total))
 
@@ -135,12 +137,10 @@ def _constrained(declared: ParameterDeclaration) -> Axis:
             way -= span
         return {name: _number(ranges[-1].high, whole)}
 
-    return Axis(name, at, {name: str(declared.value)}, round(total) if whole and total < 1e6 else None)
+    return Axis(name, at, {name: _declared(declared)}, round(total) if whole and total < 1e6 else None)
 
 
-def _distributed(
-    file: DistributionFile, nominal: Mapping[str, str], declared: Mapping[str, ParameterDeclaration]
-) -> tuple[Axis, ...]:
+def _distributed(file: DistributionFile, declared: Mapping[str, ParameterDeclaration]) -> tuple[Axis, ...]:
     from openscenario.distributions import WHOLE, axis
     from openscenario.draws import inverse
     from openscenario.model.distributions import ProbabilityDistributionSet, Stochastic
@@ -161,7 +161,7 @@ def _distributed(
                 value = draw(min(max(share, 1e-15), 1.0 - 1e-15))
                 return {name: value if isinstance(value, str) else _number(value, whole)}
 
-            axes.append(Axis(name, at, {name: str(nominal[name])}, count))
+            axes.append(Axis(name, at, {name: _declared(declared[name])}, count))
         return tuple(axes)
     for one in definition.distributions:
         steps = axis(one)
@@ -171,15 +171,30 @@ def _distributed(
         def step(share: float, steps: Callable[[int], Values] = steps, count: int = steps.count) -> Values:
             return dict(steps(min(int(share * count), count - 1)))
 
-        axes.append(Axis("+".join(steps.names), step, {name: str(nominal[name]) for name in steps.names}, steps.count))
+        axes.append(
+            Axis("+".join(steps.names), step, {name: _declared(declared[name]) for name in steps.names}, steps.count)
+        )
     return tuple(axes)
 
 
-def _listed(name: str, rows: Sequence[Values], nominal: object) -> Axis:
+def _listed(name: str, rows: Sequence[Values], nominal: str) -> Axis:
     def at(share: float) -> Values:
         return dict(rows[min(int(share * len(rows)), len(rows) - 1)])
 
-    return Axis(name, at, {name: str(nominal)}, len(rows))
+    return Axis(name, at, {name: nominal}, len(rows))
+
+
+def _declared(declared: ParameterDeclaration) -> str:
+    """A declared number as drawn ones are spelled, so that 60.0 and 60 are one drive; a word as it stands."""
+    from openscenario.values import spelled
+
+    value = str(declared.value)
+    if declared.parameter_type in WORDS:
+        return value
+    try:
+        return spelled(float(value))
+    except (ValueError, OverflowError):  # a number that is not finite
+        return value
 
 
 def _number(value: float, whole: bool) -> str:

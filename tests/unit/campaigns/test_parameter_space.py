@@ -45,6 +45,7 @@ def test_a_range_is_even_and_its_nominal_value_is_found() -> None:
         "ego_speed": "5.5", "target_position": "60", "target_lateral_offset": "0", "trigger_distance": "45",
         "oncoming_speed": "5",
     }  # fmt: skip
+    assert found.nominal == found.values(found.nominal_shares)  # spelled alike: one drive, not two
 
 
 def test_a_normal_distribution_has_its_quantiles(tmp_path: Path) -> None:
