@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: interop demo demo-gap test lint types contract compiled unit wheel mutants stages real-time nightly conformance reliability bench blind licences ads-report paper paper-searches paper-kills clean
+.PHONY: interop demo demo-gap test lint types contract compiled unit wheel mutants stages real-time nightly conformance reliability bench blind campaigns licences ads-report paper paper-searches paper-kills clean
 
 # uv installs the same versions in a tenth of the time; where it cannot (another index, no wheel of it), pip does.
 $(STAMP): pyproject.toml constraints.txt
@@ -137,6 +137,13 @@ paper-searches: $(STAMP)
 
 paper-kills: $(STAMP)
 	$(BIN)/python -m scripts.mcrpg_page kills
+
+# Figures of docs/campaigns.md: cost of a drive, a planted rare fault by chance and by searches, coverage of intervals.
+campaigns: $(STAMP)
+	$(BIN)/python -m scripts.campaign_figures cost
+	$(BIN)/python -m scripts.campaign_figures chance 3000
+	for NAME in gaussian_process descent cross_entropy; do $(BIN)/python -m scripts.campaign_figures search $$NAME; done
+	$(BIN)/python -m scripts.campaign_figures coverage 200
 
 licences: $(STAMP)
 	$(BIN)/python -m scripts.third_party_licences > THIRD_PARTY_LICENCES.md

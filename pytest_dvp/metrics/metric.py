@@ -85,6 +85,7 @@ class Metric:
     miss             verdict of a broken bound: FAIL, or INCONCLUSIVE if it says that the test itself did not take place
     ideal            the value that could not be better, where that is not 0 for "smaller is better": 1 of a likeness
     open_loop        says something of stack or car even where the ego's motion is a recording's, not the stack's doing
+    scale            how much of it, in its unit, counts as one whole margin in a campaign where a gate's bound is 0
     options          keyword arguments of the function with their defaults; REQUIRED for those without
     """
 
@@ -99,6 +100,7 @@ class Metric:
     miss: Miss = "FAIL"
     open_loop: bool = False
     ideal: float | None = None
+    scale: float = 1.0
 
     def __call__(self, *logs: Any, **options: Any) -> Measured:
         return self.function(*logs, **options)
@@ -117,6 +119,7 @@ def metric(
     miss: Miss = "FAIL",
     open_loop: bool = False,
     ideal: float | None = None,
+    scale: float = 1.0,
 ) -> Callable[[Callable[..., Measured]], Metric]:
     """Make a metric of a function `f(log, *, options...)` or `f(model, measured, *, options...)`.
 
@@ -128,6 +131,6 @@ def metric(
         logs = sum(p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD) for p in parameters)
         options = {p.name: p.default for p in parameters if p.kind == p.KEYWORD_ONLY}
         text = inspect.cleandoc(function.__doc__ or "")
-        return Metric(name, unit, bigger_is_worse, logs, text, note, options, function, miss, open_loop, ideal)
+        return Metric(name, unit, bigger_is_worse, logs, text, note, options, function, miss, open_loop, ideal, scale)
 
     return wrap

@@ -12,30 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 from hypothesis import strategies as st
 
+from pytest_dvp.campaigns.constraint_range import WORDS, FuzzError, Range, range_of
 from pytest_dvp.campaigns.variant import Value, Variant
 
 if TYPE_CHECKING:
-    from openscenario.model.declarations import ParameterDeclaration, ValueConstraint, ValueConstraintGroup
+    from openscenario.model.declarations import ParameterDeclaration
     from pytest_dvp.drive.request import Request
 
 _STEPS = 50  # least number of values between the ends of a range: fine enough to find, coarse enough to read
-_STRINGS = ("string", "dateTime", "boolean")
 
 
 __all__ = ["FuzzError", "Variant", "keep", "scenario_variants"]
-
-
-class FuzzError(ValueError):
-    """A scenario that cannot be varied; one line."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Range:
-    """Allowed values of a number: low to high, both included; `whole` for integers."""
-
-    low: float
-    high: float
-    whole: bool
 
 
 @dataclasses.dataclass(frozen=True)
@@ -192,7 +179,7 @@ def _strategies(path: Path, only: Sequence[str] | None) -> tuple[dict[str, st.Se
 
 def _values(declaration: ParameterDeclaration) -> tuple[Value, st.SearchStrategy[Any]]:
     """Nominal value and strategy of one parameter; its nominal value is what the strategy shrinks to."""
-    if declaration.parameter_type in _STRINGS:
+    if declaration.parameter_type in WORDS:
         words = [c.value for group in declaration.constraint_groups for c in group.value_constraints]
         return declaration.value, st.sampled_from(list(dict.fromkeys([declaration.value, *words])))
     nominal, grids = _grids(declaration)
@@ -204,7 +191,7 @@ def _grids(declaration: ParameterDeclaration) -> tuple[Value, list[Grid]]:
     """Nominal value and the grids of a number, that of the group which holds the nominal value first."""
     whole = declaration.parameter_type not in ("double", "float")
     nominal: Value = int(declaration.value) if whole else float(declaration.value)
-    ranges = [_range(group, whole, declaration) for group in declaration.constraint_groups]
+    ranges = [range_of(group, whole, declaration) for group in declaration.constraint_groups]
     home = [r for r in ranges if r.low <= float(nominal) <= r.high]
     return nominal, [Grid.of(r, float(nominal)) for r in home + [r for r in ranges if r not in home]]
 
@@ -214,40 +201,13 @@ def course(path: Path, name: str, value: Value) -> Course | None:
     from openscenario.read import read_declarations
 
     declaration = next(d for d in read_declarations(path) if d.name == name)
-    if declaration.parameter_type in _STRINGS or not declaration.constraint_groups:
+    if declaration.parameter_type in WORDS or not declaration.constraint_groups:
         return None
     for grid in _grids(declaration)[1]:
         k = grid.step_of(float(value))
         if k is not None:
             return Course(grid, k, 1 if k > 0 or (k == 0 and grid.last > 0) else -1)
     return None
-
-
-def _range(group: ValueConstraintGroup, whole: bool, declaration: ParameterDeclaration) -> Range:
-    low, high = -math.inf, math.inf
-    for constraint in group.value_constraints:
-        value = float(constraint.value)
-        inside = 1.0 if whole else max(abs(value), 1.0) * 1e-9  # the nearest value that a strict bound allows
-        low, high = _narrowed(constraint, value, inside, low, high)
-    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-        at = declaration.at
-        raise FuzzError(f"{at.file}:{at.line}: constraints of {declaration.name} bound no range: {low:g} to {high:g}")
-    return Range(low, high, whole)
-
-
-def _narrowed(constraint: ValueConstraint, value: float, inside: float, low: float, high: float) -> tuple[float, float]:
-    match constraint.rule:
-        case "equalTo":
-            return max(low, value), min(high, value)
-        case "greaterOrEqual":
-            return max(low, value), high
-        case "greaterThan":
-            return max(low, value + inside), high
-        case "lessOrEqual":
-            return low, min(high, value)
-        case "lessThan":
-            return low, min(high, value - inside)
-    return low, high  # notEqualTo takes one point out of a range; drawing it is as good as impossible
 
 
 def _round_step(step: float) -> float:

@@ -82,7 +82,7 @@ class Workers:
             return
         if self._pool is None:
             context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(self.count, context, initializer=_end_with_parent)
+            self._pool = ProcessPoolExecutor(self.count, context, initializer=end_with_parent)
         folder = str(self.cache.folder)
         futures = {self._pool.submit(_kept, self._work, folder, key, job): key for key, job in missing.items()}
         for future in as_completed(futures):
@@ -106,7 +106,7 @@ def _complete(job: Job) -> bool:
     return job.save is None or Path(job.save).is_file()
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """A worker whose parent was killed ends: it would wait for ever for work that nobody hands out."""
     parent = multiprocessing.parent_process()
     if parent is None:

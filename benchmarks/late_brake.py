@@ -1,0 +1,24 @@
+"""A stack of ten lines with a planted rare fault: it brakes by the clock, whatever is ahead."""
+
+from __future__ import annotations
+
+from vehicle.messages import Command, Observation
+
+BRAKES = 2.8  # s; late only for a fast car behind a slow one that is near: 0.5 to 1 % of the ranges of follow.xosc
+
+
+class LateBrake:
+    """Straight ahead with little throttle, then the brake."""
+
+    def tick(self, observation: Observation) -> Command:
+        """The command of this moment."""
+        late = observation.t > BRAKES
+        return Command(observation.t, steer=0.0, accel=0.0, throttle=0.0 if late else 0.1, brake=0.5 if late else 0.0)
+
+
+class TenLines(LateBrake):
+    """The same without the fault, for the cost of a drive: it drives on."""
+
+    def tick(self, observation: Observation) -> Command:
+        """The command of this moment."""
+        return Command(observation.t, steer=0.0, accel=0.0, throttle=0.1, brake=0.0)

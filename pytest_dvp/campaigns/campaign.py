@@ -1,0 +1,172 @@
+"""A campaign: points of a scenario's space become rows of the store, each driven once in its life."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import subprocess
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pytest_dvp.campaigns.crew import Crew
+from pytest_dvp.campaigns.one_drive import Drive
+from pytest_dvp.campaigns.parameter_space import Shares, Space
+from pytest_dvp.campaigns.store import Row, Store
+from pytest_dvp.drive.run_spec import RunSpec
+from pytest_dvp.text.names import REFERENCE
+
+NEAREST = 5  # passes nearest to a failure whose logs are kept
+UNKEYED = ("log_dir", "rootdir", "passed", "single_file", "require_real", "stack_process", "wall_limit", "tick_limit")
+"""Options that change no byte of a drive which they do not end."""
+FILES = ("model", "gates", "effects", "ads", "library")
+"""Options that name files: the key holds the bytes of those, not where they lie."""
+KEEP = ("failures", "all", "none")
+"""Which logs are kept: those of failures and of the NEAREST passes, all, or none."""
+
+
+@dataclasses.dataclass
+class Progress:
+    """What a campaign has done: `driven` now, `known` from before, `failed` of both, in seconds `since` it began."""
+
+    wanted: int = 0
+    driven: int = 0
+    known: int = 0
+    failed: int = 0
+    vacuous: int = 0
+    since: float = dataclasses.field(default_factory=time.monotonic)
+
+    def text(self) -> str:
+        """`120 of 200 driven, 7 failed, 4.2/s, 19 s left`."""
+        # Drives that shrink a failure come on top of what was asked for; how many is not known before.
+        done, seconds = self.driven + self.known, time.monotonic() - self.since
+        said = f"{done} of {max(self.wanted, done)} driven, {self.failed} failed"
+        said += f", {self.vacuous} vacuous" if self.vacuous else ""
+        if self.driven and seconds > 0.0:
+            rate = self.driven / seconds
+            said += f", {rate:.1f}/s, {max(self.wanted - done, 0) / rate:.0f} s left"
+        return said
+
+
+class Campaign:
+    """Drives points of one space into a store.
+
+    options  the settings of all drives; keep: one of KEEP; tick: is told of progress
+    """
+
+    def __init__(
+        self, space: Space, settings: RunSpec, store: Store, crew: Crew, *, keep: str = "failures",
+        tick: Callable[[str], None] = lambda text: None,
+    ) -> None:  # fmt: skip
+        self.space, self.settings, self.store, self.keep, self.tick = space, settings, store, keep, tick
+        self._crew = crew
+        self.options = run_options(space, settings)
+        self.base = base_key(space, self.options)
+        self.progress = Progress()
+        self._commit = commit_of(settings.rootdir)
+        passed = (row.objective for row in store.rows([self.base]) if row.log and not row.failed)
+        self._nearest = sorted(value for value in passed if value is not None)
+
+    def key(self, values: Mapping[str, str]) -> str:
+        """The key of a drive with these values: 40 hex digits."""
+        text = json.dumps([self.base, dict(values)], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:40]
+
+    def rows(self, points: Sequence[Shares], purpose: str) -> list[Row]:
+        """A row for each point, in their order; what the store has is not driven again."""
+        return self.rows_of([self.space.values(point) for point in points], purpose)
+
+    def rows_of(self, values: Sequence[Mapping[str, str]], purpose: str) -> list[Row]:
+        """The same of values by parameter."""
+        keys = [self.key(each) for each in values]
+        found: dict[str, Row] = {}
+        missing: dict[str, Drive] = {}
+        for key, each in zip(keys, values, strict=True):
+            if key in found or key in missing:
+                continue
+            kept = self.store.get(key)
+            if kept is not None:
+                found[key] = kept
+                self._count(kept, known=True)
+            else:
+                missing[key] = Drive(
+                    key, self.base, purpose, str(self.space.scenario), dict(each), self.options,
+                    str(self.store.folder), self._commit,
+                )  # fmt: skip
+        self.tick(self.progress.text())
+        for row in self._crew.rows(dataclasses.replace(each, keep=self._threshold()) for each in missing.values()):
+            self.store.add(row)
+            found[row.key] = row
+            self._count(row, known=False)
+            self._prune(row)
+            self.tick(self.progress.text())
+        return [found[key] for key in keys]
+
+    def _count(self, row: Row, *, known: bool) -> None:
+        self.progress.known += known
+        self.progress.driven += not known
+        self.progress.failed += row.failed
+        self.progress.vacuous += row.vacuous
+
+    def _threshold(self) -> float | None:
+        """Objective below which the log of a pass is worth keeping, as far as is known when it is handed out."""
+        if self.keep == "none":
+            return None
+        if self.keep == "all" or len(self._nearest) < NEAREST:
+            return float("inf")
+        return self._nearest[NEAREST - 1]
+
+    def _prune(self, row: Row) -> None:
+        """Of passes only the nearest keep their logs."""
+        if self.keep != "failures" or row.failed or not row.log or row.objective is None:
+            return
+        self._nearest = sorted([*self._nearest, row.objective])
+        if len(self._nearest) > NEAREST:
+            limit = self._nearest[NEAREST - 1]
+            self._nearest = self._nearest[:NEAREST]
+            for each in self.store.rows([self.base]):
+                if each.log and not each.failed and each.objective is not None and each.objective > limit:
+                    self.store.drop_log(each.key)
+
+
+def run_options(space: Space, settings: RunSpec) -> dict[str, Any]:
+    """The keywords of `pytest_dvp.run` that hold for all drives of a campaign."""
+    told = {**settings.keywords(), "stage": "dt", "log_dir": None}
+    if told.get("gates") is None and space.gates is not None:
+        told["gates"] = space.gates
+    return told
+
+
+def base_key(space: Space, options: Mapping[str, Any]) -> str:
+    """Hash of all that decides a drive but its parameters: scenario and what lies beside it, stack, model, effects,
+    gates, libraries, options, and the sources of this package."""
+    from pytest_dvp.workers.job import Job, file_digest
+
+    ads = str(options["ads"])
+    job = Job(
+        str(space.scenario),
+        model=_text(options["model"]),
+        gates=_text(options["gates"]),
+        library=tuple(str(folder) for folder in options["library"]),
+        ads=ads if ads.rpartition(":")[0].endswith(".py") else None,
+        seed=int(options["seed"]),
+    )
+    plain = {name: repr(value) for name, value in options.items() if name not in (*UNKEYED, *FILES)}
+    plain["ads"] = "" if ads == REFERENCE or job.ads else ads
+    plain["effects"] = repr([file_digest(str(file)) for file in options["effects"]])
+    return hashlib.sha256(json.dumps([job.key, plain], sort_keys=True).encode()).hexdigest()[:40]
+
+
+def commit_of(folder: Path) -> str:
+    """The commit of a checkout, "+" behind it if files of it differ; "" outside of one or without git."""
+    words = ["git", "-C", str(folder), "describe", "--always", "--abbrev=40", "--exclude=*", "--dirty=+"]
+    try:
+        return subprocess.run(words, capture_output=True, text=True, check=True, timeout=10.0).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return ""
+
+
+def _text(value: object) -> str | None:
+    return None if value is None else str(value)

@@ -1,0 +1,90 @@
+"""One drive of a campaign, in a worker process: it drives, judges, and keeps the log if that is wanted."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pytest_dvp.campaigns.store import LOGS, Row
+
+
+@dataclasses.dataclass(frozen=True)
+class Drive:
+    """What is to be driven.
+
+    options    keywords of `pytest_dvp.run`, without the parameters
+    keep       the log is kept of a failure, and of a drive whose objective is below this; None: of none
+    """
+
+    key: str
+    base: str
+    purpose: str
+    scenario: str
+    parameters: dict[str, str]
+    options: Mapping[str, Any]
+    folder: str
+    commit_id: str = ""
+    keep: float | None = None
+
+
+def drive(order: Drive) -> Row:
+    """Drive once. A stack that breaks is a row with verdict ERROR.
+
+    Raises what `pytest_dvp.run` raises about a user's file.
+    """
+    from pytest_dvp.campaigns.criticality import criticality
+    from pytest_dvp.drive.run import run
+    from pytest_dvp.verdicts.statuses import worst_first
+
+    before = time.process_time()
+    result = run(order.scenario, **{**order.options, "parameters": _parameters(order)})
+    found = criticality(result)
+    log = ""
+    near = found.objective is not None and order.keep is not None and found.objective < order.keep
+    if order.keep is not None and (near or result.status in ("FAIL", "ERROR")):
+        log = f"{LOGS}/{order.key}.mcap"
+        place = Path(order.folder) / log
+        place.parent.mkdir(parents=True, exist_ok=True)
+        result.log.save(place)
+    worst = worst_first(result.as_dict()["verdicts"])
+    return Row(
+        key=order.key,
+        scenario=order.scenario,
+        parameters=order.parameters,
+        seed=result.seed,
+        verdict=result.status,
+        margins={name: _finite(value) for name, value in found.margins.items()},
+        # How long a tick took is another figure in each drive.
+        metrics={name: _finite(value) for name, value in result.metrics.items() if name != "tick_time"},
+        vacuous=found.vacuous,
+        cpu=time.process_time() - before,
+        commit_id=order.commit_id,
+        log=log,
+        base=order.base,
+        purpose=order.purpose,
+        objective=found.objective,
+        gate=found.gate,
+        object=found.object,
+        message=worst[0]["short"] if worst else "",
+    )
+
+
+def broken(order: Drive, why: str) -> Row:
+    """The row of a drive that ended its worker process."""
+    return Row(
+        key=order.key, scenario=order.scenario, parameters=order.parameters, seed=int(order.options["seed"]),
+        verdict="ERROR", margins={}, metrics={}, vacuous=False, cpu=0.0, commit_id=order.commit_id, log="",
+        base=order.base, purpose=order.purpose, objective=-1.0, gate="error", object="", message=why,
+    )  # fmt: skip
+
+
+def _parameters(order: Drive) -> dict[str, Any]:
+    return {**order.options.get("parameters", {}), **order.parameters}
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

@@ -1,0 +1,210 @@
+"""The space of a campaign: one axis for each thing that varies, from shares of its probability to values."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from pytest_dvp.campaigns.constraint_range import WORDS, FuzzError, range_of
+from pytest_dvp.drive.run_spec import RunSpec
+from pytest_dvp.text.errors import SettingError
+
+if TYPE_CHECKING:
+    from openscenario.model.declarations import ParameterDeclaration
+    from openscenario.model.distributions import DistributionFile
+
+Shares: TypeAlias = tuple[float, ...]
+"""A point: for each axis the share of its probability that lies below the value, 0 to 1."""
+Values: TypeAlias = dict[str, str]
+
+DIGITS = 6  # significant digits of a drawn number: what a person can type again, and what is hashed
+
+
+@dataclasses.dataclass(frozen=True)
+class Axis:
+    """One independent thing that varies.
+
+    name     the parameter, or several joined by "+" where a distribution sets them together
+    at       the values at a share 0 to 1 of the probability
+    nominal  the values that the scenario declares
+    count    how many different values there are; None for a continuous range
+    """
+
+    name: str
+    at: Callable[[float], Values]
+    nominal: Values
+    count: int | None
+
+    def share_of(self, values: Mapping[str, str]) -> float:
+        """A share at which these values lie: by halving for a number, by trying for a list. 0.5 if none has them."""
+        if self.count is not None:
+            for k in range(self.count):
+                if all(_same(self.at((k + 0.5) / self.count)[n], values[n]) for n in self.nominal):
+                    return (k + 0.5) / self.count
+            return 0.5
+        wanted = float(values[self.name])
+        edges = []
+        for inside in (operator.lt, operator.le):
+            low, high = 0.0, 1.0
+            for _ in range(50):
+                middle = 0.5 * (low + high)
+                low, high = (middle, high) if inside(float(self.at(middle)[self.name]), wanted) else (low, middle)
+            edges.append(0.5 * (low + high))
+        return 0.5 * (edges[0] + edges[1])  # the middle of what is rounded to this value
+
+
+@dataclasses.dataclass(frozen=True)
+class Space:
+    """What a campaign varies of one scenario: `file` as it was named, `scenario` that is driven, `gates` beside a
+    distribution (None: those of the scenario), and the axes."""
+
+    file: Path
+    scenario: Path
+    gates: Path | None
+    axes: tuple[Axis, ...]
+
+    def values(self, shares: Shares) -> Values:
+        """The values of all parameters that vary, as a file spells them."""
+        found: Values = {}
+        for axis, share in zip(self.axes, shares, strict=True):
+            found |= axis.at(min(max(share, 0.0), 1.0))
+        return found
+
+    @property
+    def nominal(self) -> Values:
+        """What the scenario itself declares for the parameters that vary."""
+        return {name: value for axis in self.axes for name, value in axis.nominal.items()}
+
+    @property
+    def nominal_shares(self) -> Shares:
+        """The point of the nominal values, or the nearest one."""
+        return tuple(axis.share_of(axis.nominal) for axis in self.axes)
+
+
+def space_of(path: Path, settings: RunSpec) -> Space:
+    """The space of a scenario with constraint groups, or of a parameter distribution.
+
+    Raises ScenarioError for a file that is wrong, FuzzError and SettingError where nothing can vary.
+    """
+    from openscenario.read import read_declarations, read_distribution
+    from pytest_dvp.campaigns.cases import is_distribution
+
+    if is_distribution(path):
+        file = read_distribution(path, library=settings.library, rootdir=settings.rootdir)
+        scenario = file.distribution.scenario_file.path
+        if scenario is None:
+            raise SettingError(f"{path}: names no scenario")
+        declared = {each.name: each for each in read_declarations(scenario)}
+        beside = path.with_name(f"{path.stem}.gates.toml")
+        axes = _distributed(file, declared)
+        space = Space(path, scenario, beside if beside.is_file() else None, axes)
+    else:
+        axes = tuple(_constrained(each) for each in read_declarations(path) if each.constraint_groups)
+        space = Space(path, path, None, axes)
+    axes = tuple(axis for axis in space.axes if axis.name.split("+")[0] not in settings.set.scenario)
+    if not axes:
+        raise FuzzError(f"{path}: no parameter has a ConstraintGroup or a distribution, so there is nothing to vary")
+    return dataclasses.replace(space, axes=axes)
+
+
+def _constrained(declared: ParameterDeclaration) -> Axis:
+    """An axis of a declaration: evenly over the lengths of its ranges, or over its words."""
+    name = declared.name
+    if declared.parameter_type in WORDS:
+        words = [c.value for group in declared.constraint_groups for c in group.value_constraints]
+        return _listed(
+            name, [{name: word} for word in dict.fromkeys([str(declared.value), *words])], _declared(declared)
+        )
+    whole = declared.parameter_type not in ("double", "float")
+    ranges = [range_of(group, whole, declared) for group in declared.constraint_groups]
+    spans = [each.high - each.low + (1.0 if whole else 0.0) for each in ranges]
+    total = sum(spans)
+    if total <= 0.0:
+        return _listed(name, [{name: _number(each.low, whole)} for each in ranges], _declared(declared))
+
+    places = DIGITS - math.ceil(math.log10(total))
+
+    def at(share: float) -> Values:
+        way = share * total
+        for each, span in zip(ranges, spans, strict=True):
+            if way <= span:
+                value = each.low + (way // 1.0 if whole else round(way, places))
+                return {name: _number(min(value, each.high), whole)}
+            way -= span
+        return {name: _number(ranges[-1].high, whole)}
+
+    return Axis(name, at, {name: _declared(declared)}, round(total) if whole and total < 1e6 else None)
+
+
+def _distributed(file: DistributionFile, declared: Mapping[str, ParameterDeclaration]) -> tuple[Axis, ...]:
+    from openscenario.distributions import WHOLE, axis
+    from openscenario.draws import inverse
+    from openscenario.model.distributions import ProbabilityDistributionSet, Stochastic
+
+    definition = file.distribution.definition
+    axes: list[Axis] = []
+    if isinstance(definition, Stochastic):
+        for each in definition.stochastic_distributions:
+            name = each.parameter_name
+            if isinstance(each.distribution, ProbabilityDistributionSet):
+                count: int | None = len(each.distribution.elements)
+            else:
+                count = None
+            draw, whole = inverse(each.distribution), declared[name].parameter_type in WHOLE
+
+            def at(share: float, name: str = name, draw: Callable[[float], float | str] = draw,
+                   whole: bool = whole) -> Values:  # fmt: skip
+                value = draw(min(max(share, 1e-15), 1.0 - 1e-15))
+                return {name: value if isinstance(value, str) else _number(value, whole)}
+
+            axes.append(Axis(name, at, {name: _declared(declared[name])}, count))
+        return tuple(axes)
+    for one in definition.distributions:
+        steps = axis(one)
+        if steps.count < 1:
+            continue
+
+        def step(share: float, steps: Callable[[int], Values] = steps, count: int = steps.count) -> Values:
+            return dict(steps(min(int(share * count), count - 1)))
+
+        axes.append(
+            Axis("+".join(steps.names), step, {name: _declared(declared[name]) for name in steps.names}, steps.count)
+        )
+    return tuple(axes)
+
+
+def _listed(name: str, rows: Sequence[Values], nominal: str) -> Axis:
+    def at(share: float) -> Values:
+        return dict(rows[min(int(share * len(rows)), len(rows) - 1)])
+
+    return Axis(name, at, {name: nominal}, len(rows))
+
+
+def _declared(declared: ParameterDeclaration) -> str:
+    """A declared number as drawn ones are spelled, so that 60.0 and 60 are one drive; a word as it stands."""
+    from openscenario.values import spelled
+
+    value = str(declared.value)
+    if declared.parameter_type in WORDS:
+        return value
+    try:
+        return spelled(float(value))
+    except (ValueError, OverflowError):  # a number that is not finite
+        return value
+
+
+def _number(value: float, whole: bool) -> str:
+    from openscenario.values import spelled
+
+    return spelled(round(value) if whole else float(f"{value:.{DIGITS}g}"))
+
+
+def _same(one: str, other: str) -> bool:
+    try:
+        return float(one) == float(other)
+    except ValueError:
+        return one == other

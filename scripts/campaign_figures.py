@@ -1,0 +1,126 @@
+"""Measures the figures of docs/campaigns.md: cost of a drive, searchers against chance, coverage of the intervals.
+
+    python -m scripts.campaign_figures cost | coverage [REPEATS] | chance [DRIVES] | search NAME [SEEDS]
+
+`make campaigns` runs all of them. `chance` drives evenly drawn variants of the planted fault; `search` says after how
+many drives a searcher finds it, beside the median of chance, ln 2 / p.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import norm
+
+from pytest_dvp.campaigns.campaign import Campaign
+from pytest_dvp.campaigns.crew import Crew
+from pytest_dvp.campaigns.critical_search import search
+from pytest_dvp.campaigns.measured_probability import counted_probability
+from pytest_dvp.campaigns.one_drive import drive
+from pytest_dvp.campaigns.parameter_space import space_of
+from pytest_dvp.campaigns.rare_failures import Judge, rare_probability
+from pytest_dvp.campaigns.sampling import sample
+from pytest_dvp.campaigns.store import Store
+from pytest_dvp.drive.run_spec import RunSpec
+from scenarios import path as shipped
+
+ROOT = Path(__file__).parents[1]
+STACKS = ROOT / "benchmarks" / "late_brake.py"
+GATES = '[[gate]]\nmetric = "collision"\nmax = 0\n[[gate]]\nmetric = "events_fired"\nmax = 1000\n'
+SECONDS = 9.0  # s of a drive with the planted fault: until all have stopped
+BUDGET = 150  # drives of a search
+RUNS = 2000  # drives of a measured probability
+
+
+@contextmanager
+def campaign(stack: str, seconds: float) -> Iterator[Campaign]:
+    """follow.xosc with a stack of late_brake.py, in a store that is thrown away."""
+    with tempfile.TemporaryDirectory() as folder:
+        gates = Path(folder) / "collision.gates.toml"
+        gates.write_text(GATES, encoding="utf-8")
+        settings = RunSpec(ads=f"{STACKS}:{stack}", gates=gates, duration=seconds, stack_process="off", rootdir=ROOT)
+        with Store(Path(folder) / "out", writes=True) as store, Crew(1, drive) as crew:
+            yield Campaign(space_of(shipped("follow.xosc"), settings), settings, store, crew, keep="none")
+
+
+def cost() -> None:
+    """Drives a CPU minute, warm, with the store's row written and no run folder."""
+    for seconds in (SECONDS, 40.0):
+        with campaign("TenLines", seconds) as one:
+            points = sample("random", one.space.axes, 62, 7)
+            one.rows(points[:2], "sample")
+            before = time.process_time()
+            one.rows(points[2:], "sample")
+            print(f"{seconds:g} s: {60.0 * 60 / (time.process_time() - before):.0f} drives a CPU minute", flush=True)
+
+
+def chance(count: int = 2000) -> None:
+    """The prevalence of the planted fault among evenly drawn variants."""
+    with campaign("LateBrake", SECONDS) as one:
+        rows = one.rows(sample("random", one.space.axes, count, 7), "sample")
+        found = counted_probability(rows)
+        print(found.text())
+        median = [math.log(2.0) / p if p else math.inf for p in (found.high, found.estimate, found.low)]
+        print("median of chance: {1:.0f} drives, between {0:.0f} and {2:.0f}".format(*median), flush=True)
+
+
+def searched(name: str, seeds: int = 10) -> None:
+    """After how many drives a searcher finds the planted fault, by seed."""
+    first = []
+    for seed in range(seeds):
+        with campaign("LateBrake", SECONDS) as one:
+            rows = search(one, name, BUDGET, seed)
+            first.append(next((k + 1 for k, row in enumerate(rows) if row.failed), BUDGET + 1))
+    print(f"{name}: median {np.median(first):g} of {sorted(first)}", flush=True)
+
+
+def half_space(size: int, p: float) -> Judge:
+    """Fails beyond a plane."""
+    return lambda u: -norm.ppf(p) - norm.ppf(np.clip(u, 1e-16, 1.0 - 1e-16)).sum(axis=1) / np.sqrt(size)
+
+
+def two_sides(size: int, p: float) -> Judge:
+    """Fails in two regions on opposite sides."""
+    return lambda u: -norm.ppf(p / 2) - np.abs(norm.ppf(np.clip(u[:, 0], 1e-16, 1.0 - 1e-16)))
+
+
+def corner(size: int, p: float) -> Judge:
+    """Fails in a corner of the cube."""
+    return lambda u: (1.0 - p ** (1.0 / size)) - u.min(axis=1)
+
+
+def coverage(repeats: int = 100) -> None:
+    """How often the interval holds a known probability, and how many drives plain counting needs for the same error."""
+    problems: tuple[Callable[[int, float], Judge], ...] = (half_space, two_sides, corner)
+    for problem in problems:
+        for size in (2, 5):
+            for p in (1e-2, 1e-3, 1e-4, 1e-5):
+                found = [rare_probability(problem(size, p), size, RUNS, seed) for seed in range(repeats)]
+                holds = float(np.mean([each.low <= p <= each.high for each in found]))
+                error = math.sqrt(np.mean([(each.estimate / p - 1.0) ** 2 for each in found]))
+                gain = (1.0 - p) / p / error**2 / RUNS
+                print(
+                    f"{problem.__name__} {size} parameters, p {p:g}: holds it in {100 * holds:.0f} %, relative error "
+                    f"{100 * error:.0f} %, {gain:.0f} times fewer drives than counting",
+                    flush=True,
+                )
+
+
+def main() -> None:
+    """Run what the first word names."""
+    what, *rest = sys.argv[1:]
+    if what == "search":
+        searched(rest[0], *(int(word) for word in rest[1:]))
+    else:
+        {"cost": cost, "chance": chance, "coverage": coverage}[what](*(int(word) for word in rest))
+
+
+if __name__ == "__main__":
+    main()

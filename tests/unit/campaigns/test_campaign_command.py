@@ -1,0 +1,87 @@
+"""`dvp campaign` from a scenario to its map, with drives of a fifth of a second."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from pytest_dvp.cli.command_line import main
+from scenarios import path as shipped
+
+GATES = '[[gate]]\nmetric = "max_jerk"\nmax = 100\n'
+
+
+def campaign(folder: Path, *more: str) -> int:
+    gates = folder / "any.gates.toml"
+    gates.write_text(GATES)
+    words = ["campaign", str(shipped("follow.xosc")), "--out", str(folder / "out"), "--jobs", "1", "--no-ini"]
+    return main([*words, "--duration", "0.2", "--gates", str(gates), *more])
+
+
+def test_a_campaign_is_driven_read_and_exported(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code = campaign(tmp_path, "--runs", "3", "--json")
+    out, err = capsys.readouterr()
+    told = json.loads(out)
+    assert code == 0, err  # nothing failed: in 0.2 s no event fires, which decides nothing
+    assert (told["runs"], sum(told["verdicts"].values())) == (3, 3)
+    assert "3 of 3 driven, 0 failed" in err
+    assert (tmp_path / "out" / "map.html").read_text().startswith("<!DOCTYPE html>")
+    with sqlite3.connect(tmp_path / "out" / "campaign.sqlite") as file:
+        values = json.loads(file.execute("SELECT parameters FROM runs").fetchone()[0])
+    assert 4.0 <= values["ego_speed"] <= 6.0  # the range that follow.xosc declares
+    assert main(["campaign", str(tmp_path / "out"), "--status"]) == 0
+    assert capsys.readouterr().out.startswith("3 runs: ")
+    assert main(["campaign", str(tmp_path / "out"), "--export", "csv"]) == 0
+    with (tmp_path / "out" / "runs.csv").open() as table:
+        assert len(list(csv.DictReader(table))) == 3
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--method", "sobel"], "--method: unknown value 'sobel', did you mean 'sobol'?"),
+        (["--runs", "0"], "--runs is 0, expected a whole number >= 1"),
+        (["--keep-logs", "some"], "--keep-logs: unknown value 'some'"),
+        (["--baseline", "nowhere"], "--baseline: nowhere: no campaign: it holds no campaign.sqlite"),
+    ],
+)
+def test_a_wrong_option_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], said: str
+) -> None:
+    assert campaign(tmp_path, *words) == 2
+    err = capsys.readouterr().err
+    assert err.startswith(said)
+    assert err.count("\n") == 1
+
+
+def test_a_folder_that_is_no_campaign_has_no_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["campaign", str(tmp_path), "--status"]) == 2
+    assert capsys.readouterr().err == f"{tmp_path}: no campaign: it holds no campaign.sqlite\n"
+
+
+def test_parts_put_together_are_the_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    keys = {}
+    for name, more in (("whole", []), ("one", ["--shard", "1/2"]), ("two", ["--shard", "2/2"])):
+        assert campaign(tmp_path, "--out", str(tmp_path / name), "--runs", "3", *more) == 0
+        keys[name] = keys_of(tmp_path / name)
+    assert (len(keys["one"]), len(keys["two"])) == (2, 1)
+    words = ["campaign", str(tmp_path / "one"), str(tmp_path / "two"), "--merge", "--out", str(tmp_path / "both")]
+    assert main(words) == 0
+    assert capsys.readouterr().out.splitlines()[-1] != ""
+    assert keys_of(tmp_path / "both") == keys["whole"] == keys["one"] | keys["two"]
+    assert main(["campaign", str(tmp_path / "one"), "--merge", "--out", str(tmp_path / "one")]) == 2
+
+
+def keys_of(folder: Path) -> set[str]:
+    with sqlite3.connect(folder / "campaign.sqlite") as file:
+        return {row[0] for row in file.execute("SELECT key FROM runs")}
+
+
+@pytest.mark.parametrize("part", ["3/2", "0/2", "1", "a/b", "-1/2"])
+def test_a_part_that_is_none_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str], part: str) -> None:
+    assert campaign(tmp_path, f"--shard={part}") == 2
+    assert capsys.readouterr().err.startswith(f"--shard: found {part!r}, expected ")

@@ -1,0 +1,122 @@
+"""What a campaign shows: minimal reproducers, the influence of parameters, the page, and what became worse."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path[:0] = [str(Path(__file__).parent)]
+import planted  # noqa: E402
+
+from pytest_dvp.campaigns.baseline import compared  # noqa: E402
+from pytest_dvp.campaigns.criticality import box_gap  # noqa: E402
+from pytest_dvp.campaigns.map_page import map_page  # noqa: E402
+from pytest_dvp.campaigns.one_drive import Drive  # noqa: E402
+from pytest_dvp.campaigns.parameter_influence import influence  # noqa: E402
+from pytest_dvp.campaigns.reproducer import changed_values, reproducers, smallest  # noqa: E402
+from pytest_dvp.campaigns.sampling import sample  # noqa: E402
+from pytest_dvp.campaigns.store import Row, Store  # noqa: E402
+from reports.campaign import render_campaign_page  # noqa: E402
+
+
+def two_needed(order: Drive) -> Row:
+    """Fails where a > 0.7 and b > 0.8, whatever c is; another gate fails where c < 0.05."""
+    value = {name: float(text) for name, text in order.parameters.items()}
+    if value["c"] < 0.05:
+        return planted.row(order, value["c"] - 0.05, "other >= 0")
+    return planted.row(order, max(0.7 - value["a"], 0.8 - value["b"]))
+
+
+def test_a_reproducer_holds_what_is_needed_and_nothing_else(tmp_path: Path) -> None:
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store, two_needed, "abc")
+        row = smallest(one, one.rows([(0.97, 0.99, 0.3)], "sample")[0])
+        changed = changed_values(one, row)
+        assert changed.keys() == {"a", "b"}
+        assert 0.7 < float(changed["a"]) < 0.72  # moved back as far as it still fails, to 3 % of the way
+        assert 0.8 < float(changed["b"]) < 0.82
+        for name in changed:
+            assert not one.rows_of([{**row.parameters, name: "0.5"}], "reproducer")[0].failed
+
+
+def test_each_kind_of_failure_has_a_reproducer_of_its_own_kind(tmp_path: Path) -> None:
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store, two_needed, "abc")
+        rows = one.rows([(0.9, 0.9, 0.5), (0.95, 0.9, 0.5), (0.4, 0.4, 0.01)], "sample")
+        found = reproducers_without_files(one, rows)
+    assert {cluster: sorted(changed) for cluster, changed in found.items()} == {
+        "gap >= 0": ["a", "b"],
+        "other >= 0": ["c"],
+    }
+
+
+def reproducers_without_files(one: object, rows: list[Row]) -> dict[str, Mapping[str, str]]:
+    """The planted scenario drives nothing, so that it cannot be written as one that does."""
+    from pytest_dvp.campaigns import reproducer
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reproducer, "_write", lambda campaign, values, target: "dvp run it")
+        return {each.cluster: each.changed for each in reproducers(one, rows)}  # type: ignore[arg-type]
+
+
+def test_the_influence_of_a_linear_objective_is_known(tmp_path: Path) -> None:
+    # 3a + 4b with a, b even: shares of the variance 9/25 and 16/25, c nothing.
+    def work(order: Drive) -> Row:
+        value = {name: float(text) for name, text in order.parameters.items()}
+        return planted.row(order, 10.0 + 3.0 * value["a"] + 4.0 * value["b"])
+
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store, work, "abc")
+        rows = one.rows(sample("sobol", one.space.axes, 256, 7), "sample")
+        told = influence(one.space, rows)
+        assert told is not None
+        assert [told[name] for name in "abc"] == pytest.approx([0.36, 0.64, 0.0], abs=0.06)
+        assert influence(one.space, rows[:20]) is None
+        searched = [dataclasses.replace(row, purpose="search") for row in rows]
+        assert influence(one.space, searched) is None  # a search lies where it looked
+
+
+def test_the_page_escapes_what_a_file_says_and_loads_nothing(tmp_path: Path) -> None:
+    def work(order: Drive) -> Row:
+        return dataclasses.replace(planted.corner(order), message="<script>alert(1)</script>")
+
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store, work)
+        rows = one.rows([(0.99, 0.99), (0.2, 0.2)], "sample")
+        page = render_campaign_page([map_page(one, rows, [], None)])
+    assert "<script" not in page
+    assert "&lt;script&gt;alert(1)" in page
+    assert "http" not in page.replace("http-equiv", "")
+    assert page.count("<circle") == 2
+
+
+def test_what_passed_before_and_fails_now_is_told(tmp_path: Path) -> None:
+    def worse(order: Drive) -> Row:
+        return planted.row(order, 1.6 - float(order.parameters["a"]) - float(order.parameters["b"]))
+
+    points = [(0.9, 0.8), (0.95, 0.95), *[(0.3, k / 40) for k in range(20)]]
+    with Store(tmp_path / "old", writes=True) as old, Store(tmp_path / "new", writes=True) as new:
+        before = planted.campaign(tmp_path, old).rows(points, "sample")
+        now = planted.campaign(tmp_path, new, worse).rows(points, "sample")
+    found = compared(before, now)
+    assert (found.pairs, len(found.worse), found.better) == (22, 1, ())
+    assert found.worse[0].parameters == {"a": "0.9", "b": "0.8"}
+    assert [(each.gate, round(each.change, 9), each.pairs) for each in found.shrunk] == [("gap >= 0", -0.2, 22)]
+    assert compared(before, before).shrunk == ()
+
+
+def test_the_gap_between_boxes_is_that_of_geometry() -> None:
+    # x, y, yaw, length, width, vx, vy: 4 x 2 m at the origin; others 3 m ahead, beside, turned by 45 degrees, over it
+    ego = np.tile([0.0, 0.0, 0.0, 4.0, 2.0, 0.0, 0.0], (4, 1))
+    other = np.array([
+        [7.0, 0.0, 0.0, 4.0, 2.0, 0.0, 0.0],
+        [0.0, 2.5, 0.0, 4.0, 2.0, 0.0, 0.0],
+        [5.0, 0.0, np.pi / 4, 2.0, 2.0, 0.0, 0.0],
+        [1.0, 0.5, 0.0, 4.0, 2.0, 0.0, 0.0],
+    ])  # fmt: skip
+    assert box_gap(ego, other) == pytest.approx([3.0, 0.5, 3.0 - np.sqrt(2.0), 0.0])

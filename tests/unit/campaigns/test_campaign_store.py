@@ -1,0 +1,122 @@
+"""A campaign's store: nothing is driven twice, nothing is lost by a kill, and another process cannot write it."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pytest_dvp.campaigns.campaign import Campaign
+from pytest_dvp.campaigns.crew import Crew
+from pytest_dvp.campaigns.one_drive import Drive
+from pytest_dvp.campaigns.sampling import sample
+from pytest_dvp.campaigns.store import Row, Store, StoreError
+
+sys.path.insert(0, str(Path(__file__).parent))
+import planted
+
+
+def test_the_same_campaign_again_drives_nothing_and_a_longer_one_the_rest(tmp_path: Path) -> None:
+    driven: list[str] = []
+
+    def work(order: Drive) -> Row:
+        driven.append(order.key)
+        return planted.corner(order)
+
+    for runs, expected in ((10, 10), (10, 10), (16, 16)):
+        with Store(tmp_path / "out", writes=True) as store:
+            one = planted.campaign(tmp_path, store, work)
+            assert len(one.rows(sample("sobol", one.space.axes, runs, 7), "sample")) == runs
+        assert len(driven) == len(set(driven)) == expected
+
+
+def test_a_campaign_that_is_killed_loses_nothing_and_doubles_nothing(tmp_path: Path) -> None:
+    codes = []
+    for last in (4, 3, 6, 1000):
+        words = [sys.executable, planted.__file__, str(tmp_path), "20", str(last)]
+        codes.append(subprocess.run(words, check=False).returncode)
+    assert codes == [-9, -9, -9, 0]
+    driven = (tmp_path / "driven.txt").read_text().split()
+    assert len(driven) == len(set(driven)) == 20  # 3, 2 and 5 before the kills, then the other 10
+    with Store(tmp_path / "out") as store:
+        assert sorted(row.key for row in store.rows()) == sorted(driven)
+
+
+def test_the_table_has_the_columns_that_others_read(tmp_path: Path) -> None:
+    with Store(tmp_path / "out", writes=True) as store:
+        planted.campaign(tmp_path, store).rows([(0.95, 0.9)], "sample")
+    with sqlite3.connect(tmp_path / "out" / "campaign.sqlite") as file:
+        names = [column[1] for column in file.execute("PRAGMA table_info(runs)")]
+        assert [column[1] for column in file.execute("PRAGMA table_info(runs)") if column[5]] == ["key"]
+        parameters, verdict = file.execute("SELECT parameters, verdict FROM runs").fetchone()
+        assert file.execute("PRAGMA journal_mode").fetchone() == ("wal",)
+    assert names == ["key", "scenario", "parameters", "seed", "verdict", "margins", "metrics", "vacuous", "cpu",
+                     "commit_id", "log"]  # fmt: skip
+    assert json.loads(parameters) == {"a": 0.95, "b": 0.9}
+    assert verdict == "FAIL"
+
+
+def test_one_process_writes(tmp_path: Path) -> None:
+    with Store(tmp_path / "out", writes=True):
+        with pytest.raises(StoreError, match="another process is writing"):
+            Store(tmp_path / "out", writes=True)
+        with Store(tmp_path / "out") as reading:
+            assert reading.rows() == []
+
+
+@pytest.mark.parametrize("content", [b"", b"no database at all", b"SQLite format 3\0" + b"x" * 200])
+def test_a_file_that_is_no_store_is_told_in_one_line(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "campaign.sqlite").write_bytes(content)
+    with pytest.raises(StoreError, match=r"cannot be read as a campaign: \w+") as error:
+        Store(tmp_path)
+    assert "\n" not in str(error.value)
+
+
+def test_another_gate_file_is_another_campaign(tmp_path: Path) -> None:
+    with Store(tmp_path / "out", writes=True) as store:
+        before = planted.campaign(tmp_path, store).base
+        assert planted.campaign(tmp_path, store).base == before
+        (tmp_path / "planted.gates.toml").write_text('[[gate]]\nmetric = "max_jerk"\nmax = 3\n')
+        assert planted.campaign(tmp_path, store).base != before
+
+
+@pytest.mark.parametrize("name", ["sobol", "random"])
+def test_more_runs_begin_with_the_same_points(tmp_path: Path, name: str) -> None:
+    with Store(tmp_path / "out", writes=True) as store:
+        axes = planted.campaign(tmp_path, store).space.axes
+    assert sample(name, axes, 40, 3)[:12] == sample(name, axes, 12, 3)
+    assert sample(name, axes, 12, 3) != sample(name, axes, 12, 4)
+
+
+def test_a_grid_has_the_ends_of_each_range(tmp_path: Path) -> None:
+    with Store(tmp_path / "out", writes=True) as store:
+        points = sample("grid", planted.campaign(tmp_path, store).space.axes, 7, 3)
+    assert points == [(a, b) for a in (0.0, 0.5, 1.0) for b in (0.0, 1.0)]
+
+
+def test_a_drive_that_ends_its_worker_costs_no_other_and_workers_change_nothing(tmp_path: Path) -> None:
+    points = [(0.2, 0.3), (0.97, 0.1), (0.4, 0.5), (0.6, 0.1), (0.85, 0.98)]
+    found = []
+    for count, work in ((2, planted.deadly), (1, planted.corner)):
+        with Store(tmp_path / str(count), writes=True) as store, Crew(count, work) as crew:
+            one = planted.campaign(tmp_path, store)
+            found.append(Campaign(one.space, one.settings, store, crew).rows(points, "sample"))
+    assert [row.verdict for row in found[0]] == ["PASS", "ERROR", "PASS", "PASS", "FAIL"]
+    assert "died twice" in found[0][1].message
+    assert [row for row in found[0] if row.verdict != "ERROR"] == [found[1][k] for k in (0, 2, 3, 4)]
+
+
+@pytest.mark.parametrize(("column", "value"), [("log", "../x.mcap"), ("key", "../x"), ("margins", "{")])
+def test_a_row_that_was_tampered_with_is_told(tmp_path: Path, column: str, value: str) -> None:
+    with Store(tmp_path / "out", writes=True) as store:
+        planted.campaign(tmp_path, store).rows([(0.5, 0.5)], "sample")
+    with sqlite3.connect(tmp_path / "out" / "campaign.sqlite") as file:
+        file.execute(f"UPDATE runs SET {column} = ?", (value,))
+        if column == "key":
+            file.execute("UPDATE judged SET key = ?", (value,))
+    with Store(tmp_path / "out") as store, pytest.raises(StoreError, match=r"^campaign.sqlite: row "):
+        store.rows()

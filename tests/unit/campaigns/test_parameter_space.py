@@ -1,0 +1,65 @@
+"""The space of a campaign: shares of the probability become values of ranges, distributions and lists."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path[:0] = [str(Path(__file__).parent)]
+import planted  # noqa: E402
+
+from pytest_dvp.campaigns.constraint_range import FuzzError  # noqa: E402
+from pytest_dvp.campaigns.parameter_space import Space, space_of  # noqa: E402
+from pytest_dvp.drive.run_spec import RunSpec  # noqa: E402
+from scenarios import path as shipped  # noqa: E402
+
+FILE = (
+    '<OpenSCENARIO><FileHeader revMajor="1" revMinor="2" date="2026-01-01T00:00:00" description="" author=""/>'
+    '<ParameterValueDistribution><ScenarioFile filepath="planted.xosc"/>{}</ParameterValueDistribution></OpenSCENARIO>'
+)
+NORMAL = (
+    '<Stochastic numberOfTestRuns="10"><StochasticDistribution parameterName="a">'
+    '<NormalDistribution expectedValue="0.4" variance="0.01"/></StochasticDistribution></Stochastic>'
+)
+LISTED = (
+    '<Deterministic><DeterministicSingleParameterDistribution parameterName="a"><DistributionSet>'
+    '<Element value="0.1"/><Element value="0.5"/><Element value="0.9"/></DistributionSet>'
+    "</DeterministicSingleParameterDistribution></Deterministic>"
+)
+
+
+def space(folder: Path, distribution: str) -> Space:
+    planted.scenario(folder)
+    file = folder / "varied.xosc"
+    file.write_text(FILE.format(distribution))
+    return space_of(file, RunSpec())
+
+
+def test_a_range_is_even_and_its_nominal_value_is_found() -> None:
+    found = space_of(shipped("overtaking.xosc"), RunSpec())
+    middle = found.values((0.5,) * 5)
+    assert float(middle["ego_speed"]) == 4.5  # 3 to 6 m/s
+    assert found.values(found.nominal_shares) == {
+        "ego_speed": "5.5", "target_position": "60", "target_lateral_offset": "0", "trigger_distance": "45",
+        "oncoming_speed": "5",
+    }  # fmt: skip
+    assert found.nominal == found.values(found.nominal_shares)  # spelled alike: one drive, not two
+
+
+def test_a_normal_distribution_has_its_quantiles(tmp_path: Path) -> None:
+    found = space(tmp_path, NORMAL)
+    values = [float(found.values((share,))["a"]) for share in (0.5, 0.8413447, 0.0227501)]
+    assert values == pytest.approx([0.4, 0.5, 0.2], abs=1e-5)  # the mean, one above, two below
+
+
+def test_a_list_has_each_value_equally_often(tmp_path: Path) -> None:
+    found = space(tmp_path, LISTED)
+    assert [found.values((share,))["a"] for share in (0.0, 0.3, 0.4, 0.7, 1.0)] == ["0.1", "0.1", "0.5", "0.9", "0.9"]
+    assert found.nominal_shares == (0.5,)
+
+
+def test_a_scenario_without_ranges_cannot_be_varied(tmp_path: Path) -> None:
+    with pytest.raises(FuzzError, match="there is nothing to vary"):
+        space_of(planted.scenario(tmp_path, ""), RunSpec())
