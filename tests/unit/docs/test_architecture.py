@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[3]
 ARCHITECTURE = ROOT / "ARCHITECTURE.md"
 DECISIONS = ROOT / "docs" / "decisions"
-MOST_LINES = 110  # two printed pages
+MOST_LINES = 120  # two printed pages
 ROOMS = ("machine_code", "openscenario", "vehicle", "ads", "reports", "pytest_dvp", "scenarios", "scripts")
 PAGES = sorted([ARCHITECTURE, ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 
