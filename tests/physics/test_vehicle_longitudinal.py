@@ -66,6 +66,17 @@ def test_brake_lag_delays_the_brake_but_not_the_drive() -> None:
     assert driven.advance(1000)[-1, 5] == pytest.approx(3.0, abs=1e-9)
 
 
+def test_a_drive_that_lags_leaves_its_brake_alone_where_that_is_apart() -> None:
+    """From 2 m/s^2 the command turns to -3: the brake acts at once, while the drive fades with tau."""
+    tau = 0.4
+    car = plant(effects={"drive_lag": {"tau": tau, "brakes": 0.0}}, v=20.0)
+    car.command(0.0, accel=2.0)
+    before = car.advance(5000)[-1, 5]
+    car.command(0.0, accel=-3.0)
+    gained = car.advance(800)[-1, 5] - before
+    assert gained == pytest.approx(-3.0 * 0.8 + 2.0 * tau * (1.0 - math.exp(-0.8 / tau)), abs=1e-5)
+
+
 def test_a_brake_that_is_released_gradually_acts_beside_the_drive() -> None:
     """After 1 s of braking the brake stands at b = 3 (1 - e^(-1/tau)); it fades with r tau while the drive pushes."""
     tau, r = 0.4, 0.5

@@ -43,7 +43,7 @@ FINE = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 
 P = INDEX
 (DRIVE_T, DRIVE_TAU, BRAKE_TAU) = (P["drive_delay", "T"], P["drive_lag", "tau"], P["brake_lag", "tau"])
-RELEASE = P["brake_lag", "release"]
+RELEASE, LATE_BRAKES = P["brake_lag", "release"], P["drive_lag", "brakes"]
 (G_DRIVE, G_BRAKE, M_RATIO) = (P["drive_gain", "g"], P["brake_gain", "g"], P["mass", "ratio"])
 (JERK, POWER, BRAKE_MAX) = (P["jerk_limit", "limit"], P["power_limit", "limit"], P["brake_limit", "limit"])
 (DEAD, LIFT, ROLLING) = (P["pedal_deadband", "width"], P["lift_off_braking", "a"], P["rolling_resistance", "c"])
@@ -116,8 +116,9 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
     wish /= p[M_RATIO]
     lifted = p[LIFT] if abs(wish) < IDLE else 0.0
     old = s[A_LAG]
-    s[A_LAG] = follow(old, wish, p[DRIVE_TAU])
-    a = 0.5 * (old + s[A_LAG]) if p[DRIVE_TAU] > 0.0 else wish
+    at_once = (1.0 - p[LATE_BRAKES]) * min(wish, 0.0)  # a brake that is apart from the motor
+    s[A_LAG] = follow(old, wish - at_once, p[DRIVE_TAU])
+    a = 0.5 * (old + s[A_LAG]) + at_once if p[DRIVE_TAU] > 0.0 else wish
     if a < 0.0:
         old = s[A_BRAKE]
         s[A_BRAKE] = follow(old, a, p[BRAKE_TAU])

@@ -18,7 +18,7 @@ Effects = Mapping[str, Mapping[str, float]]
 # name -> key -> (value that switches it off, a value in the middle of its range, unit)
 PLANT: dict[str, dict[str, tuple[float, float, str]]] = {
     "drive_delay": {"T": (0.0, 0.2, "s")},
-    "drive_lag": {"tau": (0.0, 0.3, "s")},
+    "drive_lag": {"tau": (0.0, 0.3, "s"), "brakes": (1.0, 1.0, "-")},
     "brake_lag": {"tau": (0.0, 0.3, "s"), "release": (0.0, 0.0, "-")},
     "drive_gain": {"g": (1.0, 0.85, "-")},
     "brake_gain": {"g": (1.0, 0.8, "-")},

@@ -19,7 +19,16 @@ from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, 
 from pytest_dvp.gap.diagnose.least_squares import intervals, widen_dead_times
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.residual_signature import signature
-from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, MISFIT, PRACTICAL, PRICE, Search, SearchResult, Tick
+from pytest_dvp.gap.diagnose.search import (
+    CHANNEL_MISFIT,
+    EXCUSED_MISFIT,
+    MISFIT,
+    PRACTICAL,
+    PRICE,
+    Search,
+    SearchResult,
+    Tick,
+)
 from pytest_dvp.gap.diagnose.standing import Evidence, with_standing
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
@@ -31,6 +40,7 @@ if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel
 
 MIN_SETUP_GAIN = 0.01  # of max(1, chi^2/N), that a run's own set-up must gain on the rest of it
+EXCUSED_REMOVAL = 0.2  # of max(1, chi^2/N), that a twin with a known remainder must gain without one of its effects
 SLIGHT = 0.01  # of what an effect gains where it is fitted: a smaller loss elsewhere is no veto
 
 
@@ -120,7 +130,9 @@ def diagnose(
     if model.drives_nothing and "speed_controller" not in final.names:
         found = dataclasses.replace(found, not_excited=())  # a model that stands says nothing of what a drive shows
     channels = target.by_channel(final.values)
-    verdict = _verdict(final.chi2 / search.count, channels, named, found, len(tried))
+    limit = EXCUSED_MISFIT if target.excused else CHANNEL_MISFIT
+    misfit = final.chi2 > MISFIT * search.count or any(value > limit for value in channels.values())
+    verdict = _verdict(misfit, named, found, len(tried))
     return Diagnosis(
         verdict=verdict,
         effects=named,
@@ -144,9 +156,7 @@ def _price(found: SearchResult, count: int, removed: int) -> float:
     return chi2 + PRICE * chi2 * (len(found.final.fit.coordinates) + removed)
 
 
-def _verdict(left: float, channels: Mapping[str, float], named: Sequence[NamedEffect], found: SearchResult,
-             tried: int) -> Verdict:  # fmt: skip
-    misfit = left > MISFIT or any(value > CHANNEL_MISFIT for value in channels.values())
+def _verdict(misfit: bool, named: Sequence[NamedEffect], found: SearchResult, tried: int) -> Verdict:
     if misfit:
         return "PARTIAL" if named else "UNKNOWN"
     if named:
@@ -163,7 +173,8 @@ def _removed(target: ExperimentSet, model: VehicleModel) -> dict[tuple[str, str]
         neutral = {(applied.name, k.name): k.neutral for k in applied.effect.parameters}
         r = target.whitened(off | neutral)
         left = square(r)
-        if best - left > PRACTICAL * max(count, left):
+        worth = EXCUSED_REMOVAL if target.excused else PRACTICAL
+        if best - left > worth * max(count, left):
             best = left
             off |= neutral
     return off

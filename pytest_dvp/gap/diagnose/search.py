@@ -39,6 +39,7 @@ PRICE = 0.005  # of max(1, chi^2/N), for a parameter
 EQUAL = 5e-4  # of chi^2/N: sets that differ by less do the same
 MISFIT = 1.3  # chi^2/N over all channels, above which something is left
 CHANNEL_MISFIT = 1.5  # of one channel
+EXCUSED_MISFIT = 2.0  # of one channel of a twin with a known remainder, which changes from drive to drive
 _RETURNS = 2  # times that a search begins again
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 LARGE = 6  # effects of a set from which on fewer candidates are fitted: each fit moves all of its values
@@ -250,13 +251,14 @@ class Search:
         """True if more is left than noise, in all or in one channel."""
         if now.chi2 > MISFIT * self.count:
             return True
-        return max(self.target.by_channel(now.values).values(), default=0.0) > CHANNEL_MISFIT
+        limit = EXCUSED_MISFIT if self.target.excused else CHANNEL_MISFIT
+        return max(self.target.by_channel(now.values).values(), default=0.0) > limit
 
     def _within_noise(self, now: Trial) -> bool:
         """True if no channel is off by more than its sensor is; of a twin with a known remainder, if all together leave
         less than noise and that: fragments of an old remainder always gain a little."""
         worst = max(self.target.by_channel(now.values).values(), default=0.0)
-        return worst < 1.0 or (self.target.excused and now.chi2 < self.count and worst < MISFIT)
+        return worst < 1.0 or (self.target.excused and now.chi2 < self.count and worst < EXCUSED_MISFIT)
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""

@@ -16,9 +16,22 @@ from vehicle.model.step_maths import lag
     slot="actuator",
     order=10,
     physics="motor current and driveline build the wanted acceleration up gradually",
-    equation="tau a' = a_c - a",
+    equation="tau y' = u - y, u = max(a_c, 0) + brakes min(a_c, 0), a = y + (1 - brakes) min(a_c, 0)",
     source="R. Rajamani, Vehicle Dynamics and Control, 2nd ed., eq. 5.7",
-    parameters=(Key("tau", "s", 0.1, 0.8, neutral=0.0, least=0.03, minimum=0.0, meaning="time constant"),),
+    parameters=(
+        Key("tau", "s", 0.1, 0.8, neutral=0.0, least=0.03, minimum=0.0, meaning="time constant"),
+        Key(
+            "brakes",
+            "-",
+            0.0,
+            1.0,
+            neutral=1.0,
+            least=0.1,
+            minimum=0.0,
+            maximum=1.0,
+            meaning="share of a braking command that comes late, too; 0 where the brake is apart from the motor",
+        ),
+    ),
     memory=(Memory("a"),),
     ties=("drive_delay", "jerk_limit"),
     reveals="steps of the acceleration command, each held for 2 s",
@@ -32,5 +45,11 @@ def drive_lag(x: Bus, p: Any, m: Any) -> None:
     if p.tau <= 0.0:
         m.a = x.accel - x.accel_lead
         return
-    x.accel, m.a = lag(start, x.accel, x.accel_lead, p.tau, x.dt)
-    x.accel_lead = start - x.accel
+    if p.brakes >= 1.0:
+        x.accel, m.a = lag(start, x.accel, x.accel_lead, p.tau, x.dt)
+        x.accel_lead = start - x.accel
+        return
+    share = 1.0 if x.accel > 0.0 else p.brakes
+    at_once, its_lead = (1.0 - share) * x.accel, (1.0 - share) * x.accel_lead
+    mean, m.a = lag(start, share * x.accel, share * x.accel_lead, p.tau, x.dt)
+    x.accel, x.accel_lead = mean + at_once, start - mean + its_lead
