@@ -109,7 +109,8 @@ def test_a_log_begins_with_actuators_at_rest_at_its_first_command() -> None:
         "drive_lag",
         "jerk_limit",
     )
-    values = {(n, k.name): 0.3 if k.neutral == 0.0 else 1.1 for n in actuators for k in catalogue()[n].parameters}
+    keys = [(n, k) for n in actuators for k in catalogue()[n].parameters]
+    values = {(n, k.name): 0.3 if k.neutral == 0.0 else min(1.1, k.maximum) for n, k in keys}
     rows = run(values, commands=held, v=3.0)
     assert np.abs(rows[:, STEER] - 0.11).max() < 1e-12
     assert np.abs(rows[:, AX] - 0.5).max() < 1e-9

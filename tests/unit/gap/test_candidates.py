@@ -88,7 +88,7 @@ def test_points_give_every_key_a_value_that_does_something_and_stays_in_its_rang
     assert len(candidate.coarse) <= len(candidate.points)
 
 
-@pytest.mark.parametrize("name", ["brake_limit", "steer_rate_limit", "drive_lag", "steer_delay", "rolling_resistance"])
+@pytest.mark.parametrize("name", ["brake_limit", "steer_rate_limit", "steer_lag", "steer_delay", "rolling_resistance"])
 def test_the_strongest_point_comes_first(name: str) -> None:
     (key,) = catalogue()[name].parameters
     values = [point[name, key.name] for point in tried()[name].points]
