@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 LEFT = 1.15  # chi^2/N of the model, below which there is nothing to discover
 FAMILIES = 24  # forms that are fitted in each round, the best to first order
 CREDIBLE = 1.05  # chi^2/N on both sides, above which the form is not proven: exact forms left up to 1.04
+SHOWN = 0.1  # chi^2/N beyond the noise, that the held-out data must show before they can prove a form
 WORTH = 0.2  # of the error beyond the noise, that a law must take away on both sides
 LAST = 0.1  # of the held-out one, that its last term must
 PRICE = 0.004  # of chi^2, for each factor of a form
@@ -131,7 +132,7 @@ class _Discovery:
         for what, left, judged in self._known_rivals():
             share = (base.judged - judged) / max(base.judged - 1.0, 1e-9)
             if share > removed[1] - AS_GOOD and not (credible and left > CREDIBLE):
-                return self._none(base, f"{what} explains the held-out data as well ({share:.0%} of the error)")
+                return self._none(base, f"the held-out data are explained as well by {what} ({share:.0%} of the error)")
         same, other = self._other_forms(now, rivals)
         elsewhere = self._elsewhere(now)
         now = self._where_it_belongs(now, elsewhere)
@@ -140,6 +141,8 @@ class _Discovery:
                 f"it leaves more than noise (chi^2/N {now.left:.3g} fitted, {now.judged:.3g} held out), so its form is "
                 "not proven"
             )
+        if base.judged - 1.0 < SHOWN:
+            reasons.append(f"the held-out data hardly show the error (chi^2/N {base.judged:.3g} without the law)")
         if other:
             reasons.append(f"these data cannot tell its form from {', '.join(other)}")
         parts = {p.part for p in self.points if p.name in elsewhere}
