@@ -105,8 +105,10 @@ def _suspected(knob: Knob, before: Point, after: Point, logs: Sequence[Path], mo
             continue  # it does not suit this model or these logs
         left = _chi2(extension.model, loaded, channels)
         if not extension.refusal and (best is None or left < best[0]):
+            effect = find_effect(name)
             values = next(e.parameters for e in extension.effects if e.name == name)
-            best = (left, f"{find_effect(name).name} {in_words(values, 3)}")
+            told = {k: e for k, e in values.items() if abs(e.value - effect.key(k).neutral) >= effect.key(k).least}
+            best = (left, f"{effect.name} {in_words(told or values, 3)}")
     better = best is not None and best[0] < tuned * (1.0 - EXPLAINS_BETTER)
     if inside and not better:
         return None
