@@ -48,9 +48,16 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"{metric.name} [{metric.unit}], {DIRECTION[metric.bigger_is_worse]}{two}{miss}")
         for paragraph in metric.definition.split("\n\n"):
             print(textwrap.fill(" ".join(paragraph.split()), 100, initial_indent="    ", subsequent_indent="    "))
-        given = [f"{key} = {'(must be given)' if _default(v) is None else v}" for key, v in metric.options.items()]
+        given = [f"{key} = {_told(v)}" for key, v in metric.options.items()]
         print(*([f"    options: {', '.join(given)}"] if given else []), sep="\n", end="\n" if given else "")
     return 0
+
+
+def _told(value: object) -> object:
+    """A default as the listing names it."""
+    from pytest_dvp.metrics.metric import REQUIRED
+
+    return "(must be given)" if value is REQUIRED else "undeclared" if _default(value) is None else value
 
 
 def _default(value: object) -> object:

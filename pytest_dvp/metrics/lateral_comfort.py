@@ -18,7 +18,7 @@ def max_lateral_acceleration(log: Log, *, cutoff: float = CUTOFF) -> Measured:
     """Greatest magnitude of the lateral acceleration of the reference point: v * yaw_rate + d(vy)/dt, filtered.
 
     From the motion and not from `ay`, which also feels banked roads; without `vy` the second term is 0. Filter as in
-    `max_jerk`. Source: lateral acceleration of ISO 8855:2011, 5.1.12, in the body's axes. Undefined if `v` or
+    `max_jerk`. Source: lateral acceleration of ISO 8855:2011, in the body's axes. Undefined if `v` or
     `yaw_rate` was not measured throughout.
     """
     t, acceleration = _lateral(log, cutoff)

@@ -19,7 +19,7 @@ def stop_error(log: Log) -> Measured:
     """Distance along the lane between the goal of the task and the reference point of the ego that stopped there.
 
     The goal is the end of the reference line, and its last segment the direction. `extra` holds the signed value
-    (beyond: > 0) and the offset to the left. Source: definition, as the stop-point error of docking and bus stops.
+    (beyond: > 0) and the offset to the left. Source: definition, of this project.
     Undefined if the task has no goal or the ego does not stand at the end of the log.
     """
     task = log.meta.get("task")
@@ -45,8 +45,7 @@ def creep(log: Log, *, slow: float = SLOW, least: float = LEAST) -> Measured:
     """Greatest distance rolled within one standstill: a stretch slower than `slow` [m/s] for at least `least` [s].
 
     The path length |v| dt of the whole stretch, so coming to rest from `slow` counts, by `slow`^2 / (2 a): 2 cm at
-    2 m/s^2. Source: definition, after the standstill of UN Regulation No. 171 (holding the vehicle). t is when the
-    stretch began. Undefined if the ego never stood so.
+    2 m/s^2. Source: definition, of this project. t is when the stretch began. Undefined if the ego never stood so.
     """
     v = np.abs(log["v"])
     still = v < slow  # what is not measured is no standstill

@@ -18,8 +18,7 @@ _FILTER = "zero-phase Butterworth low pass of order 2, cut-off {cutoff} Hz"
 def max_steer_rate(log: Log, *, cutoff: float = RATE_CUTOFF) -> Measured:
     """Greatest magnitude of the time derivative of the road-wheel angle `steer`, filtered.
 
-    Source: steering-wheel velocity of ISO 13674-1:2023 at the road wheel. Undefined if `steer` was not measured
-    throughout.
+    Source: definition, of this project. Undefined if `steer` was not measured throughout.
     """
     t, steer = uniform(log, "steer")
     step = float(t[1] - t[0])
