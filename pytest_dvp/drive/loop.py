@@ -121,7 +121,7 @@ class Loop:
             rows = self._mirror.show(t, rows)
             state = rows[-1]
             self._place(state)
-            around = self._world.look(t, self._signals(t))
+            around = self._world.look(t, self._signals())
             if before is not None and self._touched(rows, before, around) and collided is None:
                 collided = t
             before = around
@@ -140,13 +140,13 @@ class Loop:
                 return self._end(t, "fault")
         raise AssertionError("unreachable: the last tick ends by its duration")
 
-    def _signals(self, t: float) -> tuple[SignalState, ...]:
-        """States of the traffic signals the storyboard has set; a change at `t` [s] goes into the log."""
+    def _signals(self) -> tuple[SignalState, ...]:
+        """States of the traffic signals the storyboard has set; a change goes into the log."""
         now = self._storyboard.world.signals
         if now != self._lights[0]:
             for name in sorted(now):
                 if self._lights[0].get(name) != now[name]:
-                    self._recorder.event(t, "signal", name, now[name])
+                    self._recorder.event(self._t, "signal", name, now[name])
             self._lights = dict(now), tuple(SignalState(name, state) for name, state in sorted(now.items()))
         return self._lights[1]
 

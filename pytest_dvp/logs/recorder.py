@@ -229,7 +229,7 @@ class LogRecorder:
         found = [d for _, d in rows]
         if any(d.track >= 0 for d in found):
             columns["track"] = np.array([d.track if d.track >= 0 else np.nan for d in found], dtype=np.float64)
-        if any(d.covariance != _NO_COVARIANCE for d in found):
+        if any(tuple(d.covariance) != _NO_COVARIANCE for d in found):  # from another process it is a list
             stated = np.array([d.covariance for d in found], dtype=np.float64)
             columns |= {f"cov_{axes}": np.ascontiguousarray(stated[:, i]) for i, axes in enumerate(("xx", "xy", "yy"))}
         return DetectionTable(kind=tuple(d.kind for d in found), **columns)

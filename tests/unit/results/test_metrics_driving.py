@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -163,12 +164,13 @@ def test_detections_keep_number_and_covariance_in_the_file(tmp_path: Path) -> No
     assert read.cov_xy.tolist() == [0.1, 0.0]
 
 
-def test_older_logs_have_neither(tmp_path: Path) -> None:
+@pytest.mark.parametrize("none", [(0.0, 0.0, 0.0), [0.0, 0.0, 0.0]], ids=["here", "from another process"])
+def test_logs_without_number_and_covariance_have_neither(tmp_path: Path, none: Any) -> None:
     from pytest_dvp.logs.recorder import LogRecorder
     from vehicle.messages import Detection
 
     recorder = LogRecorder({})
     recorder.ego_rows(np.array([[0.01 * k, *[0.0] * 11] for k in range(3)]))
-    recorder.tick(0.0, detections=[Detection(0.0, "vehicle", *[1.0] * 7)])
+    recorder.tick(0.0, detections=[Detection(0.0, "vehicle", *[1.0] * 7, covariance=none)])
     recorder.finish().save(tmp_path / "a.mcap")
     assert Log.load(tmp_path / "a.mcap").detections.tracking == {}
