@@ -31,6 +31,7 @@ class Row:
     message: str
     place: str
     share: float | None  # of the bound, as the verdict tells it
+    requirement: str = ""  # id of what the gate verifies, as its file names it
     reason: str = ""  # why there is no value: the same for all rows that share it
     order: tuple[int, int, float] = (0, _ANY_OTHER, math.inf)  # `urgency`
 
@@ -187,6 +188,7 @@ def _row(verdict: Mapping[str, Any]) -> Row:
         message=str(verdict.get("message") or ""),
         place=place,
         share=_told_share(verdict),
+        requirement=str(verdict.get("requirement") or ""),
         reason=str(verdict.get("reason") or ""),
         order=urgency(verdict),
     )

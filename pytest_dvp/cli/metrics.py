@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import textwrap
 
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json
@@ -21,7 +22,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.metrics import MetricError, find_metric, known_metrics
-    from pytest_dvp.metrics.metric import REQUIRED
 
     try:
         chosen = [find_metric(name) for name in arguments.names] or [m for _, m in sorted(known_metrics().items())]
@@ -34,7 +34,7 @@ def execute(arguments: argparse.Namespace) -> int:
             "bigger_is_worse": metric.bigger_is_worse,
             "miss": metric.miss,
             "logs": metric.logs,
-            "options": {key: None if value is REQUIRED else value for key, value in metric.options.items()},
+            "options": {key: _default(value) for key, value in metric.options.items()},
             "definition": metric.definition,
         }
         for metric in chosen
@@ -48,6 +48,21 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"{metric.name} [{metric.unit}], {DIRECTION[metric.bigger_is_worse]}{two}{miss}")
         for paragraph in metric.definition.split("\n\n"):
             print(textwrap.fill(" ".join(paragraph.split()), 100, initial_indent="    ", subsequent_indent="    "))
-        given = [f"{key} = {'(must be given)' if v is REQUIRED else v}" for key, v in metric.options.items()]
+        given = [f"{key} = {_told(v)}" for key, v in metric.options.items()]
         print(*([f"    options: {', '.join(given)}"] if given else []), sep="\n", end="\n" if given else "")
     return 0
+
+
+def _told(value: object) -> object:
+    """A default as the listing names it."""
+    from pytest_dvp.metrics.metric import REQUIRED
+
+    return "(must be given)" if value is REQUIRED else "undeclared" if _default(value) is None else value
+
+
+def _default(value: object) -> object:
+    """A default as JSON can hold it: None for an option without one, and for one that has to be declared (NaN)."""
+    from pytest_dvp.metrics.metric import REQUIRED
+
+    undeclared = isinstance(value, float) and math.isnan(value)
+    return None if value is REQUIRED or undeclared else value

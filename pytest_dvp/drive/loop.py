@@ -86,6 +86,7 @@ class Loop:
         self._terrain = None if terrain.flat else terrain
         self._weather = Weather()
         self._hints: list[RoadPosition | None] = [None] * 4
+        self._here: RoadPosition | None = None
         self._lights: tuple[dict[str, str], tuple[SignalState, ...]] = ({}, ())
         self._transitions = 0
         self._mirror, self._gate_log = Mirror(), ready.gate_log
@@ -146,9 +147,12 @@ class Loop:
         raise AssertionError("unreachable: the last tick ends by its duration")
 
     def _signals(self) -> tuple[SignalState, ...]:
-        """States of the traffic signals the storyboard has set, rebuilt only when one changed."""
+        """States of the traffic signals the storyboard has set; a change goes into the log."""
         now = self._storyboard.world.signals
         if now != self._lights[0]:
+            for name in sorted(now):
+                if self._lights[0].get(name) != now[name]:
+                    self._recorder.event(self._t, "signal", name, now[name])
             self._lights = dict(now), tuple(SignalState(name, state) for name, state in sorted(now.items()))
         return self._lights[1]
 
@@ -184,7 +188,7 @@ class Loop:
             surroundings=around,
             detections=driver.detections,
             path=driver.path,
-            held=self._held(state),
+            held=self._held(state) | {"command_age": t - command.t},
         )
         self._storyboard.step(TICK)
         self.plausibility.look(TICK)
@@ -201,10 +205,20 @@ class Loop:
 
     def _held(self, state: FloatArray) -> dict[str, float]:
         held = {"on_road": 1.0 if self._on_road(state) else 0.0}
-        held |= self._gate_log.output
+        held |= self._road_here(state) | self._gate_log.output
         if self._mirror.latency > SAME:
             held |= {"mirror_error": self._mirror.error, "mirror_latency": self._mirror.latency}
         return held
+
+    def _road_here(self, state: FloatArray) -> dict[str, float]:
+        """Width [m] and speed limit [m/s] of the lane under the reference point; NaN where there is none."""
+        place = self._network.locate(float(state[1]), float(state[2]), float(state[4]), self._here)
+        self._here = place
+        width = limit = math.nan
+        if place.on_road:
+            width = self._network.lane_width(place.road, place.lane, place.s) or math.nan
+            limit = self._network.lane_speed(place.road, place.lane, place.s)
+        return {"lane_width": width, "speed_limit": limit if math.isfinite(limit) else math.nan}
 
     def _on_road(self, state: FloatArray) -> bool:
         """Whether all corners of the ego's box are on drivable lanes."""

@@ -36,6 +36,7 @@ from pytest_dvp.drive.request import Request
 from pytest_dvp.drive.stack_host import find_ads, make_driver
 from pytest_dvp.drive.stack_parameters import as_plain, in_force
 from pytest_dvp.drive.stages import CAN, REPLAY, ROS1, STEPPED, SURROGATE, VEHICLES, StageError, hidden_in, label
+from pytest_dvp.drive.stop_lines import stop_lines
 from pytest_dvp.drive.world import World
 from pytest_dvp.logs.event_names import EventNames
 from pytest_dvp.logs.obeyed_commands import ARRIVED
@@ -179,6 +180,8 @@ def _with_driver(request: Request, parts: _Parts, start: _Start, driver: Driver)
         meta["compute_delay"] = str(request.compute_delay)
     if start.armed is not None:
         meta["vehicle"] = {**meta["vehicle"], "armed": start.armed}
+    if lines := stop_lines(network):
+        meta["stop_lines"] = lines
     if driver.nets:
         meta["nets"] = driver.nets
     road: list[dict[str, Any]] = [{"kind": border.kind, "points": border.points} for border in network.boundaries(1.0)]

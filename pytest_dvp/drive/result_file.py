@@ -34,6 +34,7 @@ class _Verdict(msgspec.Struct):
     name: str = ""
     used: float | None = None
     reason: str = ""
+    requirement: str = ""
 
 
 class _Result(msgspec.Struct):

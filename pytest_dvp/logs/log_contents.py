@@ -19,6 +19,9 @@ TRACK_COLUMNS = ("t", "x", "y", "z", "yaw", "vx", "vy")
 
 DETECTION_COLUMNS = ("t", "x", "y", "yaw", "length", "width", "vx", "vy")
 
+TRACKING_COLUMNS = ("track", "cov_xx", "cov_xy", "cov_yy")
+"""Columns that a table of detections has where the stack tells them."""
+
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class ObjectTrack:
@@ -46,7 +49,10 @@ class ObjectTrack:
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class DetectionTable:
     """What the perception reported, a row a box: t [s], kind, x, y [m] of the middle and yaw [rad] in the map frame,
-    length, width [m], vx, vy [m/s] in the map frame. Arrays (n,); `kind` holds n words."""
+    length, width [m], vx, vy [m/s] in the map frame. Arrays (n,); `kind` holds n words.
+
+    track: number of the track, NaN for none; cov_xx, cov_xy, cov_yy [m^2]: covariance of x, y as the stack states it.
+    None where the stack tells none."""
 
     t: FloatArray
     kind: tuple[str, ...]
@@ -57,6 +63,16 @@ class DetectionTable:
     width: FloatArray
     vx: FloatArray
     vy: FloatArray
+    track: FloatArray | None = None
+    cov_xx: FloatArray | None = None
+    cov_xy: FloatArray | None = None
+    cov_yy: FloatArray | None = None
+
+    @property
+    def tracking(self) -> dict[str, FloatArray]:
+        """Those of TRACKING_COLUMNS that it has, by name: arrays (n,), covariances in [m^2]."""
+        told = {name: getattr(self, name) for name in TRACKING_COLUMNS}
+        return {name: values for name, values in told.items() if values is not None}
 
     def __repr__(self) -> str:
         return f"DetectionTable({_span(self.t)})"
@@ -70,6 +86,7 @@ class LogEvent:
            (element: the object hit), "request" (a storyboard action on the ego), "start" and "goal" of the task,
            "stop" (the scenario ended by its own triggers), "timeout" (the time limit ended it), "fault",
            "gate" (element: what the guard did, text: why), "wire" (element: topic, text: what was wrong),
+           "signal" (a traffic light, element: its id, text: its new state),
            "replay" (the stack no longer asks for what was asked for in the recording).
     file, line  place in the user's file that caused it, if one did.
     """

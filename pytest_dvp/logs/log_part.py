@@ -87,7 +87,11 @@ def cut_log(log: Log, start: float, stop: float, name: str = "log") -> Log:
         log,
         columns={key: values[rows] for key, values in log.columns.items()},
         objects=tracks,
-        detections=DetectionTable(kind=kinds, **{c: getattr(log.detections, c)[boxes] for c in DETECTION_COLUMNS}),
+        detections=DetectionTable(
+            kind=kinds,
+            **{c: getattr(log.detections, c)[boxes] for c in DETECTION_COLUMNS},
+            **{c: values[boxes] for c, values in log.detections.tracking.items()},
+        ),
         paths=[(t, points) for t, points in log.paths if start <= t < stop],
         events=[event for event in log.events if start <= event.t < stop],
         meta={**log.meta, "cut": [None if np.isinf(start) else start, None if np.isinf(stop) else stop]},

@@ -16,6 +16,7 @@ from pytest_dvp.logs.budget import Budget
 from pytest_dvp.logs.log_contents import (
     DETECTION_COLUMNS,
     TRACK_COLUMNS,
+    TRACKING_COLUMNS,
     DetectionTable,
     FloatArray,
     LogContents,
@@ -253,7 +254,8 @@ def _detections(blocks: list[Any], account: Account) -> DetectionTable:
     if not blocks:
         return no_detections()
     kinds = tuple(kind for block in blocks for kind in block["kind"])
-    return DetectionTable(kind=kinds, **_columns(blocks, DETECTION_COLUMNS, account))
+    told = tuple(c for c in TRACKING_COLUMNS if all(c in block["columns"] for block in blocks))  # older logs have none
+    return DetectionTable(kind=kinds, **_columns(blocks, (*DETECTION_COLUMNS, *told), account))
 
 
 def _columns(blocks: list[Any], names: tuple[str, ...], account: Account) -> dict[str, FloatArray]:

@@ -148,7 +148,7 @@ def _objects(log: LogContents) -> Iterator[Message]:
 
 def _detections(log: LogContents) -> Iterator[Message]:
     table = log.detections
-    columns = {c: _Blocks(getattr(table, c)) for c in DETECTION_COLUMNS}
+    columns = {c: _Blocks(getattr(table, c)) for c in (*DETECTION_COLUMNS, *table.tracking)}
     for a in range(0, len(table.t), DETECTION_BLOCK):
         b = min(a + DETECTION_BLOCK, len(table.t))
         block = {c: column.cut(a, b) for c, column in columns.items()}

@@ -226,7 +226,13 @@ class LogRecorder:
         cells = [(t, d.x, d.y, d.yaw, d.length, d.width, d.vx, d.vy) for t, d in rows]
         table = np.array(cells, dtype=np.float64).reshape(-1, len(DETECTION_COLUMNS))
         columns = {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(DETECTION_COLUMNS)}
-        return DetectionTable(kind=tuple(d.kind for _, d in rows), **columns)
+        found = [d for _, d in rows]
+        if any(d.track >= 0 for d in found):
+            columns["track"] = np.array([d.track if d.track >= 0 else np.nan for d in found], dtype=np.float64)
+        if any(tuple(d.covariance) != _NO_COVARIANCE for d in found):  # from another process it is a list
+            stated = np.array([d.covariance for d in found], dtype=np.float64)
+            columns |= {f"cov_{axes}": np.ascontiguousarray(stated[:, i]) for i, axes in enumerate(("xx", "xy", "yy"))}
+        return DetectionTable(kind=tuple(d.kind for d in found), **columns)
 
 
 def _holding(times: Sequence[float], values: Mapping[str, Sequence[float]], t: FloatArray) -> dict[str, FloatArray]:
@@ -235,6 +241,7 @@ def _holding(times: Sequence[float], values: Mapping[str, Sequence[float]], t: F
     return {name: np.array([np.nan, *column], dtype=np.float64)[index] for name, column in values.items()}
 
 
+_NO_COVARIANCE = (0.0, 0.0, 0.0)  # as Detection has it where a stack states none
 _NO_BOXES: FloatArray = np.zeros((0, 9))
 _NO_KINDS: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
 

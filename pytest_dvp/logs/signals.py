@@ -55,6 +55,9 @@ _COMMANDS = (
 )
 _WORLD = (
     Signal("on_road", "-", "", "1 while all corners of the ego's box are on a drivable lane, else 0", keeps_value=True),
+    Signal("lane_width", "m", "", "width of the lane under the reference point", keeps_value=True),
+    Signal("speed_limit", "m/s", "", "speed limit of the lane under the reference point", keeps_value=True),
+    Signal("command_age", "s", "", "time of the tick minus the stamp of the stack's command", keeps_value=True),
 )
 _MIRROR = (
     Signal(

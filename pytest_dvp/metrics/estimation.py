@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.logs.log_contents import FloatArray, ObjectTrack
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._ego_box import ego_size
+from pytest_dvp.metrics._objects_ahead import objects_ahead
 from pytest_dvp.metrics.metric import Measured, Series, metric
-
-_SAME_TIME = 1e-6  # s
-SETTLED = 1.0  # s in the corridor until an object counts; a tracker needs some scans
 
 
 @metric(
@@ -63,7 +58,7 @@ def detection_error(log: Log, *, reach: float = 20.0, beside: float = 4.0, withi
     Ahead: the middle of the box within `reach` [m] in front of the ego and `beside` [m] to a side, for SETTLED seconds.
     Farther than `within` [m] it is another one: see `missed_objects`. Undefined if none was ahead or none was seen.
     """
-    ahead = _objects_ahead(log, reach, beside, within)
+    ahead = objects_ahead(log, reach, beside, within)
     if not ahead:
         raise Undefined("no road user was ahead of the ego")
     t = np.concatenate([times for _, times, _ in ahead])
@@ -85,7 +80,7 @@ def missed_objects(log: Log, *, reach: float = 20.0, beside: float = 4.0, within
 
     Hidden ones count: the log does not know what hides what. Undefined if none was ahead.
     """
-    ahead = _objects_ahead(log, reach, beside, within)
+    ahead = objects_ahead(log, reach, beside, within)
     if not ahead:
         raise Undefined("no road user was ahead of the ego")
     total, t_first, who = 0.0, None, ""
@@ -97,36 +92,3 @@ def missed_objects(log: Log, *, reach: float = 20.0, beside: float = 4.0, within
             if t_first is None or times[missed][0] < t_first:
                 t_first, who = float(times[missed][0]), name
     return Measured(total, t_first, who)
-
-
-def _objects_ahead(log: Log, reach: float, beside: float, within: float) -> list[tuple[str, FloatArray, FloatArray]]:
-    """(name, times, distance to the nearest detection of its kind, NaN if none is `within`) of what was ahead."""
-    front = ego_size(log)[2] + 0.5 * ego_size(log)[0]
-    table = log.detections
-    found = []
-    for name, track in log.objects.items():
-        rows = np.flatnonzero(_ahead(log, track, front, reach, beside))
-        if not len(rows):
-            continue
-        of_kind = np.array([kind == track.kind for kind in table.kind], dtype=bool)
-        t, x, y = table.t[of_kind], table.x[of_kind], table.y[of_kind]
-        first = np.searchsorted(t, track.t[rows] - _SAME_TIME)
-        count = np.searchsorted(t, track.t[rows] + _SAME_TIME) - first
-        nearest = np.full(len(rows), np.inf)
-        for k in range(int(count.max())):
-            there = count > k
-            at, of = first[there] + k, rows[there]
-            nearest[there] = np.minimum(nearest[there], np.hypot(x[at] - track.x[of], y[at] - track.y[of]))
-        found.append((name, track.t[rows], np.where(nearest <= within, nearest, np.nan)))
-    return found
-
-
-def _ahead(log: Log, track: ObjectTrack, front: float, reach: float, beside: float) -> NDArray[np.bool_]:
-    """Which rows of a track were ahead of the ego, for SETTLED seconds at least."""
-    x, y, yaw = (np.interp(track.t, log.t, log[column]) for column in ("x", "y", "yaw"))
-    dx, dy = track.x - x, track.y - y
-    along, across = dx * np.cos(yaw) + dy * np.sin(yaw) - front, dy * np.cos(yaw) - dx * np.sin(yaw)
-    inside = (along > 0.0) & (along < reach) & (np.abs(across) < beside)
-    entered = np.where(inside & ~np.concatenate([[False], inside[:-1]]), track.t, -np.inf)
-    since = np.maximum.accumulate(entered)  # when the present stay began
-    return np.asarray(inside & (track.t - since >= SETTLED - _SAME_TIME))

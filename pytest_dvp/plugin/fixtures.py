@@ -186,6 +186,7 @@ def properties(result: Mapping[str, Any]) -> list[tuple[str, object]]:
         seen[name] = seen.get(name, 0) + 1
         again = f"-{seen[name]}" if seen[name] > 1 else ""  # the second bound on one metric, with other options
         found += [(f"{name}{again}.{key}", verdict.get(key)) for key in ("status", "value", "unit", "bound", "margin")]
+        found += [(f"{name}{again}.requirement", verdict.get("requirement") or None)]
     if search := result.get("search"):
         found += [("variants", search["variants"])]
         found += [(f"never_fired.{name}", count) for name, count in search["never_fired"].items()]

@@ -21,6 +21,7 @@ class Gate:
     between  two stages: a metric of two logs compares theirs (model, measured), one of one log may differ between them
              by `max_difference` at most, in its unit
     options  keyword arguments of the metric
+    requirement  id of the requirement that the gate verifies, as the user names it: "SR-12"
     key      what the gate file calls it where that is not the metric's name: rmse for open_loop_error
     """
 
@@ -34,6 +35,7 @@ class Gate:
     line: int | None = None
     key: str = ""
     max_difference: float | None = None
+    requirement: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -15,10 +15,11 @@ from pytest_dvp.verdicts.gate import STAGES, Gate, GateError, GateFile, GateTask
 from pytest_dvp.verdicts.gate_file_lines import Lines, locate_lines
 from pytest_dvp.verdicts.gate_signal import wrong_signal
 from pytest_dvp.verdicts.model_gate import model_file, read_model_gate
+from pytest_dvp.verdicts.requirement import wrong_requirement
 from vehicle.messages import RoadPoint
 from vehicle.toml_file import TomlError, read_toml
 
-GATE_KEYS = ("metric", "max", "min", "stages", "between", "max_difference")
+GATE_KEYS = ("metric", "max", "min", "stages", "between", "max_difference", "requirement")
 TABLES = ("task", "traffic", "gate")
 TASK_KEYS = ("start", "goal", "lane")
 TRAFFIC_KEYS = ("net", "routes")
@@ -189,11 +190,26 @@ class _Reader:
                 line = keys.get("model", head)
                 self.find("model", line, f"{element}.model", model, found=str(options["model"])[:200])
             options["model"] = str(model)
+        if "requirement" in table:
+            wrong = wrong_requirement(table["requirement"])
+            if wrong:
+                self.find("requirement", keys.get("requirement", head), f"{element}.requirement", wrong)
         if len(self.findings) > before or chosen is None:
             return None
         pair = (between[0], between[1]) if between else None
         apart = bounds["max_difference"]
-        return Gate(chosen.name, high, low, stages or STAGES, pair, options, self.file, head, max_difference=apart)
+        return Gate(
+            chosen.name,
+            high,
+            low,
+            stages or STAGES,
+            pair,
+            options,
+            self.file,
+            head,
+            max_difference=apart,
+            requirement=str(table.get("requirement", "")),
+        )
 
     def _metric(self, table: dict[str, Any], line: int | None, element: str) -> Metric | None:
         name = table.get("metric")

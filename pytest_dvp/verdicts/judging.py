@@ -51,6 +51,7 @@ class Verdict:
     t, object  time [s] and road user of the worst moment
     short    one line for a summary; message: the same with margin and the place of the gate, file:line
     reason   why there is no value, the same text for all gates that share it
+    requirement  id of the requirement that the gate verifies, if its file names one
     """
 
     gate: str
@@ -69,6 +70,7 @@ class Verdict:
     name: str = ""
     used: float | None = None
     reason: str = ""
+    requirement: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON-able data."""
@@ -268,6 +270,7 @@ def _verdict(gate: Gate, status: Status, value: MetricValue | None, reason: str)
         name=name,
         used=used,
         reason="" if number is not None else _printable(reason),
+        requirement=gate.requirement,
     )
 
 

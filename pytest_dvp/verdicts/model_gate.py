@@ -20,10 +20,11 @@ from typing import Any
 
 from openscenario.findings import nearest
 from pytest_dvp.verdicts.gate import STAGES, Gate, Stage
+from pytest_dvp.verdicts.requirement import wrong_requirement
 
 KINDS = ("rmse", "mncc", "lag", "gain")
 METRICS = {"rmse": "open_loop_error", "mncc": "model_mncc", "lag": "model_lag", "gain": "model_gain"}
-KEYS = ("model", *KINDS, "stages")
+KEYS = ("model", *KINDS, "stages", "requirement")
 CHANNELS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 
 Find = Callable[..., None]
@@ -74,6 +75,8 @@ def read_model_gate(
                 bounds.append((kind, signal, float(bound)))
     if not bounds and not wrong:
         complain("no_bound", "", "a gate on a model needs a bound", allowed=", ".join(KINDS))
+    if wrong_text := wrong_requirement(table.get("requirement", "none")):
+        complain("requirement", "requirement", wrong_text)
     at = stages(table, "stages", keys.get("stages", head), element) if "stages" in table else STAGES
     if wrong or at is None:
         return []
@@ -87,6 +90,7 @@ def read_model_gate(
             file=file,
             line=keys.get(kind, head),
             key=kind,
+            requirement=str(table.get("requirement", "")),
         )
         for kind, signal, bound in bounds
     ]

@@ -1,0 +1,98 @@
+"""Red lights: lines crossed, and how near to a line or beyond it the ego came while it was red."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics._ego_box import ego_size
+from pytest_dvp.metrics.metric import Measured, metric
+
+BACK = 50.0  # m before the line from which on a red light is the ego's
+
+
+@metric(name="red_light", unit="-", bigger_is_worse=True)
+def red_light(log: Log) -> Measured:
+    """Number of traffic lights whose stop line the front of the ego crossed in driving direction while they were red.
+
+    Lines from meta `stop_lines` (where the OpenDRIVE signal stands), phases from the events "signal"; red is a state
+    that names red and not amber. Source: Vienna Convention on Road Signs and Signals (1968), article 23(1)(a)(ii): red
+    means that vehicles may not proceed beyond the stop line. Undefined if no light of the map was ever in a state.
+    """
+    first: dict[str, float] = {}
+    for name, t, ahead, beside, red in _lights(log):
+        crossed = np.flatnonzero((ahead[:-1] < 0.0) & (ahead[1:] >= 0.0) & beside[1:] & red[1:]) + 1
+        if len(crossed):
+            first[name] = float(t[crossed[0]])
+    if not first:
+        return Measured(0.0)
+    earliest = min(first, key=lambda name: first[name])
+    return Measured(float(len(first)), first[earliest], earliest)
+
+
+@metric(name="stop_line", unit="m", bigger_is_worse=True)
+def stop_line(log: Log) -> Measured:
+    """How far the front of the ego was at most beyond the stop line of a light that turned red before it got there.
+
+    Below 0: how far before the line it stayed. Counts from a red light with the ego before the line, by 50 m at most,
+    until it is no longer red. Lines, phases and source as in `red_light`. Undefined if no light was red ahead of the
+    ego.
+    """
+    best, when, who = -np.inf, None, ""
+    for name, t, ahead, beside, red in _lights(log):
+        edge = np.diff(np.concatenate([[False], red, [False]]).astype(np.int64))
+        for a, b in zip(np.flatnonzero(edge == 1), np.flatnonzero(edge == -1), strict=True):
+            meant = np.flatnonzero((ahead[a:b] < 0.0) & (ahead[a:b] > -BACK) & beside[a:b])
+            if not len(meant):
+                continue
+            part = np.where(beside[a + meant[0] : b], ahead[a + meant[0] : b], -np.inf)
+            k = int(np.argmax(part))
+            if part[k] > best:
+                best, when, who = float(part[k]), float(t[a + meant[0] + k]), name
+    if when is None:
+        raise Undefined("no traffic light was red ahead of the ego")
+    return Measured(best, when, who)
+
+
+def _lights(log: Log) -> Iterator[tuple[str, FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]]]:
+    """Of each light with a line and a state: t, how far the ego's front is beyond the line, whether beside it, red."""
+    lines = log.meta.get("stop_lines")
+    if not isinstance(lines, list) or not lines:
+        raise Undefined("the map has no traffic light with a stop line (meta: stop_lines)")
+    length, _, middle = ego_size(log)
+    front = middle + 0.5 * length
+    x, y = log["x"] + front * np.cos(log["yaw"]), log["y"] + front * np.sin(log["yaw"])
+    told = False
+    for line in lines:
+        try:
+            name = str(line["signal"])
+            px, py, heading, width = (float(line[key]) for key in ("x", "y", "heading", "width"))
+        except (TypeError, KeyError, ValueError):
+            raise Undefined("meta stop_lines is not what a run writes: signal, x, y, heading, width") from None
+        red = np.zeros(len(log.t), dtype=bool)
+        phases = [event for event in log.events if event.kind == "signal" and event.element == name]
+        for event in sorted(phases, key=lambda event: event.t):
+            red[log.t >= event.t - 1e-6] = is_red(event.text)
+        if not phases:
+            continue
+        told = True
+        dx, dy = x - px, y - py
+        ahead = dx * np.cos(heading) + dy * np.sin(heading)
+        beside = np.abs(dy * np.cos(heading) - dx * np.sin(heading)) <= 0.5 * width
+        yield name, log.t, ahead, beside, red
+    if not told:
+        raise Undefined("no traffic light of the map was ever in a state")
+
+
+def is_red(state: str) -> bool:
+    """Whether a state of a signal is red alone: "red", or "on;off;off", lamps from top to bottom."""
+    word = state.strip().lower()
+    lamps = [lamp.strip() for lamp in word.split(";")]
+    if len(lamps) >= 2:
+        return lamps[0] in ("on", "true", "1") and not any(lamp in ("on", "true", "1") for lamp in lamps[1:])
+    return "red" in word and "amber" not in word and "yellow" not in word

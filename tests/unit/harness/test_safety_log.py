@@ -1,0 +1,46 @@
+"""What a run records for the safety metrics: stamps of commands, lane and limit, traffic lights and their lines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from openscenario.road.network import load_network
+from pytest_dvp.drive.run import run
+from pytest_dvp.drive.stop_lines import stop_lines
+from pytest_dvp.metrics import compute
+from scenarios import path
+from tests.unit.harness.conftest import OneTrick, coast
+from vehicle.messages import Command
+
+Write = Callable[..., Path]
+
+
+def test_stop_line_is_where_the_signal_of_the_road_stands() -> None:
+    """Signal 1 of the map: s = 130 for traffic with increasing s, whose only lane is 3.5 m wide to the right."""
+    network = load_network(path("traffic_light.xosc").with_name("urban.xodr"))
+    (line,) = stop_lines(network)
+    signal = next(s for s in network.signals if s.id == "1")
+    pose = network.lane_pose(signal.road, -1, 130.0)
+    assert line["signal"] == "1"
+    assert (line["x"], line["y"]) == (pytest.approx(pose.x), pytest.approx(pose.y))
+    assert line["width"] == pytest.approx(network.lane_width(signal.road, -1, 130.0))
+    assert np.cos(line["heading"] - pose.h) == pytest.approx(1.0)
+
+
+def test_a_stale_command_has_its_age_in_the_log(scenario: Write) -> None:
+    late = OneTrick(lambda o: Command(o.t - 0.1 if 1.0 <= o.t < 1.2 else o.t, 0.0, 0.0, 0.0, 0.0))
+    found = compute("command_age", run(scenario(), ads=late).log)
+    assert found.value == pytest.approx(0.1)
+    assert 1.0 <= (found.t or 0.0) < 1.2
+
+
+def test_lane_limit_and_states_of_lights_are_recorded() -> None:
+    """The map says 30 km/h and lanes of 3.5 m; the scenario begins with a green light."""
+    log = run(path("traffic_light.xosc"), ads=OneTrick(coast), duration=1.0).log
+    assert [(e.t, e.element, e.text) for e in log.events if e.kind == "signal"] == [(0.0, "1", "green")]
+    assert log["speed_limit"] == pytest.approx(30.0 / 3.6)
+    assert log["lane_width"] == pytest.approx(3.5)
