@@ -74,6 +74,12 @@ class DetectionTable:
         told = {name: getattr(self, name) for name in TRACKING_COLUMNS}
         return {name: values for name, values in told.items() if values is not None}
 
+    def rows(self, keep: NDArray[np.bool_]) -> DetectionTable:
+        """The table with only the rows of the mask (n,)."""
+        columns = {name: getattr(self, name)[keep] for name in DETECTION_COLUMNS}
+        columns |= {name: values[keep] for name, values in self.tracking.items()}
+        return DetectionTable(kind=tuple(k for k, kept in zip(self.kind, keep, strict=True) if kept), **columns)
+
     def __repr__(self) -> str:
         return f"DetectionTable({_span(self.t)})"
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pytest_dvp.logs.log import Log
-from pytest_dvp.logs.log_contents import DETECTION_COLUMNS, TRACK_COLUMNS, DetectionTable, ObjectTrack
+from pytest_dvp.logs.log_contents import TRACK_COLUMNS, ObjectTrack
 from pytest_dvp.logs.log_error import LogError
 
 _ALONE = re.compile(r"^(?P<file>.+)@(?P<start>[-+.\deE]+)$")
@@ -81,17 +81,11 @@ def cut_log(log: Log, start: float, stop: float, name: str = "log") -> Log:
                 track.height,
                 **{c: getattr(track, c)[seen] for c in TRACK_COLUMNS},
             )
-    boxes = inside(log.detections.t)
-    kinds = tuple(kind for kind, kept in zip(log.detections.kind, boxes, strict=True) if kept)
     return dataclasses.replace(
         log,
         columns={key: values[rows] for key, values in log.columns.items()},
         objects=tracks,
-        detections=DetectionTable(
-            kind=kinds,
-            **{c: getattr(log.detections, c)[boxes] for c in DETECTION_COLUMNS},
-            **{c: values[boxes] for c, values in log.detections.tracking.items()},
-        ),
+        detections=log.detections.rows(inside(log.detections.t)),
         paths=[(t, points) for t, points in log.paths if start <= t < stop],
         events=[event for event in log.events if start <= event.t < stop],
         meta={**log.meta, "cut": [None if np.isinf(start) else start, None if np.isinf(stop) else stop]},

@@ -177,16 +177,7 @@ def test_a_false_object_that_stays_counts_once(model: VehicleModel) -> None:
 
 def seen_where(log: Log, keep: np.ndarray) -> Log:
     """The log with only those of its detections."""
-    table = log.detections
-    boxes = DetectionTable(
-        *(
-            tuple(k for k, kept in zip(table.kind, keep, strict=True) if kept)
-            if f.name == "kind"
-            else getattr(table, f.name)[keep]
-            for f in dataclasses.fields(table)
-        )
-    )
-    return dataclasses.replace(log, detections=boxes)
+    return dataclasses.replace(log, detections=log.detections.rows(keep))
 
 
 def distance(log: Log) -> np.ndarray:
