@@ -104,7 +104,7 @@ def diagnose(
         )
         for before, after in itertools.pairwise(trials)
     ) + tuple(
-        _removal(known[name], (steps[k].chi2_per_n - steps[k + 1].chi2_per_n) * search.count / excess,
+        removed_effect(known[name], (steps[k].chi2_per_n - steps[k + 1].chi2_per_n) * search.count / excess,
                  _lost_held_out(model, name, final, judges), instead, excused=target.excused)
         for k, name in enumerate(gone)
     )  # fmt: skip
@@ -195,7 +195,7 @@ def _folded(found: Mapping[str, Estimate]) -> dict[str, Estimate]:
     }
 
 
-def _removal(effect: Effect, gain: float, held_out: float | None, instead: tuple[str, ...], *,
+def removed_effect(effect: Effect, gain: float, held_out: float | None, instead: tuple[str, ...], *,
              excused: bool) -> NamedEffect:  # fmt: skip
     """held_out: chi^2/N that the effect costs on data held out; it is confirmed that the car lacks it if it does, and
     if no other effects do as well beside it (`instead`). excused: the twin has a known remainder."""
