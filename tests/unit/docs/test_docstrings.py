@@ -26,6 +26,7 @@ HELD = (
     "pytest_dvp/tuning",
     "pytest_dvp/verdicts",
     "reports",
+    "vehicle/adapters",
     "vehicle/guard",
     "vehicle/wire",
 )
