@@ -39,6 +39,11 @@ class ScenarioFile(pytest.File):
         self.named = named
 
     def collect(self) -> Iterable[ScenarioItem]:
+        """The items of a scenario: one a stage, then one for each pair of stages with a gate between them.
+
+        A distribution gives one item a case; any other file without a storyboard gives none. Raises CollectError with
+        the findings for a file with errors, for a file that the user names and that cannot run, and for a wrong option.
+        """
         hidden = hidden_package()
         if hidden is not None:
             raise self.CollectError(hidden)
@@ -162,14 +167,17 @@ class ScenarioItem(pytest.Function):
         return SharedRuns(shared_folder(self.config))
 
     def runtest(self) -> None:
+        """Drive the scenario and judge it. Raises SettingError if the session's options do not fit this scenario."""
         if self.dvp_refused is not None:
             raise SettingError(self.dvp_refused)
         super().runtest()
 
     def reportinfo(self) -> tuple[os.PathLike[str] | str, int | None, str]:
+        """The .xosc file, the line (from 0) of the item in it, and the name that pytest shows."""
         return self.path, self.dvp_line - 1, f"{self.path.name}::{self.name}"
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """What pytest prints of a failure: the message alone for a gate or a user's mistake, else a traceback."""
         if not isinstance(excinfo.value, GateFailed) and not is_users_mistake(excinfo.value):
             return super().repr_failure(excinfo)
         # The message alone: it names file and line, and a traceback through our code helps nobody.

@@ -42,7 +42,11 @@ class Run(Protocol):
 
     def __call__(self, scenario: str | Path | Variant, **options: Unpack[RunOptions]) -> RunResult: ...
 
-    def across(self, scenario: str | Path, pair: tuple[str, str]) -> StageComparison: ...
+    def across(self, scenario: str | Path, pair: tuple[str, str]) -> StageComparison:
+        """Compare a scenario on two stages of "dt", "pe" and "rw", by the gates between them.
+
+        What the session has not driven yet is driven now, unless it needs a real car.
+        """
 
 
 class Gate(Protocol):

@@ -41,6 +41,7 @@ class Example:
 
     @property
     def variants(self) -> dict[str, Variant]:
+        """Those of the named arguments that are variants of a scenario."""
         return {name: value for name, value in self.named.items() if isinstance(value, Variant)}
 
     @property

@@ -39,6 +39,7 @@ STAGE_MEANING = {
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare each option of a run as `--dvp-NAME` and as an ini key."""
     group = parser.getgroup("dvp", "driving scenarios (pytest-dvp)")
     for setting in ALL:
         attributes: dict[str, Any] = {"dest": setting.ini, "default": None, "help": setting.help}
@@ -63,6 +64,7 @@ def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) 
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    """Register the markers of the stages, and read the options once for the whole session."""
     for stage in STAGES:
         config.addinivalue_line("markers", f"{stage}: {STAGE_MEANING[stage]}")
     config.stash[SETTINGS_KEY] = _settings(config)
@@ -74,12 +76,14 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
+    """Delete the folder in which the items of this session share their runs."""
     folder = config.stash.get(fixtures.SHARED_KEY, None)
     if folder is not None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFile | None:
+    """A collector for a .xosc file that is named or lies below a named folder; None for every other file."""
     if file_path.suffix.lower() != ".xosc":
         return None
     from pytest_dvp.plugin import collection
@@ -92,6 +96,10 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFi
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Suit Hypothesis to long examples, and check the options against the collected scenarios.
+
+    Raises UsageError for a parameter or a vehicle that fits none of them; in a worker of xdist the items fail instead.
+    """
     if "hypothesis" in sys.modules:
         _suit_hypothesis(items)
     settings = config.stash[SETTINGS_KEY]
@@ -116,6 +124,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 def pytest_make_collect_report(
     collector: pytest.Collector,
 ) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    """Count the files that could not be collected, and which of them are scenarios."""
     report = yield
     if report.failed:
         collector.config.stash[fixtures.BROKEN_KEY].append(collector.path.suffix.lower() == ".xosc")
@@ -137,6 +146,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Let a failed gate be diagnosed while an item runs, unless the options forbid it."""
     with diagnosis(not item.config.stash[SETTINGS_KEY].no_diagnosis):
         return (yield)
 
@@ -156,10 +166,12 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Generator[None, object, o
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Remember the item that runs now, so that each run is noted at the test that asked for it."""
     item.config.stash[ITEM_KEY] = item
 
 
 def pytest_report_collectionfinish(config: pytest.Config, items: list[pytest.Item]) -> list[str]:
+    """One line that says what will drive; nothing for a session without scenarios."""
     if not any(_is_scenario(item) for item in items):
         return []
     from pytest_dvp.plugin import collection
@@ -196,12 +208,14 @@ def pytest_configure_node(node: Any) -> None:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Attach the results of an item's runs to its report, which crosses from a worker of xdist to the controller."""
     report = yield
     fixtures.attach(item, report)
     return report
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Print verdicts and comparisons of stages of all runs; on GitHub also annotations and the step summary."""
     # A worker of xdist has a terminal reporter as well, which nobody sees; the controller has the reports of all.
     if hasattr(config, "workerinput"):
         return

@@ -40,6 +40,10 @@ class Grid:
 
     @classmethod
     def of(cls, allowed: Range, nominal: float) -> Grid:
+        """The grid over an allowed range around `nominal`; a nominal value outside it is replaced by the nearest end.
+
+        Steps are 1 for whole numbers and round ones otherwise; a range of one value has step 0.
+        """
         home = min(max(nominal, allowed.low), allowed.high)
         step = 1.0 if allowed.whole else _round_step((allowed.high - allowed.low) / _STEPS)
         if step <= 0.0:

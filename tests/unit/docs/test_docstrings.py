@@ -23,6 +23,7 @@ HELD = (
     "pytest_dvp/gap",
     "pytest_dvp/logs",
     "pytest_dvp/metrics",
+    "pytest_dvp/plugin",
     "pytest_dvp/text",
     "pytest_dvp/tuning",
     "pytest_dvp/verdicts",
