@@ -48,6 +48,7 @@ OPTIONS = (
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenarios, search method, number of drives, shards and what is exported."""
     parser.add_argument(
         "scenarios", nargs="+", metavar="X.xosc",
         help="scenario with constraint groups, or parameter distribution; or the folder of one campaign, to read it",
@@ -83,6 +84,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Drive, merge or read a campaign. Returns 1 if a driven variant failed, else 0.
+
+    With a baseline, it returns 1 only if a variant fails that passed before.
+
+    Raises SettingError for an unknown method, kind of export or kind of kept log.
+    """
     for option, value, known in (
         ("method", arguments.method, METHODS),
         ("keep-logs", arguments.keep_logs, KEEP),

@@ -34,6 +34,7 @@ _BY = "_by"  # key of the file whose check told a finding
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare files and folders to check, and the options by which a run would read them."""
     parser.add_argument(
         "paths", nargs="+", metavar="PATH", help=".xosc, .xodr, .gates.toml, .toml, .mcap or .csv file, or a folder"
     )
@@ -44,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Print what is wrong with the files, without running any. Returns 1 if a finding is an error, else 0."""
     settings = settings_from(arguments, ini=OF_A_CHECK)  # of which a run takes the same
     options = log_options(arguments)
     paths = _with_gates([path for text in arguments.paths for path in _files(text)], settings)

@@ -29,6 +29,7 @@ PLACE = 70  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare logs, model, channels and report."""
     parser.add_argument("logs", nargs="+", metavar="LOG", help="measured log; a part of it as LOG@0:285 (seconds)")
     parser.add_argument(
         "--model",
@@ -44,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Print how far a model is from each log. Returns 0 however large the difference is."""
     for text in arguments.logs:
         existing_log(text)
     model = arguments.model.partition(".py:")[0] + ".py" if ".py:" in arguments.model else arguments.model

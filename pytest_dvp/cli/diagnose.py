@@ -34,6 +34,7 @@ PLACE = 80  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare logs, model, held-out logs, drives of the twin, report and plan folder."""
     parser.add_argument("logs", nargs="+", metavar="LOG", help="measured log; a part of it as LOG@0:285 (seconds)")
     parser.add_argument("--model", required=True, metavar="M.toml", help="vehicle model that lacks an effect")
     parser.add_argument(
@@ -53,6 +54,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Print which effects a model lacks. Returns 0 whatever the verdict is.
+
+    Raises WrongArgument for a file that is not there, an output that may not be written, or the same drive twice.
+    """
     for text in [*arguments.logs, *arguments.held_out, *arguments.twin]:
         existing_log(text)
     existing(arguments.model, "model")

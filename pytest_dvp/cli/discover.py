@@ -19,6 +19,7 @@ PLACE = 105  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare logs, model, held-out logs and the effect file to write."""
     parser.add_argument("logs", nargs="+", metavar="LOG", help="measured logs; a part of one as LOG@0:285 (seconds)")
     parser.add_argument("--model", required=True, metavar="M.toml", help="vehicle model that leaves an error")
     parser.add_argument(
@@ -32,6 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Look for a law, and write it if one is found. Returns 0 with or without a law.
+
+    Raises WrongArgument if `--out` is no .py file, or the same log is fitted and held out.
+    """
     refuse_same_path(arguments.logs, arguments.held_out)
     out = new_file("--out", arguments.out, [arguments.model])
     if out.suffix != ".py":

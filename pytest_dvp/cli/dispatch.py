@@ -52,6 +52,7 @@ class Parser(argparse.ArgumentParser):
     """An argument parser whose complaint is one line with the nearest valid option."""
 
     def error(self, message: str) -> NoReturn:
+        """Raises WrongArgument with the complaint of argparse in one line."""
         raise WrongArgument(f"{self.prog}: {message} ({self.prog} --help)")
 
 

@@ -23,6 +23,7 @@ PLACE = 130  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare logs, how they are mapped, the model and own effects."""
     parser.add_argument("logs", nargs="+", metavar="LOG", help="log, or a part of it as LOG@START:STOP (seconds)")
     add_log_options(parser)
     parser.add_argument("--model", metavar="FILE", help="vehicle model, whose inputs decide which effects could show")
@@ -82,6 +83,7 @@ def existing_log(text: str, *, parts: bool = True) -> str:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Print what is wrong with each log. Returns 1 if a finding is an error, else 0."""
     options = log_options(arguments)
     names = [existing_log(text) for text in arguments.logs]
     effects = effects_from(arguments) if arguments.effects else {}

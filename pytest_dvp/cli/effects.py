@@ -20,6 +20,7 @@ READS_NO_LOG = True
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the name of an effect, files of own effects, and the switch that lists the fields of the bus."""
     parser.add_argument(
         "name", nargs="?", metavar="NAME", help="effect to describe in full; default: one line for each effect"
     )
@@ -75,6 +76,7 @@ def effects_from(arguments: argparse.Namespace) -> dict[str, Effect]:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Print one effect or all. Returns 0; raises WrongArgument with the nearest name for an unknown one."""
     from vehicle.model.effect_catalogue import catalogue
     from vehicle.model.errors import nearest_name
 

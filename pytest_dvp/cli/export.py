@@ -12,6 +12,7 @@ PLACE = 115  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the model file and what is written from it."""
     parser.add_argument("model", metavar="MODEL", help="vehicle model (.toml)")
     parser.add_argument("--python", metavar="F", help="new Python module; runs where numpy, numba and msgspec are")
     parser.add_argument("--fmu", metavar="F", help="new FMU 2 for co-simulation; needs PythonFMU here and there")
@@ -19,6 +20,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Write a model as a Python module, as an FMU, or both. Returns 0.
+
+    Raises WrongArgument if neither is asked for, a name has another ending, or PythonFMU is not installed.
+    """
     path = existing(arguments.model, "model")
     if not arguments.python and not arguments.fmu:
         raise WrongArgument("nothing to write: give --python F, --fmu F or both")

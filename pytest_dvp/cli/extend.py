@@ -41,6 +41,8 @@ PLACE = 100  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare model, logs to fit and to hold out, effects to add or remove, gates and the new model file."""
+
     def many(option: str, metavar: str, text: str, **more: Any) -> None:
         parser.add_argument(option, nargs="+", action="extend", metavar=metavar, help=text, **more)
 
@@ -67,6 +69,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Fit the effects and write the new model.
+
+    Returns 0 if a file was written, also an unchanged copy because no effect is missing; 1 if none was written.
+    """
     _check(arguments)
     from pytest_dvp.gap.extend.extend import extend
     from reports.whole_file import write_whole

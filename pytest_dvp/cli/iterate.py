@@ -22,6 +22,7 @@ PLACE = 120  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the plan, the vehicle, the number of iterations, output folder, report and workers."""
     parser.add_argument(
         "plan", metavar="PLAN.toml", help="plan file: twin, scenarios to fit to, held-out scenarios, candidates"
     )
@@ -37,6 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Drive, extend the twin and tune, as the plan says, and write ledger and report. Returns 0.
+
+    Raises SettingError for fewer than one iteration, and for a vehicle that cannot drive or may not drive unattended.
+    """
     path = existing(arguments.plan, "plan")
     check_workers(arguments)
     if arguments.iterations is not None and arguments.iterations < 1:

@@ -14,6 +14,7 @@ PLACE = 145  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the files of one drive and the joined file."""
     parser.add_argument(
         "logs",
         nargs="+",
@@ -25,6 +26,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Join two or more files into one CSV. Returns 0.
+
+    Raises WrongArgument for a single file, or if `--out` is no .csv file.
+    """
     files = [Path(existing_log(log, parts=False)) for log in arguments.logs]
     out = new_file("--out", arguments.out, files)
     if len(files) < 2:

@@ -14,6 +14,7 @@ PLACE = 140  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the foreign log, folders of message definitions, and the mapping file."""
     parser.add_argument("log", metavar="LOG", help="MCAP, ROS bag (.bag, .db3 or its folder), .mf4, .mat or .csv")
     parser.add_argument("--msg", action="append", default=[], metavar="DIR", help="folder of .msg files (ROS types)")
     parser.add_argument("--out", metavar="FILE", help="file of the mapping; default: stdout")
@@ -21,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Print or write a proposed mapping. Returns 0; raises WrongArgument for a log of dvp, which needs none."""
     path = Path(existing_log(arguments.log, parts=False))
     folders = message_folders(arguments)
     out = None if arguments.out is None else new_file("--out", arguments.out, [path])

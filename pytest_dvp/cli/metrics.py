@@ -16,11 +16,13 @@ DIRECTION = {True: "bigger is worse", False: "smaller is worse", None: "neither 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the names of metrics; none stands for all."""
     parser.add_argument("names", nargs="*", metavar="NAME", help="metrics to list; default: all")
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Print metrics with unit and definition. Returns 0; raises WrongArgument for an unknown name."""
     from pytest_dvp.metrics import MetricError, find_metric, known_metrics
 
     try:

@@ -17,6 +17,7 @@ PLACE = 45  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenarios, stack, faults, number of clean drives, processes and where results are kept."""
     parser.add_argument("scenarios", nargs="+", metavar="X.xosc", help="scenario, or a folder with scenarios")
     parser.add_argument("--ads", default=REFERENCE, metavar="NAME", help="driving stack, e.g. my_stack.py:Stack")
     parser.add_argument("--fault", nargs="+", action="extend", default=[], metavar="NAME", help="these faults only")
@@ -28,6 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Drive with each fault and tell which no gate notices. Returns 1 if a fault escapes, else 0.
+
+    Raises WrongArgument for fewer than 2 clean drives or 1 process, an unknown fault, or an `--out` that is a file.
+    """
     if arguments.clean_seeds < 2 or arguments.jobs < 1:
         raise WrongArgument("--clean-seeds takes 2 or more, --jobs 1 or more")
     scenarios = named_scenarios(arguments.scenarios)

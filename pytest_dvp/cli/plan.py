@@ -38,6 +38,7 @@ PLACE = 90  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare model, logs, rivals to distinguish, effects to excite, driving limits and output folder."""
     parser.add_argument("logs", nargs="*", metavar="LOG", help="measured log whose diagnosis leaves a question open")
     parser.add_argument("--model", required=True, metavar="M.toml", help="vehicle model")
     parser.add_argument("--between", metavar="A,B", help="distinguish these effects")
@@ -56,6 +57,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Print and write the manoeuvre to drive next. Returns 0.
+
+    Raises WrongArgument if nothing is named to plan for, a list holds an empty name, or `--out` is empty.
+    """
     for text in [*arguments.logs, *arguments.held_out]:
         existing_log(text)
     existing(arguments.model, "model")

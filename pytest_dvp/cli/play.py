@@ -28,6 +28,7 @@ READS_NO_LOG = True
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the scenario, the step, the parameters and the CSV files."""
     parser.add_argument("scenario", metavar="X.xosc")
     parser.add_argument("--dt", default="0.01", metavar="SECONDS", help="step of the storyboard [s]; default: 0.01")
     parser.add_argument(
@@ -39,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Play the storyboard alone and write or print what happened. Returns 0, however it ended."""
     path = existing(arguments.scenario, "scenario")
     _check_targets(arguments)
     settings = settings_from(arguments)

@@ -13,6 +13,7 @@ PLACE = 150  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the damaged log and the new file."""
     parser.add_argument(
         "log",
         metavar="LOG",
@@ -23,6 +24,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Write the intact part of a log. Returns 0.
+
+    Raises WrongArgument for a kind of log that cannot be recovered, or a new file of another kind.
+    """
     from pytest_dvp.logs.recovery import KINDS, kind_of, recover
     from pytest_dvp.logs.unfinished_run import LOG, PART
 

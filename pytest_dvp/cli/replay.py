@@ -19,11 +19,16 @@ PLACE = 50  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the run folder."""
     parser.add_argument("run", metavar="RUN", help="run folder, with log.mcap and result.json")
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Drive a run again. Returns 0 if both logs have the same bytes, else 1.
+
+    Raises WrongArgument for a folder without a log, and for a run that did not end.
+    """
     folder = Path(arguments.run)
     from pytest_dvp.logs.log import Log
 

@@ -24,6 +24,7 @@ PLACE = 60  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the log or run folder, the gates and the report."""
     parser.add_argument("log", metavar="LOG", help="log.mcap, or a run folder that contains one")
     parser.add_argument("--out", metavar="FILE", help="file of the report; default: report.html next to the log")
     add_settings(parser, ("gates", "single-file"))
@@ -31,6 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Judge a log again and write its report. Returns 0 if the verdict is PASS, else 1.
+
+    Raises WrongArgument if there is no such log.
+    """
     settings = settings_from(arguments)
     named = Path(arguments.log)
     path = named / "log.mcap" if named.is_dir() else existing(str(named), "log")

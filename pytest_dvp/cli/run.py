@@ -35,6 +35,7 @@ ON_THE_WIRE = "  still at it; a car of its own, beside the harness, may take a m
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare scenarios, stages, further gates and every option of a run."""
     parser.add_argument("scenarios", nargs="+", metavar="X.xosc", help="scenario, or a folder with scenarios")
     parser.add_argument(
         "--stage",
@@ -55,6 +56,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Drive scenarios on the stages asked for. Returns 0 if every verdict is PASS, else 1.
+
+    Raises SettingError for a stage that these options cannot drive; of several scenarios, one that cannot begin is an
+    ERROR and the others drive.
+    """
     named = named_scenarios(arguments.scenarios)
     settings = settings_from(arguments, ini=(*OF_A_RUN, *BUDGET))
     stages = _stages(arguments.stage)

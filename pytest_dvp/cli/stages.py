@@ -28,6 +28,7 @@ PLACE = 40  # in `dvp --help`
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare logs, gate file and report."""
     parser.add_argument("logs", nargs="+", metavar="LOG", help="log.mcap or run folder of one stage")
     parser.add_argument(
         "--before", metavar="LOG", help="log of the previous iteration, with which the first stage is compared"
@@ -38,6 +39,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Print the table of stages. Returns 1 if a gate between stages does not pass, else 0.
+
+    Raises WrongArgument for logs of several scenarios with an option that fits only one.
+    """
     from pytest_dvp.cli.run import across_text
     from pytest_dvp.drive.stage_comparison import read_between
     from pytest_dvp.logs.log import Log

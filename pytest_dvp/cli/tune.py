@@ -33,6 +33,7 @@ SAID = 3  # commands that are printed
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the study, search, budget, seed, output folder and workers."""
     parser.add_argument(
         "study", metavar="STUDY.toml", help="study file: candidates, objective, constraints, scenarios, budget"
     )
@@ -46,6 +47,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def execute(arguments: argparse.Namespace) -> int:
+    """Search parameters and write the best. Returns 0 if the best point keeps every declared bound, else 1.
+
+    Raises SettingError for an unknown search, and for a budget or seed that is too small.
+    """
     path = existing(arguments.study, "study")
     check_workers(arguments)
     for option in ("budget", "seed"):

@@ -43,6 +43,7 @@ class NamedEffects:
 
     @property
     def empty(self) -> bool:
+        """True if no effect is to be added or removed."""
         return not self.add and not self.remove
 
     def notes(self, model: VehicleModel, file: str) -> Iterator[str]:

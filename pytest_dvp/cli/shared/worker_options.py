@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Declare `--jobs` and `--scheduler`: where simulations run. Results do not depend on them."""
     parser.add_argument(
         "--jobs",
         type=int,
