@@ -15,9 +15,9 @@ import numpy as np
 
 from pytest_dvp.logs.account import Account, open_account
 from pytest_dvp.logs.bag import messages, open_bag
+from pytest_dvp.logs.formats.ros_bag import Decoder, bag_of
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
-from pytest_dvp.logs.ros_bag import Decoder, bag_of
 from vehicle.adapters.replay import Arrived, Recording, Sensed
 from vehicle.messages import VehicleDescription
 

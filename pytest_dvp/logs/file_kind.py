@@ -5,29 +5,24 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from pytest_dvp.logs.formats.log_format import log_formats
 from pytest_dvp.logs.log_error import LogError
 
-# (first bytes, what it is, the kind of log that this is, if it is one)
-_MAGIC: tuple[tuple[bytes, str, str], ...] = (
-    (b"\x89MCAP0\r\n", "an MCAP file", "mcap"),
-    (b"MATLAB ", "a .mat file", "mat"),
-    (b"MDF     ", "an MDF file", "mdf"),
-    (b"UnFinMF ", "an MDF file that was not finished", "mdf"),
-    (b"#ROSBAG", "a ROS 1 bag", "bag"),
-    (b"SQLite format 3\x00", "an SQLite file, as in a ROS 2 bag", "bag"),
-    (b"PK\x03\x04", "a ZIP archive or an Excel sheet", ""),
-    (b"\x1f\x8b", "a gzip archive", ""),
-    (b"\x28\xb5\x2f\xfd", "a zstd archive", ""),
-    (b"\xfd7zXZ\x00", "an xz archive", ""),
-    (b"7z\xbc\xaf\x27\x1c", "a 7z archive", ""),
-    (b"\xd0\xcf\x11\xe0", "an old Excel or Word file", ""),
-    (b"\x89HDF\r\n", "an HDF5 file", ""),
-    (b"PAR1", "a Parquet file", ""),
-    (b"\x89PNG", "a picture", ""),
-    (b"\xff\xd8\xff", "a picture", ""),
-    (b"%PDF", "a PDF", ""),
-    (b"\x7fELF", "a program", ""),
-    (b"MZ", "a program", ""),
+# First bytes of files that are no logs, and what they are; those of logs are in `formats/`.
+_MAGIC: tuple[tuple[bytes, str], ...] = (
+    (b"PK\x03\x04", "a ZIP archive or an Excel sheet"),
+    (b"\x1f\x8b", "a gzip archive"),
+    (b"\x28\xb5\x2f\xfd", "a zstd archive"),
+    (b"\xfd7zXZ\x00", "an xz archive"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7z archive"),
+    (b"\xd0\xcf\x11\xe0", "an old Excel or Word file"),
+    (b"\x89HDF\r\n", "an HDF5 file"),
+    (b"PAR1", "a Parquet file"),
+    (b"\x89PNG", "a picture"),
+    (b"\xff\xd8\xff", "a picture"),
+    (b"%PDF", "a PDF"),
+    (b"\x7fELF", "a program"),
+    (b"MZ", "a program"),
 )
 _WORDS = (
     (re.compile(rb"\s*(<!doctype html|<html)", re.IGNORECASE), "a web page"),
@@ -53,7 +48,9 @@ def refuse_other_kind(path: Path, kind: str) -> None:
 
 
 def _kind(head: bytes) -> tuple[str, str]:
-    for begin, what, kind in _MAGIC:
+    """What a file that begins like this is, and the kind of log that this is, "" for none; both "" if unknown."""
+    logs = ((begin, what, one.kind) for one in log_formats() for begin, what in one.begins)
+    for begin, what, kind in (*logs, *((begin, what, "") for begin, what in _MAGIC)):
         if head.startswith(begin):
             return what, kind
     head = head.removeprefix(b"\xef\xbb\xbf")

@@ -1,4 +1,4 @@
-"""read_log: any log file -> Log. The one entrance; a format is one module that is imported when its file comes."""
+"""read_log: any log file -> Log. The one entrance; a format is one module in `formats/`."""
 
 from __future__ import annotations
 
@@ -7,28 +7,16 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from openscenario.findings import Finding, Findings, listed
 from pytest_dvp.logs.budget import Budget
-from pytest_dvp.logs.column_names import canonical
 from pytest_dvp.logs.file_kind import refuse_other_kind
+from pytest_dvp.logs.formats.log_format import format_of_kind, log_formats
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.log_part import cut_log, parse_argument
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import build_log
 from pytest_dvp.logs.unfinished_run import told_of
-from pytest_dvp.logs.units import find_unit
-
-KINDS = {
-    **dict.fromkeys((".csv", ".txt", ".tsv"), "csv"),
-    **dict.fromkeys((".mf4", ".mdf", ".dat"), "mdf"),
-    **dict.fromkeys((".bag", ".db3"), "bag"),
-    ".mat": "mat",
-    ".mcap": "mcap",
-}
-"""Format by file name ending."""
 
 
 def read_log(
@@ -61,19 +49,20 @@ def kind_of(path: Path) -> str:
     if path.is_dir():
         if (path / "log.mcap").is_file():
             return "run"
-        if (path / "metadata.yaml").is_file():
-            return "bag"
+        for one in log_formats():
+            if one.folder and (path / one.folder).is_file():
+                return one.kind
         raise LogError(
             f"{path}: a folder, but neither a run (log.mcap) nor a ROS 2 bag (metadata.yaml)", "log.unreadable"
         )
     if not path.exists():
         raise LogError(f"{path}: no such log", "log.unreadable")
-    kind = KINDS.get(path.suffix.lower())
-    if kind is None:
+    kinds = {ending: one.kind for one in log_formats() for ending in one.endings}
+    if path.suffix.lower() not in kinds:
         raise LogError(
-            f"{path}: not a kind of log; allowed: {listed(list(KINDS))}, a ROS bag's folder", "log.unknown_kind"
+            f"{path}: not a kind of log; allowed: {listed(list(kinds))}, a ROS bag's folder", "log.unknown_kind"
         )
-    return kind
+    return kinds[path.suffix.lower()]
 
 
 def read_streams(
@@ -84,38 +73,7 @@ def read_streams(
     if kind == "run":
         path, kind = path / "log.mcap", "mcap"
     refuse_other_kind(path, kind)
-    if kind == "csv":
-        from pytest_dvp.logs.csv_file import read_csv
-
-        table = read_csv(path, budget)
-        if not table.columns:
-            findings.add("log.no_numbers", str(path), table.header_line, "", "no column of numbers in it")
-            raise LogError.of(findings.in_order())
-        findings.found.extend(table.findings.found)
-        fields = {column.header.name: column.values for column in table.columns}
-        units = {column.header.name: column.header.unit for column in table.columns if column.header.unit}
-        clock = next((c for c in table.columns if canonical(c.header.name) == "t"), None)
-        if clock is None:
-            receive = np.full(len(next(iter(fields.values()))), np.nan)  # a mapping says which column it is
-        else:
-            unit = find_unit(clock.header.unit or "s")
-            receive = clock.values * (unit.scale if unit is not None else 1.0)
-        return [Stream("", "", receive, fields, units)]
-    if kind == "mcap":
-        from pytest_dvp.logs.foreign_mcap import read_mcap
-
-        return read_mcap(path, findings, msg_dirs, budget)
-    if kind == "mat":
-        from pytest_dvp.logs.mat_file import read_mat
-
-        return read_mat(path, budget)
-    if kind == "mdf":
-        from pytest_dvp.logs.mdf_file import read_mdf
-
-        return read_mdf(path, budget)
-    from pytest_dvp.logs.ros_bag import read_bag
-
-    return read_bag(path, findings, msg_dirs, budget)
+    return format_of_kind(kind).read(path, findings, msg_dirs, budget)
 
 
 def _whole(
@@ -131,10 +89,9 @@ def _whole(
         except LogError as error:
             if error.code not in ("log.foreign", "log.truncated", "log.corrupt", "log.record_too_long", "log.not_mcap"):
                 raise
-    if kind == "csv" and mapping is None:
-        from pytest_dvp.logs.csv_file import read_csv
-
-        log = build_log(read_csv(path, budget), strict=strict)
+    read_table = format_of_kind(kind).table
+    if read_table is not None and mapping is None:
+        log = build_log(read_table(path, budget), strict=strict)
     else:
         log = _mapped(path, kind, mapping, msg_dirs, strict, partial, budget)
     if path.is_file():

@@ -14,9 +14,9 @@ from mcap.writer import CompressionType, Writer
 from pytest_dvp.logs.account import Account, open_account
 from pytest_dvp.logs.budget import Budget
 from pytest_dvp.logs.column_names import canonical
-from pytest_dvp.logs.csv_file import EMPTY, normalised, number, read_head
 from pytest_dvp.logs.file_kind import refuse_other_kind
-from pytest_dvp.logs.foreign_mcap import by_topic, kept_messages, our_log
+from pytest_dvp.logs.formats.csv_file import EMPTY, normalised, number, read_head
+from pytest_dvp.logs.formats.foreign_mcap import by_topic, kept_messages, our_log
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_read import MAGIC
 from pytest_dvp.logs.mcap_scan import OPCODES, Message, Scan, read_chunk, read_record, records, unfitting

@@ -28,13 +28,14 @@ def _forget() -> None:
     """The catalogues read their folders anew."""
     from openscenario.storyboard.registry import action_factories, condition_factories
     from pytest_dvp.cli.dispatch import commands
+    from pytest_dvp.logs.formats.log_format import log_formats
     from pytest_dvp.metrics.registry import known_metrics
     from reports.panels.panel import panels
     from vehicle.model.effect_catalogue import catalogue, run_setups
     from vehicle.sensors.further import further_sensors
 
     registries = (action_factories, condition_factories, commands, known_metrics, panels, catalogue, run_setups)
-    for known in (*registries, further_sensors):
+    for known in (*registries, further_sensors, log_formats):
         known.cache_clear()
 
 
@@ -59,7 +60,7 @@ def folders_with_the_examples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 def test_there_is_an_example_of_each_kind_of_file() -> None:
     rows = re.findall(r"^\| [^|]+ \| 1(?: \+ 2)? \| `([^`]+)/` \|", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
-    assert len(rows) == 8
+    assert len(rows) == 9
     assert sorted(rows) == sorted(name.rpartition("/")[0] for name in EXAMPLES)
 
 
@@ -120,6 +121,22 @@ def test_the_metric_measures() -> None:
     v = np.array([0.0, 0.0, 5.0, 0.05, 0.0, 0.09, 0.0, 3.0, 0.0])
     found = compute("longest_stop", Log({"t": np.arange(9.0), "v": v}))
     assert (found.value, found.t, found.unit) == (3.0, 3.0, "s")
+
+
+def test_the_format_is_read_and_known_by_its_first_bytes(tmp_path: Path) -> None:
+    from pytest_dvp.logs.log_error import LogError
+    from pytest_dvp.logs.read_log import read_log
+
+    rows = np.zeros(50, dtype=[("t_s", "f8"), ("speed_kmh", "f4")])
+    rows["t_s"], rows["speed_kmh"] = np.arange(50) / 10.0, 36.0
+    np.save(tmp_path / "a.npy", rows)
+    assert read_log(tmp_path / "a.npy")["v"] == pytest.approx(10.0)  # 36 km/h
+    (tmp_path / "a.csv").write_bytes((tmp_path / "a.npy").read_bytes())
+    with pytest.raises(LogError, match=r"this is a NumPy file, not what \.csv says; rename it"):
+        read_log(tmp_path / "a.csv")
+    np.save(tmp_path / "b.npy", np.zeros(50))
+    with pytest.raises(LogError, match="expected a row of records"):
+        read_log(tmp_path / "b.npy")
 
 
 def test_the_action_is_run_by_the_factory_of_its_class() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 
@@ -125,3 +126,21 @@ def test_custom_ros_messages_need_their_definition(tmp_path: Path) -> None:
     mapping.write_text('[[signal]]\nname = "v"\ntopic = "/state"\nfield = "speed"\nunit = "m/s"\n')
     log = read_log(tmp_path / "a.bag", mapping=mapping, msg_dirs=[tmp_path / "car_msgs"])
     assert log["v"] == pytest.approx(V)
+
+
+def test_the_formats_load_no_large_package_before_a_file_needs_it() -> None:
+    code = (
+        "import sys; from pytest_dvp.logs.formats.log_format import log_formats; print(*[f.kind for f in log_formats()]);"
+        "print(*(set('pandas scipy asammdf rosbags mcap numba'.split()) & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "csv mcap mat mdf bag\n\n"
+
+
+def test_no_two_formats_claim_one_file() -> None:
+    from pytest_dvp.logs.formats.log_format import log_formats
+
+    endings = [ending for one in log_formats() for ending in one.endings]
+    begins = [begin for one in log_formats() for begin, _ in one.begins]
+    assert len(set(endings)) == len(endings)
+    assert not [(a, b) for a in begins for b in begins if a is not b and a.startswith(b)]

@@ -10,7 +10,7 @@ import pytest
 
 from openscenario.findings import Findings
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.logs.csv_file import read_csv
+from pytest_dvp.logs.formats.csv_file import read_csv
 from pytest_dvp.logs.joining import join
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mapping_proposal import mapping_text, propose

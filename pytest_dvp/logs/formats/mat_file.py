@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from openscenario.findings import Findings
 from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.budget import Budget
 from pytest_dvp.logs.column_names import canonical, parse_header
+from pytest_dvp.logs.formats.log_format import LogFormat
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mat_scan import numbers_in
@@ -18,7 +21,7 @@ from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.units import find_unit
 
 
-def read_mat(path: Path, budget: Budget | None = None) -> list[Stream]:
+def read_mat(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: Budget | None) -> list[Stream]:
     """Streams by struct (top level: the file). Names state units as in CSV, `v_mps`; others need a mapping.
 
     Raises LogError: not a .mat file, version 7.3 (HDF5), too large, or no vectors with a time.
@@ -41,6 +44,9 @@ def read_mat(path: Path, budget: Budget | None = None) -> list[Stream]:
     if not streams:
         raise LogError(f"{path}: no vectors with a time of the same length (`t_s`, `time`)", "log.time_missing")
     return streams
+
+
+FORMAT = LogFormat("mat", (".mat",), ((b"MATLAB ", "a .mat file"),), read_mat)
 
 
 def _group(file: str, topic: str, items: dict[str, Any], streams: list[Stream], depth: int) -> None:

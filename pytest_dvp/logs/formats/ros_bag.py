@@ -16,6 +16,7 @@ from openscenario.findings import Findings
 from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.bag import messages, open_bag
 from pytest_dvp.logs.budget import Budget
+from pytest_dvp.logs.formats.log_format import LogFormat
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_scan import Channel
 from pytest_dvp.logs.stream import Columns, Stream, flatten
@@ -115,6 +116,15 @@ def read_bag(
         Stream(topic, kind, np.frombuffer(came, dtype=np.int64).astype(np.float64) * 1e-9, columns.arrays())
         for (topic, kind), (came, columns) in gathered.items()
     ]
+
+
+FORMAT = LogFormat(
+    "bag",
+    (".bag", ".db3"),
+    ((b"#ROSBAG", "a ROS 1 bag"), (b"SQLite format 3\x00", "an SQLite file, as in a ROS 2 bag")),
+    read_bag,
+    folder="metadata.yaml",
+)
 
 
 def bag_of(path: Path) -> Path:

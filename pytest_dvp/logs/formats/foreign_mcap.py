@@ -14,6 +14,7 @@ import numpy as np
 from openscenario.findings import Findings
 from pytest_dvp.logs.account import Account, open_account
 from pytest_dvp.logs.budget import Budget, shown_size
+from pytest_dvp.logs.formats.log_format import LogFormat
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mcap_read import Channels, build_partial
@@ -46,6 +47,9 @@ def read_mcap(
     if any(channel.topic == "/meta" and channel.schema.name == "dvp.meta" for channel in scan.channels.values()):
         return _ours(data, path, findings, budget)
     return _streams(data, scan, path, findings, msg_dirs, open_account(path, budget))
+
+
+FORMAT = LogFormat("mcap", (".mcap",), ((b"\x89MCAP0\r\n", "an MCAP file"),), read_mcap)
 
 
 def our_log(messages: Iterable[tuple[str, bytes]], path: Path, account: Account) -> tuple[Log, int]:
@@ -144,7 +148,7 @@ def _streams(
         elif channel.encoding == "json":
             gathered[identity] = _Gathered(channel, account, _json_decoder(channel, path))
         elif channel.encoding in ("cdr", "ros1"):
-            from pytest_dvp.logs.ros_bag import Decoder, full_name
+            from pytest_dvp.logs.formats.ros_bag import Decoder, full_name
 
             decoder = decoder or Decoder(path, msg_dirs)
             decode = decoder.of_channel(channel, findings)

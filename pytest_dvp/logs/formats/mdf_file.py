@@ -6,13 +6,16 @@ import gc
 import re
 import sys
 import traceback
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from openscenario.findings import Findings
 from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.budget import Budget
+from pytest_dvp.logs.formats.log_format import LogFormat
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.mdf_scan import charge_mdf
@@ -31,7 +34,7 @@ def _forget(error: BaseException) -> None:
         sys.unraisablehook = before
 
 
-def read_mdf(path: Path, budget: Budget | None = None) -> list[Stream]:
+def read_mdf(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: Budget | None) -> list[Stream]:
     """Streams by channel group, time from the group's master channel, units from the channels.
 
     Raises LogError if asammdf is not installed, the file is too large or cannot be read.
@@ -77,3 +80,11 @@ def read_mdf(path: Path, budget: Budget | None = None) -> list[Stream]:
     if not streams:
         raise LogError(f"{path}: no channel group with numbers", "log.foreign")
     return streams
+
+
+FORMAT = LogFormat(
+    "mdf",
+    (".mf4", ".mdf", ".dat"),
+    ((b"MDF     ", "an MDF file"), (b"UnFinMF ", "an MDF file that was not finished")),
+    read_mdf,
+)

@@ -8,22 +8,26 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
+from openscenario.findings import Findings
 from pytest_dvp.logs.account import open_account
 from pytest_dvp.logs.budget import Budget
-from pytest_dvp.logs.column_names import Header, parse_header
+from pytest_dvp.logs.column_names import Header, canonical, parse_header
+from pytest_dvp.logs.formats.log_format import LogFormat
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS
+from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import RawColumn, Table
 from pytest_dvp.logs.text_times import seconds_of
 from pytest_dvp.logs.two_part_time import one_time
+from pytest_dvp.logs.units import find_unit
 
 EMPTY = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "#n/a", "-nan", "nil"))
 LOGIC = {"true": 1.0, "false": 0.0}
@@ -65,6 +69,30 @@ def read_csv(path: Path, budget: Budget | None = None) -> Table:
     table.lines = lines
     table.columns = one_time(_columns(table, body, lines, list(head.headers), separator))
     return table
+
+
+def read_stream(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget: Budget | None) -> list[Stream]:
+    """The whole file as one stream; its receive times are NaN if no column is called like a time.
+
+    Raises LogError, also for a table without a column of numbers.
+    """
+    table = read_csv(path, budget)
+    if not table.columns:
+        findings.add("log.no_numbers", str(path), table.header_line, "", "no column of numbers in it")
+        raise LogError.of(findings.in_order())
+    findings.found.extend(table.findings.found)
+    fields = {column.header.name: column.values for column in table.columns}
+    units = {column.header.name: column.header.unit for column in table.columns if column.header.unit}
+    clock = next((c for c in table.columns if canonical(c.header.name) == "t"), None)
+    if clock is None:
+        receive = np.full(len(next(iter(fields.values()))), np.nan)  # a mapping says which column it is
+    else:
+        unit = find_unit(clock.header.unit or "s")
+        receive = clock.values * (unit.scale if unit is not None else 1.0)
+    return [Stream("", "", receive, fields, units)]
+
+
+FORMAT = LogFormat("csv", (".csv", ".txt", ".tsv"), (), read_stream, table=read_csv)
 
 
 def _least_rows(path: Path, size: int) -> int:
