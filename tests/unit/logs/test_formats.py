@@ -130,7 +130,8 @@ def test_custom_ros_messages_need_their_definition(tmp_path: Path) -> None:
 
 def test_the_formats_load_no_large_package_before_a_file_needs_it() -> None:
     code = (
-        "import sys; from pytest_dvp.logs.formats.log_format import log_formats; print(*[f.kind for f in log_formats()]);"
+        "import sys; from pytest_dvp.logs.formats.log_format import log_formats\n"
+        "print(*[one.kind for one in log_formats()])\n"
         "print(*(set('pandas scipy asammdf rosbags mcap numba'.split()) & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
