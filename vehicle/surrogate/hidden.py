@@ -94,7 +94,15 @@ EFFECTS: dict[str, dict[str, Bound]] = {
     "detection_latency": {"T": Bound("s", 0.0, 2.0, 0.0)},
     "detection_offset": {"x": Bound("m", -5.0, 5.0, 0.0), "y": Bound("m", -5.0, 5.0, 0.0)},
     "detection_range": {"R": Bound("m", 1.0, math.inf, math.inf)},
-    "detection_misses": {"rate": Bound("-", 0.0, 1.0, 0.0)},
+    "detection_misses": {
+        "rate": Bound("-", 0.0, 1.0, 0.0),
+        "slope": Bound("1/m", 0.0, 1.0, 0.0),
+        "pedestrian": Bound("-", 0.0, 1.0, 0.0),
+        "bicycle": Bound("-", 0.0, 1.0, 0.0),
+    },
+    "detection_size": {"length_ratio": Bound("-", 0.1, 10.0, 1.0), "width_ratio": Bound("-", 0.1, 10.0, 1.0)},
+    "detection_yaw": {"b": Bound("rad", -1.6, 1.6, 0.0)},
+    "detection_occlusion": {"share": Bound("-", 0.0, 1.0, 1.0)},
     "detection_false": {"rate": Bound("1/s", 0.0, 10.0, 0.0)},
     "detection_noise": {"sigma0": Bound("m", 0.0, 2.0, 0.0), "slope": Bound("-", 0.0, 0.2, 0.0)},
 }
