@@ -204,8 +204,12 @@ class Search:
         )
 
     def bootstrap_share(self, worse: FloatArray, better: FloatArray, *, slack: float = 0.0) -> float:
-        """Share of draws of segments, with replacement, in which `better` is better, or worse by less than `slack` of
-        what it gains in all: draws without the one event in which an effect shows say nothing against it."""
+        """Share of draws of segments, with replacement, in which `better` has less error than `worse`.
+
+        Both (m,) hold chi^2 by segment, in units of the squared noise. A draw also counts in which it is worse by less
+        than `slack` of what it gains in all: draws without the one event in which an effect shows say nothing against
+        it.
+        """
         rng = np.random.default_rng(_SEED)
         m = len(worse)
         draws = rng.multinomial(m, np.full(m, 1.0 / m), size=_DRAWS)
