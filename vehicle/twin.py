@@ -20,6 +20,7 @@ from vehicle.model.errors import ModelError
 from vehicle.model.kernel import ACCELERATION, PEDALS
 from vehicle.model.plant import STEP, Plant, input_mode
 from vehicle.model.vehicle_model import VehicleModel
+from vehicle.sensors.perceived import Perceived
 from vehicle.sensors.suite import SensorSuite
 
 
@@ -27,7 +28,8 @@ class Twin:
     """A simulated car. Same model, sensors, seed and calls: same bytes.
 
     What the model's sensor effects do to pose, speed, yaw rate and accelerations, its GNSS, odometry and IMU show too:
-    they measure what the effects make of the motion, at its stamp. LiDAR and camera look around from the true pose.
+    they measure what the effects make of the motion, at its stamp. LiDAR and camera look around from the true pose, at
+    what the model's perception effects make of the road users (`vehicle.sensors.perceived`).
 
     It integrates at 1 kHz and returns motion at 100 Hz. `seed` starts the generators of the sensors, one each.
     Raises ModelError if the model cannot run at this step or takes other inputs than a Command has.
@@ -69,6 +71,7 @@ class Twin:
         self._t: float = row[0]
         self._steer = state.steer
         self._running = self.sensors.start(row, self.seed)
+        self._perceived = Perceived(self.model.effects, self.seed)
 
     def give_task(self, task: Task) -> None:
         """Hand over what the ego is asked to do; the next observation carries it."""
@@ -85,6 +88,9 @@ class Twin:
     def observe(self, surroundings: Surroundings) -> Observation:
         """Everything the sensors delivered since the last call."""
         task, self._task = self._task, None
+        if self._perceived.changes:
+            state = self._plant.state
+            surroundings = self._perceived.seen(self._t, state.x, state.y, state.yaw, surroundings)
         return self._running.observe(self._t, surroundings, task)
 
     def apply(self, command: Command) -> None:

@@ -7,7 +7,6 @@ missing; or that nothing known explains the residual.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import json
 import sys
 from pathlib import Path
@@ -83,7 +82,7 @@ def execute(arguments: argparse.Namespace) -> int:
     fitted = select_parts(arguments.logs, logs, model)
     judged = select_parts(arguments.held_out, held_out, model)
     logs, held_out = fitted.logs, judged.logs
-    twins = _twins(arguments, logs)
+    twins = twins_of(arguments, logs)
     told = (fitted.said, judged.said, _true_motion({**held_out, **logs}), _unjudged(logs, twins))
     said = [text for text in told if text]
     for warning in (wrong_wheelbase(logs, model), model.drives_nothing):
@@ -94,19 +93,10 @@ def execute(arguments: argparse.Namespace) -> int:
         if arguments.plan:
             tick("planning")
             found = with_manoeuvres(found, logs, model, envelope, tuple(extra.values()), Path(arguments.plan))
-    own = found
-    if twins:  # what their detections show comes on top of the sensors that the twin has: no value for its model
-        own = dataclasses.replace(
-            found, effects=tuple(e for e in found.effects if e.name not in perception_effect_names())
-        )
-        if own.effects != found.effects:
-            said.append(
-                "of the detections nothing is to be added to the model: they differ on top of the twin's own sensors"
-            )
-        else:
-            said.append("detections are as in the twin's run, as far as these data show")
+    if twins and not any(effect.name in perception_effect_names() for effect in found.effects):
+        said.append("detections are as in the twin's run, as far as these data show")
     if arguments.report is not None:
-        _report(arguments, found, own, fitted, model, judged, tuple(extra.values()))
+        _report(arguments, found, fitted, model, judged, tuple(extra.values()))
     if arguments.json:
         for text in said:
             print(f"dvp diagnose: {text}", file=sys.stderr)
@@ -114,14 +104,14 @@ def execute(arguments: argparse.Namespace) -> int:
         return 0
     from pytest_dvp.gap.words.diagnosis import extend_command, page, plan_command
 
-    given = (own, arguments.model, fitted.texts, judged.texts)
-    command = extend_command(*given, forwarded_options(arguments))
+    given = (found, arguments.model, fitted.texts, judged.texts)
+    command = extend_command(*given, _extending(arguments))
     plan = plan_command(*given, [*forwarded_options(arguments), *limit_words(arguments)])
     print(*said, page(found, model=Path(arguments.model).name, command=command, plan=plan), sep="\n")
     return 0
 
 
-def _report(arguments: argparse.Namespace, found: Diagnosis, own: Diagnosis, fitted: SelectedParts, model: VehicleModel,
+def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: SelectedParts, model: VehicleModel,
             judged: SelectedParts, extra: tuple[Effect, ...]) -> None:  # fmt: skip
     from pytest_dvp.gap.words.diagnosis import extend_command
     from pytest_dvp.gap.words.diagnosis_page import Typed, diagnosis_page
@@ -129,12 +119,17 @@ def _report(arguments: argparse.Namespace, found: Diagnosis, own: Diagnosis, fit
 
     typed = Typed(arguments.model, fitted.texts, judged.texts, forwarded_options(arguments))
     page = diagnosis_page(found, fitted.logs, model, held_out=judged.logs, effects=extra, typed=typed)
-    page["command"] = extend_command(own, arguments.model, fitted.texts, judged.texts, forwarded_options(arguments))
+    page["command"] = extend_command(found, arguments.model, fitted.texts, judged.texts, _extending(arguments))
     write_diagnosis_report(arguments.report, page)
     print(f"dvp diagnose: report in {arguments.report}", file=sys.stderr)
 
 
-def _twins(arguments: argparse.Namespace, logs: dict[str, Log]) -> dict[str, Log]:
+def _extending(arguments: argparse.Namespace) -> list[str]:
+    """Words that `dvp extend` needs as this command did."""
+    return [*(word for run in arguments.twin for word in ("--twin", run)), *forwarded_options(arguments)]
+
+
+def twins_of(arguments: argparse.Namespace, logs: dict[str, Log]) -> dict[str, Log]:
     """Runs of the twin by scenario. Raises WrongArgument for one that belongs to none of the logs."""
     found: dict[str, Log] = {}
     driven = {log.meta.get("scenario", "") for log in logs.values()} - {""}

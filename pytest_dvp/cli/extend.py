@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pytest_dvp.cli.diagnose import read_all
+from pytest_dvp.cli.diagnose import read_all, twins_of
 from pytest_dvp.cli.doctor import add_log_options, existing_log, read_files
 from pytest_dvp.cli.effects import add_effects, effects_from
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, existing, new_file
@@ -58,6 +58,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--held-out", "LOG", "logs that are not fitted on but judge the result; default: each log is predicted from "
         "the others, a single one its last 40 %% from what came before", default=[],
     )  # fmt: skip
+    parser.add_argument(
+        "--twin", action="append", default=[], metavar="RUN",
+        help="run of the model in a scenario of the logs, on top of whose detections effects of perception come; "
+        "repeat for each run",
+    )  # fmt: skip
     parser.add_argument("--out", required=True, metavar="M2.toml", help="file of the new model")
     parser.add_argument("--force", action="store_true", help="overwrite the model that was read (M2 may be M)")
     parser.add_argument(
@@ -87,7 +92,8 @@ def execute(arguments: argparse.Namespace) -> int:
     logs, held_out = read_all(arguments.fit, arguments), read_all(arguments.held_out, arguments)
     refuse_same_drive(logs, held_out)
     check_command_columns("dvp extend", model, arguments.model, logs, held_out)
-    wanted = wanted.shown_by(logs, model)
+    twins = twins_of(arguments, logs)
+    wanted = wanted.shown_by(logs, model, twins)
     if wanted.nothing:
         return _copied(arguments, wanted.nothing, wanted.verdict)
     if arguments.diagnosis and wanted.empty:
@@ -103,7 +109,7 @@ def execute(arguments: argparse.Namespace) -> int:
             for text in (fitted.said, judged.said):
                 if text:
                     print(f"dvp extend: the diagnosis {text}", file=sys.stderr)
-            found = _diagnosed(fitted.logs, model, judged.logs, tuple(extra.values()), tick)
+            found = _diagnosed(fitted.logs, model, judged.logs, tuple(extra.values()), twins, tick)
             wanted = _asked(found)
             if wanted.nothing:
                 return _copied(arguments, wanted.nothing, wanted.verdict)
@@ -112,7 +118,7 @@ def execute(arguments: argparse.Namespace) -> int:
         extension = extend(
             logs, model, add=wanted.add, remove=wanted.remove, refit=arguments.refit, held_out=held_out,
             effects=tuple(extra.values()), start=start, fitted_on=[provenance(text) for text in arguments.fit],
-            tick=tick,
+            twins=twins, tick=tick,
         )  # fmt: skip
         effects = [dataclasses.replace(e, rivals=rivals.get(e.name, ())) for e in extension.effects]
         notes = (*wanted.skipped, *extension.notes)
@@ -133,7 +139,7 @@ def _check(arguments: argparse.Namespace) -> None:
     model = existing(arguments.model, "model")
     if not arguments.model.endswith(".toml"):
         raise WrongArgument(f"--model {arguments.model}: effects are added to a vehicle model (.toml)")
-    for text in [*arguments.fit, *arguments.held_out]:
+    for text in [*arguments.fit, *arguments.held_out, *arguments.twin]:
         existing_log(text)
     for text in arguments.gates:
         existing(text, "gate file")
@@ -152,10 +158,10 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _diagnosed(logs: Mapping[str, Log], model: VehicleModel, held_out: Mapping[str, Log], extra: Sequence[Effect],
-               tick: Any) -> Diagnosis:  # fmt: skip
+               twins: Mapping[str, Log], tick: Any) -> Diagnosis:  # fmt: skip
     from pytest_dvp.gap.diagnose.diagnose import diagnose
 
-    return diagnose(logs, model, held_out=held_out, effects=extra, tick=tick)
+    return diagnose(logs, model, held_out=held_out, effects=extra, twins=twins, tick=tick)
 
 
 def _asked(found: Diagnosis) -> NamedEffects:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pytest_dvp.drive.stages import gate_apart, open_vehicle
@@ -12,10 +13,14 @@ if TYPE_CHECKING:
     from vehicle.guard.envelope import Envelope
     from vehicle.guard.guarded_vehicle import GuardedVehicle
     from vehicle.guard.process import GuardProcess
+    from vehicle.model.vehicle_model import AppliedEffect
 
 
-def guarded_car(request: Request, envelope: Envelope | None, gate_log: GuardLog) -> GuardedVehicle | GuardProcess:
-    """The car that is asked for; `gate_log` gets what its gate decides. Raises VehicleLost if it does not come."""
+def guarded_car(
+    request: Request, envelope: Envelope | None, gate_log: GuardLog, perception: Sequence[AppliedEffect] = ()
+) -> GuardedVehicle | GuardProcess:
+    """The car that is asked for; `gate_log` gets what its gate decides; on stage pe it sees the virtual road users with
+    the effects `perception`. Raises VehicleLost if it does not come."""
     name, _, argument = request.spec.vehicle.partition(":")
     max_speed, area = (None, None) if envelope is None else (envelope.max_speed, envelope.area)
     scenario, apart = request.path.name, gate_apart(request.spec.vehicle)
@@ -30,6 +35,7 @@ def guarded_car(request: Request, envelope: Envelope | None, gate_log: GuardLog)
             request.spec.fault,
             clock=request.spec.clock,
             record=gate_log.wire.record,
+            perception=perception,
         )
         limits = limits_of(car.description, max_speed=max_speed, area=area)
         keys = request.spec.arming is not None
@@ -38,7 +44,8 @@ def guarded_car(request: Request, envelope: Envelope | None, gate_log: GuardLog)
     from vehicle.guard.process_messages import Opening
 
     place, parallel = apart.place, request.spec.stage == "pe"
-    opening = Opening(place, argument, parallel, request.spec.seed, name, scenario, max_speed, area)
+    opening = Opening(place, argument, parallel, request.spec.seed, name, scenario, max_speed, area,
+                      {applied.name: dict(applied.values) for applied in perception})  # fmt: skip
     held = GuardProcess(opening, record=gate_log.record, trouble=gate_log.wire.record)
     gate_log.punctuality = held.punctuality
     return held

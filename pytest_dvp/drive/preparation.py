@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from pytest_dvp.drive.driver import Driver
     from pytest_dvp.drive.run_spec import RunSpec
     from pytest_dvp.drive.stack_parameters import Own
+    from vehicle.model.vehicle_model import AppliedEffect
 
 ON_ROAD = 0.01  # m beyond the end of a road: lengths in files are rounded
 KEPT_LANE = 2000  # m of reference line ahead of an ego without a goal, a point every metre
@@ -334,9 +335,14 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
         None if request.spec.envelope is None else read_envelope(request.spec.envelope)
     )  # before waiting for the car
     gate_log = GuardLog()
-    car = guarded_car(request, envelope, gate_log)
+    perception = _mirrored_with(request)
+    car = guarded_car(request, envelope, gate_log, perception)
     name = request.spec.vehicle.partition(":")[0]
-    allowed = {} if envelope is None or envelope.max_speed is None else {"envelope_speed": envelope.max_speed}
+    allowed: dict[str, Any] = (
+        {} if envelope is None or envelope.max_speed is None else {"envelope_speed": envelope.max_speed}
+    )
+    if perception:
+        allowed["mirrored_with"] = {applied.name: dict(applied.values) for applied in perception}
     if name not in VEHICLES:
         about = {"name": request.spec.vehicle, "clock": request.spec.clock, **allowed}
         return car, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
@@ -349,6 +355,15 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     if name == CAN:
         about |= {"wire": CAN, "dbc_sha256": _sha256(request.spec.dbc) if request.spec.dbc is not None else ""}
     return car, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
+
+
+def _mirrored_with(request: Request) -> list[AppliedEffect]:
+    """The perception effects of the twin, with which the virtual road users of stage pe are shown to the stack."""
+    from vehicle.model.perception_effects import perception_in
+
+    if request.spec.stage != "pe" or request.spec.model is None:
+        return []
+    return perception_in(read_model(request.spec.model, extra=effects_of_files(request.spec.effects)).effects)
 
 
 def _replayed(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any], GuardLog]:
@@ -368,7 +383,7 @@ def _replayed(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str,
     replay_log = PlaybackLog(recording.duration)
     replay: Vehicle = Replay(recording, replay_log.compare)
     if request.spec.stage == "pe" or not looks:
-        replay = Parallel(replay, request.spec.seed)
+        replay = Parallel(replay, request.spec.seed, _mirrored_with(request))
     about = {"name": REPLAY, "log": Path(argument).name, "commands": len(recording.commands) > 0}
     return replay, {"vehicle": about, "ego": {"name": ego.name, **_size(replay.description)}}, replay_log
 

@@ -13,7 +13,7 @@ import functools
 import importlib.util
 import os
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from pytest_dvp.text.spelling import unknown
 
 if TYPE_CHECKING:
     from vehicle.adapter import Vehicle
+    from vehicle.model.vehicle_model import AppliedEffect
     from vehicle.wire.health import Trouble
 
 SURROGATE = "surrogate"
@@ -308,17 +309,19 @@ def open_vehicle(
     *,
     clock: str = STEPPED,
     record: Callable[[Trouble], None] = lambda _: None,
+    perception: Sequence[AppliedEffect] = (),
 ) -> tuple[Vehicle, Callable[[], dict[str, Any]]]:
     """The car of stage "pe" or "rw", running and waiting; arguments as of `check_stage`, which comes before.
 
-    `record` gets every trouble with its messages. The second result tells how punctual it was, for the log; empty in
+    `record` gets every trouble with its messages; with the effects `perception` the car of stage "pe" sees the virtual
+    road users. The second result tells how punctual it was, for the log; empty in
     stepped time. Raises VehicleLost if it does not come.
     """
     from vehicle.adapters.mirror import in_parallel
 
     name, _, hidden = vehicle.partition(":")
     if name not in VEHICLES:
-        return _open_adapter(stage, vehicle, seed)
+        return _open_adapter(stage, vehicle, seed, perception)
     within, options = hidden_in(vehicle), dict[str, Any](record=record)
     if name == ROS1:
         from vehicle.adapters.ros1 import by_ros1, settings_of
@@ -336,14 +339,16 @@ def open_vehicle(
         from vehicle.adapters.live import live_surrogate
 
         live = live_surrogate(seed, within, **options)
-        return (in_parallel(live, seed) if stage == "pe" else live), lambda: live.punctuality.as_dict()
+        return (in_parallel(live, seed, perception) if stage == "pe" else live), lambda: live.punctuality.as_dict()
     from vehicle.adapters.process import surrogate
 
     car = surrogate(seed, within, **options)
-    return (in_parallel(car, seed) if stage == "pe" else car), dict
+    return (in_parallel(car, seed, perception) if stage == "pe" else car), dict
 
 
-def _open_adapter(stage: str, vehicle: str, seed: int) -> tuple[Vehicle, Callable[[], dict[str, Any]]]:
+def _open_adapter(
+    stage: str, vehicle: str, seed: int, perception: Sequence[AppliedEffect]
+) -> tuple[Vehicle, Callable[[], dict[str, Any]]]:
     from vehicle.adapter import Vehicle
     from vehicle.adapters.mirror import in_parallel
 
@@ -361,4 +366,4 @@ def _open_adapter(stage: str, vehicle: str, seed: int) -> tuple[Vehicle, Callabl
         kept = getattr(car, "punctuality", dict)
         return dict(getattr(kept, "as_dict", kept)())
 
-    return (in_parallel(car, seed) if stage == "pe" else car), told
+    return (in_parallel(car, seed, perception) if stage == "pe" else car), told

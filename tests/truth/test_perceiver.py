@@ -11,7 +11,7 @@ import pytest
 from tests.truth.tracks import TYPICAL
 from vehicle.messages import FloatArray, Surroundings
 from vehicle.surrogate.__main__ import main
-from vehicle.surrogate.hidden import PERCEPTION, Hidden
+from vehicle.surrogate.hidden import Hidden
 from vehicle.surrogate.perceiver import Perceiver
 
 PERIOD = 0.1  # s between two looks
@@ -68,7 +68,30 @@ def test_noise_grows_with_distance_as_declared() -> None:
     assert xy[:, 1].std(axis=0) == pytest.approx(0.1 + 0.5, rel=0.08)
 
 
-@pytest.mark.parametrize("name", PERCEPTION)
+def test_size_and_yaw_change_the_box_about_its_middle() -> None:
+    (seen,) = looks(
+        [around((5.0, 20.0))], detection_size={"length_ratio": 1.5, "width_ratio": 0.5}, detection_yaw={"b": 0.2}
+    )
+    assert seen.boxes[0, :7] == pytest.approx((5.0, 20.0, 0.75, 0.2, 6.0, 0.9, 1.5))
+
+
+def test_a_car_is_seen_while_little_of_it_is_behind_another() -> None:
+    """Seen along y, a car of 4 m 10 m away hides 30 m away what is within about 6.6 m to its sides."""
+    for x, count in ((5.0, 1), (25.0, 2)):
+        (seen,) = looks([around((5.0, 7.0), (x, 27.0))], detection_occlusion={"share": 0.5})
+        assert len(seen.names) == count
+
+
+def test_misses_grow_with_distance_and_by_class() -> None:
+    scene = around((5.0, 17.0))  # 20 m away
+    walker = Surroundings(scene.boxes, np.ones(1, dtype=np.int64), scene.names)
+    hidden = {"detection_misses": {"rate": 0.1, "slope": 0.01, "pedestrian": 0.3}}
+    for one, missed in ((scene, 0.3), (walker, 0.6)):
+        count = sum(len(seen.names) for seen in looks([one] * 2000, **hidden))
+        assert count == pytest.approx(2000 * (1.0 - missed), abs=4 * math.sqrt(2000 * 0.25))
+
+
+@pytest.mark.parametrize("name", sorted(TYPICAL))
 def test_every_effect_of_perception_shows(name: str) -> None:
     scenes = [around((5.0 + 0.3 * k, 20.0), (5.0, 47.0)) for k in range(500)]  # 50 s
     seen, there = places(looks(scenes, **{name: dict(TYPICAL[name])})), places(scenes)

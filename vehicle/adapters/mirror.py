@@ -7,7 +7,8 @@ v (turn acceleration) d^3 / 6 across, plus what the measurement itself is wrong 
 from __future__ import annotations
 
 from collections import deque
-from typing import Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -28,6 +29,10 @@ from vehicle.messages import (
 from vehicle.sensors.camera import Camera
 from vehicle.sensors.common import Mount, Timing
 from vehicle.sensors.lidar import Lidar
+from vehicle.sensors.perceived import Perceived
+
+if TYPE_CHECKING:
+    from vehicle.model.vehicle_model import AppliedEffect
 
 SAME = 1e-6  # s: two stamps this close are one instant
 REMEMBERED = 20  # ticks: 1 s, more than any sensor is late
@@ -88,10 +93,11 @@ class Parallel:
 
     When a scan or an image of the car comes, the virtual objects are rendered as that sensor would have met them at
     its stamp, from the mirrored pose of then, and merged. Real detections always win. `seed` of the rendering's noise.
+    `perception` holds the twin's perception effects: what the car's own sensors would make of the virtual objects.
     """
 
-    def __init__(self, vehicle: Vehicle, seed: int = 0) -> None:
-        self._vehicle, self._seed = vehicle, seed
+    def __init__(self, vehicle: Vehicle, seed: int = 0, perception: Iterable[AppliedEffect] = ()) -> None:
+        self._vehicle, self._seed, self._effects = vehicle, seed, tuple(perception)
         self._rows: FloatArray = np.zeros((0, 12))
         self._begin(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
 
@@ -114,6 +120,7 @@ class Parallel:
         """The car's own sensors, which see nothing of `surroundings`, with these rendered into them."""
         pose = self._mirror.show(self._t, self._rows)[-1]
         self._rows = np.zeros((0, 12))
+        surroundings = self._perceived.seen(self._t, float(pose[1]), float(pose[2]), float(pose[4]), surroundings)
         self._past.append((self._t, (float(pose[1]), float(pose[2]), float(pose[3]), float(pose[4])), surroundings))
         seen = self._vehicle.observe(no_surroundings())
         lidar = None if seen.lidar is None else self._merged_scan(seen.lidar)
@@ -157,6 +164,7 @@ class Parallel:
         seeds = np.random.SeedSequence(self._seed).spawn(2)
         self._lidar, self._camera = lidar.start(state.t, seeds[0]), camera.start(state.t, seeds[1])
         self._mirror, self._t = Mirror(), state.t
+        self._perceived = Perceived(self._effects, self._seed)
         self._past: deque[tuple[float, tuple[float, float, float, float], Surroundings]] = deque(maxlen=REMEMBERED)
         self._rows = np.array(
             [[state.t, state.x, state.y, state.z, state.yaw, state.v, state.vx, 0, 0, 0, 0, 0]], dtype=np.float64
@@ -189,9 +197,9 @@ class SupervisedParallel(Parallel):
         return self._vehicle.hands  # type: ignore[attr-defined]
 
 
-def in_parallel(vehicle: Vehicle, seed: int = 0) -> Parallel:
-    """A car among virtual road users; one that tells of its driver's hands still does."""
-    return (SupervisedParallel if hasattr(vehicle, "hands") else Parallel)(vehicle, seed)
+def in_parallel(vehicle: Vehicle, seed: int = 0, perception: Iterable[AppliedEffect] = ()) -> Parallel:
+    """A car among virtual road users; one that tells of its driver's hands still does. Arguments as of `Parallel`."""
+    return (SupervisedParallel if hasattr(vehicle, "hands") else Parallel)(vehicle, seed, perception)
 
 
 def merged_points(real: FloatArray, virtual: FloatArray) -> FloatArray:

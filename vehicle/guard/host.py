@@ -48,8 +48,11 @@ class Host:
         car: Vehicle = adapter
         if opening.parallel:
             from vehicle.adapters.mirror import in_parallel
+            from vehicle.model.effect_catalogue import find_effect
+            from vehicle.model.vehicle_model import AppliedEffect
 
-            among = in_parallel(adapter, opening.seed)
+            seen_with = [AppliedEffect(find_effect(name), values) for name, values in opening.perception.items()]
+            among = in_parallel(adapter, opening.seed, seen_with)
             among.warm_up()
             car = among
         limits = limits_of(car.description, max_speed=opening.max_speed, area=opening.area)

@@ -14,7 +14,8 @@ from vehicle.wire.health import Trouble
 
 class Opening(msgspec.Struct, frozen=True):
     """Which car: class or function `adapter` ("module:name"), called with `argument`; among virtual road users, with
-    noise of `seed`, if `parallel`. The limits of the gate: `max_speed` [m/s], `area`."""
+    noise of `seed`, if `parallel`. The limits of the gate: `max_speed` [m/s], `area`. `perception` holds the values of
+    the effects, by name, that the virtual road users are seen with."""
 
     adapter: str
     argument: str
@@ -24,6 +25,7 @@ class Opening(msgspec.Struct, frozen=True):
     scenario: str
     max_speed: float | None
     area: Area | None
+    perception: dict[str, dict[str, float]] = {}
 
 
 class Opened(msgspec.Struct, frozen=True):

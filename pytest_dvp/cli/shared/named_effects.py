@@ -54,10 +54,10 @@ class NamedEffects:
             them = "its value is" if len(again) == 1 else "their values are"
             yield f"{file} has {', '.join(again)} already: {them} fitted again"
 
-    def shown_by(self, logs: Mapping[str, Log], model: VehicleModel) -> NamedEffects:
-        """Without the perception effects of a diagnosis whose values these logs alone do not tell.
+    def shown_by(self, logs: Mapping[str, Log], model: VehicleModel, twins: Mapping[str, Log]) -> NamedEffects:
+        """Without the perception effects of a diagnosis whose values these logs do not tell.
 
-        Beside a run of the twin a diagnosis names what differs on top of its simulated sensors: no value of a model.
+        twins: runs of the model by scenario, beside which they are judged.
         """
         from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
         from vehicle.model.effect_catalogue import perception_effect_names
@@ -65,7 +65,7 @@ class NamedEffects:
         sensed = perception_effect_names()
         if not self.diagnosed or not sensed & {*self.add, *self.remove}:
             return self
-        shown = {e.name: e.action == "remove" for e in diagnose_perceptions(logs.values(), model)}
+        shown = {e.name: e.action == "remove" for e in diagnose_perceptions(logs.values(), model, twins)}
         add = _kept(self.add, sensed, {name for name, gone in shown.items() if not gone})
         remove = _kept(self.remove, sensed, {name for name, gone in shown.items() if gone})
         off = [name for name in (*self.add, *self.remove) if name not in (*add, *remove)]

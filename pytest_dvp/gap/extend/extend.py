@@ -50,6 +50,7 @@ def extend(
     effects: Sequence[Effect] = (),
     start: Values | None = None,
     fitted_on: Sequence[str] = (),
+    twins: Mapping[str, Log] | None = None,
     tick: Tick = lambda text: None,
 ) -> Extension:
     """A model with effects added to it or removed from it, fitted jointly to logs, and whether it may be taken.
@@ -57,7 +58,7 @@ def extend(
     logs by name, fitted on; held_out: logs that have the last word, without them as in `diagnose`. add: names of
     effects; one that the model has is fitted again. refit: so are all the others it has. effects: the user's own.
     start: values from which the fit begins, (effect, key) -> value, as a diagnosis found them. fitted_on: what the
-    model file says of the logs.
+    model file says of the logs. twins: runs of the model by scenario, beside which detections are judged.
 
     It may not be taken (`refusal`) if an effect explains nothing of the data fitted on, or loses on the data held out,
     or if what was removed is missed there.
@@ -83,7 +84,7 @@ def extend(
     done = [judge_addition(search, final, c, judges, model, sure) for c in chosen]
     done += [judge_removal(search, final, name, model, judges) for name in lost]
     blind = [a.name for a in gone if a.effect.slot == "perception"]
-    done += judge_perception(model, logs, held_out or {}, seen, blind)
+    done += judge_perception(model, logs, held_out or {}, seen, blind, twins)
     sure |= {(d.effect.name, key): value for d in done for key, value in d.effect.parameters.items()
              if d.effect.action != "remove"}  # fmt: skip
     steps = [rung.step for rung in ladder]

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.extend.acceptance import Acceptance, rounded
-from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions, perceived_in
+from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions, perceived_in, simulated_sensors
+from pytest_dvp.gap.perception.on_top import on_top
+from pytest_dvp.gap.perception.perceived_values import Perceived
 from pytest_dvp.logs.log import Log
 
 if TYPE_CHECKING:
@@ -18,18 +20,24 @@ if TYPE_CHECKING:
 
 def judge_perception(
     model: VehicleModel, logs: Mapping[str, Log], held_out: Mapping[str, Log], add: Sequence[Effect],
-    remove: Sequence[str],
+    remove: Sequence[str], twins: Mapping[str, Log] | None = None,
 ) -> list[Acceptance]:  # fmt: skip
-    """Values of perception effects as the detections of the logs show them, and what detections held out say."""
+    """Values of perception effects as the detections of the logs show them, and what detections held out say.
+
+    twins: runs of the model by scenario, beside which the detections of the logs are judged.
+    """
     if not add and not remove:
         return []
-    shown = {effect.name: effect for effect in diagnose_perceptions(logs.values(), model)}
-    return [_added(effect, shown.get(effect.name), model, held_out) for effect in add] + [
+    shown = {effect.name: effect for effect in diagnose_perceptions(logs.values(), model, twins)}
+    return [_added(effect, shown.get(effect.name), model, held_out, twins or {}) for effect in add] + [
         _removed(name, shown.get(name), model) for name in remove
     ]
 
 
-def _added(effect: Effect, found: NamedEffect | None, model: VehicleModel, held_out: Mapping[str, Log]) -> Acceptance:
+def _added(
+    effect: Effect, found: NamedEffect | None, model: VehicleModel, held_out: Mapping[str, Log],
+    twins: Mapping[str, Log],
+) -> Acceptance:  # fmt: skip
     if found is None or found.action == "remove":
         return Acceptance(NamedEffect(effect.name, {}), wrong=(
             f"{effect.name}: the detections of these logs do not show it; leave it out, or drive what would show it: "
@@ -37,7 +45,7 @@ def _added(effect: Effect, found: NamedEffect | None, model: VehicleModel, held_
         ))  # fmt: skip
     values = {key: _written(e) for key, e in found.parameters.items()}
     taken = dataclasses.replace(found, parameters=values)
-    judges = [seen for seen in map(perceived_in, held_out.values()) if seen is not None]
+    judges = [seen for log in held_out.values() if (seen := _seen_in(log, model, twins)) is not None]
     for seen in judges:
         for key, estimate in values.items():
             told = seen.values.get((effect.name, key))
@@ -50,6 +58,15 @@ def _added(effect: Effect, found: NamedEffect | None, model: VehicleModel, held_
                 ))  # fmt: skip
     note = "" if judges else f"{effect.name} is not judged on held-out data: name a log with detections by --held-out"
     return Acceptance(taken, note=note)
+
+
+def _seen_in(log: Log, model: VehicleModel, twins: Mapping[str, Log]) -> Perceived | None:
+    """What a log held out shows, on top of the twin's run in its scenario; None of a run that has none beside it."""
+    twin = twins.get(log.meta.get("scenario", ""))
+    if twin is None:
+        return None if simulated_sensors(log) else perceived_in(log)
+    seen, own = perceived_in(log), perceived_in(twin)
+    return None if seen is None or own is None else on_top(seen, own, model)
 
 
 def _written(e: Estimate) -> Estimate:

@@ -12,8 +12,11 @@ from pytest_dvp.gap.perception.false_objects import appearances
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 
+CLEAR = 0.05  # share of an object behind others up to which it counts as in clear view
 _SECTORS = 24  # of bearings
 _COVERED = 0.2  # share of frames in which objects of a sector are seen: below it the detector does not look there
+_DOUBLE = 1.0  # m from an object's ends: a second box within it is a double of the object, and no false object
+_DEEP = 0.15  # of the distance; so far off a camera alone may put an object
 _LONGEST_GAP = 1000  # frames filled in at most where nothing was detected
 
 
@@ -42,13 +45,16 @@ class Frames:
 class Pairs:
     """Objects (k of them) at n frames, as an assumed latency and offset would show them, arrays (n, k).
 
-    there: the object was there to be seen; seen: a detection belongs to it; dx, dy [m] detection - expected (NaN
+    there: the object was there to be seen; seen: a detection belongs to it, `row` of the log's detections (-1: none);
+    hidden: share of it that is behind nearer objects, 0 to 1; dx, dy [m] detection - expected (NaN
     unseen); vx, vy [m/s] of the object; distance [m] and bearing [rad] from the ego; yaw (n,) [rad] of the ego; false:
     false objects that appeared, detections that belong to no object.
     """
 
     there: BoolArray
     seen: BoolArray
+    row: IntArray
+    hidden: FloatArray
     dx: FloatArray
     dy: FloatArray
     vx: FloatArray
@@ -59,12 +65,14 @@ class Pairs:
     false: int
 
     def in_field_of_view(self) -> BoolArray:
-        """A mask (n, k) of the objects in directions in which the detector sees anything at all."""
+        """A mask (n, k) of the objects in directions in which the detector sees anything at all of what is in clear
+        view."""
         sector = np.floor((self.bearing % (2.0 * np.pi)) * _SECTORS / (2.0 * np.pi)).astype(np.int64) % _SECTORS
         reach = float(self.distance[self.seen].max()) if self.seen.any() else 0.0
-        near = self.there & (self.distance <= reach)
+        clear = self.hidden <= CLEAR
+        near = self.there & clear & (self.distance <= reach)
         some = np.bincount(sector[near], minlength=_SECTORS)
-        found = np.bincount(sector[self.seen], minlength=_SECTORS)
+        found = np.bincount(sector[self.seen & clear], minlength=_SECTORS)
         return np.asarray(self.there & (found >= _COVERED * np.maximum(some, 1))[sector])
 
 
@@ -108,7 +116,8 @@ def paired(f: Frames, latency: float, offset: tuple[float, float], gate: tuple[f
     distance = np.hypot(px - ex[:, None], py - ey[:, None])
     border = gate[0] + gate[1] * distance
     wx, wy = px + c * offset[0] - s * offset[1], py + s * offset[0] + c * offset[1]
-    seen = np.zeros((n, k), dtype=np.bool_)
+    near = _DOUBLE + 0.5 * np.array([track.length for track in log.objects.values()])
+    seen, own = np.zeros((n, k), dtype=np.bool_), np.full((n, k), -1, dtype=np.int64)
     dx, dy = np.full((n, k), np.nan), np.full((n, k), np.nan)
     stray: list[IntArray] = [np.zeros(0, dtype=np.int64)]
     order = np.argsort(f.row, kind="stable")
@@ -125,13 +134,17 @@ def paired(f: Frames, latency: float, offset: tuple[float, float], gate: tuple[f
                 continue
             taken.append(a)
             if there[i, b]:
-                seen[i, b] = True
+                seen[i, b], own[i, b] = True, rows[a]
                 dx[i, b], dy[i, b] = f.x[rows[a]] - wx[i, b], f.y[rows[a]] - wy[i, b]
-        stray.append(np.delete(rows, taken))
+        double = (far <= near + _DEEP * distance[i])[:, there[i] | new[i]].any(axis=1)
+        double[taken] = True
+        stray.append(rows[~double])
     bearing = np.arctan2(py - ey[:, None], px - ex[:, None]) - yaw[:, None]
     alone = np.concatenate(stray)
     false = appearances(f.t[f.row[alone]], f.x[alone], f.y[alone])
-    return Pairs(there, seen, dx, dy, vx, vy, distance, bearing, yaw, false)
+    return Pairs(
+        there, seen, own, _hidden(f, there, px, py, (ex, ey, yaw)), dx, dy, vx, vy, distance, bearing, yaw, false
+    )
 
 
 def _known(log: Log, name: str) -> FloatArray:
@@ -139,3 +152,23 @@ def _known(log: Log, name: str) -> FloatArray:
     if name == "yaw":
         values = np.unwrap(np.where(np.isfinite(values), values, 0.0))
     return np.where(np.isfinite(values), values, 0.0)
+
+
+def _hidden(
+    f: Frames, there: BoolArray, px: FloatArray, py: FloatArray, ego: tuple[FloatArray, FloatArray, FloatArray]
+) -> FloatArray:
+    """Share (n, k) of each object that is behind nearer ones; 0 of one that is not there."""
+    from vehicle.model.occlusion import hidden_share
+    from vehicle.model.perception_effects import Tracks
+
+    frame, thing = np.nonzero(there)
+    objects = list(f.log.objects.values())
+    yaw = np.column_stack([np.interp(f.t, track.t, np.unwrap(track.yaw)) for track in objects])
+    share = np.zeros(there.shape)
+    share[frame, thing] = hidden_share(Tracks(
+        t=f.t[frame], object=thing.astype(np.int64), x=px[frame, thing], y=py[frame, thing], yaw=yaw[frame, thing],
+        vx=np.zeros(len(frame)), vy=np.zeros(len(frame)), ego_x=ego[0][frame], ego_y=ego[1][frame],
+        ego_yaw=ego[2][frame], length=np.array([track.length for track in objects])[thing],
+        width=np.array([track.width for track in objects])[thing],
+    ))  # fmt: skip
+    return share

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping
-from math import inf, isfinite, isinf, log
+from math import hypot, inf, isfinite, isinf, log
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +17,11 @@ from scipy.stats import t as student
 
 from pytest_dvp.gap.compare.start_correction import BoolArray
 from pytest_dvp.gap.diagnose.diagnosis import Action, Estimate, NamedEffect
-from pytest_dvp.gap.perception.detection_pairs import Frames, Pairs, frames, paired
+from pytest_dvp.gap.perception.box_fit import Boxes
+from pytest_dvp.gap.perception.detection_pairs import CLEAR, Frames, Pairs, frames, paired
+from pytest_dvp.gap.perception.fresh_detections import measured_only
+from pytest_dvp.gap.perception.on_top import on_top
+from pytest_dvp.gap.perception.perceived_values import Perceived
 from pytest_dvp.gap.perception.position_fit import BLOCK, Positions
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
@@ -36,27 +40,21 @@ _BEYOND = 0.05  # share of frames beyond a border in which an object is seen all
 _RIVAL = 2.0  # difference of log-likelihood per block below which two effects are not told apart
 _ONE = 2.0  # m, how well one object shows a range: a car that comes at 10 m/s is believed some 0.2 s sooner or later
 _BORDER = 3.0  # log-likelihood: 95 % for a border, whose likelihood falls off exponentially
-_ORDER = ("latency", "offset", "range", "misses", "false", "noise")
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Perceived:
-    """Values of all perception effects in a log: (effect, key) -> (value, low, high), 95 % intervals; an effect that
-    these data could not show is left out. worth: log-likelihood that each effect brings. rivals: by effect."""
-
-    values: Mapping[tuple[str, str], tuple[float, float, float]]
-    worth: Mapping[str, float]
-    rivals: Mapping[str, tuple[str, ...]]
+_LAST = ("noise", "false")  # with a twin beside: what other effects may leave behind, so it waits for them
+_UNSURE = 0.1  # how well a border of occlusion is known at best: boxes do not fill what they stand for
+_LEAST_HIDDEN = 20  # rows of objects that are partly behind others, from which on these show where it ends
+_ORDER = ("latency", "offset", "range", "misses", "false", "noise", "size", "yaw", "occlusion")
 
 
 def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None = None) -> tuple[NamedEffect, ...]:
     """The perception effects in which a model differs from the detections of a log, what explains most first.
 
-    Compared with the values of the model's own perception effects or, given a `twin`, the log of its run, with what its
-    detections show. An effect is named if its value differs by at least Key.least and outside the 95 % interval
-    (intervals of both logs with a `twin`): clustered by object and block of 5 s; range by profile likelihood and by
-    objects left out; false
-    objects by the exact Poisson interval. gain: share of the log-likelihood of all effects named.
+    Compared with the values of the model's own perception effects or, given a `twin`, the log of a run of that model,
+    with what its detections show; the values are then those that the model needs on top of its sensors
+    (`pytest_dvp.gap.perception.on_top`). An effect is named if its value differs by at least Key.least and outside the
+    95 % interval (that of the difference with a `twin`): clustered by object and block of 5 s; range by profile
+    likelihood and by objects left out; false objects by the exact Poisson interval; size and yaw by object. gain: share
+    of the log-likelihood of all effects named. With a `twin`, noise and false objects are provisional beside others.
 
     () for a run of a stage without a `twin`, for its detections come from simulated sensors, with all that those do to
     them; also for a log without detections or objects, or with fewer than 50 pairs of them.
@@ -78,9 +76,15 @@ def diagnose_perception(measured: Log, model: VehicleModel, *, twin: Log | None 
         keys = [k for k in effect.parameters if (name, k.name) in found.values]
         if keys and any(_differs(found, other, model, effect, k.name) for k in keys):
             named.append(name)
+    seen = found if other is None else on_top(found, other, model)
+    if other is not None:
+        named = [name for name in named if _moves(seen, model, catalogue()[name])]
+        first = tuple(name for name in named if name.removeprefix("detection_") not in _LAST)
+        late = {name: first for name in named if name not in first and first}
+        seen = dataclasses.replace(seen, rivals={**seen.rivals, **late})
     total = max(sum(found.worth[name] for name in named), 1e-9)
     named.sort(key=lambda name: (-found.worth[name], name))
-    return tuple(_named(name, found, model, catalogue()[name], found.worth[name] / total) for name in named)
+    return tuple(_named(name, seen, model, catalogue()[name], found.worth[name] / total) for name in named)
 
 
 def simulated_sensors(measured: Log) -> bool:
@@ -116,7 +120,20 @@ def _differs(found: Perceived, twin: Perceived | None, model: VehicleModel, effe
         base = base_low = base_high = declared.neutral if given is None else given
     if isinf(value) or isinf(base):  # no border was found: it is beyond what was seen, which `low` tells
         return isinf(value) != isinf(base) and (low > base_high + declared.least or high + declared.least < base_low)
-    return abs(value - base) >= declared.least and (low > base_high or high < base_low)
+    apart = hypot(value - low, base_high - base) if value > base else hypot(high - value, base - base_low)
+    return abs(value - base) >= max(declared.least, apart)
+
+
+def _moves(seen: Perceived, model: VehicleModel, effect: Effect) -> bool:
+    """Whether a value that the model needs is another than it has: a car whose sensors are better than the model's
+    own asks for less than none."""
+    for k in effect.parameters:
+        if (effect.name, k.name) in seen.values:
+            given = model.value(effect.name, k.name)
+            base, value = k.neutral if given is None else given, seen.values[effect.name, k.name][0]
+            if value != base and (isinf(value) or isinf(base) or abs(value - base) >= k.least):
+                return True
+    return False
 
 
 def _named(name: str, found: Perceived, model: VehicleModel, effect: Effect, gain: float) -> NamedEffect:
@@ -142,6 +159,7 @@ def perceived_in(measured: Log) -> Perceived | None:
     """What the detections of a log show; None without enough of them."""
     if not len(measured.detections.t) or not measured.objects or not {"x", "y", "yaw"} <= set(measured.columns):
         return None
+    measured = dataclasses.replace(measured, detections=measured_only(measured.detections))
     f = frames(measured)
     if f is None:
         return None
@@ -165,7 +183,10 @@ class _Seen:
 
     def __init__(self, f: Frames, p: Pairs, fitted: Positions, place: FloatArray) -> None:
         self.f, self.p, self.fitted, self.place = f, p, fitted, place
-        rows = p.in_field_of_view()
+        looked_at = p.in_field_of_view()
+        self.boxes = Boxes(f, p)
+        self.partly = looked_at & (p.hidden > CLEAR)
+        rows = looked_at & (p.hidden <= CLEAR)
         frame, thing = np.nonzero(rows)
         order = np.argsort(p.distance[rows], kind="stable")
         self.far = p.distance[rows][order]
@@ -202,10 +223,45 @@ class _Seen:
         worth["detection_misses"] = missed
         if 0.0 < gained < _RIVAL + alone and rate > 0.0:
             rivals["detection_range"] = ("detection_misses",)
+        self._add_boxes(values, worth)
+        share, low, high, worth["detection_occlusion"] = self._occlusion(reach)
+        if isfinite(share):
+            values["detection_occlusion", "share"] = (share, low, high)
         values["detection_false", "rate"] = _poisson(self.p.false, self.f.duration)
         expected = max(values["detection_false", "rate"][0], 1e-9)
         worth["detection_false"] = self.p.false * log(max(expected / 1e-3, 1.0))
         return Perceived(values, worth, rivals)
+
+    def _add_boxes(self, values: dict[tuple[str, str], tuple[float, float, float]], worth: dict[str, float]) -> None:
+        """Size and yaw, if the boxes tell them."""
+        b = self.boxes
+        if not b.objects:
+            return
+        keys = (("detection_size", "length_ratio"), ("detection_size", "width_ratio"), ("detection_yaw", "b"))
+        for key, mean, spread in zip(keys, b.mean.tolist(), b.spread.tolist(), strict=True):
+            wide = _t(b.objects) * spread
+            values[key] = (mean, mean - wide, mean + wide)
+        worth["detection_size"], worth["detection_yaw"] = (float(w) for w in b.worth)
+
+    def _occlusion(self, reach: float) -> tuple[float, float, float, float]:
+        """Share of an object behind others up to which it is seen, its interval, and the log-likelihood it brings; NaN
+        if too few were partly behind others, 1 if they are seen all the same."""
+        rows = self.partly & (self.p.distance <= reach)
+        share, seen = self.p.hidden[rows], self.p.seen[rows]
+        if len(share) < _LEAST_HIDDEN:
+            return float("nan"), 0.0, 1.0, 0.0
+        order = np.argsort(share, kind="stable")
+        share, seen = share[order], seen[order]
+        likelihood = _likelihood(seen)
+        best = int(np.argmax(likelihood))
+        gained = float(likelihood[best] - likelihood[-1])
+        if best == len(share) or gained < _BORDER:
+            return 1.0, float(share[seen].max(initial=CLEAR)), 1.0, 0.0
+        likely = np.flatnonzero(likelihood > likelihood[best] - _BORDER)
+        low = float(share[max(int(likely[0]) - 1, 0)]) if likely[0] else 0.0
+        value = 0.5 * float(share[best] + (share[best - 1] if best else 0.0))
+        high = float(share[min(int(likely[-1]), len(share) - 1)])
+        return value, max(min(low, value - _UNSURE), 0.0), max(high, value + _UNSURE), gained
 
     def _position_rivals(self) -> dict[str, tuple[str, ...]]:
         """Latency and offset are told apart only by objects that move in different ways."""

@@ -6,11 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from vehicle.messages import OBJECT_KINDS
 from vehicle.model.effect import Key, effect
 from vehicle.model.perception_effects import TRACK_COLUMNS, Tracks
 from vehicle.model.shown_by import ShownBy
 
 REACH = 50.0  # m around the ego
+STAYS = 1.0  # s that one stays while the twin drives: what is there for one look alone, no tracker believes
+SIZE = (0.6, 0.6, 1.7)  # m, length, width and height of one: a pedestrian's
 
 
 @effect(
@@ -52,6 +55,9 @@ def detection_false(tracks: Tracks, p: Any, rng: np.random.Generator) -> Tracks:
         "y": false.ego_y + distance * np.sin(bearing),
         "vx": np.zeros(count),
         "vy": np.zeros(count),
+        "length": np.full(count, SIZE[0]),
+        "width": np.full(count, SIZE[1]),
+        "kind": np.full(count, OBJECT_KINDS.index("pedestrian")),
     }
     both = {name: np.concatenate((getattr(tracks, name), columns[name])) for name in TRACK_COLUMNS}
     return Tracks(**both).rows(np.argsort(both["t"], kind="stable"))

@@ -1,0 +1,16 @@
+"""What the detections of one log show."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Perceived:
+    """Values of all perception effects in a log: (effect, key) -> (value, low, high), 95 % intervals; an effect that
+    these data could not show is left out. worth: log-likelihood that each effect brings. rivals: by effect."""
+
+    values: Mapping[tuple[str, str], tuple[float, float, float]]
+    worth: Mapping[str, float]
+    rivals: Mapping[str, tuple[str, ...]]
