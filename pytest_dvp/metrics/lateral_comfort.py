@@ -7,7 +7,7 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics.comfort import CUTOFF, uniform
+from pytest_dvp.metrics._even_time import CUTOFF, uniform
 from pytest_dvp.metrics.metric import Measured, Series, metric
 
 _FILTER = "zero-phase Butterworth low pass of order 2, cut-off {cutoff} Hz"

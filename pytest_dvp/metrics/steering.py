@@ -7,7 +7,7 @@ import numpy as np
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics.comfort import CUTOFF, uniform
+from pytest_dvp.metrics._even_time import CUTOFF, uniform
 from pytest_dvp.metrics.metric import Measured, Series, metric
 
 RATE_CUTOFF = 5.0  # Hz; faster than a steering actuator, slower than the noise of its sensor

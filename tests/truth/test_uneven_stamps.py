@@ -10,7 +10,7 @@ import pytest
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.metrics import compute
-from pytest_dvp.metrics.comfort import uniform
+from pytest_dvp.metrics._even_time import uniform
 
 AMPLITUDE, FREQUENCY, CUTOFF = 1.5, 0.2, 1.0  # m/s, Hz, Hz
 OMEGA = 2.0 * math.pi * FREQUENCY
