@@ -67,8 +67,8 @@ def circle(
 ) -> Circle:  # fmt: skip
     """Drive the surrogate with `hidden` in it on stage rw, and the twin `model` on dt, until they see alike.
 
-    What they show in the end is the mean over `judges` seeds, from `seed` on, of which only the first is diagnosed. Files
-    are written into `folder`. Raises RuntimeError if a drive breaks.
+    What they show in the end is the mean over `judges` seeds, from `seed` on, of which only the first is diagnosed.
+    Files are written into `folder`. Raises RuntimeError if a drive breaks.
     """
     folder.mkdir(parents=True, exist_ok=True)
     inside = folder / "hidden.toml"
