@@ -6,17 +6,13 @@ A twin that is wrong in its brake fade agrees with the car on a drive that never
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.text.spelling import unknown
 from pytest_dvp.verdicts.gate import Gate, Stage
-
-if TYPE_CHECKING:
-    from pytest_dvp.verdicts.judging import Verdict
 
 
 def wrong_parameters(value: object) -> str:
@@ -26,16 +22,18 @@ def wrong_parameters(value: object) -> str:
     return next((text for name in value if (text := _unknown(name))), "")
 
 
-def judged_by(gates: Iterable[Gate], verdicts: Sequence[Verdict], logs: Mapping[str, Log]) -> list[Verdict]:
-    """The verdicts of gates between two stages of which both were driven, one a gate in their order: INCONCLUSIVE where
-    a gate passes and one of its `parameters` was not excited in one of the drives.
-
-    A gate that fails stays FAIL: what differs, differs.
-    """
-    return [
-        _without_evidence(gate, verdict, logs) if gate.parameters and verdict.status == "PASS" else verdict
-        for gate, verdict in zip(gates, verdicts, strict=True)
-    ]
+def unexcited(gate: Gate, logs: Mapping[str, Log]) -> str:
+    """Which of a gate's `parameters` one of its two drives did not excite, what it lacked and what would show them: one
+    line, "" if there is none."""
+    if not gate.parameters or gate.between is None:
+        return ""
+    lacking = _lacking(logs[stage] for stage in gate.between)
+    missed = [(name, effect) for name in gate.parameters if (effect := name.partition(".")[0]) in lacking]
+    if not missed:
+        return ""
+    told = "; ".join(f"{name} ({lacking[effect]}; drive: {_shown_by(effect)['manoeuvre']})" for name, effect in missed)
+    command = _command([effect for _, effect in missed])
+    return f"within its bound, but these drives do not excite {told}" + (f": {command}" if command else "")
 
 
 def not_validated(
@@ -55,25 +53,6 @@ def not_validated(
             if name not in listed:
                 found.append({"between": list(pair), "parameter": name, "needs": needs, **_shown_by(name)})
     return found
-
-
-def _without_evidence(gate: Gate, verdict: Verdict, logs: Mapping[str, Log]) -> Verdict:
-    assert gate.between is not None
-    lacking = _lacking(logs[stage] for stage in gate.between)
-    missed = [name for name in gate.parameters if name.partition(".")[0] in lacking]
-    if not missed:
-        return verdict
-    told = "; ".join(
-        f"{name} ({lacking[effect]}; drive: {_shown_by(effect)['manoeuvre']})"
-        for name in missed
-        if (effect := name.partition(".")[0])
-    )
-    command = _command([name.partition(".")[0] for name in missed])
-    why = f"within its bound, but these drives do not excite {told}" + (f": {command}" if command else "")
-    short = f"{verdict.name} INCONCLUSIVE: {why}"
-    return dataclasses.replace(
-        verdict, status="INCONCLUSIVE", short=short, message=f"{short}; {verdict.message}", reason=why
-    )
 
 
 def _lacking(logs: Iterable[Log]) -> dict[str, str]:
