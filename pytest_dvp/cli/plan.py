@@ -42,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", required=True, metavar="M.toml", help="vehicle model")
     parser.add_argument("--between", metavar="A,B", help="distinguish these effects")
     parser.add_argument("--excite", metavar="A,B", help="show these effects, if the car has them")
+    parser.add_argument("--drive", metavar="A,B", help="write these manoeuvres, such as step_steer, whatever they show")
     parser.add_argument(
         "--held-out", action="append", default=[], metavar="LOG", help="log that judges the diagnosis, as in diagnose"
     )
@@ -60,16 +61,18 @@ def execute(arguments: argparse.Namespace) -> int:
         existing_log(text)
     existing(arguments.model, "model")
     refuse_same_path(arguments.logs, arguments.held_out)
-    if not arguments.logs and not arguments.between and not arguments.excite:
-        raise WrongArgument("dvp plan: nothing to plan for: name logs, --between A,B or --excite A (dvp plan --help)")
-    for option in ("between", "excite", "only"):
+    if not (arguments.logs or arguments.between or arguments.excite or arguments.drive):
+        raise WrongArgument(
+            "dvp plan: nothing to plan for: name logs, --between A,B, --excite A or --drive A (dvp plan --help)"
+        )
+    for option in ("between", "excite", "only", "drive"):
         if getattr(arguments, option) is not None and not _names(getattr(arguments, option)):
             raise WrongArgument(f"--{option}: no name in it")
     if not arguments.out.strip():
         raise WrongArgument("--out: no name, expected a folder")
     envelope, out = limits_from(arguments), Path(arguments.out)
     check_folder("--out", out)
-    manoeuvres = _only(arguments.only)
+    manoeuvres, driven = _manoeuvres("--only", arguments.only), _manoeuvres("--drive", arguments.drive)
     from vehicle.model.model_file import read_model
 
     extra = effects_from(arguments)
@@ -78,8 +81,11 @@ def execute(arguments: argparse.Namespace) -> int:
     refused: tuple[str, ...] = ()
     logs: dict[str, Log] = {}
     with progress("dvp plan", "planning") as tick:
-        if arguments.between or arguments.excite:
-            found, choices = None, _asked(arguments, model, envelope, effects, manoeuvres)
+        if arguments.drive or arguments.between or arguments.excite:
+            from pytest_dvp.gap.manoeuvres.choice import as_named
+
+            named = as_named(driven, model, envelope) if arguments.drive else ()
+            found, choices = None, named + _asked(arguments, model, envelope, effects, manoeuvres)
         else:
             from pytest_dvp.gap.diagnose.diagnose import diagnose
             from pytest_dvp.gap.manoeuvres.advice import advise
@@ -132,7 +138,7 @@ def _asked(arguments: argparse.Namespace, model: VehicleModel, envelope: Envelop
     return choices
 
 
-def _only(text: str | None) -> tuple[Manoeuvre, ...]:
+def _manoeuvres(option: str, text: str | None) -> tuple[Manoeuvre, ...]:
     from pytest_dvp.gap.manoeuvres.catalogue import MANOEUVRES, chosen
 
     if text is None:
@@ -140,7 +146,7 @@ def _only(text: str | None) -> tuple[Manoeuvre, ...]:
     try:
         return chosen(_names(text))
     except ValueError as error:
-        raise WrongArgument(f"--only: {error}") from None
+        raise WrongArgument(f"{option}: {error}") from None
 
 
 def _names(text: str) -> list[str]:

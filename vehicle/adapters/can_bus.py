@@ -55,7 +55,10 @@ class CanActuators:
         self._command = command
 
     def cycle(self, now: int) -> None:
-        """Send what a cycle that begins at `now` [ns] has to."""
+        """Send the frames of a cycle that begins at `now` [ns]; nothing before the first command.
+
+        Raises VehicleLost if the bus does not take a frame.
+        """
         command = self._command
         if command is None:
             return

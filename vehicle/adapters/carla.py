@@ -126,7 +126,10 @@ class CarlaVehicle:
         self._actor.apply_control(self._carla.VehicleControl(throttle=throttle, steer=steer, brake=brake))
 
     def step(self, dt: float) -> FloatArray:
-        """Let the server make dt / 10 ms ticks; a row after each."""
+        """Let the server make dt / 10 ms ticks, dt in [s]. Returns a row of TRACE_COLUMNS after each, (k, 12).
+
+        Raises VehicleLost if the server does not tick.
+        """
         rows = []
         for _ in range(round(dt / TICK)):
             try:

@@ -73,7 +73,10 @@ class LiveCar(Ros2Vehicle):
     _begun = False
 
     def reset(self, state: VehicleState) -> None:
-        """Learn the car's clock; the run begins with the first `observe`."""
+        """Learn the offset of the car's clock; the run begins with the first `observe`.
+
+        Raises VehicleLost if no ping is answered, or if a real car does not stand about where `state` says.
+        """
         self.punctuality = Punctuality()
         self._state, self._begun = state, False
         self._now = round(state.t * convert.SECOND)
@@ -123,7 +126,10 @@ class LiveCar(Ros2Vehicle):
             self.punctuality.lateness.append((time.monotonic_ns() - self._epoch - self._now) / convert.SECOND)
 
     def step(self, dt: float) -> FloatArray:
-        """Let `dt` [s] of wall time pass, counted from the last step's end. Returns the rows that have come."""
+        """Let `dt` [s] of wall time pass, counted from the last step's end.
+
+        Returns the rows of TRACE_COLUMNS (k, 12) that have come. Raises VehicleLost if the car says nothing any more.
+        """
         if not self._begun:
             self._begin()
         if self._by_wire is not None:

@@ -132,7 +132,7 @@ class Parallel:
         self._vehicle.apply(command)
 
     def step(self, dt: float) -> FloatArray:
-        """Let the car go on by `dt` [s]."""
+        """Let the car go on by `dt` [s]. Returns its rows of TRACE_COLUMNS (k, 12), oldest first."""
         rows = self._vehicle.step(dt)
         self._t += dt
         self._rows = np.concatenate([self._rows, rows])
@@ -203,7 +203,7 @@ def in_parallel(vehicle: Vehicle, seed: int = 0, perception: Iterable[AppliedEff
 
 
 def merged_points(real: FloatArray, virtual: FloatArray) -> FloatArray:
-    """Real returns (n, 3) and those virtual ones (m, 3) in whose bearing there is no real one."""
+    """Real returns (n, 3) [m] and those virtual ones (m, 3) [m] in whose bearing there is no real one."""
     if not len(real) or not len(virtual):
         return virtual if len(virtual) else real
     taken = np.unique(_bearing(real))

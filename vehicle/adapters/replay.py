@@ -135,7 +135,10 @@ class Replay:
             self._record(Difference(self._t, steer, accel, command.steer - steer, command.accel - accel))
 
     def step(self, dt: float) -> FloatArray:
-        """The recorded motion of the next `dt` [s]."""
+        """Recorded motion of the next `dt` [s]: rows of TRACE_COLUMNS (k, 12), oldest first.
+
+        Raises VehicleLost at the end of the recording.
+        """
         self._t = round(self._t + dt, 9)
         rows, begin = self._recording.rows, self._row
         self._row = int(np.searchsorted(rows[:, 0], self._t + SAME, side="right"))

@@ -6,6 +6,8 @@
     cg_height = 0.55
     [sensors]
     noise = "low"         # none, low, mid, high
+    [reference]
+    unit = "rtk"          # what the log's motion is measured with, see vehicle.surrogate.reference
 
 Source of the effects' names and keys: the project's catalogue; the physics behind them here is the surrogate's own.
 """
@@ -21,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from vehicle.surrogate.car import Car
+from vehicle.surrogate.reference import Reference, reference_of
 from vehicle.toml_file import TomlError, read_toml
 
 
@@ -111,6 +114,7 @@ EFFECTS: dict[str, dict[str, Bound]] = {
 PERCEPTION = tuple(name for name in EFFECTS if name.startswith("detection_"))
 """Those of what it makes of its LiDAR and camera: only a car on a wire has these."""
 
+SECTIONS = ("hidden", "car", "sensors", "reference")
 NOISE_LEVELS = ("none", "low", "mid", "high")
 
 
@@ -120,11 +124,12 @@ class HiddenError(ValueError):
 
 @dataclass(frozen=True)
 class Hidden:
-    """A car, the effects hidden in it (name -> key -> value), and the noise of its sensors."""
+    """A car, the effects hidden in it (name -> key -> value), the noise of its sensors, and its reference system."""
 
     car: Car = field(default_factory=Car)
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     noise: str = "mid"
+    reference: Reference = field(default_factory=Reference)
 
     def value(self, name: str, key: str) -> float:
         """Value of a key; neutral if the effect is not hidden."""
@@ -179,10 +184,8 @@ def read_hidden(path: Path) -> Hidden:
         text = f"cannot be read: {error}" if error.kind == "unreadable" else str(error)
         raise HiddenError(f"{error.at(path)}: {text}") from None
     for section, content in data.items():
-        if section not in ("hidden", "car", "sensors"):
-            raise HiddenError(
-                f"{path}:{_line(text, section)}: no section {section!r}{_near(section, ('hidden', 'car', 'sensors'))}"
-            )
+        if section not in SECTIONS:
+            raise HiddenError(f"{path}:{_line(text, section)}: no section {section!r}{_near(section, SECTIONS)}")
         if not isinstance(content, Mapping):
             raise HiddenError(f"{path}:{_line(text, section)}: {section} must be a table, as in [{section}]")
     numbers: dict[str, float] = {}
@@ -203,7 +206,11 @@ def read_hidden(path: Path) -> Hidden:
         where = f"{path}:{_line(text, 'noise')}"
         raise HiddenError(f"{where}: noise is {noise!r}; known: {', '.join(NOISE_LEVELS)}")
     try:
+        reference = reference_of(data.get("reference", {}))
+    except ValueError as error:
+        raise HiddenError(f"{path}:{_line(text, 'reference')}: {error}") from error
+    try:
         car = Car(**numbers)
     except ValueError as error:
         raise HiddenError(f"{path}:{_line(text, 'car')}: {error}") from error
-    return Hidden(car, check_effects(data.get("hidden", {}), str(path), text), noise)
+    return Hidden(car, check_effects(data.get("hidden", {}), str(path), text), noise, reference)

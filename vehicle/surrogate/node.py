@@ -27,6 +27,7 @@ from vehicle.messages import (
 from vehicle.surrogate.ecu import DriveByWire
 from vehicle.surrogate.hidden import Hidden
 from vehicle.surrogate.perceiver import Perceiver
+from vehicle.surrogate.reference import ReferenceSystem
 from vehicle.surrogate.scanner import Scanner
 from vehicle.surrogate.sensors import FACTOR, SIGMA
 from vehicle.surrogate.surrogate import DoubleTrack
@@ -95,6 +96,7 @@ class Node:
             self._unit.reset()
         self._scanner = Scanner(self.description, self._seed)
         self._perceiver = Perceiver(self._hidden, self._seed)
+        self._reference = ReferenceSystem(self._hidden.reference, self._seed, SUBSTEP / convert.SECOND)
         self._around, self._signals = no_surroundings(), None
         self._obeyed: Command | None = None
         self._commanded = 0
@@ -141,7 +143,8 @@ class Node:
                 self._car.apply(self._obeyed)
             self._car.step(SUBSTEP / convert.SECOND)
             self._now += SUBSTEP
-            now, state, ran = self._now, self._car.state, self._now - self._start
+            now, ran = self._now, self._now - self._start
+            state = self._reference.show(self._car.state)
             self._queue(topics.ODOMETRY, convert.state_to_ros(state, now), REFERENCE_LATENCY)
             felt = Imu(state.t, state.ax, state.ay, state.yaw_rate)
             self._queue(topics.REFERENCE_IMU, convert.imu_to_ros(felt, now), REFERENCE_LATENCY)

@@ -49,7 +49,7 @@ class Whitening:
         return _whitened(values, self.sigma, self.weights, self.gain, first)
 
     def scaled(self, sigma: FloatArray) -> Whitening:
-        """The same with other standard deviations (8,)."""
+        """This whitening with other standard deviations (8,), each in the unit of its channel."""
         return dataclasses.replace(self, sigma=sigma)
 
 

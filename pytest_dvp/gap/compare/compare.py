@@ -222,7 +222,12 @@ def as_subject(model: Comparable) -> ComparedModel:
 def judged_channels(
     subject: ComparedModel, measured: FloatArray, output: FloatArray, wanted: Collection[str] | None
 ) -> tuple[list[str], dict[str, str]]:
-    """Channels to judge in their order, and why the others are not."""
+    """Channels to judge in the order of CHANNELS, and for each other channel why it is not judged.
+
+    measured, output (n, 8) in channel units, NaN where there is no value; wanted: channels to judge and no others, None
+    for all that can be judged. Raises CompareError for an unknown channel, for a wanted one that cannot be judged, and
+    if none is left.
+    """
     for name in wanted or ():
         if name not in CHANNELS:
             near = difflib.get_close_matches(name, CHANNELS, n=1)
@@ -251,7 +256,10 @@ def judged_channels(
 def noise_floor(
     t: FloatArray, measured: FloatArray, judged: Collection[str], rest: FloatArray | None = None
 ) -> FloatArray:
-    """Sigma (8,) of the judged channels, inf for the others; never less than FINEST."""
+    """Standard deviation (8,) of the noise in channel units, inf for channels that are not judged.
+
+    t (n,) [s]; measured and rest (n, 8) in channel units. No sigma is below BEST_SENSOR_SIGMA.
+    """
     found = np.full(len(CHANNELS), np.inf)
     for name in judged:
         k = CHANNELS.index(name)

@@ -55,7 +55,7 @@ class ComparedModel(Protocol):
     restarts: bool
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
-        """The channels (n, 8) at the log's stamps, NaN where it has none, each segment from its measured start.
+        """Channels (n, 8) in their units at the stamps of the log, NaN where it has none, from each segment's start.
 
         `values` of effects are added to the model or wrapped around it. Raises CompareError, and ModelError for an
         effect, key or value that is not there or that cannot be judged.
@@ -80,6 +80,10 @@ class ModelSubject:
         self._extra = tuple(extra)
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
+        """Channels (n, 8) in their units that the log's commands make the model show, restarted at each segment.
+
+        Raises CompareError for a command that the log lacks, ModelError for an effect, key or value that is not there.
+        """
         from vehicle.model.open_loop import Replay
 
         commands = {name: command_at_stamps(log, name, self.name) for name in self.inputs}
@@ -87,6 +91,7 @@ class ModelSubject:
         return np.asarray(replay.run(values, starts=segments.starts, states=segments.states))
 
     def why_not(self, effect: Effect, log: Log, given: Collection[str]) -> str:
+        """Why an effect cannot be judged, empty if it can: all can but those that act on detected objects."""
         return "acts on detected objects" if effect.slot == "perception" else ""
 
 
@@ -107,6 +112,11 @@ class LogSubject:
         self._extra = tuple(extra)
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
+        """Channels (n, 8) of the second log at the stamps of `log`, in their units, from each segment's measured start.
+
+        Raises CompareError if the two logs have no time in common, ModelError for an effect that cannot be wrapped
+        around one.
+        """
         t = self.log.t
         if len(t) < 2 or t[-1] < log.t[0] or t[0] > log.t[-1]:
             raise CompareError(
@@ -137,6 +147,7 @@ class LogSubject:
         return found
 
     def why_not(self, effect: Effect, log: Log, given: Collection[str]) -> str:
+        """Why an effect cannot be judged, empty if it can: only sensor effects can, as a log is not driven again."""
         from vehicle.model.wrapped_model import why_not
 
         if effect.slot in ("command", "actuator"):
@@ -145,11 +156,10 @@ class LogSubject:
 
 
 def command_at_stamps(log: Log, name: str, who: str, called: str = "the log") -> FloatArray:
-    """A command of the log at each stamp (n,), held where it was not logged. Raises CompareError if it is not there.
+    """A command of the log at each stamp (n,) in its SI unit, held where it was not logged.
 
-    `who` is driven by it, `called` names the log in that error.
-
-    Of a run with a command gate before the car it is what the gate let out: its limits are not the car's.
+    `who` is driven by it, `called` names the log in the error. Of a run with a command gate before the car it is what
+    the gate let out: its limits are not the car's. Raises CompareError if the log does not have the command.
     """
     values = obeyed_command(log, name)
     if values is None or not np.isfinite(values).any():
@@ -184,14 +194,17 @@ def _instead(log: Log, name: str) -> str:
 
 
 def rows_with_commands(log: Log, subject: ComparedModel) -> list[BoolArray]:
-    """Rows (n,) in which each command that drives the model was logged."""
+    """Masks (n,) of the rows in which a command that drives the model was logged; none for a command without gaps."""
     names = subject.inputs or tuple(name for name in log.columns if name.endswith("_cmd"))
     found = [np.isfinite(log.columns[name]) for name in names if name in log.columns]
     return [rows for rows in found if not rows.all()]
 
 
 def rows_with_motion(log: Log, subject: ComparedModel) -> list[BoolArray]:
-    """Rows (n,) in which a model that is a log has all the motion that it ever has; nothing for one that is driven."""
+    """Mask (n,) of the rows in which a model that is a log has all the motion that it ever has.
+
+    Empty for a model that is driven by commands, and for a log without gaps.
+    """
     if not isinstance(subject, LogSubject):
         return []
     there = np.isfinite(subject.at(log.t)[:, :5])

@@ -42,6 +42,11 @@ class FmuSubject:
         self._last: tuple[bytes, FloatArray] | None = None
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
+        """Channels (n, 8) in their units of one run of the FMU, moved onto the measured start of each segment.
+
+        NaN where the FMU has no such output. Raises CompareError if the FMU cannot be read, fails, or needs an input
+        that the log lacks, ModelError for an effect that cannot be wrapped around it.
+        """
         fmpy, description = self._read()
         columns = {v.name: command_at_stamps(log, v.name, self.name) for v in _inputs(description)}
         wrapped = wrapping(log, values, self._extra, self.name, columns)
@@ -52,6 +57,10 @@ class FmuSubject:
         return posed(wrapped.sensors(self._last[1], values or {}), segments)
 
     def why_not(self, effect: Effect, log: Log, given: Collection[str]) -> str:
+        """Why an effect cannot be judged, empty if it can; one on commands needs a command that the FMU takes.
+
+        Raises CompareError if the FMU cannot be read.
+        """
         from vehicle.model.wrapped_model import why_not
 
         return why_not(effect, [v.name for v in _inputs(self._read()[1])], given)

@@ -49,6 +49,11 @@ class StepSubject:
         self._last: tuple[bytes, tuple[FloatArray, FloatArray]] | None = None
 
     def output(self, log: Log, segments: Segments, values: Values | None = None) -> FloatArray:
+        """Channels (n, 8) that the function gives, in their units, set to the measured motion at each segment's start.
+
+        Raises CompareError if the function fails or returns something other than numbers, ModelError for an effect that
+        cannot be wrapped around it.
+        """
         names = [name for name in log.columns if name != "t" and name not in CHANNELS]
         columns = {
             name: command_at_stamps(log, name, self.name) for name in names if np.isfinite(log.columns[name]).any()
@@ -63,6 +68,7 @@ class StepSubject:
         return wrapped.sensors(motion, values or {}, starts=segments.starts, before=before)
 
     def why_not(self, effect: Effect, log: Log, given: Collection[str]) -> str:
+        """Why an effect cannot be judged, empty if it can; one on commands needs the command as a column of the log."""
         from vehicle.model.wrapped_model import why_not
 
         return why_not(effect, [name for name in log.columns if name not in CHANNELS], given)

@@ -68,7 +68,7 @@ def regimes(
 
 
 def speed_bins(v: FloatArray) -> dict[str, BoolArray]:
-    """Masks (n,) of about four bins of the speed with round edges, named "speed 0-5 m/s"."""
+    """Masks (n,) of about four bins of the speed v (n,) [m/s] with round edges, named "speed 0-5 m/s"."""
     top = float(np.quantile(np.abs(v), 0.995)) + 1e-9
     raw = top / 4.0
     magnitude = 10.0 ** np.floor(np.log10(raw))
@@ -82,7 +82,7 @@ def speed_bins(v: FloatArray) -> dict[str, BoolArray]:
 
 
 def ribbon(masks: Mapping[str, BoolArray], names: tuple[str, ...], t: FloatArray) -> list[tuple[str, float, float]]:
-    """(regime, from [s], to [s]) of every run of the named masks, by time."""
+    """(regime, from [s], to [s]) of every run of the named masks (n,), by time; t (n,) [s]."""
     runs = []
     for name in names:
         edges = np.flatnonzero(np.diff(np.concatenate([[0], masks[name].astype(np.int8), [0]]))).reshape(-1, 2)

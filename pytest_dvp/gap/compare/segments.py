@@ -157,7 +157,7 @@ def _gaps(t: FloatArray, known: BoolArray) -> tuple[list[int], BoolArray]:
 
 
 def still_speed(v: FloatArray) -> float:
-    """Speed [m/s] below which a car counts as standing: 0.3 m/s, less for a small car."""
+    """Speed [m/s] below which a car counts as standing: 0.3 m/s, less for a small car. v (n,) [m/s]: its speeds."""
     return min(0.3, 0.1 * float(np.quantile(np.abs(v), 0.95)) + 1e-6)
 
 
@@ -198,7 +198,10 @@ def restarted(segments: Segments, found: Residuals) -> Segments:
 
 
 def posed(output: FloatArray, segments: Segments) -> FloatArray:
-    """Output (n, 8) of a model that cannot be restarted, with each segment turned and moved onto its measured start."""
+    """Output (n, 8) of a model that cannot be restarted, in channel units, with each segment on its measured start.
+
+    A segment is turned and moved as a whole; one without a known pose or start stays where it is.
+    """
     moved = output.copy()
     for first, end, state in zip(segments.starts, segments.ends, segments.states, strict=True):
         piece = output[first:end]
@@ -215,7 +218,7 @@ def posed(output: FloatArray, segments: Segments) -> FloatArray:
 
 
 def has_speed(measured: FloatArray) -> bool:
-    """Whether the speed is among the measured channels (n, 8), or follows from the path."""
+    """True if the channels (n, 8), in channel units, hold the speed, or a path from which it follows."""
     there: BoolArray = np.asarray(np.isfinite(measured).any(axis=0))
     return bool(there[3] or there[:2].all())
 

@@ -89,13 +89,13 @@ def _demand(log: Log, model: VehicleModel, v: FloatArray) -> FloatArray | None:
 
 
 def bridged(t: FloatArray, values: FloatArray) -> FloatArray:
-    """Gaps filled by straight lines; zeros if there is nothing."""
+    """values (n,) of any unit at t (n,) [s], with gaps filled by straight lines; zeros if no value is known."""
     known = np.isfinite(values)
     return np.asarray(np.interp(t, t[known], values[known])) if known.any() else np.zeros(len(t))
 
 
 def mean_around(y: FloatArray, window: int) -> FloatArray:
-    """Mean over 2 window + 1 samples, fewer at the ends."""
+    """Mean (n,) of y (n,) over 2 window + 1 samples, fewer at the ends, in the unit of y."""
     total = np.concatenate([[0.0], np.cumsum(y)])
     i = np.arange(len(y))
     low, high = np.maximum(i - window, 0), np.minimum(i + window + 1, len(y))

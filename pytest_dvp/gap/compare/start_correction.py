@@ -19,7 +19,7 @@ _CREEP = 0.5  # m/s, below which the curvature r/v is not taken from the model
 def project(output: FloatArray, measured: FloatArray, t: FloatArray, weight: FloatArray, starts: IntArray,
             ends: IntArray, counted: BoolArray, free_speed: bool, values: FloatArray, start: FloatArray,
             chi2: FloatArray, count: IntArray) -> None:  # fmt: skip
-    """Fill values (n, 8), start (m, 4), chi2 (8,) as sums and count (8,); see `segments.residuals`.
+    """Fill values (n, 8), start (m, 4), chi2 (8,) as sums and count (8,); see `segments.residuals`, also for the units.
 
     Two sweeps a segment: the first gathers the normal equations of the start, the second takes its effect out.
     """

@@ -46,13 +46,16 @@ def coverage(t: FloatArray, known: BoolArray, longest: float) -> float:
 
 
 def grid(t: FloatArray) -> FloatArray:
-    """Even time base [s] over t, at its usual step."""
+    """Even time base (m,) [s] over the stamps t (n,) [s], at their median step."""
     step = float(np.median(np.diff(t)))
     return np.asarray(t[0] + step * np.arange(int((t[-1] - t[0]) / step + 1e-6) + 1))
 
 
 def on_grid(even: FloatArray, t: FloatArray, y: FloatArray) -> FloatArray:
-    """y (n,) at the times `even` (m,); not measured values are bridged by straight lines."""
+    """y (n,) at t (n,) [s], read at the times `even` (m,) [s], in the unit of y.
+
+    Straight lines bridge what was not measured; NaN everywhere if nothing was.
+    """
     known = np.isfinite(y)
     return np.asarray(np.interp(even, t[known], y[known])) if known.any() else np.full(len(even), np.nan)
 

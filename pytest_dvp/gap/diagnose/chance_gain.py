@@ -32,8 +32,9 @@ def chance_gain(
 
     A surrogate has the spectrum of the error in each channel and segment, and random phases: what an effect explains of
     it, it explains by chance. Of each surrogate the best first-order gain over all effects and all points at which a
-    search would try them; of `draws` surrogates the 95 % quantile. `jacobian` (p, N): what fitted parameters do, which
-    is taken out first. An effect that gains no more than this has not been found. 0 if the error is zero.
+    search would try them; of `draws` surrogates the 95 % quantile. `jacobian` (p, N), in units of the noise: what
+    fitted parameters do, which is taken out first. An effect that gains no more than this has not been found. 0 if the
+    error is zero.
 
     Source: J. Theiler et al., Testing for nonlinearity in time series: the method of surrogate data, Physica D 58
     (1992) 77. First order: a gain that a non-linear fit would stretch further is not seen.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,35 +13,33 @@ from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.dependence import Dependences
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Samples, Step, Verdict
 from pytest_dvp.gap.diagnose.equation_error import opinions, votes
-from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
-from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, folds, folds_with_setup, refit_on_fold, step
+from pytest_dvp.gap.diagnose.experiment import experiment_set
+from pytest_dvp.gap.diagnose.held_out import (
+    Fold,
+    folds,
+    folds_with_setup,
+    held_out_rivals,
+    step,
+)
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import intervals, widen_dead_times
 from pytest_dvp.gap.diagnose.linear_algebra import square
+from pytest_dvp.gap.diagnose.removal import SearchSpace, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
 from pytest_dvp.gap.diagnose.search import (
-    CHANNEL_MISFIT,
-    EXCUSED_MISFIT,
-    MISFIT,
-    PRACTICAL,
-    PRICE,
     Search,
     SearchResult,
     Tick,
 )
-from pytest_dvp.gap.diagnose.standing import Evidence, with_standing
+from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER, REMAINDER_ONLY, Evidence, with_standing
 from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.gap.diagnose.veto import judged
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
 from pytest_dvp.logs.log import Log
-from vehicle.model.effect_catalogue import run_setups
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
-
-MIN_SETUP_GAIN = 0.01  # of max(1, chi^2/N), that a run's own set-up must gain on the rest of it
-EXCUSED_REMOVAL = 0.2  # of max(1, chi^2/N), that a twin with a known remainder must gain without one of its effects
-SLIGHT = 0.01  # of what an effect gains where it is fitted: a smaller loss elsewhere is no veto
 
 
 def diagnose(
@@ -72,27 +70,20 @@ def diagnose(
     late = {c.name for c in every if c.effect.diagnosed.refines and c.name not in present}
     refiners = [c for c in every if c.name in late]
     tried = [c for c in every if c.name not in late and not repeats(c.effect, nuisance)]
-    removed = _removed(target, model)
-    while True:
-        search = Search(target, tried, nuisance=nuisance, start=start, fixed=removed, refiners=refiners, tick=tick)
-        found = search.run()
-        back = {name for name, _ in removed} & set(found.final.names)
-        if not back:
-            break
-        removed = {key: value for key, value in removed.items() if key[0] not in back}  # in the way of what was found
-    if removed and found.final.names:  # what is missing elsewhere can make an effect look as if it were too much
-        other = Search(target, tried, nuisance=nuisance, start=start, refiners=refiners, tick=tick)
-        kept = other.run()
-        if _price(kept, other.count, 0) <= _price(found, search.count, len({name for name, _ in removed})):
-            search, found, removed = other, kept, {}
-        target.settle(found.final.values)
-    rivals = dict(found.rivals)
-    found = dataclasses.replace(found, final=search.refined(found.final, rivals), rivals=rivals)
+    space = SearchSpace(target, tried, refiners, nuisance, start, tick)
+    search, found, removed, instead = searched(space, model)
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
-    found, vetoed, gains, judges = _veto(search, found, judges, lambda: folds_with_setup(held_out, model, effects))
-    tick("ladder")
+    found, vetoed, gains, judges = judged(search, found, judges, lambda: folds_with_setup(held_out, model, effects))
     final = found.final
+    if target.excused or search.misfit(final):
+        tick("rivals on held-out data")
+        more = held_out_rivals(search, judges, final)
+        found = dataclasses.replace(
+            found, rivals={n: tuple(dict.fromkeys((*found.rivals.get(n, ()), *more.get(n, ())))) for n in final.names}
+        )
+        target.settle(final.values)
+    tick("ladder")
     sure = intervals(final.fit, search.starts, target.exact(final.values))
     sure = widen_dead_times(target, final.fit, final.values, sure)
     trials = _ladder(search, final)
@@ -113,8 +104,8 @@ def diagnose(
         )
         for before, after in itertools.pairwise(trials)
     ) + tuple(
-        _removal(known[name], (steps[k].chi2_per_n - steps[k + 1].chi2_per_n) * search.count / excess,
-                 _lost_held_out(model, name, final, judges))
+        removed_effect(known[name], (steps[k].chi2_per_n - steps[k + 1].chi2_per_n) * search.count / excess,
+                 _lost_held_out(model, name, final, judges), instead, excused=target.excused)
         for k, name in enumerate(gone)
     )  # fmt: skip
     tick("standing")
@@ -129,10 +120,7 @@ def diagnose(
     named += diagnose_perceptions(logs.values(), model, twins)
     if model.drives_nothing and "speed_controller" not in final.names:
         found = dataclasses.replace(found, not_excited=())  # a model that stands says nothing of what a drive shows
-    channels = target.by_channel(final.values)
-    limit = EXCUSED_MISFIT if target.excused else CHANNEL_MISFIT
-    misfit = final.chi2 > MISFIT * search.count or any(value > limit for value in channels.values())
-    verdict = _verdict(misfit, named, found, len(tried))
+    verdict = _verdict(search.misfit(final), named, found, len(tried))
     return Diagnosis(
         verdict=verdict,
         effects=named,
@@ -150,82 +138,12 @@ def diagnose(
     )
 
 
-def _price(found: SearchResult, count: int, removed: int) -> float:
-    """What a set leaves beyond the noise, and a price for each value fitted and each effect removed."""
-    chi2 = max(found.final.chi2, float(count))
-    return chi2 + PRICE * chi2 * (len(found.final.fit.coordinates) + removed)
-
-
 def _verdict(misfit: bool, named: Sequence[NamedEffect], found: SearchResult, tried: int) -> Verdict:
     if misfit:
         return "PARTIAL" if named else "UNKNOWN"
     if named:
         return "AMBIGUOUS" if any(e.rivals for e in named) else "NAMED"
     return "NOT_EXCITED" if 2 * len(found.not_excited) > tried else "NOTHING_MISSING"
-
-
-def _removed(target: ExperimentSet, model: VehicleModel) -> dict[tuple[str, str], float]:
-    """Neutral values of the model's effects that the measurements do better without."""
-    off: dict[tuple[str, str], float] = {}
-    r = target.whitened({})
-    best, count = square(r), max(target.count, 1)
-    for applied in model.effects:
-        neutral = {(applied.name, k.name): k.neutral for k in applied.effect.parameters}
-        r = target.whitened(off | neutral)
-        left = square(r)
-        worth = EXCUSED_REMOVAL if target.excused else PRACTICAL
-        if best - left > worth * max(count, left):
-            best = left
-            off |= neutral
-    return off
-
-
-def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: Callable[[], tuple[Fold, ...]]
-          ) -> tuple[SearchResult, tuple[str, ...], dict[str, float], tuple[Fold, ...]]:  # fmt: skip
-    """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there.
-
-    Where it is a run's set-up that loses, it may be another one there: the judges are then those of `apart`, which
-    have their own, as long as that gains.
-    """
-    vetoed: list[str] = []
-    given, tried_apart = judges, False
-    while True:
-        final = found.final
-        gains: dict[str, float] = {}
-        fitted: dict[str, float] = {}
-        for name in final.names:
-            less = search.without(final, name)
-            fitted[name] = (less.chi2 - final.chi2) / search.count
-            total, samples = 0.0, 0
-            for fold in judges:
-                if fold_excites(search, fold, final, name):
-                    before, after = refit_on_fold(search, fold, less, without=name), refit_on_fold(search, fold, final)
-                    total += _chi2(fold, before) - _chi2(fold, after)
-                    samples += fold.judge.count
-            if samples:
-                gains[name] = total / samples
-        level = max(1.0, final.chi2 / search.count)
-        own = any(fold.setup for fold in judges)
-        if own and not run_setups() & set(final.names):
-            judges, tried_apart = given, True
-            continue
-        # Not even the run's own value helps with these.
-        idle = [n for n in gains if own and n in run_setups() and gains[n] < MIN_SETUP_GAIN * level]
-        worst = min(idle or gains, key=lambda n: gains[n], default="")
-        if not worst or (not idle and gains[worst] > -max(ROUNDING * level, SLIGHT * fitted[worst])):
-            return found, tuple(vetoed), gains, judges
-        if worst in run_setups() and not own and not tried_apart and (others := apart()):
-            judges = others
-            continue
-        vetoed.append(worst)
-        judges = tuple(dataclasses.replace(f, setup=f.setup and f.setup.less(worst)) for f in judges)
-        names = tuple(n for n in final.names if n != worst)
-        final = search.trial(names, final.values, zoom=True)
-        found = SearchResult(final, {n: found.rivals.get(n, ()) for n in names}, found.not_excited)
-
-
-def _chi2(fold: Fold, trial: Trial) -> float:
-    return square(fold.judge.whitened(trial.values))
 
 
 def _ladder(search: Search, final: Trial) -> list[Trial]:
@@ -277,14 +195,19 @@ def _folded(found: Mapping[str, Estimate]) -> dict[str, Estimate]:
     }
 
 
-def _removal(effect: Effect, gain: float, held_out: float | None) -> NamedEffect:
-    """held_out: chi^2/N that the effect costs on data held out; it is confirmed that the car lacks it if it does."""
+def removed_effect(effect: Effect, gain: float, held_out: float | None, instead: tuple[str, ...], *,
+             excused: bool) -> NamedEffect:  # fmt: skip
+    """held_out: chi^2/N that the effect costs on data held out; it is confirmed that the car lacks it if it does, and
+    if no other effects do as well beside it (`instead`). excused: the twin has a known remainder."""
     off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in effect.parameters}
-    sure = held_out is not None and held_out > 0.0
+    doubts = [
+        *([f"the model does as well with {', '.join(instead)} added to it"] if instead else []),
+        *(["data held out do not gain without it"] if held_out is None or held_out <= 0.0 else
+          [REMAINDER_ONLY] if excused and held_out < ABOVE_REMAINDER else []),
+    ]  # fmt: skip
     return NamedEffect(
         name=effect.name, parameters=off, gain=min(max(gain, 0.0), 1.0), action="remove", held_out_gain=held_out,
-        standing="confirmed" if sure else "provisional",
-        doubts=() if sure else ("data held out do not gain without it",),
+        rivals=instead, standing="provisional" if doubts else "confirmed", doubts=tuple(doubts),
     )  # fmt: skip
 
 

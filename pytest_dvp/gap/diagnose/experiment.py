@@ -34,7 +34,7 @@ class Machine(Protocol):
 
     def run(self, values: Values | None = None, *, starts: IntArray | None = None,
             states: FloatArray | None = None) -> FloatArray:  # fmt: skip
-        """The channels (n, 8) at the stamps; see Replay.run."""
+        """The channels (n, 8) in their units at the stamps; see Replay.run."""
         ...
 
 
@@ -82,7 +82,7 @@ class Experiment:
         self.edges = np.append(self.segments.starts, len(log.t)).astype(np.int64) * len(CHANNELS)
 
     def motion(self, values: Values) -> FloatArray:
-        """What the model would have shown (n, 8), each segment from its start."""
+        """Channels (n, 8) in their units that the model shows with `values`, each segment from its start."""
         return self.machine.run(values, starts=self.segments.starts, states=self.segments.states)
 
     def residuals(self, values: Values) -> Residuals:
@@ -102,7 +102,10 @@ class Experiment:
         return self._whitening.scaled(self.sigma).of(rest, self._begins)
 
     def exact(self, values: Values) -> FloatArray:
-        """As `whitened`, with the model integrated in far smaller steps: what differs is not physics."""
+        """Residuals (n * 8,) in units of the noise, as `whitened`, of a model that is integrated in far smaller steps.
+
+        Where the two differ, the error is one of the integration and not of the physics.
+        """
         output = self._exact.run(values, starts=self.segments.starts, states=self.segments.states)
         return self.white(self._residuals(output).values)
 
@@ -147,13 +150,13 @@ class ExperimentSet:
         return tuple(c for c in CHANNELS if any(c in e.channels for e in self.experiments))
 
     def whitened(self, values: Values) -> FloatArray:
-        """Residuals of all experiments in units of their noise, one after the other."""
+        """Residuals (N,) of all experiments in units of their noise, one after the other."""
         if len(self.experiments) == 1:
             return self.experiments[0].whitened(values)
         return np.concatenate([e.whitened(values) for e in self.experiments])
 
     def exact(self, values: Values) -> FloatArray:
-        """See Experiment.exact."""
+        """Residuals (N,) of all experiments in units of their noise, by small steps; see Experiment.exact."""
         return np.concatenate([e.exact(values) for e in self.experiments])
 
     def settle(self, values: Values) -> None:
@@ -162,11 +165,11 @@ class ExperimentSet:
             e.settle(values)
 
     def by_segment(self, whitened: FloatArray) -> FloatArray:
-        """Sum of squares (m,) of each segment of all experiments."""
+        """Sum of squares (m,) of each segment of all experiments; `whitened` (N,) in units of the noise."""
         return np.add.reduceat(whitened * whitened, self.starts())
 
     def starts(self) -> IntArray:
-        """Where the segments (m,) begin in the whitened residual."""
+        """Where each segment of all experiments begins: index (m,) into the whitened residual."""
         found, offset = [], 0
         for e in self.experiments:
             found.append(e.edges[:-1] + offset)

@@ -41,7 +41,7 @@ class Left:
 
 
 def regimes_of(log: Log, measured: FloatArray) -> dict[str, BoolArray]:
-    """Masks (n,) of the driving regimes of a log whose channels are measured (n, 8)."""
+    """Masks (n,) of the driving regimes of a log whose channels are measured (n, 8), in channel units."""
     whole = filled(log.t, measured)
     v, rate = np.ascontiguousarray(whole[:, 3]), np.ascontiguousarray(whole[:, 4])
     return regimes(log.t, v, rate, log.columns.get("accel_cmd"))

@@ -183,7 +183,7 @@ def fit(target: ExperimentSet, coordinates: Sequence[Coordinate], start: Values,
 def intervals(
     found: Fit, starts: IntArray, exact: FloatArray | None = None
 ) -> dict[tuple[str, str], tuple[float, float]]:
-    """95 % interval of each value.
+    """95 % interval of each value, in the unit of the value.
 
     Clustered by segment (starts (m,) in the residual): noise within a segment may be coloured in any way; segments
     count as independent. exact (N,): the residual with the model integrated in small steps; how far that would move a

@@ -10,7 +10,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 @compiled
 def square(r: FloatArray) -> float:
-    """Sum of squares of r (N,)."""
+    """Sum of squares of r (N,), in the square of its unit."""
     total = 0.0
     for i in range(len(r)):
         total += r[i] * r[i]

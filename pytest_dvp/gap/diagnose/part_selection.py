@@ -31,6 +31,7 @@ class Part:
 
     @property
     def whole(self) -> bool:
+        """True for a log that was not cut."""
         return self.start == -np.inf
 
     def called(self, name: str) -> str:

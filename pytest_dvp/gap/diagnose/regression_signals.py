@@ -55,7 +55,7 @@ class Signals:
     noise: dict[str, float]
 
     def mean(self, y: FloatArray) -> FloatArray:
-        """Mean of y (n,) over each window, (m,)."""
+        """Mean (m,) of y (n,) over each window, in the unit of y."""
         total = np.concatenate([[0.0], np.cumsum(y)])
         return np.asarray((total[self.rows + self.w] - total[self.rows - self.w]) / (2 * self.w))
 
@@ -123,7 +123,7 @@ def _judged(s: Signals, of: dict[str, FloatArray], noise: dict[str, float]) -> N
 
 @compiled
 def lagged(u: FloatArray, share: FloatArray) -> FloatArray:
-    """First-order lag of held u (n,), mean over each step; share (n,): step over time constant."""
+    """First-order lag (n,) of held u (n,), mean over each step, in the unit of u; share (n,): step by time constant."""
     y = np.empty_like(u)
     state = u[0]
     for i in range(len(u)):
@@ -136,7 +136,7 @@ def lagged(u: FloatArray, share: FloatArray) -> FloatArray:
 
 @compiled
 def rate_limited(u: FloatArray, most: float) -> FloatArray:
-    """u (n,) followed with at most `most` a step, mean over each step."""
+    """u (n,) followed with at most `most` a step, mean over each step; result (n,) and `most` in the unit of u."""
     y = np.empty_like(u)
     state = u[0]
     for i in range(len(u)):
@@ -148,7 +148,7 @@ def rate_limited(u: FloatArray, most: float) -> FloatArray:
 
 @compiled
 def with_play(u: FloatArray, half: float) -> FloatArray:
-    """u (n,) behind play of +-half."""
+    """u (n,) behind play of +-half; result (n,) and `half` in the unit of u."""
     y = np.empty_like(u)
     state = u[0]
     for i in range(len(u)):
@@ -159,7 +159,7 @@ def with_play(u: FloatArray, half: float) -> FloatArray:
 
 @compiled
 def with_stiction(u: FloatArray, width: float) -> FloatArray:
-    """u (n,) followed only when it is `width` away."""
+    """u (n,) followed only when it is `width` away; result (n,) and `width` in the unit of u."""
     y = np.empty_like(u)
     state = u[0]
     for i in range(len(u)):

@@ -21,8 +21,10 @@ _LEAST = 6  # visits, below which nothing is said
 
 
 def at_same_place(errors: Sequence[FloatArray], motions: Sequence[Motion]) -> float | None:
-    """Share of the smoothed error that is the same whenever the car comes back to a place; None if it hardly does.
-    Negative: the mean of the other visits predicts worse than zero does."""
+    """Share of the smoothed error that repeats whenever the car comes back to a place; None if it hardly comes back.
+
+    errors: of each log (n,), all in one unit. Negative: the mean of the other visits predicts worse than zero does.
+    """
     x, y = (np.concatenate([getattr(m, name) for m in motions]) for name in ("x", "y"))
     side = max(float(np.ptp(x)), float(np.ptp(y)), 1e-6) / _CELLS
     cells = np.floor(np.column_stack([x, y]) / side)
@@ -30,7 +32,10 @@ def at_same_place(errors: Sequence[FloatArray], motions: Sequence[Motion]) -> fl
 
 
 def in_same_direction(errors: Sequence[FloatArray], motions: Sequence[Motion]) -> float | None:
-    """The same for eight directions of travel."""
+    """Share of the smoothed error that repeats in each of eight travel directions; None if the car hardly comes back.
+
+    errors: of each log (n,), all in one unit. Negative: the mean of the other visits predicts worse than zero does.
+    """
     yaw = np.concatenate([m.yaw for m in motions])
     return _comes_back(errors, motions, np.floor((yaw % (2.0 * np.pi)) * _SECTORS / (2.0 * np.pi)).astype(np.int64))
 
@@ -60,7 +65,10 @@ def _comes_back(errors: Sequence[FloatArray], motions: Sequence[Motion], cell: N
 
 
 def at_speed(errors: Sequence[FloatArray], motions: Sequence[Motion]) -> dict[str, Any]:
-    """The speed bin that holds most error for its time, with the shares of both."""
+    """The speed bin that holds most error for its time, with its shares of the squared error and of the moving time.
+
+    errors: of each log (n,), all in one unit.
+    """
     error, v = np.concatenate(list(errors)) ** 2, np.concatenate([m.v for m in motions])
     moving = np.concatenate([m.moving for m in motions])
     total, samples = max(float(error[moving].sum()), 1e-30), max(int(moving.sum()), 1)
@@ -73,7 +81,7 @@ def at_speed(errors: Sequence[FloatArray], motions: Sequence[Motion]) -> dict[st
 def over_time(excess: Sequence[FloatArray]) -> dict[str, float]:
     """Rank correlation (-1..1) of the error of segments with their time, and the share of it in the second half.
 
-    excess: of each log, mean square error beyond the noise of each of its segments (m,), in order.
+    excess: of each log, mean square error beyond the noise of each of its segments (m,), in order and in one unit.
     """
     whole = [(own, float(own.sum())) for own in excess if len(own) > 3 and own.any()]
     if not whole:

@@ -42,7 +42,10 @@ class TermSums:
         return max(float(self.chi2.sum() - self.count.sum()), 1e-9)
 
     def fitted(self, chosen: Sequence[int]) -> tuple[float, FloatArray]:
-        """Share of the excess that terms explain together, and their coefficients."""
+        """Share of the excess that the chosen terms explain together, and their coefficients (p,).
+
+        A coefficient is in the unit of the residual divided by that of its column.
+        """
         own = self._columns(chosen)
         a, b = self.a.sum(axis=0)[np.ix_(own, own)], self.b.sum(axis=0)[own]
         theta = _solved(a, b)
@@ -66,7 +69,7 @@ class TermSums:
 
 def term_sums(axis: Axis, target: ExperimentSet, rest: Sequence[FloatArray], motions: Sequence[Motion],
               tried: Sequence[Sequence[Term]]) -> TermSums:  # fmt: skip
-    """Sums for residuals `rest` (n, 8), motion and terms of each experiment of a campaign."""
+    """Sums for residuals `rest` (n, 8) in channel units, motion and terms of each experiment of a campaign."""
     size = sum(t.columns.shape[1] for t in tried[0])
     a, b = np.zeros((_FOLDS, size, size)), np.zeros((_FOLDS, size))
     chi2: list[float] = []

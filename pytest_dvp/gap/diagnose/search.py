@@ -117,12 +117,16 @@ class Search:
         """The set with an effect that changes while driving, in the place of a constant one or beside all, if that does
         better: a brake that fades instead of one that is weak. Where it does as well, it joins the `rivals` of those
         whose place it takes."""
-        if not best.names or (len(best.names) == 1 and self._within_noise(best)):
+        alone = len(best.names) == 1 and not self.target.excused  # noise that holds a remainder hides what changes
+        if not best.names or (alone and self._within_noise(best)):
             return best  # where two are named, they may stand for one that changes, and leave no more than noise
         start = best
         for refiner in self.refiners.values():
             for other in self._with_refiner(start, refiner):
-                if self.cost(other) < self.cost(best) - 1e-3 * self.count:
+                level = self.target.excused and self.cannot_tell_apart(
+                    other, start
+                )  # as the known remainder may change
+                if self.cost(other) < self.cost(best) - 1e-3 * self.count and not level:
                     best = other
                 elif self.cannot_tell_apart(start, other):
                     for name in set(start.names) - set(other.names):
@@ -135,8 +139,9 @@ class Search:
     def _with_refiner(self, start: Trial, refiner: Candidate) -> Iterator[Trial]:
         """Sets that have an effect that changes while driving: beside all others, without those that it refines, and
         without all that are often confused with it; in each what does not pay any more is dropped."""
-        bases = set(start.names) & set(refiner.effect.diagnosed.refines)
-        if not (bases or self._misfit(start)):
+        refines = refiner.effect.diagnosed.refines
+        bases = {name for name in start.names if name in refines or self.contained(name) in refines}
+        if not (bases or self.misfit(start)):
             return
         self.tick(f"does it change while driving: {refiner.name}")
         left_out = (set[str](), bases, bases | set(refiner.effect.ties))
@@ -199,8 +204,12 @@ class Search:
         )
 
     def bootstrap_share(self, worse: FloatArray, better: FloatArray, *, slack: float = 0.0) -> float:
-        """Share of draws of segments, with replacement, in which `better` is better, or worse by less than `slack` of
-        what it gains in all: draws without the one event in which an effect shows say nothing against it."""
+        """Share of draws of segments, with replacement, in which `better` has less error than `worse`.
+
+        Both (m,) hold chi^2 by segment, in units of the squared noise. A draw also counts in which it is worse by less
+        than `slack` of what it gains in all: draws without the one event in which an effect shows say nothing against
+        it.
+        """
         rng = np.random.default_rng(_SEED)
         m = len(worse)
         draws = rng.multinomial(m, np.full(m, 1.0 / m), size=_DRAWS)
@@ -234,7 +243,7 @@ class Search:
         full = sum(not self.known[name].detail for name in now.names) >= MOST
         found: list[Trial] = []
         for detail in (True,) if full else (False, True):
-            if detail and not self._misfit(found[0] if found else now):
+            if detail and not self.misfit(found[0] if found else now):
                 break
             ranking = self._scan(now, [n for n, c in self.tried.items() if c.detail == detail and n not in barred])
             paying = [t for t in self._additions(now, ranking) if self.is_worth_adding(now, t)]
@@ -247,7 +256,7 @@ class Search:
                 found = [*paying, *found]
         return found
 
-    def _misfit(self, now: Trial) -> bool:
+    def misfit(self, now: Trial) -> bool:
         """True if more is left than noise, in all or in one channel."""
         if now.chi2 > MISFIT * self.count:
             return True
@@ -255,10 +264,8 @@ class Search:
         return max(self.target.by_channel(now.values).values(), default=0.0) > limit
 
     def _within_noise(self, now: Trial) -> bool:
-        """True if no channel is off by more than its sensor is; of a twin with a known remainder, if all together leave
-        less than noise and that: fragments of an old remainder always gain a little."""
-        worst = max(self.target.by_channel(now.values).values(), default=0.0)
-        return worst < 1.0 or (self.target.excused and now.chi2 < self.count and worst < EXCUSED_MISFIT)
+        """True if no channel is off by more than its sensor is, or than the twin's known remainder allows."""
+        return max(self.target.by_channel(now.values).values(), default=0.0) < 1.0
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
         """Sets with one more effect, jointly fitted, best first; what ends far above the best or `lowest` roughly."""
@@ -321,9 +328,7 @@ class Search:
             rivals, exchanged = {}, None
             for name in sorted(best.names, key=lambda n: self.without(best, n).chi2):  # what is least needed first
                 self.tick(f"rivals of {name}")
-                without = self.without(best, name)
-                ranking = self._scan(without, [other for other in self._contestants(name) if other not in best.names])
-                trials = self._additions(without, ranking, best.chi2)
+                trials = self.in_place_of(best, name)
                 sound = [t for t in trials if self.is_credible(t, t.names[-1]) and not self._simpler(name, best, t)]
                 if sound and self.cost(sound[0]) < self.cost(best) - 1e-3 * self.count:
                     exchanged = sound[0]
@@ -331,12 +336,18 @@ class Search:
                 rivals[name] = tuple(
                     t.names[-1]
                     for t in trials
-                    if self.cannot_tell_apart(best, t) and self._contained(t.names[-1]) != name
+                    if self.cannot_tell_apart(best, t) and self.contained(t.names[-1]) != name
                 )
             if exchanged is None:
                 return best, rivals
             best = self.trial(exchanged.names, exchanged.values, zoom=True, like=exchanged)
         return best, rivals
+
+    def in_place_of(self, best: Trial, name: str) -> list[Trial]:
+        """The set with another effect in the place of this one, jointly fitted, best first."""
+        without = self.without(best, name)
+        ranking = self._scan(without, [other for other in self._contestants(name) if other not in best.names])
+        return self._additions(without, ranking, best.chi2)
 
     def _contestants(self, name: str) -> list[str]:
         """What may take the place of an effect: what came near when it was named, what is often confused with it."""
@@ -356,14 +367,14 @@ class Search:
             and self.bootstrap_share(other.segment_chi2, best.segment_chi2) < MIN_BOOTSTRAP_SHARE
         )
 
-    def _contained(self, name: str) -> str:
+    def contained(self, name: str) -> str:
         """The simpler effect that this one can do exactly, "" if there is none."""
         return self.known[name].effect.diagnosed.contains
 
     def _simplified(self, best: Trial) -> Trial:
         """The set with the simpler one of two effects of which one contains the other, where that one does as well."""
         for name in best.names:
-            simple = self._contained(name)
+            simple = self.contained(name)
             if simple in self.tried and simple not in best.names:
                 rest = tuple(n for n in best.names if n != name)
                 point = min(
@@ -376,7 +387,7 @@ class Search:
 
     def _simpler(self, name: str, best: Trial, other: Trial) -> bool:
         """True if the other set only has, in place of an effect, one that contains it, and is hardly better."""
-        contains = any(self._contained(n) == name for n in set(other.names) - set(best.names))
+        contains = any(self.contained(n) == name for n in set(other.names) - set(best.names))
         return contains and best.chi2 - other.chi2 < PRACTICAL * max(self.count, other.chi2)
 
     def without(self, best: Trial, name: str) -> Trial:
@@ -415,7 +426,7 @@ class Search:
         """The set without effects that do not pay or whose value means nothing, and what takes the place of these, if
         that makes up for them: a wind at the end of its range had stood for a drag."""
         less = self._drop_implausible(best)
-        if not self._misfit(less):
+        if not self.misfit(less):
             return less
         other = self._drop_implausible(best, refill=True)
         if other.chi2 - best.chi2 < MAX_UNRECOVERED_SHARE * (less.chi2 - best.chi2):
@@ -434,7 +445,7 @@ class Search:
                 return best
             barred.append(vague[-1])
             best = self._plainer(best, vague[-1])
-            if refill and self._misfit(best):
+            if refill and self.misfit(best):
                 best = self._grown(best, [], barred)
 
 

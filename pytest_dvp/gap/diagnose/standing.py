@@ -28,6 +28,7 @@ DWARFS = 20.0  # times what is left over in the channels that it acts on: an eff
 # of that
 ABOVE_REMAINDER = 0.2  # of chi^2/N that an effect must gain on data held out, where the twin has a known remainder:
 # fragments of that gained up to 0.13 on cars in MuJoCo, true effects 0.27 and more
+REMAINDER_ONLY = "on data held out it explains no more than the twin's known remainder may change by"
 SPREAD = 0.95  # of draws of segments that must gain by an effect which held-out data do not show
 BEYOND = 1e-6  # of a range, for rounding
 
@@ -95,7 +96,7 @@ def _held_out(search: Search, final: Trial, name: str, gains: Mapping[str, float
     level = max(1.0, final.chi2 / search.count)
     gain = gains.get(name)
     if gain is not None and search.target.excused and gain < ABOVE_REMAINDER:
-        return ["on data held out it explains no more than the twin's known remainder may change by"]
+        return [REMAINDER_ONLY]
     if gain is not None and gain > ROUNDING * level:
         return []
     spread = search.bootstrap_share(search.without(final, name).segment_chi2, final.segment_chi2)

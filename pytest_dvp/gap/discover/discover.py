@@ -37,6 +37,8 @@ LEFT = 1.15  # chi^2/N of the model, below which there is nothing to discover
 FAMILIES = 24  # forms that are fitted in each round, the best to first order
 CREDIBLE = 1.05  # chi^2/N on both sides, above which the form is not proven: exact forms left up to 1.04
 SHOWN = 0.1  # chi^2/N beyond the noise, that the held-out data must show before they can prove a form
+NOISE_GAIN = 25.0  # of chi^2: the best of 2,500 terms gains more from white noise in one law of 700; true laws left up
+# to 10, a braking above a threshold that was taken for a square 860
 WORTH = 0.2  # of the error beyond the noise, that a law must take away on both sides
 LAST = 0.1  # of the held-out one, that its last term must
 PRICE = 0.004  # of chi^2, for each factor of a form
@@ -148,6 +150,8 @@ class _Discovery:
         parts = {p.part for p in self.points if p.name in elsewhere}
         if not parts <= ALONG and len(parts) > 1:  # a force along the car is the same whichever part it comes from
             reasons.append(f"these data cannot tell whether it acts on {' or '.join(sorted(parts))}")
+        if not reasons and (more := self._still_explained(now.terms)):
+            reasons.append(f"something is left that follows {more}, so the form is near the true one at best")
         verdict: Verdict = "STAND_IN" if reasons else "LAW"
         return Law(
             verdict, self._terms(now, same), tuple(elsewhere), (base.left, base.judged), (now.left, now.judged),
@@ -161,6 +165,14 @@ class _Discovery:
     def _scan(self, found: tuple[Term, ...]) -> tuple[Scan, list[Term]]:
         tried = [term for point in self.points for term in terms_at(point)]
         return Scan(self.target, values_of(found), [(*found, term) for term in tried], self.tick), tried
+
+    def _still_explained(self, terms: tuple[Term, ...]) -> str:
+        """The term that explains most of what a law leaves, "" if that is no more than white noise shows."""
+        self.tick("what is left")
+        self.target.settle(values_of(terms))  # a start that is a little off would be explained by a sensor
+        scan, tried = self._scan(terms)
+        best = int(scan.gains.argmax())
+        return f"{tried[best].form.text} ({tried[best].point.name})" if scan.gains[best] > NOISE_GAIN else ""
 
     def _shortlist(self, scan: Scan, tried: Sequence[Term]) -> list[int]:
         """The best of each form and point, and of forms that do the same the simplest."""

@@ -48,8 +48,10 @@ class Law:
 
     @property
     def removed(self) -> tuple[float, float]:
-        """Share of the error beyond the noise that is gone, on the data fitted and held out."""
-        fit, held_out = ((b - a) / (b - 1.0) if b > 1.0 else 0.0 for b, a in zip(self.before, self.after, strict=True))
+        """Share of the error beyond the noise that is gone, at most 1, on the data fitted and held out."""
+        fit, held_out = (
+            min((b - a) / (b - 1.0), 1.0) if b > 1.0 else 0.0 for b, a in zip(self.before, self.after, strict=True)
+        )
         return fit, held_out
 
     def as_dict(self, file: str | None) -> dict[str, Any]:

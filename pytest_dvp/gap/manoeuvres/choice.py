@@ -12,7 +12,7 @@ from pytest_dvp.gap.diagnose.search import PRACTICAL
 from pytest_dvp.gap.manoeuvres.catalogue import Manoeuvre
 from pytest_dvp.gap.manoeuvres.driving_limits import Envelope
 from pytest_dvp.gap.manoeuvres.rehearsal import Hypothesis, Rehearsal
-from pytest_dvp.gap.manoeuvres.simulated_drive import Drive
+from pytest_dvp.gap.manoeuvres.simulated_drive import Drive, perform
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -47,9 +47,10 @@ class Choice:
     """The manoeuvre that is advised.
 
     gap: chi^2/N of its log by which the least distinct pair differs after a refit (deciding), or by which the least
-    visible effect changes it (exciting); `effects` it is about; `signs` by what they show, the least first; `ranking`:
-    what each manoeuvre would bring, to first order; repeats: how often it is to be driven; weak: it is the best there
-    is in this envelope, and yet too little; not_shown: effects that nothing of the catalogue shows.
+    visible effect changes it (exciting); `effects` it is about, none where the user named the manoeuvre; `signs` by
+    what they show, the least first; `ranking`: what each manoeuvre would bring, to first order; repeats: how often it
+    is to be driven; weak: it is the best there is in this envelope, and yet too little; not_shown: effects that nothing
+    of the catalogue shows.
     """
 
     effects: tuple[str, ...]
@@ -81,6 +82,20 @@ class RehearsalInputs:
     def rehearse(self, drive: Drive, truth: Values) -> Rehearsal:
         """The log of a drive with an effect as the truth."""
         return Rehearsal(drive, self.model, truth, self.noise, shared=self.shared, extra=self.effects)
+
+
+def as_named(manoeuvres: Sequence[Manoeuvre], model: VehicleModel, envelope: Envelope) -> tuple[Choice, ...]:
+    """Manoeuvres that the user asked for by name, each as large as keeps within the envelope.
+
+    Raises PlanError: one does not keep within it, however small.
+    """
+    found = []
+    for manoeuvre in manoeuvres:
+        drive = perform(manoeuvre, model, {}, envelope)
+        if drive is None:
+            raise PlanError(f"{manoeuvre.name} does not keep within these limits; widen them")
+        found.append(Choice((), True, drive, 0.0, (), {}, 1, weak=False))
+    return tuple(found)
 
 
 def sign_of(rehearsal: Rehearsal, truth: str, other: Hypothesis, gap: float) -> LargestDifference:

@@ -67,7 +67,7 @@ def as_dict(choice: Choice, files: Mapping[str, str]) -> dict[str, Any]:
         "manoeuvre": choice.manoeuvre.name,
         "title": choice.manoeuvre.title,
         "source": choice.manoeuvre.source,
-        "purpose": "excite" if choice.exciting else "decide",
+        "purpose": "named" if not choice.effects else "excite" if choice.exciting else "decide",
         "effects": list(choice.effects),
         "gap": choice.gap,
         "weak": choice.weak,
@@ -87,6 +87,8 @@ def as_dict(choice: Choice, files: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _why(choice: Choice) -> str:
+    if not choice.effects:
+        return "asked for by name; what it would show was not looked at"
     if choice.exciting:
         return f"shows {', '.join(choice.effects)}, if the car has {'it' if len(choice.effects) == 1 else 'them'}"
     return (

@@ -61,11 +61,14 @@ class Rehearsal:
         self.count = max(self.experiment.count, 1)
 
     def whitened(self, values: Values) -> FloatArray:
-        """What is left with these values, in units of the noise."""
+        """Residuals (N,) that are left with these values, in units of the noise."""
         return self.experiment.whitened(self.shared | dict(values))
 
     def tangent(self, hypothesis: Hypothesis, at: FloatArray) -> FloatArray:
-        """How that changes (N, p) with each parameter of an effect, by finite differences; `at`: whitened there."""
+        """Change (N, p) of the residuals with each parameter of an effect, in noise units, by finite differences.
+
+        at (N,): the whitened residuals with the values of the hypothesis.
+        """
         found = []
         for c in hypothesis.candidate.coordinates:
             u = c.to_unit(hypothesis.values[c.name])
@@ -98,7 +101,10 @@ class Rehearsal:
 
 
 def separable_chi2(r: FloatArray, tangent: FloatArray) -> float:
-    """Sum of squares of r that its owner's parameters cannot take away, to first order."""
+    """Sum of squares of r (N,), in units of the noise, that its owner's parameters cannot take away, to first order.
+
+    tangent (N, p): how r changes with each of these parameters.
+    """
     if not tangent.shape[1]:
         return _chi2(r)
     solution = np.linalg.lstsq(tangent.T @ tangent + 1e-9 * np.eye(tangent.shape[1]), tangent.T @ r, rcond=None)[0]

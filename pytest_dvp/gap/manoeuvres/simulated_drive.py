@@ -114,7 +114,7 @@ def _set(row: FloatArray, inputs: Inputs, name: str, value: float) -> None:
 
 
 def columns(found: Drive, inputs: Inputs) -> dict[str, FloatArray]:
-    """The commands of a drive as the log columns that drive a model, "t" first."""
+    """Commands of a drive as the log columns (n,) that drive a model, "t" [s] first, each in the unit of its column."""
     named: dict[str, FloatArray] = {
         "t": found.t,
         inputs.steer: (found.wishes[:, 1] - inputs.steer_zero) / inputs.steer_scale,
@@ -123,7 +123,7 @@ def columns(found: Drive, inputs: Inputs) -> dict[str, FloatArray]:
 
 
 def inputs_of(inputs: Inputs, accel: FloatArray, speed: FloatArray) -> dict[str, FloatArray]:
-    """Accelerations [m/s^2] or speeds [m/s] as the columns that the model takes."""
+    """Accelerations (n,) [m/s^2] or speeds (n,) [m/s] as the columns (n,) that the model takes."""
     throttle = np.clip(accel / inputs.full_throttle, 0.0, 1.0)
     brake = np.clip(-accel / inputs.full_brake, 0.0, 1.0)
     every = {

@@ -52,7 +52,10 @@ class Positions:
         self.level = np.maximum(self.noise[0] + self.noise[1] * distance, _FINEST)
 
     def loss(self, place: FloatArray, without: tuple[int, ...]) -> float:
-        """Log-likelihood lost when these of the three parameters are 0 and the others adapt."""
+        """Log-likelihood lost when these of the three parameters are 0 and the others adapt.
+
+        place (3,): latency [s] and offset along x and y [m] that all of them have; without: indices of those set to 0.
+        """
         kept = [k for k in range(3) if k not in without]
         e = self.rest + self.x @ place  # as if latency and offset were 0
         w = self.x[:, kept] / self.level[:, None]

@@ -310,6 +310,7 @@ def _share(share: Share | None) -> str:
 
 
 def figure(number: float | None) -> str:
+    """A number with two decimals below 10, one below 100, none above; "-" for None."""
     if number is None:
         return "-"
     return f"{number:.2f}" if number < 9.995 else f"{number:.1f}" if number < 99.95 else f"{number:.0f}"

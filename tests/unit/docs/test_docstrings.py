@@ -20,12 +20,14 @@ PACKAGES = ("machine_code", "openscenario", "vehicle", "ads", "reports", "pytest
 HELD = (
     "pytest_dvp/doctor",
     "pytest_dvp/drive",
+    "pytest_dvp/gap",
     "pytest_dvp/logs",
     "pytest_dvp/metrics",
     "pytest_dvp/text",
     "pytest_dvp/tuning",
     "pytest_dvp/verdicts",
     "reports",
+    "vehicle/adapters",
     "vehicle/guard",
     "vehicle/wire",
 )

@@ -11,8 +11,9 @@ import pytest
 from gap_logs import NOISE, baseline, drive
 
 from pytest_dvp.gap.compare.compared_model import CompareError
-from pytest_dvp.gap.diagnose.diagnose import _price, diagnose
+from pytest_dvp.gap.diagnose.diagnose import diagnose
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis
+from pytest_dvp.gap.diagnose.removal import price
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect_catalogue import catalogue
@@ -77,9 +78,9 @@ def test_of_two_answers_within_the_noise_that_with_fewer_changes_is_taken() -> N
     def answer(chi2: float, values: int) -> Any:
         return SimpleNamespace(final=SimpleNamespace(chi2=chi2, fit=SimpleNamespace(coordinates=[None] * values)))
 
-    assert _price(answer(350.0, 1), 1000, 0) < _price(answer(300.0, 2), 1000, 0)
-    assert _price(answer(350.0, 1), 1000, 0) < _price(answer(300.0, 1), 1000, 1)
-    assert _price(answer(1100.0, 2), 1000, 1) < _price(answer(1400.0, 1), 1000, 0)
+    assert price(answer(350.0, 1), 1000, 0) < price(answer(300.0, 2), 1000, 0)
+    assert price(answer(350.0, 1), 1000, 0) < price(answer(300.0, 1), 1000, 1)
+    assert price(answer(1100.0, 2), 1000, 1) < price(answer(1400.0, 1), 1000, 0)
 
 
 def test_what_the_command_gate_did_is_not_the_cars() -> None:

@@ -240,3 +240,18 @@ def test_the_same_question_has_the_same_bytes(planned: Path) -> None:
     assert main([*arguments, "--out", str(planned / "again")]) == 0
     for first in filter(Path.is_file, (planned / "plan").iterdir()):
         assert (planned / "again" / first.name).read_bytes() == first.read_bytes()
+
+
+def test_manoeuvres_are_written_by_name(planned: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A steady circle of ISO 4138: on most of its way the steering stands still while the car turns."""
+    out = planned / "named"
+    model = ["plan", "--model", str(planned / "car.toml"), "--out", str(out)]
+    assert main([*model, "--drive", "circles_left", "--json"]) == 0
+    (entry,) = json.loads(capsys.readouterr().out)["manoeuvres"]
+    assert (entry["manoeuvre"], entry["purpose"], entry["effects"]) == ("circles_left", "named", [])
+    commands = np.genfromtxt(entry["files"]["commands"], delimiter=",", names=True, deletechars="")
+    steer = commands[next(name for name in commands.dtype.names if name.startswith("wanted_steer"))]
+    _, counts = np.unique(steer[steer > 0.02], return_counts=True)
+    assert counts.max() > 0.8 * counts.sum()
+    assert main([*model, "--drive", "circle_left"]) == 2
+    assert "did you mean 'circles_left'" in capsys.readouterr().err

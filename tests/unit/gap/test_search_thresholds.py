@@ -142,7 +142,7 @@ def test_a_limit_that_is_always_met_gives_way_to_a_gain(more: float, gain_wins: 
 def test_a_misfit_is_thirty_percent_over_all_or_half_of_one_channel(
     chi2: float, channels: dict[str, float], left_over: bool
 ) -> None:
-    assert search(**channels)._misfit(left(chi2)) is left_over
+    assert search(**channels).misfit(left(chi2)) is left_over
 
 
 @pytest.mark.parametrize(("worst", "noise"), [(0.99, True), (1.01, False)])

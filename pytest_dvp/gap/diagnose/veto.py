@@ -1,0 +1,105 @@
+"""Data that were not fitted on have the last word on each effect of a set."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
+
+from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
+from pytest_dvp.gap.diagnose.linear_algebra import square
+from pytest_dvp.gap.diagnose.search import PRACTICAL, Search, SearchResult
+from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER
+from pytest_dvp.gap.diagnose.trial import Trial
+from vehicle.model.effect_catalogue import run_setups
+
+MIN_SETUP_GAIN = 0.01  # of max(1, chi^2/N), that a run's own set-up must gain on the rest of it
+LITTLE = 2.0 * ABOVE_REMAINDER  # of chi^2/N: what gains no more where it is fitted may be made of the known remainder
+SLIGHT = 0.01  # of what an effect gains where it is fitted: a smaller loss elsewhere is no veto
+
+Apart: TypeAlias = Callable[[], tuple[Fold, ...]]
+"""Judges whose runs have a set-up of their own, made when they are asked for."""
+
+
+class Judged(NamedTuple):
+    """What is left of a search's result, the effects taken out, what each one left gains on the judging data (chi^2/N),
+    and the judges that were asked in the end."""
+
+    found: SearchResult
+    vetoed: tuple[str, ...]
+    gains: dict[str, float]
+    judges: tuple[Fold, ...]
+
+
+def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: Apart) -> Judged:
+    """The result without effects that lose on data they were not fitted on.
+
+    Of a twin with a known remainder, effects that gain no more than that may change by go, too, unless too much is left
+    over without them: something new is there then, and what explains it best is told.
+    """
+    strict = _veto(search, found, judges, apart, fragment=ABOVE_REMAINDER)
+    if not (search.target.excused and strict.vetoed):
+        return strict
+    if search.misfit(strict.found.final):
+        strict = _veto(search, found, judges, apart, fragment=PRACTICAL)
+    rivals = dict(strict.found.rivals)  # without what was vetoed, another effect may be seen to change while driving
+    final = search.refined(strict.found.final, rivals)
+    if final.names == strict.found.final.names:
+        return strict
+    again = _veto(search, dataclasses.replace(strict.found, final=final, rivals=rivals), strict.judges, lambda: (),
+                  fragment=PRACTICAL)  # fmt: skip
+    return again._replace(vetoed=(*strict.vetoed, *again.vetoed))
+
+
+def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: Apart, *, fragment: float) -> Judged:
+    """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there.
+
+    Where it is a run's set-up that loses, it may be another one there: the judges are then those of `apart`, which
+    have their own, as long as that gains. fragment: chi^2/N that an effect has to gain there, if it gains little where
+    it is fitted and the twin has a known remainder.
+    """
+    vetoed: list[str] = []
+    given, tried_apart = judges, False
+    while True:
+        final = found.final
+        gains: dict[str, float] = {}
+        fitted: dict[str, float] = {}
+        for name in final.names:
+            less = search.without(final, name)
+            fitted[name] = (less.chi2 - final.chi2) / search.count
+            total, samples = 0.0, 0
+            for fold in judges:
+                if fold_excites(search, fold, final, name):
+                    before, after = refit_on_fold(search, fold, less, without=name), refit_on_fold(search, fold, final)
+                    total += _chi2(fold, before) - _chi2(fold, after)
+                    samples += fold.judge.count
+            if samples:
+                gains[name] = total / samples
+        level = max(1.0, final.chi2 / search.count)
+        own = any(fold.setup for fold in judges)
+        if own and not run_setups() & set(final.names):
+            judges, tried_apart = given, True
+            continue
+        # Not even the run's own value helps with these.
+        idle = [n for n in gains if own and n in run_setups() and gains[n] < MIN_SETUP_GAIN * level]
+        fragments = [
+            n
+            for n in final.names
+            if search.target.excused and fitted[n] < LITTLE and gains.get(n, fitted[n]) < fragment
+        ]
+        worst = min(idle or fragments or gains, key=lambda n: gains.get(n, fitted[n]), default="")
+        sure = not idle and not fragments
+        if not worst or (sure and gains[worst] > -max(ROUNDING * level, SLIGHT * fitted[worst])):
+            return Judged(found, tuple(vetoed), gains, judges)
+        if worst in run_setups() and not own and not tried_apart and (others := apart()):
+            judges = others
+            continue
+        vetoed.append(worst)
+        judges = tuple(dataclasses.replace(f, setup=f.setup and f.setup.less(worst)) for f in judges)
+        names = tuple(n for n in final.names if n != worst)
+        final = search.trial(names, final.values, zoom=True)
+        found = SearchResult(final, {n: found.rivals.get(n, ()) for n in names}, found.not_excited)
+
+
+def _chi2(fold: Fold, trial: Trial) -> float:
+    return square(fold.judge.whitened(trial.values))

@@ -1,0 +1,152 @@
+"""Of a twin with a known remainder: what may be removed, what is a fragment of the remainder, what is a rival."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_dvp.gap.diagnose import held_out, removal, veto
+from pytest_dvp.gap.diagnose.diagnose import removed_effect
+from pytest_dvp.gap.diagnose.held_out import Fold, held_out_rivals
+from pytest_dvp.gap.diagnose.search import SearchResult
+from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER
+from vehicle.model.effect_catalogue import catalogue
+
+COUNT = 1000
+SEGMENTS = 20
+
+
+class Found:
+    """A search with known gains: chi^2 that each effect takes away where it is fitted and on the data held out, spread
+    evenly over the segments."""
+
+    def __init__(self, fitted: dict[str, float], held: dict[str, float], *, excused: bool = True, misfit: bool = False):
+        self.fitted, self.held, self.count = fitted, held, COUNT
+        self.target = SimpleNamespace(excused=excused)
+        self.over = misfit
+        self.others: dict[str, list[SimpleNamespace]] = {}
+
+    def trial(self, names: tuple[str, ...], values: Any = None, zoom: bool = False) -> SimpleNamespace:
+        rest = [name for name in self.fitted if name not in names]
+        chi2 = COUNT * (1.0 + sum(self.fitted[n] for n in rest))
+        held = COUNT * (1.0 + sum(self.held[n] for n in rest))
+        return SimpleNamespace(names=tuple(names), chi2=chi2, values={"held": held},
+                               segment_chi2=np.full(SEGMENTS, chi2 / SEGMENTS))  # fmt: skip
+
+    def without(self, best: SimpleNamespace, name: str) -> SimpleNamespace:
+        return self.trial(tuple(n for n in best.names if n != name))
+
+    def misfit(self, best: SimpleNamespace) -> bool:
+        return self.over
+
+    def refined(self, best: SimpleNamespace, rivals: Any) -> SimpleNamespace:
+        return best
+
+    def in_place_of(self, best: SimpleNamespace, name: str) -> list[SimpleNamespace]:
+        return self.others.get(name, [])
+
+    def contained(self, name: str) -> str:
+        return ""
+
+    def is_credible(self, trial: Any, name: str) -> bool:
+        return True
+
+    @staticmethod
+    def bootstrap_share(worse: np.ndarray, better: np.ndarray) -> float:
+        draws = np.random.default_rng(1).multinomial(len(worse), np.full(len(worse), 1.0 / len(worse)), size=400)
+        return float(np.mean(draws @ (worse - better) > 0.0))
+
+
+def judge() -> Fold:
+    """Held-out data that know what each set leaves of them."""
+    of = SimpleNamespace(
+        count=COUNT,
+        whitened=lambda values: np.array([np.sqrt(values["held"])]),
+        by_segment=lambda r: np.full(SEGMENTS, float(r @ r) / SEGMENTS),
+    )
+    return Fold(None, of)  # type: ignore[arg-type]
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (veto, held_out):
+        monkeypatch.setattr(module, "fold_excites", lambda *_: True)
+        monkeypatch.setattr(module, "refit_on_fold", lambda search, fold, trial, without="": trial)
+
+
+def judged(search: Found) -> tuple[str, ...]:
+    found = SearchResult(search.trial(tuple(search.fitted)), {}, ())  # type: ignore[arg-type]
+    return veto.judged(search, found, (judge(),), lambda: ()).found.final.names  # type: ignore[arg-type]
+
+
+def test_what_gains_no_more_than_the_remainder_changes_by_is_taken_out() -> None:
+    little = 0.9 * ABOVE_REMAINDER
+    assert judged(Found({"mass": 1.0, "roll": little}, {"mass": 1.0, "roll": little})) == ("mass",)
+    assert judged(Found({"mass": 1.0, "roll": little}, {"mass": 1.0, "roll": little}, excused=False)) == (
+        "mass",
+        "roll",
+    )
+
+
+def test_what_explains_much_where_it_is_fitted_is_no_fragment() -> None:
+    assert judged(Found({"steer_sticking": 3.0 * ABOVE_REMAINDER}, {"steer_sticking": 0.01})) == ("steer_sticking",)
+
+
+def test_where_too_much_is_left_the_best_name_is_still_told() -> None:
+    search = Found({"imu_misalignment": 0.15, "roll": 0.15}, {"imu_misalignment": 0.12, "roll": 0.001}, misfit=True)
+    assert judged(search) == ("imu_misalignment",)
+
+
+def test_a_twin_keeps_what_it_learnt_where_an_addition_explains_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*_: Any) -> Any:
+        raise AssertionError("asked which effects to remove")
+
+    monkeypatch.setattr(removal, "_removed", never)
+    search = Found({"drive_gain": 1.0}, {"drive_gain": 1.0})
+    found = SearchResult(search.trial(("drive_gain",)), {}, ())  # type: ignore[arg-type]
+    space = SimpleNamespace(target=search.target, run=lambda fixed: (search, found))
+    assert removal.searched(space, None) == (search, found, {}, ())  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("held", "instead", "excused", "standing"),
+    [
+        (1.0, (), True, "confirmed"),
+        (1.0, ("drive_gain",), True, "provisional"),
+        (0.5 * ABOVE_REMAINDER, (), True, "provisional"),
+        (0.5 * ABOVE_REMAINDER, (), False, "confirmed"),
+        (0.0, (), False, "provisional"),
+        (None, (), False, "provisional"),
+    ],
+)
+def test_a_removal_is_confirmed_by_data_held_out_alone(
+    held: float | None, instead: tuple[str, ...], excused: bool, standing: str
+) -> None:
+    found = removed_effect(catalogue()["mass"], 0.5, held, instead, excused=excused)
+    assert (found.standing, found.rivals, found.action) == (standing, instead, "remove")
+    assert bool(found.doubts) == (standing == "provisional")
+
+
+def other(name: str, segments: np.ndarray, held: float) -> SimpleNamespace:
+    return SimpleNamespace(names=(name,), chi2=float(segments.sum()), values={"held": held}, segment_chi2=segments)
+
+
+def test_a_rival_does_as_well_in_many_draws_of_segments() -> None:
+    search = Found({"steer_ratio": 1.0}, {"steer_ratio": 1.0})
+    best = search.trial(("steer_ratio",))
+    even = best.segment_chi2
+    one_event = even + 5.0 * np.eye(SEGMENTS)[0] - 0.2  # behind in one segment only, ahead in the others
+    everywhere = even + 2.0
+    explains_little = even + 40.0 * np.tile([1.0, -0.9], SEGMENTS // 2) + 24.0
+    search.others = {
+        "steer_ratio": [
+            other("steer_asymmetry", one_event, COUNT),
+            other("understeer", everywhere, COUNT),
+            other("roll", explains_little, 2.0 * COUNT),
+        ]
+    }
+    found = held_out_rivals(search, (judge(),), best)  # type: ignore[arg-type]
+    assert found == {"steer_ratio": ("steer_asymmetry",)}
