@@ -84,7 +84,11 @@ class OffsetPlanner:
 
 @compiled
 def offset_at(pieces: FloatArray, s_from: float, step: float, s: float) -> tuple[float, float, float]:
-    """l [m], l' [-], l'' [1/m] of a plan at arc length `s` [m]; zero before its start and behind its end."""
+    """l [m], l' [-], l'' [1/m] of a plan at arc length `s` [m]; zero before its start and behind its end.
+
+    `pieces` (n, 4): offset, slope, curvature and its rate at the start of each piece of length `step` [m] from
+    `s_from`.
+    """
     at = (s - s_from) / step
     n = len(pieces)
     if at < 0.0 or at >= n:
