@@ -25,22 +25,22 @@ from machine_code import compiled
 from vehicle.messages import FloatArray
 
 GNSS, ODO, IMU = 0.0, 1.0, 2.0
-ROW = 7
-STATES = 9
+ROW = 7  # columns of a measurement, see above
+STATES = 9  # as named below
 X, Y, YAW, V, B, K, C, GX, GY = range(STATES)
 
-NOISES = 9
+NOISES = 9  # as named below
 (SLIP_NOISE, GYRO_NOISE, STEER_NOISE, ACCEL_NOISE, BIAS_WALK, SCALE_WALK, COMPLIANCE_WALK, SLOW_SHARE,
  SLOW_TIME) = range(NOISES)  # fmt: skip
 """Densities per sqrt(s): transient slip of the position [m], yaw by the gyro and by the steering [rad], speed [m/s],
 walks of b, k, c; then the slow part of a fix's sigma (0..1) and how long it lasts [s]."""
 
-HOLD = 6
+HOLD = 6  # as named below
 HT, HA, HW, HIMU, HYAW, HSLOW = range(HOLD)
 """Input that the filter holds: time, acceleration, yaw rate, time of the last IMU row, density of the yaw's noise,
 slow part of the sigma of the last fix [m]."""
 
-COUNTS = 6
+COUNTS = 6  # as named below
 STREAK, REJECTED, ACCEPTED, SINCE, OFF_X, OFF_Y = range(COUNTS)
 """Of GNSS fixes: rejected in a row, rejected and accepted in all, since when the row, last rejected innovation [m]."""
 

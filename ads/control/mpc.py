@@ -16,9 +16,9 @@ from ads.control.spline import S
 from machine_code import compiled
 from vehicle.messages import FloatArray
 
-N = 20
+N = 20  # steps of a plan; chosen, not measured
 WEIGHT_OFFSET = 2.0  # 1/m^2
-WEIGHT_SLOPE = 2.0
+WEIGHT_SLOPE = 2.0  # chosen as its neighbours are; not measured
 WEIGHT_CURVATURE = 2000.0  # m^2
 WEIGHT_CHANGE = 4000.0  # m^4
 

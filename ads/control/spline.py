@@ -12,7 +12,7 @@ import numpy as np
 from machine_code import compiled
 from vehicle.messages import FloatArray
 
-COLUMNS = 6
+COLUMNS = 6  # as named below
 S, X, Y, YAW, KAPPA, SPEED = range(COLUMNS)
 """Columns of a path: arc length [m], position [m], heading [rad], curvature [1/m], speed limit [m/s]."""
 

@@ -26,7 +26,7 @@ LARGEST_STEP = 2.5  # m
 SMALL = 0.9  # m; a cluster no larger has no orientation to fit
 MOST_POINTS = 40  # of a cluster in the fit, evenly picked
 CLOSENESS_FLOOR = 0.05  # m
-MOST_BOXES = 64
+MOST_BOXES = 64  # of one scan; chosen, not measured: it bounds the time of a tick
 BOX = 7
 """Columns of a box: x, y [m], yaw [rad], length (along yaw), width [m], kind (index into messages.OBJECT_KINDS, or
 -1 where the detector cannot tell), score."""

@@ -15,7 +15,7 @@ from ads.transforms import wrap_angle
 from machine_code import compiled
 from vehicle.messages import FloatArray
 
-TRACK = 23
+TRACK = 23  # columns, as named below
 (ID, TX, TY, VX, VY, AP, AV, AA, CP, CV, CC, TYAW, TL, TW, VOTE_VEHICLE, VOTE_PEDESTRIAN, VOTE_BICYCLE, VOTE_MISC,
  HITS, UNSEEN, AGE, SCORE, SIZED) = range(TRACK)  # fmt: skip
 """Columns: id, position, velocity, covariance along the line of sight (position, both, velocity) and across it, yaw,

@@ -38,7 +38,7 @@ from ads.perception.track import (
 from machine_code import compiled
 from vehicle.messages import FloatArray
 
-MOST_TRACKS = 48
+MOST_TRACKS = 48  # chosen, not measured: it bounds the time of a tick
 ACCELERATION = np.array([1.2, 1.8, 1.5, 0.8])  # m/s^2 per kind, process noise
 COAST = np.array([1.5, 1.0, 1.0, 1.0])  # s unseen until a track is dropped
 CONFIRM = 3  # hits

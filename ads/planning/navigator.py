@@ -17,7 +17,7 @@ from openscenario.road.route import RouteError
 from vehicle.messages import FloatArray, RoadPoint, Task
 
 ACCELERATION = 1.0  # m/s^2, of the speed profile
-DECELERATION = 0.8
+DECELERATION = 0.8  # m/s^2, of the speed profile; chosen, not measured
 WINDOW = 60  # path points around the last index
 
 
