@@ -25,22 +25,22 @@ from machine_code import compiled
 from vehicle.messages import FloatArray
 
 GNSS, ODO, IMU = 0.0, 1.0, 2.0
-ROW = 7
-STATES = 9
+ROW = 7  # columns of a measurement, see above
+STATES = 9  # as named below
 X, Y, YAW, V, B, K, C, GX, GY = range(STATES)
 
-NOISES = 9
+NOISES = 9  # as named below
 (SLIP_NOISE, GYRO_NOISE, STEER_NOISE, ACCEL_NOISE, BIAS_WALK, SCALE_WALK, COMPLIANCE_WALK, SLOW_SHARE,
  SLOW_TIME) = range(NOISES)  # fmt: skip
 """Densities per sqrt(s): transient slip of the position [m], yaw by the gyro and by the steering [rad], speed [m/s],
 walks of b, k, c; then the slow part of a fix's sigma (0..1) and how long it lasts [s]."""
 
-HOLD = 6
+HOLD = 6  # as named below
 HT, HA, HW, HIMU, HYAW, HSLOW = range(HOLD)
 """Input that the filter holds: time, acceleration, yaw rate, time of the last IMU row, density of the yaw's noise,
 slow part of the sigma of the last fix [m]."""
 
-COUNTS = 6
+COUNTS = 6  # as named below
 STREAK, REJECTED, ACCEPTED, SINCE, OFF_X, OFF_Y = range(COUNTS)
 """Of GNSS fixes: rejected in a row, rejected and accepted in all, since when the row, last rejected innovation [m]."""
 
@@ -125,14 +125,17 @@ def correct(m: FloatArray, p: FloatArray, h: FloatArray, innovation: float, vari
 
 @compiled
 def start_over(p: FloatArray, dx: float, dy: float) -> None:
-    """Forget where the car is: as unsure as the fixes are far off (dx, dy [m])."""
+    """Forget where the car is: covariance `p` (STATES, STATES) grows by how far the fixes are off (dx, dy [m])."""
     for i in range(3):
         p[i, i] += (dx * dx + dy * dy) if i < 2 else 0.5
 
 
 @compiled
 def reject(p: FloatArray, t: float, dx: float, dy: float, counts: FloatArray) -> None:
-    """Count a fix that does not fit; after enough of them that agree with each other the filter is lost, not they."""
+    """Count a GNSS fix at `t` [s] that does not fit, with innovation dx, dy [m], in `counts` (COUNTS,).
+
+    After enough fixes that agree with each other the filter is lost and not they: `p` (STATES, STATES) starts over.
+    """
     agrees = counts[STREAK] > 0.0 and math.hypot(dx - counts[OFF_X], dy - counts[OFF_Y]) < ALIKE
     if not agrees:
         counts[STREAK], counts[SINCE] = 0.0, t
@@ -187,7 +190,11 @@ def correct_gnss(
 
 @compiled
 def correct_wheels(m: FloatArray, p: FloatArray, row: FloatArray, hold: FloatArray, noise: FloatArray) -> None:
-    """Speed of the wheels; standing still shows the bias of the yaw rate; without an IMU the steering gives it."""
+    """Take an odometry row (ROW,) into mean `m` (STATES,) and covariance `p` (STATES, STATES), in place.
+
+    `hold` (HOLD,) and `noise` (NOISES,) are those of the filter; units as there. Standing still shows the bias of the
+    yaw rate; without an IMU the steering gives the yaw rate.
+    """
     h = np.zeros(STATES)
     h[V], h[K] = 1.0 + m[K], m[V]
     correct(m, p, h, row[2] - (1.0 + m[K]) * m[V], row[3] * row[3], GATE_WHEELS)
@@ -225,7 +232,10 @@ def digest(
 
 @compiled
 def copy_row(source: FloatArray, i: int, target: FloatArray, k: int) -> None:
-    """Copy row `i` of `source` to row `k` of `target`; a loop compiles faster than an assignment of slices."""
+    """Copy row `i` of `source` (n, k) to row `k` of `target` (m, k).
+
+    A loop compiles faster than an assignment of slices.
+    """
     for j in range(source.shape[1]):
         target[k, j] = source[i, j]
 

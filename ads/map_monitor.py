@@ -37,6 +37,7 @@ class Crossing(NamedTuple):
 
     @property
     def s_middle(self) -> float:
+        """Arc length [m] of the path at the middle of the crossing."""
         return 0.5 * (self.s_from + self.s_to)
 
 

@@ -21,8 +21,8 @@ from reports.verdicts import pretty_unit
 from reports.whole_file import write_page
 
 BAND = 2.0  # sigma of the noise band around the model
-CURVE_POINTS = 2400
-PATH_POINTS = 2500
+CURVE_POINTS = 2400  # drawn of a signal; chosen, not measured: more than a screen has columns
+PATH_POINTS = 2500  # drawn of a path; chosen, not measured
 REGIME_COLOURS = {
     "standstill": "#B8BEC6", "launch": GREEN, "cruise": SKY, "lift_off": YELLOW, "braking": VERMILION,
     "reverse": PURPLE, "turn_in": ORANGE, "steady_turn": BLUE,

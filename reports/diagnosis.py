@@ -23,7 +23,7 @@ from reports.verdicts import pretty_unit
 from reports.whole_file import write_page
 
 BAND = 2.0  # sigma of the noise band
-CURVE_POINTS = 2000
+CURVE_POINTS = 2000  # drawn of a signal; chosen, not measured: about the columns of a screen
 NOISE = 1.3  # chi^2/N up to which only noise is left
 GREY = "#8B95A1"  # what was measured, and what is no finding
 BADGES = {

@@ -30,8 +30,8 @@ def predicted_pose(
 ) -> tuple[float, float, float, float]:
     """x, y [m], yaw [rad], v [m/s] after `delay` [s], with the steer commands that are still on their way.
 
-    `times` [s], `steers` [rad] are a ring of past commands, `newest` the index of the last one. The yaw rate starts
-    from the measured one and changes as the kinematic model with understeer says.
+    `times` (n,) [s] and `steers` (n,) [rad] are a ring of past commands, `newest` the index of the last one. The yaw
+    rate starts from the measured one and changes as the kinematic model with understeer says.
     """
     n = len(times)
     steps = math.ceil(delay / 0.025)

@@ -84,7 +84,8 @@ class SpeedControl(Protocol):
     ) -> tuple[float, bool]:
         """Wanted acceleration [m/s^2], and True if the car is to stand.
 
-        `limits`: (distance ahead [m] or NOW, highest speed there [m/s]); `brake` > 0 [m/s^2] is an emergency.
+        `path` (n, COLUMNS) of a spline, `index` the nearest point, `s` [m] along it; `limits`: (distance ahead [m] or
+        NOW, highest speed there [m/s]); `brake` > 0 [m/s^2] is an emergency.
         """
 
 
@@ -107,7 +108,10 @@ class ComfortSpeedControl:
         limits: list[tuple[float, float]],
         brake: float,
     ) -> tuple[float, bool]:
-        """See SpeedControl."""
+        """Wanted acceleration [m/s^2], and True if the car is to stand, by comfortable braking; see SpeedControl.
+
+        `path` (n, COLUMNS) of a spline.
+        """
         car = self._vehicle
         v = estimate.v
         n = 0

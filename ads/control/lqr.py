@@ -66,7 +66,8 @@ def steer_law(
 ) -> tuple[float, float]:
     """Road-wheel angle [rad] for the errors at the predicted pose, and the new integral [rad].
 
-    The integral takes out what the kinematic model lacks (understeer, side slip, an offset of the steering).
+    `table` (n, 2) from gain_table. The integral takes out what the kinematic model lacks
+    (understeer, side slip, an offset of the steering).
     """
     at = min(max(v / V_STEP - 1.0, 0.0), len(table) - 1.001)
     i = int(at)

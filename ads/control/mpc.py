@@ -16,9 +16,9 @@ from ads.control.spline import S
 from machine_code import compiled
 from vehicle.messages import FloatArray
 
-N = 20
+N = 20  # steps of a plan; chosen, not measured
 WEIGHT_OFFSET = 2.0  # 1/m^2
-WEIGHT_SLOPE = 2.0
+WEIGHT_SLOPE = 2.0  # chosen as its neighbours are; not measured
 WEIGHT_CURVATURE = 2000.0  # m^2
 WEIGHT_CHANGE = 4000.0  # m^4
 
@@ -84,7 +84,11 @@ class OffsetPlanner:
 
 @compiled
 def offset_at(pieces: FloatArray, s_from: float, step: float, s: float) -> tuple[float, float, float]:
-    """l [m], l' [-], l'' [1/m] of a plan at arc length `s` [m]; zero before its start and behind its end."""
+    """l [m], l' [-], l'' [1/m] of a plan at arc length `s` [m]; zero before its start and behind its end.
+
+    `pieces` (n, 4): offset, slope, curvature and its rate at the start of each piece of length `step` [m] from
+    `s_from`.
+    """
     at = (s - s_from) / step
     n = len(pieces)
     if at < 0.0 or at >= n:

@@ -12,7 +12,7 @@ INTEGRAL_LIMIT = 1.5  # m/s^2
 FORGET = 1.5  # s; how fast the expected speed follows the measured one
 ROLLING = 0.12  # m/s^2
 DRAG_AREA = 0.45  # kg/m; half of air density times drag area of a passenger car
-HOLD_BRAKE = 0.35
+HOLD_BRAKE = 0.35  # of full braking, which keeps a standing car in place; chosen, not measured
 STOPPED = 0.03  # m/s
 
 

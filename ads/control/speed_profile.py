@@ -21,7 +21,7 @@ GAP_GAIN = 0.4  # 1/s^2; how firmly a gap that is too small is opened
 
 @compiled
 def fill_speed(path: FloatArray, set_speed: float, rc_max: float, accel: float, decel: float) -> None:
-    """Write the speed limit column of `path`, in place.
+    """Write the speed limit column of `path` (n, COLUMNS) of a spline, in place.
 
     `set_speed` [m/s] holds where the radius is at least `rc_max` [m]; in tighter bends the speed falls with the root
     of the radius, and lateral acceleration stays below LATERAL_ACCELERATION. Speed changes keep to `accel` and

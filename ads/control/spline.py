@@ -12,14 +12,17 @@ import numpy as np
 from machine_code import compiled
 from vehicle.messages import FloatArray
 
-COLUMNS = 6
+COLUMNS = 6  # as named below
 S, X, Y, YAW, KAPPA, SPEED = range(COLUMNS)
 """Columns of a path: arc length [m], position [m], heading [rad], curvature [1/m], speed limit [m/s]."""
 
 
 @compiled
 def second_derivatives(u: FloatArray, f: FloatArray) -> FloatArray:
-    """Second derivatives (n,) at the knots `u` (n,) of the natural cubic spline through `f` (n,)."""
+    """Second derivatives (n,) at the knots `u` (n,) of the natural cubic spline through `f` (n,).
+
+    In the unit of f divided by that of u squared.
+    """
     n = len(u)
     m, c, d = np.zeros(n), np.zeros(n), np.zeros(n)
     for i in range(1, n - 1):
@@ -78,7 +81,7 @@ def spline_path(waypoints: FloatArray, step: float) -> FloatArray:
 
 @compiled
 def project(path: FloatArray, x: float, y: float, hint: int, window: int) -> tuple[int, float, float]:
-    """Nearest point of a path: index of its segment, arc length [m] and lateral offset [m], left positive.
+    """Nearest point of a path (n, COLUMNS): index of its segment, arc length [m] and lateral offset [m], left positive.
 
     Looks at `window` points on both sides of `hint`; hint < 0 looks everywhere. Before the first and after the last
     point the path goes on straight.
@@ -114,7 +117,10 @@ def project(path: FloatArray, x: float, y: float, hint: int, window: int) -> tup
 
 @compiled
 def sample(path: FloatArray, index: int, s: float) -> tuple[float, float, float, float, float]:
-    """x, y [m], heading [rad], curvature [1/m], speed [m/s] at arc length `s` [m]; `index` is a near segment."""
+    """x, y [m], heading [rad], curvature [1/m], speed [m/s] of a path (n, COLUMNS) at arc length `s` [m].
+
+    `index` is a segment near `s`, where the search begins.
+    """
     n = len(path)
     i = min(max(index, 0), n - 2)
     while i < n - 2 and s > path[i + 1, S]:

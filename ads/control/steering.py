@@ -22,7 +22,7 @@ class Steering(Protocol):
     """Turns the pose and the planned path into a road-wheel angle."""
 
     def steer(self, estimate: Estimate, path: FloatArray, index: int) -> float:
-        """Road-wheel angle [rad] at `estimate.t`; `path` (n, spline.COLUMNS), `index` the nearest point."""
+        """Road-wheel angle [rad] at `estimate.t`; `path` (n, COLUMNS) of a spline, `index` the nearest point."""
 
 
 class LqrSteering:
@@ -37,7 +37,10 @@ class LqrSteering:
         self._last = 0.0
 
     def steer(self, estimate: Estimate, path: FloatArray, index: int) -> float:
-        """See Steering."""
+        """Road-wheel angle [rad] at `estimate.t`, from the pose after the delay; see Steering.
+
+        `path` (n, COLUMNS) of a spline.
+        """
         car = self._vehicle
         x, y, yaw, v = self._delay.predict(
             estimate.t, estimate.x, estimate.y, estimate.yaw, max(estimate.v, 0.0), estimate.yaw_rate, estimate.ax

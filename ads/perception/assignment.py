@@ -8,7 +8,7 @@ from scipy.optimize import linear_sum_assignment
 
 from vehicle.messages import FloatArray
 
-FORBIDDEN = 1e6
+FORBIDDEN = 1e6  # cost above that of every allowed pair
 
 
 def assign(cost: FloatArray) -> NDArray[np.int64]:

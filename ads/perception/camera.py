@@ -19,7 +19,7 @@ FARTHEST = 120.0  # m; beyond it a pixel is worth too much
 
 
 def camera_objects(frame: CameraFrame, car: VehicleDescription) -> FloatArray:
-    """Objects (k, SEEN) in the base frame.
+    """Objects (k, SEEN) in the base frame, in SI units.
 
     Pinhole with the principal point in the middle of the image, looking along its mount's x axis, no pitch: a ground
     point at depth d appears f h / d below the middle. Not valid on crests and dips. A box cut off below is nearer than

@@ -20,7 +20,7 @@ GROWTH = 1.5  # m by which a joint box may be longer than the track
 
 @compiled
 def outside(track: FloatArray, x: float, y: float) -> tuple[float, float]:
-    """How far a point [m] lies outside a track's box, along and across it [m]; 0 inside."""
+    """How far a point [m] lies outside the box of a track (TRACK,), along and across it [m]; 0 inside."""
     c, s = math.cos(track[TYAW]), math.sin(track[TYAW])
     dx, dy = x - track[TX], y - track[TY]
     along, across = abs(c * dx + s * dy), abs(c * dy - s * dx)
@@ -29,7 +29,10 @@ def outside(track: FloatArray, x: float, y: float) -> tuple[float, float]:
 
 @compiled
 def owner_of(tracks: FloatArray, n: int, row: FloatArray) -> int:
-    """The vehicle track that a LiDAR box fits best as a piece of it, -1 if none."""
+    """Row of the vehicle among the first `n` tracks (m, TRACK) that a LiDAR box fits best as a piece of it; -1 if none.
+
+    `row` (MEASURE,), SI units; a camera's object and a box of another kind belong to none.
+    """
     best, owner = 1e300, -1
     if row[8] == CAMERA or (row[5] >= 0.0 and int(row[5]) != VEHICLE):
         return owner

@@ -58,8 +58,11 @@ def pair_costs(
     camera_pose: tuple[float, float, float],
     min_dist: float,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """LiDAR boxes in the map, with room for the camera's (n + m, MEASURE); where each camera object is and its line of
-    sight (m, 4); cost of each pair (n, m)."""
+    """Three arrays to pair boxes (n, BOX) with camera objects (m, SEEN), all in SI units.
+
+    LiDAR boxes in the map, with room for the camera's (n + m, MEASURE); where each camera object is and its line of
+    sight (m, 4); cost of each pair (n, m).
+    """
     n, m = len(boxes), len(seen)
     out = np.zeros((n + m, MEASURE))
     c, s = math.cos(pose[2]), math.sin(pose[2])
@@ -96,7 +99,10 @@ def pair_costs(
 def take_pairs(
     out: FloatArray, rays: FloatArray, seen: FloatArray, camera_yaw: float, pair: NDArray[np.int64]
 ) -> FloatArray:
-    """Measurements (k, MEASURE) once it is known which box goes with which camera object; `pair` (n,) from `assign`."""
+    """Measurements (k, MEASURE), SI units, once it is known which box goes with which camera object.
+
+    `pair` (n,) from `assign`: the camera object of each box, -1 for none.
+    """
     n, m = len(pair), len(seen)
     taken = np.zeros(m, np.uint8)
     for i in range(n):

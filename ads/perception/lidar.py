@@ -26,7 +26,7 @@ LARGEST_STEP = 2.5  # m
 SMALL = 0.9  # m; a cluster no larger has no orientation to fit
 MOST_POINTS = 40  # of a cluster in the fit, evenly picked
 CLOSENESS_FLOOR = 0.05  # m
-MOST_BOXES = 64
+MOST_BOXES = 64  # of one scan; chosen, not measured: it bounds the time of a tick
 BOX = 7
 """Columns of a box: x, y [m], yaw [rad], length (along yaw), width [m], kind (index into messages.OBJECT_KINDS, or
 -1 where the detector cannot tell), score."""
@@ -34,7 +34,10 @@ BOX = 7
 
 @compiled
 def ground_plane(points: FloatArray) -> tuple[float, float, float]:
-    """Least-squares plane z = c + a x + b y through the returns near z = 0 of `points` (n, 3); zeros if too few."""
+    """Least-squares plane z = c + a x + b y [m] through the returns near z = 0 of `points` (n, 3) [m].
+
+    Zeros if there are fewer than 30 of them.
+    """
     n = 0
     sx = sy = sz = sxx = syy = sxy = sxz = syz = 0.0
     for i in range(len(points)):
@@ -85,7 +88,7 @@ def obstacle_points(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: flo
 
 @compiled
 def root(parent: NDArray[np.int64], i: int) -> int:
-    """Representative of a set of points (union-find with path halving)."""
+    """Representative of the set of point `i`: an index into `parent` (n,) (union-find with path halving)."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
         i = parent[i]
@@ -94,7 +97,7 @@ def root(parent: NDArray[np.int64], i: int) -> int:
 
 @compiled
 def extent(points: FloatArray, n: int) -> tuple[float, float, float, float]:
-    """Least and largest x, least and largest y [m] of the first `n` points."""
+    """Least and largest x, least and largest y [m] of the first `n` of `points` (m, k), x and y first."""
     x_low = y_low = 1e300
     x_high = y_high = -1e300
     for i in range(n):
@@ -143,8 +146,9 @@ def clusters(points: FloatArray) -> NDArray[np.int64]:
 def join_slivers(points: FloatArray, label: NDArray[np.int64], origin_x: float) -> None:
     """Give slivers the label of the nearest cluster in the next direction, in place.
 
-    A side seen at a grazing angle returns points far apart along the line of sight, one direction each: clusters with
-    hardly any width across the line of sight from the sensor at (origin_x, 0). A pedestrian is wider.
+    `points` (n, 3) [m], `label` (n,): the first point of each one's cluster. A side seen at a grazing angle returns
+    points far apart along the line of sight, one direction each: clusters with hardly any width across the line of
+    sight from the sensor at (origin_x, 0). A pedestrian is wider.
     """
     again = True
     while again:  # a chain of slivers grows by one link a round
@@ -162,7 +166,10 @@ def join_slivers(points: FloatArray, label: NDArray[np.int64], origin_x: float) 
 
 @compiled
 def neighbour(points: FloatArray, label: NDArray[np.int64], i: int, origin_x: float) -> int:
-    """Label of the cluster next to cluster `i` that continues it, if that is a sliver; else -1."""
+    """Label of the cluster next to cluster `i` that continues it, if that is a sliver; else -1.
+
+    `points` (n, 3) [m], `label` (n,) as in join_slivers.
+    """
     n = len(points)
     bearing = math.atan2(points[i, 1], points[i, 0] - origin_x)
     reach = math.hypot(points[i, 0] - origin_x, points[i, 1])
@@ -191,7 +198,10 @@ def neighbour(points: FloatArray, label: NDArray[np.int64], i: int, origin_x: fl
 
 @compiled
 def closeness(points: FloatArray, angle: float) -> float:
-    """How well a rectangle at `angle` [rad] fits: sum over points of 1 / distance to the nearer visible edge."""
+    """How well a rectangle at `angle` [rad] fits `points` (n, k), x and y first [m].
+
+    The sum over points of 1 / distance to the nearer visible edge [1/m].
+    """
     c, s = math.cos(angle), math.sin(angle)
     low1 = low2 = 1e300
     high1 = high2 = -1e300
@@ -214,7 +224,7 @@ def closeness(points: FloatArray, angle: float) -> float:
 
 @compiled
 def box_angle(points: FloatArray) -> float:
-    """Angle [rad] in [0, pi/2) of the rectangle that fits `points` (n, >= 2) best; to 1 degree."""
+    """Angle [rad] in [0, pi/2) of the rectangle that fits `points` (n, k), n >= 2, x and y first, best; to 1 degree."""
     best, angle = -1.0, 0.0
     for k in range(18):
         value = closeness(points, math.radians(5.0 * k))
@@ -231,7 +241,7 @@ def box_angle(points: FloatArray) -> float:
 
 @compiled
 def lidar_boxes(scan: FloatArray, lidar_x: float, lidar_z: float, x_max: float, abs_y_max: float) -> FloatArray:
-    """Boxes (k, BOX) in the base frame that a scan (n, 3) in the sensor frame shows, at most MOST_BOXES.
+    """Boxes (k, BOX) in the base frame that a scan (n, 3) [m] in the sensor frame shows, at most MOST_BOXES.
 
     A box spans what was seen of the object, which may be one face of it only.
     """

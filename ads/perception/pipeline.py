@@ -61,7 +61,7 @@ class LidarDetector(Protocol):
     """Finds objects in one scan; whoever has a better one gives it to TrackingPerception."""
 
     def boxes(self, scan: LidarScan) -> FloatArray:
-        """Boxes (k, lidar.BOX) in the base frame."""
+        """Boxes (k, BOX) in the base frame, in SI units."""
 
 
 class ClusterDetector:
@@ -71,7 +71,7 @@ class ClusterDetector:
         self._parameters, self._car = parameters, car
 
     def boxes(self, scan: LidarScan) -> FloatArray:
-        """See LidarDetector."""
+        """Boxes (k, BOX) in the base frame, in SI units, of the clusters of a scan."""
         p, car = self._parameters, self._car
         points = scan.points
         if car.lidar_yaw != 0.0:  # into a frame at the sensor that looks ahead

@@ -15,7 +15,7 @@ from ads.transforms import wrap_angle
 from machine_code import compiled
 from vehicle.messages import FloatArray
 
-TRACK = 23
+TRACK = 23  # columns, as named below
 (ID, TX, TY, VX, VY, AP, AV, AA, CP, CV, CC, TYAW, TL, TW, VOTE_VEHICLE, VOTE_PEDESTRIAN, VOTE_BICYCLE, VOTE_MISC,
  HITS, UNSEEN, AGE, SCORE, SIZED) = range(TRACK)  # fmt: skip
 """Columns: id, position, velocity, covariance along the line of sight (position, both, velocity) and across it, yaw,
@@ -33,7 +33,7 @@ SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a sid
 
 @compiled
 def track_kind(track: FloatArray) -> int:
-    """Index into messages.OBJECT_KINDS with the most votes."""
+    """Kind with the most votes in `track` (TRACK,), an index into messages.OBJECT_KINDS."""
     best = 0
     for k in range(1, 4):
         if track[VOTE_VEHICLE + k] > track[VOTE_VEHICLE + best]:
@@ -50,7 +50,10 @@ def sight(dx: float, dy: float) -> tuple[float, float]:
 
 @compiled
 def correct_axis(track: FloatArray, k: int, innovation: float, variance: float) -> tuple[float, float]:
-    """Correction of position [m] and velocity [m/s] along one axis, whose covariance starts at column `k`."""
+    """Correction of position [m] and velocity [m/s] of `track` (TRACK,) along one axis, whose covariance shrinks.
+
+    `k`: the column at which the covariance of that axis starts; `innovation` [m], `variance` [m^2].
+    """
     total = track[k] + variance
     gain, gain_v = track[k] / total, track[k + 1] / total
     track[k + 2] -= gain_v * track[k + 1]
@@ -63,7 +66,10 @@ def correct_axis(track: FloatArray, k: int, innovation: float, variance: float) 
 def settle_box(row: FloatArray, kind: int, yaw_hint: float, known_length: float, known_width: float) -> tuple[
     float, float, float, float, float
 ]:  # fmt: skip
-    """Yaw, visible length and width of a measured box with its length axis chosen, and the size to assume."""
+    """Yaw [rad], visible length and width [m] of a measured box `row` (MEASURE,), and the size [m] to assume.
+
+    Its length axis is chosen by its sides, or else by `yaw_hint` [rad].
+    """
     yaw, length, width = row[2], row[3], row[4]
     if kind == PEDESTRIAN:
         return yaw_hint, length, width, max(0.5, min(length, 1.0)), max(0.5, min(width, 1.0))
@@ -83,9 +89,9 @@ def settle_box(row: FloatArray, kind: int, yaw_hint: float, known_length: float,
 def middle(
     row: FloatArray, yaw: float, seen: float, whole: float, sensor_x: float, sensor_y: float, long: bool
 ) -> tuple[float, float]:
-    """Shift [m] of the box's middle along `yaw` when it grows from `seen` to `whole` [m], away from the sensor.
+    """Shift [m] of the middle of a box `row` (MEASURE,) along `yaw` when it grows from `seen` to `whole` [m].
 
-    The far end of a `long` one may hide how near the sensor is to its side.
+    It grows away from the sensor. The far end of a `long` one may hide how near the sensor is to its side.
     """
     ux, uy = math.cos(yaw), math.sin(yaw)
     dx, dy = row[0] - sensor_x, row[1] - sensor_y
@@ -100,7 +106,7 @@ def middle(
 
 @compiled
 def assumed_size(track: FloatArray, kind: int) -> tuple[float, float]:
-    """Length and width [m] of a track: what was seen of it, at least what is typical of its kind."""
+    """Length and width [m] of a track (TRACK,): what was seen of it, at least what is typical of its kind."""
     return max(track[SIZED], TYPICAL[kind, 0]), max(track[TW], TYPICAL[kind, 1])
 
 
@@ -108,9 +114,9 @@ def assumed_size(track: FloatArray, kind: int) -> tuple[float, float]:
 def whole_box(
     track: FloatArray, kind: int, row: FloatArray, sensor_x: float, sensor_y: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Middle x, y [m] and yaw [rad] of the object that a measurement shows a part of, length seen, whole length, width.
+    """Middle x, y [m] and yaw [rad] of the object of which a measurement shows a part; length seen, length, width [m].
 
-    What a camera reports is whole already.
+    `track` (TRACK,), `row` (MEASURE,). What a camera reports is whole already.
     """
     if row[8] == CAMERA:
         return row[0], row[1], track[TYAW], 0.0, track[TL], track[TW]
@@ -126,7 +132,10 @@ def whole_box(
 
 @compiled
 def vote(track: FloatArray, row: FloatArray) -> None:
-    """Count what a measurement says of a track's kind; a camera's word weighs more than a cluster's size."""
+    """Count in `track` (TRACK,) what a measurement `row` (MEASURE,) says of its kind.
+
+    A kind is an index into messages.OBJECT_KINDS. A camera's word weighs more than a cluster's size.
+    """
     for k in range(4):
         track[VOTE_VEHICLE + k] *= 0.95
     if row[5] >= 0.0:
@@ -137,14 +146,14 @@ def vote(track: FloatArray, row: FloatArray) -> None:
 
 @compiled
 def surely_moving(track: FloatArray) -> bool:
-    """Whether a track is faster than its velocity is uncertain, so that its motion tells where it points."""
+    """True if a track (TRACK,) is faster [m/s] than its velocity is uncertain: its motion tells where it points."""
     speed = math.hypot(track[VX], track[VY])
     return bool(speed > 1.5 and speed > 3.0 * math.sqrt(max(track[AA], track[CC])))
 
 
 @compiled
 def axis_unknown(track: FloatArray) -> bool:
-    """Whether neither a side nor its motion has shown yet which way an object points."""
+    """True if neither a side of a track (TRACK,), longer than SIDE [m], nor its motion has shown where it points."""
     return not (track[SIZED] > SIDE or track_kind(track) == PEDESTRIAN or surely_moving(track))
 
 
@@ -178,7 +187,7 @@ def turn_track(track: FloatArray, heading: float, sensor_x: float, sensor_y: flo
 
 @compiled
 def begin(track: FloatArray, row: FloatArray, sensor: tuple[float, float, float], number: int) -> None:
-    """Fill a new track from a measurement; `sensor` as update_tracks has it."""
+    """Fill a new track (TRACK,) from a measurement `row` (MEASURE,), in SI units; `sensor` as update_tracks has it."""
     for k in range(TRACK):
         track[k] = 0.0
     vote(track, row)
@@ -206,7 +215,10 @@ def newly_seen(track: FloatArray, length: float, x: float, y: float) -> float:
 
 @compiled
 def correct_track(track: FloatArray, row: FloatArray, sensor_x: float, sensor_y: float) -> None:
-    """Take a measurement into a track: kind, size, yaw, position and velocity."""
+    """Take a measurement `row` (MEASURE,) into a track (TRACK,): kind, size, yaw, position and velocity, in SI units.
+
+    sensor_x, sensor_y [m]: where the sensor was in the map.
+    """
     vote(track, row)
     kind = track_kind(track)
     x, y, yaw, seen, length, width = whole_box(track, kind, row, sensor_x, sensor_y)

@@ -38,7 +38,7 @@ from ads.perception.track import (
 from machine_code import compiled
 from vehicle.messages import FloatArray
 
-MOST_TRACKS = 48
+MOST_TRACKS = 48  # chosen, not measured: it bounds the time of a tick
 ACCELERATION = np.array([1.2, 1.8, 1.5, 0.8])  # m/s^2 per kind, process noise
 COAST = np.array([1.5, 1.0, 1.0, 1.0])  # s unseen until a track is dropped
 CONFIRM = 3  # hits
@@ -52,7 +52,10 @@ SAME = 0.2  # m; a track whose middle lies so near another's box is the same obj
 
 @compiled
 def predict_tracks(tracks: FloatArray, n: int, dt: float) -> int:
-    """Move the first `n` tracks by `dt` [s] in place, drop those unseen too long; returns how many are left."""
+    """Move the first `n` tracks of (m, TRACK) by `dt` [s] in place and drop those unseen too long.
+
+    Returns how many are left.
+    """
     left = 0
     for i in range(n):
         track = tracks[i]
@@ -93,7 +96,7 @@ def update_tracks(
 def match_costs(
     tracks: FloatArray, n: int, rows: FloatArray, sensor: tuple[float, float, float], used: NDArray[np.uint8]
 ) -> FloatArray:
-    """Squared Mahalanobis distance (n, m) of each measurement to each track; FORBIDDEN outside the gate."""
+    """Squared Mahalanobis distance [-] (n, m) of each measurement to each track; FORBIDDEN outside the gate."""
     m = len(rows)
     cost = np.full((n, m), FORBIDDEN)
     for i in range(n):
@@ -131,7 +134,12 @@ def take_matches(
     owner: NDArray[np.int64],
     used: NDArray[np.uint8],
 ) -> tuple[int, int]:
-    """Correct matched tracks, begin new ones, drop doubles; returns the number of tracks and the next id."""
+    """Correct matched tracks, begin new ones, drop doubles; returns the number of tracks and the next id.
+
+    `tracks` (k, TRACK) of which `n` count, `rows` (m, MEASURE), SI units; `pair` (n,): index of each track's row, -1
+    for none; `owner` (m,): index of the track that a row is a piece of, -1 for none; `used` (m,) 1 for rows already
+    taken.
+    """
     for i in range(n):
         if pair[i] >= 0:
             used[pair[i]] = 1

@@ -50,7 +50,7 @@ class Decision(NamedTuple):
 
     limits: list[tuple[float, float]]
     brake: float
-    path: FloatArray  # (n, spline.COLUMNS); the same object until planned anew
+    path: FloatArray  # (n, COLUMNS) of a spline; the same object until planned anew
 
 
 class Planner(Protocol):

@@ -121,7 +121,10 @@ def _changed_before(legs: tuple[Leg, ...], limit: float, sign: float) -> tuple[L
 
 
 def router_of(network: Map) -> Router:
-    """How routes are found on a map: by the lane graph if it has one, else by the map itself."""
+    """How routes are found on a map: by the lane graph if it has one, else by the map itself.
+
+    What it returns raises RouteError if there is no route; without a lane graph also if a lane is blocked.
+    """
     if hasattr(network, "lane_graph"):
         return LaneGraphPlanner(network).route
 

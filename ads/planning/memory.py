@@ -11,7 +11,7 @@ DISPLACED = 2.0  # m from where it was seen, and more than the places are unsure
 SIGMAS = 6.0  # a filter that errs alike in every frame wanders farther than 3
 SURER = 0.5  # of the variance; a place so much better known is the one to compare with
 FORGET = 5.0  # s unseen
-MOST = 64
+MOST = 64  # tracks, from which on those not seen for FORGET are deleted; chosen, not measured
 
 
 class Known:

@@ -17,7 +17,7 @@ from openscenario.road.route import RouteError
 from vehicle.messages import FloatArray, RoadPoint, Task
 
 ACCELERATION = 1.0  # m/s^2, of the speed profile
-DECELERATION = 0.8
+DECELERATION = 0.8  # m/s^2, of the speed profile; chosen, not measured
 WINDOW = 60  # path points around the last index
 
 
@@ -88,7 +88,7 @@ class Navigator:
         return True
 
     def fill(self, path: FloatArray) -> None:
-        """Write the speed column of a path for the present set speed."""
+        """Write the speed column [m/s] of a path (n, COLUMNS) of a spline for the present set speed, in place."""
         fill_speed(path, self.set_speed, self._parameters.LQR_rc_max, ACCELERATION, DECELERATION)
 
     def heading_hint(self, x: float, y: float) -> float | None:

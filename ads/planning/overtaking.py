@@ -202,9 +202,10 @@ class Overtaking:
         return min(left * pace / max(other.s_to + GONE_BY - front, 1e-3), gap / MEETING_TIME, stops)
 
     def plan(self, t: float, s: float, path: FloatArray, obstacle: Obstacle | None, monitor: MapMonitor) -> bool | None:
-        """Plan from arc length `s` [m] on around an obstacle, or back to the lane if there is none.
+        """Plan from arc length `s` [m] on around an obstacle, or back to the lane if there is none; `t` [s].
 
-        True: `offsets` are new; False: the old plan still holds; None: there is no plan that keeps the bounds.
+        `path` (n, COLUMNS) of a spline. True: `offsets` are new; False: the old plan still holds; None: there is no
+        plan that keeps the bounds.
         """
         same = self._pieces is not None and (obstacle is None) == (self.obstacle is None)
         if same and t - self._solved < RESOLVE - 1e-9:

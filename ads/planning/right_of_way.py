@@ -81,7 +81,7 @@ def sign_of(network: Map, road: str, lane: int, at_end: bool) -> str:
 def priority_of(network: Map, before: LaneSpan, span: LaneSpan, path: FloatArray, side: float) -> Priority | None:
     """Who goes first on the junction leg `span`, which the route enters from `before`; None if nobody does.
 
-    `side`: +1 for right-hand traffic, -1 for left-hand.
+    `path` (n, COLUMNS) of a spline, SI units; `side`: +1 for right-hand traffic, -1 for left-hand.
     """
     junctions = getattr(network, "junctions", {})
     junction = junctions.get(str(network.roads[span.leg.road].junction))

@@ -22,7 +22,7 @@ STILL = 0.45  # m/s; slower counts as standing, a tracker's velocity is no bette
 
 
 def objects_of(detections: tuple[Detection, ...]) -> FloatArray:
-    """Array (n, OBJECT) of detections; what hardly moves stands still."""
+    """Array (n, OBJECT) of detections in SI units; what moves slower than STILL stands still."""
     rows = np.empty((len(detections), OBJECT))
     for i, d in enumerate(detections):
         moving = d.vx * d.vx + d.vy * d.vy > STILL * STILL
@@ -63,7 +63,10 @@ def boxes_touch(
 
 @compiled
 def keeps_lane(row: FloatArray) -> bool:
-    """Whether a placed object drives along the path, with or against it, so that it will follow the road's bends."""
+    """True if a placed object (PLACED,) drives along the path, with or against it: it will follow the road's bends.
+
+    It has at least LANE_SPEED [m/s] along the path and little across it.
+    """
     return bool(abs(row[4]) > LANE_SPEED and abs(row[5]) < LANE_DRIFT * abs(row[4]))
 
 

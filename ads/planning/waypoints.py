@@ -55,7 +55,7 @@ def thin(line: FloatArray, spacing: float, blend: float) -> FloatArray:
 
 
 def straight_path(x: float, y: float, yaw: float, length: float) -> FloatArray:
-    """A straight reference path of `length` [m] from BEHIND metres before a pose."""
+    """A straight reference path (n, COLUMNS) of a spline of `length` [m] from BEHIND metres before a pose."""
     c, s = math.cos(yaw), math.sin(yaw)
     along = np.array([-BEHIND, 0.5 * (length - BEHIND), length])
     path: FloatArray = spline_path(np.column_stack((x + c * along, y + s * along)), STEP)
@@ -63,7 +63,7 @@ def straight_path(x: float, y: float, yaw: float, length: float) -> FloatArray:
 
 
 def reference_path(network: Map, legs: tuple[Leg, ...], speed: float) -> FloatArray:
-    """Dense path (n, spline.COLUMNS) along the middle of `legs`, with straight run-in and run-out.
+    """Dense path (n, COLUMNS) of a spline along the middle of `legs`, with straight run-in and run-out.
 
     `speed` [m/s] sets how long a lane change takes: 2 s to each side of the change, at least 8 m.
     """

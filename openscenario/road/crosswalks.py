@@ -13,7 +13,7 @@ from openscenario.road.elements import Corner, Road, RoadObject
 from openscenario.road.profile import Floats
 
 PlaceOf = Callable[[float, float], tuple[float, float, float]]  # (s, t) -> x, y [m], heading [rad]
-MAX_COPIES = 1000
+MAX_COPIES = 1000  # of a repeated object; chosen, not measured: a file with more is a mistake or an attack
 
 
 class Crosswalk(NamedTuple):

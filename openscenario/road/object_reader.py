@@ -11,7 +11,7 @@ from openscenario.road.attributes import Attributes, by_tag
 from openscenario.road.elements import Corner, Repeat, RoadObject, Signal
 from openscenario.xml import Node
 
-MAX_CORNERS = 10_000
+MAX_CORNERS = 10_000  # of one outline; chosen, not measured: a file with more is a mistake or an attack
 LEFT_OUT = "it is left out"  # what stands beside the road and cannot be read: nobody drives on it
 # code of the object type in OpenDRIVE 1.4 files that say it by name only
 _NAMED = {"crosswalk": "crosswalk", "zebra": "crosswalk", "crossing": "crosswalk"}

@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 
 S, X, Y, HEADING, LENGTH, KIND, COS, SIN, DATA = range(9)
 P0, P1, RATE0, RATE1 = 16, 17, 18, 19
-COLUMNS = 20
+COLUMNS = 20  # of a geometry row, named above and below
 LINE, SPIRAL, PARAM = 0.0, 1.0, 2.0
 
 # Six-point Gauss-Legendre nodes and weights on [0, 1]: over 1 rad of turning the error is below 1e-14 of the way.
@@ -44,7 +44,7 @@ WEIGHTS = (
     0.08566224618958517252,
 )
 MAX_TURN = 1.0  # rad, turning of one spiral panel
-MAX_PANELS = 4096
+MAX_PANELS = 4096  # of one geometry row; chosen, not measured: it bounds memory
 MAX_PARAM_ERROR = 1e-7  # m, error of the arc length inversion at a panel's middle
 
 

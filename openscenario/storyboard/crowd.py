@@ -26,7 +26,7 @@ from openscenario.storyboard.places import RoadPoint
 MOST = 300  # entities of traffic at a time
 SPACING = 5.0  # m between the spots of a lane
 PERIOD = 0.1  # s between two looks at who comes and who goes
-TRIES = 20
+TRIES = 20  # draws of a place until nobody comes in this step; chosen, not measured
 COMFORT, BRAKE, HEADWAY, STANDSTILL = 1.5, 2.0, 1.5, 2.0  # m/s^2, m/s^2, s, m: a, b, T, s0 of the model
 HARDEST = 8.0  # m/s^2
 LOOK_AHEAD = 150.0  # m

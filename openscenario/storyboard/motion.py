@@ -8,7 +8,7 @@ from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.ground import Ground
 
 BEAT = 0.01  # s
-TINY = 1e-6
+TINY = 1e-6  # m or rad; against rounding only
 
 
 def way(entity: Entity, dt: float) -> float:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from openscenario.storyboard.limits import Limits
 
 SHARP = 1e6  # m/s^3: a corner of no limit
-SAME = 1e-6
+SAME = 1e-6  # s, m/s or m/s^2; against rounding only
 
 Point = tuple[float, float]
 """Time [s], speed [m/s]."""

@@ -17,7 +17,7 @@ from openscenario.storyboard.places import Place, wrap
 Resolve = Callable[[model.Position], Place]
 
 SAMPLING = 0.1  # m: a chord of a 5 m radius is then 0.25 mm off the arc
-MOST_SAMPLES = 200_000
+MOST_SAMPLES = 200_000  # of one curve; chosen, not measured: it bounds memory
 FINE = 10  # samples a metre of a NURBS
 CORNER = 2.0  # m: how far before and after a vertex a vehicle turns into the next straight
 

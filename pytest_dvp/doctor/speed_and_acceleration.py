@@ -14,7 +14,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 LONGEST = 1.0  # [s] that a drive is late
 STRONGER = 4.0  # dv/dt over its command: no gain of a drive that a model could have
-WEAKER = 0.25
+WEAKER = 0.25  # of the wish is answered: below it a unit is wrong, no car brakes so weakly; chosen, not measured
 HARDEST = 12.0  # m/s^2: more is asked for by no driver of a car on a road
 SAME = 0.1  # of the speed over ground, within which v is that speed
 GRIPS = 0.15  # of a drive in which v must be right, for what differs elsewhere to be slip

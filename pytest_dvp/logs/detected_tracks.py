@@ -21,7 +21,7 @@ SAME = 5.0  # m: two tracks of one road user are no farther apart on average, on
 NEAR = 1.0  # m: tracks that are no farther apart as they are need no shift; what perception is off by tells none
 SHIFTS = np.arange(-4.0, 4.01, 0.25)  # s; two drives meet the same road user a little apart in time
 _TICK = 1e-6  # s
-_FAR = 1e6
+_FAR = 1e6  # m; stands for no match: no object is so far away
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

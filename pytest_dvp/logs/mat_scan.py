@@ -19,7 +19,7 @@ _COMPLEX = 0x08  # flag of a complex array
 _PLACE = 600  # bytes in memory of a cell or a struct of an array (CPython 3.11: an object with a dictionary, an array)
 _DEEPEST = 16  # matrices inside matrices; scipy goes down without a limit of its own
 _SIZES = (8, 4, 4, 2, 2, 1)  # bytes of a number of a level 4 matrix, by the tens digit of its type
-_PIECE = 1 << 16
+_PIECE = 1 << 16  # bytes unpacked at once; chosen, not measured: it bounds memory, no result depends on it
 
 
 class MatError(ValueError):

@@ -31,7 +31,7 @@ from pytest_dvp.logs.unfinished_run import PART, told_of
 
 MAGIC = bytes((137, 77, 67, 65, 80, 48, 13, 10))  # MCAP specification, "Magic"
 _FOOTER, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 0x02, 0x04, 0x05, 0x06, 0x0F  # MCAP specification, "Opcodes"
-_FOOTER_SIZE = 9 + 20
+_FOOTER_SIZE = 9 + 20  # bytes: opcode and length, then the record of the MCAP specification
 _MAX_CHUNK = 1 << 30  # bytes after decompression; a larger one is an attack or a mistake
 LZ4_RATIO = 255
 """The most bytes that one byte of LZ4 becomes (LZ4 block format: a match's length grows by 255 for each byte)."""

@@ -14,7 +14,7 @@ from pytest_dvp.logs.account import Account
 from pytest_dvp.logs.memory_map import Mapped
 from pytest_dvp.logs.unpack import unpack
 
-_PIECE = 1 << 16
+_PIECE = 1 << 16  # bytes unpacked at once; chosen, not measured: it bounds memory, no result depends on it
 _ZSTD, _LZ4 = (2, 3), (4, 5)  # zip types of asammdf; 0 and 1 are deflate and transposed deflate
 _DATA = frozenset((b"##DT", b"##DV", b"##DI", b"##SD", b"##RD"))
 _CHANNEL = 3  # blocks of a chain of channels nest no deeper: a structure in a structure in an array

@@ -16,7 +16,7 @@ from pytest_dvp.metrics.metric import Measured, Series, metric
 
 REACH, BESIDE, WITHIN = 20.0, 4.0, 3.0  # m: as detection_error has them
 MOVING = 1.0  # m/s; one that is slower tells little of a delay
-_FAR = 1e6
+_FAR = 1e6  # m; stands for no match: no object is so far away
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

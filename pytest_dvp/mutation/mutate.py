@@ -11,8 +11,8 @@ from pytest_dvp.mutation.catalogue import known_faults
 from pytest_dvp.mutation.drives import Drive, Outcome, driven
 from pytest_dvp.mutation.fault import Fault
 
-CLEAN_SEEDS = 20
-FIRST_SEED = 1
+CLEAN_SEEDS = 20  # without a fault; 20 without an alarm bound its rate by 14 % (1 - 0.05^(1/20)) at 95 % confidence
+FIRST_SEED = 1  # any number does; the same each time, so that two calls agree
 OF_THE_CLOCK = frozenset(("tick_time", "compute_time"))  # metrics that no log holds
 SLACK = 1e-6  # of a metric's size: by less nothing has changed
 

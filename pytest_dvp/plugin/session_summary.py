@@ -19,9 +19,9 @@ from pytest_dvp.verdicts.stage_table_text import table_lines
 from reports.verdicts import SEVERITY as ORDER
 from reports.verdicts import urgency
 
-MAX_LINES = 20
-MAX_NOTES = 5
-MAX_TABLES = 3
+MAX_LINES = 20  # runs in the summary; chosen: a screen
+MAX_NOTES = 5  # of one kind; chosen, not measured
+MAX_TABLES = 3  # of stages; chosen, not measured
 GOOD = ("PASS", NOT_ASKED)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from reports.panels.panel import Run
 
-PLACE = 50
+PLACE = 50  # on the page of a run, from the top
 
 _TOO_LONG = {("model", "toml")}  # conditions that are whole files
 

@@ -8,7 +8,7 @@ from typing import Any
 from reports.panels.panel import Run
 from reports.verdicts import Row
 
-PLACE = 30
+PLACE = 30  # on the page of a run, from the top
 
 
 def values(run: Run) -> dict[str, Any] | None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from reports.panels.panel import Run
 
-PLACE = 40
+PLACE = 40  # on the page of a run, from the top
 
 
 def values(run: Run) -> dict[str, Any] | None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from reports.panels.panel import Run
 
-PLACE = 20
+PLACE = 20  # on the page of a run, from the top
 
 
 def values(run: Run) -> dict[str, Any]:

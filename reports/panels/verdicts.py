@@ -7,7 +7,7 @@ from typing import Any
 from reports.panels.panel import Run
 from reports.verdicts import STATUS_SIGNS
 
-PLACE = 10
+PLACE = 10  # on the page of a run, from the top
 
 
 def values(run: Run) -> dict[str, Any]:

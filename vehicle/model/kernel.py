@@ -39,7 +39,7 @@ ACCELERATION, PEDALS, SPEED, IMPOSED = 0, 1, 2, 3
 COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "speed_cmd", "v_cmd")
 
 SETTLING = 10.0  # s
-SETTLING_STEPS = 8
+SETTLING_STEPS = 8  # of SETTLING s before the start; chosen, not measured
 LEAST_ACROSS = 0.05  # of the friction, left across a car that brakes with all of it: keeps the equations solvable
 BLEND_TIME = 0.02  # s, time constant with which slip fades in the middle of the blend
 

@@ -12,7 +12,7 @@ from typing import TypeAlias
 Drive: TypeAlias = tuple[str, float, str]
 """A fact of `pytest_dvp.doctor.excitation`, the least value it must have, and the same in words."""
 
-LAST = 100_000
+LAST = 100_000  # behind every place that an effect states
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from math import atan2, cos, degrees, hypot, radians, sin, sqrt
 from typing import NamedTuple
 
 A = 6378137.0  # m
-F = 1.0 / 298.257223563
+F = 1.0 / 298.257223563  # flattening of WGS 84
 E2 = F * (2.0 - F)
 
 

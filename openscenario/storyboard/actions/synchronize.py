@@ -35,7 +35,7 @@ from openscenario.storyboard.runner import Runner
 if TYPE_CHECKING:
     from openscenario.storyboard.board import Board
 
-SMALL = 1e-6
+SMALL = 1e-6  # m or m/s; against rounding only
 NEVER = 1e10  # s
 ON_RAMP = 0.1  # m/s: nearer than this to the final ramp counts as on it
 STOP = 8.0  # m/s^2

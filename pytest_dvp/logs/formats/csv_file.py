@@ -36,7 +36,7 @@ RECOVER = "`dvp recover` writes the whole rows to a new file"
 _HEAD = 1 << 16  # bytes, and
 _LINES = 60  # among which the header is
 _BLOCK = 1 << 22  # bytes looked at together: small beside the file, so that counting costs no memory
-_MOST_COLUMNS = 10_000
+_MOST_COLUMNS = 10_000  # chosen, not measured: far more than a recorder writes; a file with more is no table
 _LONGEST = 1000  # characters of a name
 
 

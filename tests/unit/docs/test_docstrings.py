@@ -18,6 +18,7 @@ import pytest_dvp
 ROOT = Path(__file__).parents[3]
 PACKAGES = ("machine_code", "openscenario", "vehicle", "ads", "reports", "pytest_dvp")
 HELD = (
+    "ads",
     "pytest_dvp/cli",
     "pytest_dvp/doctor",
     "pytest_dvp/drive",
