@@ -60,9 +60,7 @@ def twin_error(model: Log, measured: Log, *, signal: str = POSITION) -> Measured
 
 @functools.lru_cache(maxsize=2)
 def compared(model: Log, measured: Log) -> Comparison:
-    """The measured drive beside what the twin of `model` makes of its commands.
-
-    The last two are kept, as several bounds ask for one.
+    """The measured drive beside what the twin of `model` makes of its commands; kept, as several bounds ask for one.
 
     Raises Undefined if `model` holds no twin, or nothing can be compared.
     """
