@@ -19,6 +19,7 @@ ROOT = Path(__file__).parents[3]
 PACKAGES = ("machine_code", "openscenario", "vehicle", "ads", "reports", "pytest_dvp")
 HELD = (
     "ads",
+    "openscenario",
     "pytest_dvp/cli",
     "pytest_dvp/doctor",
     "pytest_dvp/drive",
