@@ -82,7 +82,7 @@ def execute(arguments: argparse.Namespace) -> int:
     fitted = select_parts(arguments.logs, logs, model)
     judged = select_parts(arguments.held_out, held_out, model)
     logs, held_out = fitted.logs, judged.logs
-    twins = twins_of(arguments, logs)
+    twins = twins_of(arguments, logs, model)
     told = (fitted.said, judged.said, _true_motion({**held_out, **logs}), _unjudged(logs, twins))
     said = [text for text in told if text]
     for warning in (wrong_wheelbase(logs, model), model.drives_nothing):
@@ -129,8 +129,9 @@ def _extending(arguments: argparse.Namespace) -> list[str]:
     return [*(word for run in arguments.twin for word in ("--twin", run)), *forwarded_options(arguments)]
 
 
-def twins_of(arguments: argparse.Namespace, logs: dict[str, Log]) -> dict[str, Log]:
-    """Runs of the twin by scenario. Raises WrongArgument for one that belongs to none of the logs."""
+def twins_of(arguments: argparse.Namespace, logs: dict[str, Log], model: VehicleModel) -> dict[str, Log]:
+    """Runs of the twin by scenario. Raises WrongArgument for one that belongs to none of the logs, or whose model had
+    other effects of perception than `model`: what the logs show on top of it would be no value of this model."""
     found: dict[str, Log] = {}
     driven = {log.meta.get("scenario", "") for log in logs.values()} - {""}
     for text, log in zip(arguments.twin, read_all(arguments.twin, arguments).values(), strict=True):
@@ -142,8 +143,40 @@ def twins_of(arguments: argparse.Namespace, logs: dict[str, Log]) -> dict[str, L
         if scenario not in driven:
             known = ", ".join(sorted(driven)) or "of no scenario"
             raise WrongArgument(f"--twin {text}: a run of {scenario}; the logs are {known}")
+        if (other := _sees_otherwise(log, model)) is not None:
+            raise WrongArgument(
+                f"--twin {text}: driven with {other or 'no effect of perception'}, and {arguments.model} has "
+                f"{_seen_with(model) or 'none'}; drive {scenario} with this model (dvp run --model)"
+            )
         found[scenario] = log
     return found
+
+
+def _sees_otherwise(log: Log, model: VehicleModel) -> str | None:
+    """The effects of perception that a run of a twin was driven with, if they are not those of the model; else None,
+    also where the log does not tell."""
+    from vehicle.model.errors import ModelError
+    from vehicle.model.model_file import parse_model
+
+    about = log.meta.get("model")
+    text = about.get("toml") if isinstance(about, dict) else None
+    if not isinstance(text, str):
+        return None
+    try:
+        driven = _seen_with(parse_model(text))
+    except ModelError:  # one with effects of the user's own
+        return None
+    return None if driven == _seen_with(model) else driven
+
+
+def _seen_with(model: VehicleModel) -> str:
+    """The effects of perception of a model, with their values, on a line; "" if it has none."""
+    from vehicle.model.perception_effects import perception_in
+
+    return ", ".join(
+        f"{one.name} ({', '.join(f'{key} = {value:.6g}' for key, value in one.values.items())})"
+        for one in perception_in(model.effects)
+    )
 
 
 def _unjudged(logs: dict[str, Log], twins: dict[str, Log]) -> str:

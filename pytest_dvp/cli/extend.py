@@ -92,7 +92,7 @@ def execute(arguments: argparse.Namespace) -> int:
     logs, held_out = read_all(arguments.fit, arguments), read_all(arguments.held_out, arguments)
     refuse_same_drive(logs, held_out)
     check_command_columns("dvp extend", model, arguments.model, logs, held_out)
-    twins = twins_of(arguments, logs)
+    twins = twins_of(arguments, logs, model)
     wanted = wanted.shown_by(logs, model, twins)
     if wanted.nothing:
         return _copied(arguments, wanted.nothing, wanted.verdict)

@@ -15,6 +15,7 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.obeyed_commands import twin_command_mismatch
 from pytest_dvp.text.paths import shown
 from pytest_dvp.verdicts.diagnose_command import gap_command
+from pytest_dvp.verdicts.excited_parameters import not_validated
 from pytest_dvp.verdicts.gate import STAGES, Gate, Stage
 from pytest_dvp.verdicts.judging import Verdict, judge_between, overall, pairs_of
 from pytest_dvp.verdicts.result_text import NOT_WRITTEN
@@ -52,6 +53,7 @@ class StageComparison:
     stage   "dt-rw-surrogate": the stages that were compared
     logs    run folder or file of each stage by its label
     status  PASS only if at least one gate was judged and all of them passed
+    not_validated  what these drives could not show and no gate lists; pytest_dvp.verdicts.excited_parameters tells it
     why     commands that would say what the twin lacks, where a gate between it and a car failed
     """
 
@@ -69,6 +71,7 @@ class StageComparison:
     folder: Path | None = None
     notes: tuple[str, ...] = ()
     why: tuple[str, ...] = ()
+    not_validated: tuple[Mapping[str, Any], ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON-able data: what crosses processes and stands in result.json."""
@@ -89,6 +92,7 @@ class StageComparison:
             "error": None,
             "notes": list(self.notes),
             "why": list(self.why),
+            "not_validated": [dict(one) for one in self.not_validated],
         }
 
 
@@ -149,6 +153,7 @@ def compare_stages(
         logs={drive.label: shown(drive.place) for drive in there.values() if drive.place is not None},
         notes=(*notes, *_differences(there)),
         why=tuple(command for command in why if command),
+        not_validated=tuple(not_validated(gates, pairs, logs)),
         **about,
     )
     if files.log_dir is None:

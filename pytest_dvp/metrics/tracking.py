@@ -35,15 +35,17 @@ class _Matches:
 
 
 @metric(name="detection_recall", unit="-", bigger_is_worse=False, open_loop=True, ideal=1.0)
-def detection_recall(log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN) -> Measured:
+def detection_recall(
+    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+) -> Measured:
     """Share of the instants of road users ahead at which a detection was assigned to them: 1 - misses / truth.
 
-    Ahead: up to `reach` [m] before the bumper and `beside` [m] to a side, for 1 s. At each instant detections and road
-    users are assigned one to one, the sum of distances least, none above `within` [m]; kind does not count, hidden ones
-    do. Source: CLEAR MOT, Bernardin and Stiefelhagen, EURASIP J. Image and Video Processing 2008, 246309 (misses).
-    t, object: first miss. Undefined if nobody was ahead.
+    Ahead: from `beyond` to `reach` [m] before the bumper and `beside` [m] to a side, within `reach` for 1 s. At each
+    instant detections and road users are assigned one to one, the sum of distances least, none above `within` [m]; kind
+    does not count, hidden ones do. Source: CLEAR MOT, Bernardin and Stiefelhagen, EURASIP J. Image and Video Processing
+    2008, 246309 (misses). t, object: first miss. Undefined if nobody was ahead.
     """
-    m = _matches(log, reach, beside, within)
+    m = _matches(log, reach, beside, within, beyond)
     if not len(m.t):
         raise Undefined("no road user was ahead of the ego")
     missed = np.flatnonzero(m.row < 0)
@@ -56,7 +58,9 @@ def detection_recall(log: Log, *, reach: float = REACH, beside: float = BESIDE, 
 
 
 @metric(name="false_tracks", unit="s", bigger_is_worse=True, open_loop=True)
-def false_tracks(log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN) -> Measured:
+def false_tracks(
+    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+) -> Measured:
     """Time in which detections ahead belong to no road user, summed over them: two at once count twice.
 
     Ahead and assigned as in `detection_recall`; one within `within` [m] of any road user is no false one, but a double.
@@ -65,33 +69,37 @@ def false_tracks(log: Log, *, reach: float = REACH, beside: float = BESIDE, with
     """
     if not len(log.detections.t):
         raise Undefined("the stack reported no detections")
-    rows = _matches(log, reach, beside, within).false_row
+    rows = _matches(log, reach, beside, within, beyond).false_row
     step = _step(np.unique(log.detections.t), log)
     t = log.detections.t[rows]
     return Measured(len(rows) * step, float(t.min()) if len(t) else None)
 
 
 @metric(name="track_position_error", unit="m", bigger_is_worse=True, open_loop=True, note="mean over assigned ones")
-def track_position_error(log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN) -> Measured:
+def track_position_error(
+    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+) -> Measured:
     """Mean distance between the middles of road users ahead and of the detections assigned to them.
 
     Assigned as in `detection_recall`. Source: multiple object tracking precision (MOTP), Bernardin and Stiefelhagen
     2008. The greatest is in `extra`. Undefined if nobody ahead was detected.
     """
-    m, seen = _seen(log, reach, beside, within)
+    m, seen = _seen(log, reach, beside, within, beyond)
     error = np.hypot(*_offset(log, m, seen))
     return _worst(m, seen, error, float(error.mean()), {"greatest": float(error.max())})
 
 
 @metric(name="track_yaw_error", unit="rad", bigger_is_worse=True, open_loop=True, note="root mean square, of axes")
-def track_yaw_error(log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN) -> Measured:
+def track_yaw_error(
+    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+) -> Measured:
     """Root mean square of the angle between the axes of boxes ahead and of the detections assigned to them, 0 to pi/2.
 
     Of vehicles and bicycles only. A box turned by half a turn is the same box; the error with direction is in `extra`.
     Source: average orientation error of nuScenes, Caesar et al., CVPR 2020, of period pi. Undefined if none was
     detected.
     """
-    m, seen = _seen(log, reach, beside, within)
+    m, seen = _seen(log, reach, beside, within, beyond)
     seen = seen[[log.objects[m.names[k]].kind in ("vehicle", "bicycle") for k in seen]]
     if not len(seen):
         raise Undefined("no vehicle or bicycle ahead of the ego was detected")
@@ -104,7 +112,13 @@ def track_yaw_error(log: Log, *, reach: float = REACH, beside: float = BESIDE, w
 
 @metric(name="track_latency", unit="s", bigger_is_worse=True, open_loop=True, note="of those faster than {moving} m/s")
 def track_latency(
-    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, moving: float = MOVING
+    log: Log,
+    *,
+    reach: float = REACH,
+    beside: float = BESIDE,
+    within: float = WITHIN,
+    beyond: float = 0.0,
+    moving: float = MOVING,
 ) -> Measured:
     """By how much the detections of moving road users lie behind, along their motion: least-squares delay tau.
 
@@ -112,7 +126,7 @@ def track_latency(
     [m/s]: the delay that explains e = -tau v best. Negative: the stack reports them ahead of where they are. A delay
     that a tracker extrapolates away does not show. Source: linear least squares. Undefined if none moved.
     """
-    m, seen = _seen(log, reach, beside, within)
+    m, seen = _seen(log, reach, beside, within, beyond)
     v = m.truth[seen, 3:5]
     fast = np.hypot(v[:, 0], v[:, 1]) > moving
     if not fast.any():
@@ -124,7 +138,9 @@ def track_latency(
 
 
 @metric(name="identity_switches", unit="-", bigger_is_worse=True, open_loop=True)
-def identity_switches(log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN) -> Measured:
+def identity_switches(
+    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+) -> Measured:
     """How often the track assigned to a road user ahead is another one than the last that was assigned to it.
 
     Source: mismatches of CLEAR MOT, Bernardin and Stiefelhagen 2008; assigned as in `detection_recall`, without their
@@ -133,7 +149,7 @@ def identity_switches(log: Log, *, reach: float = REACH, beside: float = BESIDE,
     numbers = log.detections.track
     if numbers is None or not np.isfinite(numbers).any():
         raise Undefined("the detections carry no number of their track (Detection.track)")
-    m, seen = _seen(log, reach, beside, within)
+    m, seen = _seen(log, reach, beside, within, beyond)
     last: dict[str, float] = {}
     count, when, who = 0, None, ""
     for k in seen[np.argsort(m.t[seen], kind="stable")]:
@@ -149,7 +165,9 @@ def identity_switches(log: Log, *, reach: float = REACH, beside: float = BESIDE,
 
 
 @metric(name="nees", unit="-", bigger_is_worse=None, open_loop=True, ideal=2.0, note="mean; 2 is consistent")
-def nees(log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN) -> Measured:
+def nees(
+    log: Log, *, reach: float = REACH, beside: float = BESIDE, within: float = WITHIN, beyond: float = 0.0
+) -> Measured:
     """Mean normalised estimation error squared of the positions: e' P^-1 e with the covariance P that the stack states.
 
     Two degrees of freedom, so 2 where the stack is as sure as it may be; greater: too sure, less: not sure enough.
@@ -159,7 +177,7 @@ def nees(log: Log, *, reach: float = REACH, beside: float = BESIDE, within: floa
     table = log.detections
     if table.cov_xx is None or table.cov_xy is None or table.cov_yy is None:
         raise Undefined("the detections carry no covariance (Detection.covariance)")
-    m, seen = _seen(log, reach, beside, within)
+    m, seen = _seen(log, reach, beside, within, beyond)
     xx, xy, yy = (c[m.row[seen]] for c in (table.cov_xx, table.cov_xy, table.cov_yy))
     stated = (xx > 0.0) & (xx * yy - xy**2 > 0.0)
     if not stated.any():
@@ -170,9 +188,9 @@ def nees(log: Log, *, reach: float = REACH, beside: float = BESIDE, within: floa
     return _worst(m, seen, error, float(error.mean()), {"greatest": float(error.max()), "samples": float(len(error))})
 
 
-def _seen(log: Log, reach: float, beside: float, within: float) -> tuple[_Matches, NDArray[np.int64]]:
+def _seen(log: Log, reach: float, beside: float, within: float, beyond: float) -> tuple[_Matches, NDArray[np.int64]]:
     """The matches, and the indices of those that were detected. Raises Undefined if there is none."""
-    m = _matches(log, reach, beside, within)
+    m = _matches(log, reach, beside, within, beyond)
     if not len(m.t):
         raise Undefined("no road user was ahead of the ego")
     seen = np.flatnonzero(m.row >= 0)
@@ -201,10 +219,14 @@ def _step(times: FloatArray, log: Log) -> float:
     return next((float(np.median(np.diff(o.t))) for o in log.objects.values() if len(o.t) > 1), 0.0)
 
 
-def _matches(log: Log, reach: float, beside: float, within: float) -> _Matches:
+def _matches(log: Log, reach: float, beside: float, within: float, beyond: float) -> _Matches:
     table = log.detections
     ahead = {name: settled_ahead(log, track, reach, beside) for name, track in log.objects.items()}
     near = is_ahead(log, table.t, table.x, table.y, reach, beside) if len(table.t) else np.zeros(0, dtype=bool)
+    if beyond > 0.0:
+        for name, track in log.objects.items():
+            ahead[name] &= ~is_ahead(log, track.t, track.x, track.y, beyond, beside)
+        near[near] = ~is_ahead(log, table.t[near], table.x[near], table.y[near], beyond, beside)
     t: list[float] = []
     names: list[str] = []
     row: list[int] = []

@@ -36,7 +36,7 @@ def twin_error(model: Log, measured: Log, *, signal: str = POSITION) -> Measured
     """
     from pytest_dvp.gap.words.comparison import sentence, worst_place
 
-    found = _compared(model, measured)
+    found = compared(model, measured)
     names = ("x", "y") if signal == POSITION else (signal,)
     for name in names:
         if name not in found.signals:
@@ -59,8 +59,11 @@ def twin_error(model: Log, measured: Log, *, signal: str = POSITION) -> Measured
 
 
 @functools.lru_cache(maxsize=2)
-def _compared(model: Log, measured: Log) -> Comparison:
-    """The last comparisons, as several bounds ask for one."""
+def compared(model: Log, measured: Log) -> Comparison:
+    """The measured drive beside what the twin of `model` makes of its commands; kept, as several bounds ask for one.
+
+    Raises Undefined if `model` holds no twin, or nothing can be compared.
+    """
     from pytest_dvp.doctor import check_log
     from pytest_dvp.gap.compare.compare import compare
     from pytest_dvp.gap.compare.compared_model import CompareError

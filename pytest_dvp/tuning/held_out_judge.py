@@ -22,7 +22,10 @@ Change: TypeAlias = Literal["better", "alike", "worse"]
 @dataclasses.dataclass(frozen=True, slots=True)
 class HeldOutScore:
     """A state on held-out drives: performance of the stack on the car, chi^2/N and position error of the twin on its
-    logs (log10 of the geometric mean over logs; [m] RMS over logs, and the noise of the position [m]), the gap."""
+    logs (log10 of the geometric mean over logs; [m] RMS over logs, and the noise of the position [m]), the gap.
+
+    incidents: what happened that must not, a sentence a drive of the car: scenario, seed, event or object, time.
+    """
 
     state: State
     performance: Score
@@ -31,6 +34,7 @@ class HeldOutScore:
     position_noise: float
     gap: Gap
     logs: tuple[Path, ...]
+    incidents: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """The score as JSON holds it, with the gap's keys; `chi2_per_n` itself, not its logarithm."""
@@ -38,6 +42,7 @@ class HeldOutScore:
             "performance": self.performance.value,
             "parts": dict(self.performance.parts),
             "broken": list(self.performance.broken),
+            "incidents": list(self.incidents),
             "chi2_per_n": 10.0**self.log_chi2,
             "position_at_2s": self.position,
             "position_noise": self.position_noise,
@@ -62,6 +67,11 @@ def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs
         position_noise=noise,
         gap=gap(asked),
         logs=files,
+        incidents=tuple(
+            f"{drive.variant.title}, seed {drive.seed}: {'; '.join(result['incidents'])}"
+            for drive, result in on_car
+            if result.get("incidents")
+        ),
     )
 
 

@@ -27,6 +27,9 @@ from pytest_dvp.tuning.tuned_parameter import Point, changed
 from pytest_dvp.workers.pool import Workers
 from reports.whole_file import write_whole
 
+MOST_INCIDENTS = 6  # drives that are told one by one
+SHOWN = 5e-3  # of a score: a part that moved by less is not told
+
 Tick = Callable[[str], None]
 
 
@@ -50,7 +53,8 @@ def iterate(plan: Plan, workers: Workers, out: Path, tick: Tick = lambda text: N
     state = beginning(plan, out)
     tick("the beginning, on held-out drives")
     now = first = judge(plan, state, plan.held_out_seeds, workers, logs)
-    entries = [_entry(plan, 0, state, now, workers)]
+    told = [*_first_words(plan), *_unlike_P(state), *_broke(first)]
+    entries = [_entry(plan, 0, state, now, workers, changes=told)]
     write_ledger(out / "ledger.jsonl", entries)
     grounds: list[ProvingGroundResult] = []  # what was driven on the proving ground once is learnt from ever after
     ended = f"the limit of {plan.iterations} (--iterations)"
@@ -172,6 +176,7 @@ def _improve(
     why = f"{twin_words}; {why}"
     changes = [f"driven on the proving ground: {', '.join(more)}"] if more else []
     changes += _words(found, tuned_S, tuned_P, suspicions, accepted, why)
+    changes += _broke(judged)
     structure = {
         "verdict": found.diagnosis["verdict"] if found else "",
         "named": [e["name"] for e in found.diagnosis["effects"]] if found else [],
@@ -299,11 +304,44 @@ def _words(
             told += ", which held-out drives did not bear out"
         words.append(
             f"{label} tuned, {tuning.simulations} {'replays' if label == 'S' else 'simulations'}, score "
-            f"{_number(tuning.start.score.value)} -> {_number(tuning.best.score.value)}: {told}"
+            f"{_number(tuning.start.score.value)} -> {_number(tuning.best.score.value)}{_parts(tuning)}: {told}"
         )
     words += [f"guard: {suspicion.sentence}" for suspicion in suspicions]
     words.append(f"held-out drives: {'taken' if accepted else 'rejected'}: {why}")
     return words
+
+
+def _first_words(plan: Plan) -> list[str]:
+    return ["the twin as it is" if plan.preset is None else f"presets of the paper's iteration {plan.preset}"]
+
+
+def _unlike_P(state: State) -> list[str]:
+    """A line where the stack does not have the same P on all stages: what then differs between them is not the twin's
+    alone."""
+    first, *others = (state.P[stage] for stage in STAGES)
+    unlike = [name for name in first if any(other.get(name) != first[name] for other in others)]
+    if not unlike:
+        return []
+    example = ", ".join(f"{stage} {state.P[stage].get(unlike[0]):g}" for stage in STAGES)
+    more = f" and {len(unlike) - 1} more" if len(unlike) > 1 else ""
+    return [f"P is not the same on all stages ({unlike[0]}: {example}{more}): stages differ by that, too"]
+
+
+def _broke(judged: HeldOutScore) -> list[str]:
+    """What happened on held-out drives that must not."""
+    return [f"on the car: {incident}" for incident in judged.incidents[:MOST_INCIDENTS]] + (
+        [f"on the car: {len(judged.incidents) - MOST_INCIDENTS} more such drives"]
+        if len(judged.incidents) > MOST_INCIDENTS
+        else []
+    )
+
+
+def _parts(tuning: Tuning) -> str:
+    """What the tuning moved, term by term: those that changed most."""
+    before, after = tuning.start.score.parts, tuning.best.score.parts
+    moved = sorted((name for name in after if name in before), key=lambda n: -abs(after[n] - before[n]))
+    told = [f"{n} {before[n]:.3g} -> {after[n]:.3g}" for n in moved[:3] if abs(after[n] - before[n]) > SHOWN]
+    return f" ({', '.join(told)})" if told else ""
 
 
 def _told(tuning: Tuning | None) -> dict[str, Any]:
@@ -328,7 +366,6 @@ def _entry(plan: Plan, number: int, state: State, judged: HeldOutScore, workers:
     S = {p.name: s_value(twin, p.name) for p in S_PARAMETERS}
     values: dict[str, Any] = {
         "structure": {}, "tuned": {}, "suspicions": [], "training": {},
-        "changes": ["the twin as it is" if plan.preset is None else f"presets of the paper's iteration {plan.preset}"],
         "accepted": "beginning", **more,
     }  # fmt: skip
     return Entry(

@@ -22,6 +22,7 @@ class Gate:
              by `max_difference` at most, in its unit
     options  keyword arguments of the metric
     requirement  id of the requirement that the gate verifies, as the user names it: "SR-12"
+    parameters  of a gate between stages: effects, or "effect.key", that it is to validate
     key      what the gate file calls it where that is not the metric's name: rmse for open_loop_error
     """
 
@@ -36,6 +37,7 @@ class Gate:
     key: str = ""
     max_difference: float | None = None
     requirement: str = ""
+    parameters: tuple[str, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

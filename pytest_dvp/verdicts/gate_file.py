@@ -11,6 +11,7 @@ from openscenario.findings import Finding, nearest
 from pytest_dvp.metrics import Metric, MetricError, find_metric, known_metrics
 from pytest_dvp.metrics.registry import check_options
 from pytest_dvp.verdicts.equal_gates import repeated
+from pytest_dvp.verdicts.excited_parameters import wrong_parameters
 from pytest_dvp.verdicts.gate import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.verdicts.gate_file_lines import Lines, locate_lines
 from pytest_dvp.verdicts.gate_signal import wrong_signal
@@ -19,7 +20,7 @@ from pytest_dvp.verdicts.requirement import wrong_requirement
 from vehicle.messages import RoadPoint
 from vehicle.toml_file import TomlError, read_toml
 
-GATE_KEYS = ("metric", "max", "min", "stages", "between", "max_difference", "requirement")
+GATE_KEYS = ("metric", "max", "min", "stages", "between", "max_difference", "requirement", "parameters")
 TABLES = ("task", "traffic", "gate")
 TASK_KEYS = ("start", "goal", "lane")
 TRAFFIC_KEYS = ("net", "routes")
@@ -194,6 +195,12 @@ class _Reader:
             wrong = wrong_requirement(table["requirement"])
             if wrong:
                 self.find("requirement", keys.get("requirement", head), f"{element}.requirement", wrong)
+        if "parameters" in table:
+            wrong = wrong_parameters(table["parameters"])
+            if not wrong and "between" not in table:
+                wrong = 'parameters are for a gate between stages: between = ["dt", "rw"]'
+            if wrong:
+                self.find("parameters", keys.get("parameters", head), f"{element}.parameters", wrong)
         if len(self.findings) > before or chosen is None:
             return None
         pair = (between[0], between[1]) if between else None
@@ -209,6 +216,7 @@ class _Reader:
             head,
             max_difference=apart,
             requirement=str(table.get("requirement", "")),
+            parameters=tuple(table.get("parameters", ())),
         )
 
     def _metric(self, table: dict[str, Any], line: int | None, element: str) -> Metric | None:

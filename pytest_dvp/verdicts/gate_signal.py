@@ -28,7 +28,7 @@ def wrong_signal(metric: str, name: object) -> Wrong | None:
 
     What a driving stack logs of itself (`ads.`) only the log knows.
     """
-    if metric in (*OF_MODEL, "twin_error"):
+    if metric in (*OF_MODEL, "twin_error", "twin_chi2"):
         known = (*CHANNELS, *(("position",) if metric == "twin_error" else ()))
     elif metric in (*_COLUMNS, *_TWO_LOGS):
         known = (*SIGNALS, *(SEEN if metric in _TWO_LOGS else ()))

@@ -11,6 +11,7 @@ from pytest_dvp.logs.event_reference import means_event
 from pytest_dvp.logs.log import Log
 from pytest_dvp.metrics import MetricError, MetricValue, compute, find_metric
 from pytest_dvp.metrics.task_outcome import storyboard_events
+from pytest_dvp.verdicts.excited_parameters import unexcited
 from pytest_dvp.verdicts.gate import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.verdicts.gate_file import check_gates, read_gates
 from pytest_dvp.verdicts.silent_events import COUNTED, storyboard_verdict
@@ -116,7 +117,8 @@ def judge_between(
     """Verdicts of the gates between two stages, from the logs by stage ("dt", "rw").
 
     Without one of the logs each of them is INCONCLUSIVE; `missing` says by stage why it is not there and how to get it.
-    No such gate is one INCONCLUSIVE verdict.
+    No such gate is one INCONCLUSIVE verdict. A gate that passes and lists `parameters` is INCONCLUSIVE if the drives
+    did not excite them all.
     """
     here = [gate for gate in gates if gate.between == pair]
     if not here:
@@ -126,7 +128,18 @@ def judge_between(
         if stage not in logs:
             why = (missing or {}).get(stage) or f"no log of stage {stage} to compare with"
             return [_verdict(gate, "INCONCLUSIVE", None, why) for gate in here]
-    return [_judge(gate, logs[pair[0]], logs[pair[1]]) for gate in here]
+    return [_with_evidence(gate, _judge(gate, logs[pair[0]], logs[pair[1]]), logs) for gate in here]
+
+
+def _with_evidence(gate: Gate, verdict: Verdict, logs: Mapping[str, Log]) -> Verdict:
+    """INCONCLUSIVE in place of PASS if a drive did not excite what the gate is to validate; a FAIL stays one."""
+    why = unexcited(gate, logs) if verdict.status == "PASS" else ""
+    if not why:
+        return verdict
+    short = f"{verdict.name} INCONCLUSIVE: {why}"
+    return dataclasses.replace(
+        verdict, status="INCONCLUSIVE", short=short, message=f"{short}; {verdict.message}", reason=why
+    )
 
 
 def overall(verdicts: Sequence[Verdict]) -> Status:

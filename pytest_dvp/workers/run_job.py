@@ -12,7 +12,10 @@ SIGNALS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 
 
 def work(job: Job) -> dict[str, Any]:
-    """`{"metrics": {name: value or None}, "ending", "error"}`. A stack or car that breaks is a result, with `error`.
+    """`{"metrics": {name: value or None}, "ending", "error", "incidents"}`; a replayed log has no incidents.
+
+    incidents: in words, what happened in a drive that must not: which event never fired, who was hit and when. A stack
+    or car that breaks is a result, with `error`.
 
     Raises what `pytest_dvp.run` raises about a user's file, and CompareError for a log that cannot be compared.
     """
@@ -46,7 +49,23 @@ def _driven(job: Job) -> dict[str, Any]:
     error = result.error.strip().splitlines()[-1] if result.error else None
     if error is not None:
         metrics["collision"] = None  # a run that broke off shows nothing
-    return {"metrics": metrics, "ending": result.ending, "error": error}
+    return {"metrics": metrics, "ending": result.ending, "error": error, "incidents": _incidents(result, error)}
+
+
+def _incidents(result: Any, error: str | None) -> list[str]:
+    """Which event never fired, who was hit when, since when the car was off the road, what broke off the drive."""
+    found = [f"event {name!r} never fired" for name in result.never_fired]
+    first: dict[str, float] = {}
+    for event in result.log.events:
+        if event.kind == "collision":
+            first.setdefault(event.element, event.t)
+    found += [f"it hit {name} at {t:.2f} s" for name, t in first.items()]
+    if "on_road" in result.log.columns:
+        off = result.log.t[result.log["on_road"] == 0.0]
+        found += [f"it left the road at {t:.2f} s" for t in off[:1]]
+    if found or error is not None:
+        found.append(f"it ended after {result.log.t[-1]:.1f} s by {result.ended}")
+    return found + ([f"it broke off: {error}"] if error is not None else [])
 
 
 def _save(log: Any, path: Path) -> None:

@@ -111,3 +111,18 @@ def test_of_a_run_of_the_twin_it_is_said_that_it_logs_the_true_motion(
     assert capsys.readouterr().out.startswith("twin.mcap: run of the twin, which logs the true motion: ")
     assert main(["diagnose", "strong.csv", "--model", "car.toml"]) == 0
     assert "true motion" not in capsys.readouterr().out
+
+
+def test_a_twin_that_saw_otherwise_than_the_model_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What comes on top of its detections would be no value of this model."""
+    text = (here / "car.toml").read_text()
+    seeing = text + '[[effect]]\nname = "detection_offset"\n[effect.parameters.x]\nvalue = 0.5\nunit = "m"\n'
+    meta = {"scenario": "a.xosc", "stage": "dt", "model": {"toml": seeing}}
+    dataclasses.replace(drive(30.0, seed=7), meta=meta).save("twin.mcap")
+    dataclasses.replace(drive(30.0, seed=8), meta={**meta, "stage": "rw-surrogate"}).save("car.mcap")
+    for command in (["diagnose", "car.mcap"], ["extend", "--fit", "car.mcap", "--out", "new.toml"]):
+        assert main([*command, "--model", "car.toml", "--twin", "twin.mcap"]) == 2
+        told = capsys.readouterr().err.splitlines()[-1]
+        assert "driven with detection_offset (x = 0.5, y = 0), and car.toml has none; drive a.xosc" in told
+    (here / "seeing.toml").write_text(seeing)
+    assert main(["diagnose", "car.mcap", "--model", "seeing.toml", "--twin", "twin.mcap"]) == 0

@@ -9,9 +9,12 @@ from pathlib import Path
 
 import pytest
 
+import scenarios
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.drive.run import run
 from pytest_dvp.drive.stages import StageError, is_real, label, may_repeat, refuse_repetition
+from tests.unit.harness.conftest import OneTrick, coast
+from tests.unit.harness.test_loop import WITH_TARGET
 from vehicle.guard.envelope import EnvelopeError
 from vehicle.guard.guard import ArmingRefused
 from vehicle.messages import Command, Observation
@@ -330,3 +333,22 @@ def test_a_wrong_envelope_is_told_before_anything_drives(
         with pytest.raises(EnvelopeError, match="area must be a list of at least 3 corners"):
             drive(keys, with_keys=with_keys, **more)
     assert told == []
+
+
+def test_in_parallel_execution_the_virtual_road_users_are_seen_with_the_effects_of_the_twins_model(
+    told: list[Command], scenario: Write, tmp_path: Path
+) -> None:
+    """A twin that sees everything 2 m too far ahead: so does the car's LiDAR what is rendered into it, and its log says
+    so. Another model, or the default one, changes nothing."""
+    offset = '[[effect]]\nname = "detection_offset"\n[effect.parameters.x]\nvalue = 2.0\nunit = "m"\n'
+    plain = Path(scenarios.path("models/tabby_evo.toml")).read_text(encoding="utf-8")
+    nearest, metas = [], []
+    for name, text in (("plain.toml", plain), ("offset.toml", plain + "\n" + offset)):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+        stack = OneTrick(coast)
+        result = run(scenario(*WITH_TARGET), stage="pe", vehicle="toy", ads=stack, duration=0.5, model=tmp_path / name)
+        scans = [seen.lidar for seen in stack.seen if seen.lidar is not None]
+        nearest.append(float(scans[-1].points[:, 0].min()))
+        metas.append(result.log.meta["vehicle"].get("mirrored_with"))
+    assert nearest[1] - nearest[0] == pytest.approx(2.0, abs=0.1)
+    assert metas == [None, {"detection_offset": {"x": 2.0, "y": 0.0}}]

@@ -66,6 +66,36 @@ def test_a_twin_that_steers_a_quarter_too_much_turns_a_quarter_too_fast() -> Non
     assert position.unit == "m"
 
 
+def noisy(drive: Log, sigma: float) -> Log:
+    rate = drive["yaw_rate"] + np.random.default_rng(4).normal(0.0, sigma, len(drive.t))
+    return dataclasses.replace(drive, columns={**drive.columns, "yaw_rate": rate})
+
+
+def test_of_the_twin_that_is_the_car_only_the_noise_is_left() -> None:
+    found = compute("twin_chi2", circle(), noisy(circle(), 0.01), signal="yaw_rate")
+    assert found.value == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_wrong_twin_is_off_by_so_many_sigma_in_the_turn() -> None:
+    """chi^2 = 1 + (dr / sigma)^2 with r = v tan(g d) / L."""
+    found = compute("twin_chi2", circle(1.25), noisy(circle(), 0.01), signal="yaw_rate")
+    off = SPEED / WHEELBASE * (math.tan(1.25 * ANGLE) - math.tan(ANGLE))
+    assert found.value == pytest.approx(1.0 + (off / 0.01) ** 2, rel=0.1)
+    assert found.extra[found.object] == found.value == max(v for name, v in found.extra.items() if name != "all")
+    turn = compute("twin_chi2", circle(1.25), noisy(circle(), 0.01), regime="steady_turn")
+    assert turn.value == pytest.approx(1.0 + (off / 0.01) ** 2, rel=0.1)
+    whole = compute("twin_chi2", circle(1.25), noisy(circle(), 0.01), regime="all")
+    assert whole.value == found.extra["all"]
+    assert whole.note.endswith("of the all regime")
+
+
+def test_a_regime_that_was_not_driven_tells_nothing() -> None:
+    for regime, says in (("braking", "braking lasted less than 2 s"), ("flying", "no regime 'flying'; there are ")):
+        found = compute("twin_chi2", circle(), circle(), regime=regime)
+        assert not found.valid
+        assert found.reason.startswith(says)
+
+
 def played(drive: Log, apart: bool = True) -> Log:
     """The drive as a recording that was played to a stack which wanted to go straight on."""
     recorded = {f"replay.{name}": drive[name] for name in ("steer_cmd", "accel_cmd")}

@@ -46,6 +46,20 @@ def test_a_ghost_counts_its_time_and_a_double_is_none() -> None:
     assert compute("false_tracks", seen(table(TRUE_X, TRUE_Y))).value == 0.0
 
 
+def test_a_band_of_distance_is_judged_by_itself() -> None:
+    """The ego at 2 m/s nears a car that stands: every second look misses it farther than 10 m away, none nearer."""
+    x = np.full(N, 22.0)
+    car = track(TICKS, x, 1.0)
+    bumper = 2.0 * TICKS + 1.2 + 1.5  # of an ego of 3 m whose middle is 1.2 m ahead of its reference point
+    kept = (22.0 - bumper < 10.0) | (np.arange(N) % 2 == 0)
+    log = drive_straight(2.0, objects={"car": car}, detections=table(x[kept], TRUE_Y[kept], TICKS[kept]))
+    assert compute("detection_recall", log, reach=10.0).value == 1.0
+    far = compute("detection_recall", log, reach=20.0, beyond=10.0)
+    assert far.value == pytest.approx(0.5, abs=0.01)
+    whole = compute("detection_recall", log, reach=20.0)
+    assert far.value < whole.value < 1.0
+
+
 def test_nan_positions_are_misses() -> None:
     found = compute("detection_recall", seen(table(TRUE_X * np.nan, TRUE_Y)))
     assert found.value == 0.0

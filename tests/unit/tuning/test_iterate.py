@@ -38,6 +38,7 @@ class World:
     chi2_with_delay: float = 0.0
     score_with_q11: float = 1.0
     judged: int = 0
+    incidents: tuple[str, ...] = ()
 
 
 @pytest.fixture
@@ -50,7 +51,8 @@ def world(monkeypatch: pytest.MonkeyPatch) -> World:
     def judge(plan: Plan, state: State, seeds: Sequence[int], workers: Workers, logs: Path) -> HeldOutScore:
         said.judged += 1
         score = said.score_with_q11 if state.P["rw"]["LQR_q11"] == Q11 else 2.0
-        return HeldOutScore(state, Score(score, {}), log_chi2(state.model, [], workers), 0.0, 0.0, Gap({}, {}, {}), ())
+        return HeldOutScore(state, Score(score, {}), log_chi2(state.model, [], workers), 0.0, 0.0, Gap({}, {}, {}), (),
+                            said.incidents)  # fmt: skip
 
     def look(logs: Any, model: Path, sheet: Path, cache: Cache, tick: Any, *, presets: bool) -> StructureResult:
         if not presets:
@@ -130,6 +132,22 @@ def test_the_ledger_tells_what_changed_and_why(tmp_path: Path, world: World) -> 
     assert "P.LQR_q11 20 -> 50" in words
     assert "held-out drives: taken" in words
     assert first["effects"]["steer_delay"] == {"T": 0.2}
+
+
+def test_the_ledger_tells_what_broke_where_and_that_the_stages_drive_apart(tmp_path: Path, world: World) -> None:
+    """The presets of the paper give pe and rw values of their own."""
+    world.incidents = tuple(f"overtaking, seed {k}: event 'CutIn' never fired" for k in range(8))
+    iterated(tmp_path)
+    first, second = (json.loads(line) for line in (tmp_path / "out" / "ledger.jsonl").read_text().splitlines()[:2])
+    assert first["held_out"]["incidents"] == list(world.incidents)
+    for entry in (first, second):
+        told = [text for text in entry["changes"] if text.startswith("on the car: ")]
+        assert told[0] == "on the car: overtaking, seed 0: event 'CutIn' never fired"
+        assert told[-1] == "on the car: 2 more such drives"
+    unlike = [text for text in first["changes"] if text.startswith("P is not the same on all stages")]
+    P = first["P"]
+    assert bool(unlike) == (P["dt"] != P["pe"] or P["dt"] != P["rw"])
+    assert "(max_jerk 16.7 -> 0)" in "\n".join(second["changes"])  # |20 - 50| / 1.8, the term's scale
 
 
 def test_killed_between_two_iterations_it_ends_the_same(tmp_path: Path, world: World) -> None:

@@ -9,6 +9,8 @@ import pytest
 
 from pytest_dvp.workers import job as job_module
 from pytest_dvp.workers.job import Job
+from pytest_dvp.workers.run_job import work
+from scenarios import path as shipped
 
 
 @pytest.fixture
@@ -49,3 +51,13 @@ def test_where_the_log_goes_and_where_the_files_lie_is_no_matter(job: Job, tmp_p
     key = there.key
     moved.rename(tmp_path)
     assert job.key == key
+
+
+def test_a_drive_tells_which_event_never_fired_and_when_it_ended() -> None:
+    """The car has not met anybody after two seconds."""
+    found = work(Job(str(shipped("pedestrian_crossing.xosc")), duration=2.0))
+    (event, *_), last = found["incidents"][:-1], found["incidents"][-1]
+    assert event.startswith("event '")
+    assert event.endswith(" never fired")
+    assert last.startswith("it ended after 2.0 s by")
+    assert found["metrics"]["missed_events"] > 0.0
