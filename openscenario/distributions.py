@@ -61,10 +61,12 @@ class Axis(Protocol):
     """What one deterministic distribution contributes: `count` values of its parameters."""
 
     @property
-    def count(self) -> int: ...
+    def count(self) -> int:
+        """How many values it has, at least 0."""
 
     @property
-    def names(self) -> tuple[str, ...]: ...
+    def names(self) -> tuple[str, ...]:
+        """The parameters that it sets."""
 
     def __call__(self, number: int) -> Values: ...
 
@@ -77,10 +79,12 @@ class Rows:
 
     @property
     def count(self) -> int:
+        """How many rows are listed."""
         return len(self.rows)
 
     @property
     def names(self) -> tuple[str, ...]:
+        """The parameters of all rows, in the order in which they first appear."""
         return tuple(dict.fromkeys(name for row in self.rows for name in row))
 
     def __call__(self, number: int) -> Values:
@@ -98,6 +102,7 @@ class Steps:
 
     @classmethod
     def of(cls, name: str, distribution: DistributionRange) -> Steps:
+        """The steps of a DistributionRange, as exact decimals, for the parameter `name`."""
         limits = distribution.range
         low, step, high = (
             Fraction(repr(value)) for value in (limits.lower_limit, distribution.step_width, limits.upper_limit)
@@ -106,13 +111,16 @@ class Steps:
 
     @property
     def count(self) -> int:
+        """How many steps lie between both ends, ends included; 0 if the upper limit lies below the lower."""
         return 0 if self.high < self.low else math.floor((self.high - self.low) / self.step + _SLACK) + 1
 
     @property
     def names(self) -> tuple[str, ...]:
+        """The one parameter that is varied."""
         return (self.name,)
 
     def value(self, number: int) -> float:
+        """The value of step `number`, counted from 0, in the unit of the parameter; never above the upper limit."""
         return float(min(self.low + number * self.step, self.high))
 
     def __call__(self, number: int) -> Values:

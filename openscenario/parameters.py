@@ -147,6 +147,7 @@ def declare(
 
     A declaration may refer to others of the same group and to outer ones; what is wrong becomes findings. Not `strict`:
     a value that does not fit its type is a warning, for parameters that nothing here computes with.
+    An ExpressionError of one declaration becomes a finding, too.
     """
     scope = Scope(parent)
     by_name: dict[str, ParameterDeclaration] = {}

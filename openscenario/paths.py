@@ -110,7 +110,10 @@ class Roots:
         return PathError(missing.code, f"{text}; nor is {name} in any of {folders}", "", hint)
 
     def inside(self, written: str, base: Path) -> Path:
-        """The same without asking whether it exists."""
+        """The path that is meant, below one of the allowed folders, without asking whether it exists.
+
+        Raises PathError for a path that is too long, a URL, or one that leads out of these folders.
+        """
         if len(written) > _LONGEST:
             raise PathError("path.too_long", f"longer than {_LONGEST} characters")
         if _SCHEME.match(written):

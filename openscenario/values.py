@@ -23,7 +23,10 @@ class BadValue(ValueError):
 
 
 def to_double(text: str) -> float:
-    """A finite number of at most 1e12; `1_000`, `nan`, `inf` and digits of other scripts are none."""
+    """A finite number of at most 1e12; `1_000`, `nan`, `inf` and digits of other scripts are none.
+
+    Raises BadValue for any other text.
+    """
     try:
         value = float(text)
     except ValueError:
@@ -38,7 +41,7 @@ def to_double(text: str) -> float:
 
 
 def to_int(text: str) -> int:
-    """A whole number; `3.0` is one, as computed values come so."""
+    """A whole number; `3.0` is one, as computed values come so. Raises BadValue for any other text."""
     try:
         value = int(text)
     except ValueError:
@@ -54,7 +57,7 @@ def to_int(text: str) -> int:
 
 
 def to_bool(text: str) -> bool:
-    """`true`, `false`, `1`, `0`."""
+    """`true`, `false`, `1`, `0`. Raises BadValue for any other text."""
     known = {"true": True, "1": True, "false": False, "0": False}.get(text.strip())
     if known is None:
         raise BadValue("value.not_a_boolean", "not a truth value", "true, false, 1, 0")
@@ -62,7 +65,7 @@ def to_bool(text: str) -> bool:
 
 
 def to_moment(text: str) -> str:
-    """The text itself, if it is a date and time in ISO 8601."""
+    """The text itself, if it is a date and time in ISO 8601. Raises BadValue for any other."""
     try:
         datetime.fromisoformat(text.strip())
     except ValueError:

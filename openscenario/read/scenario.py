@@ -65,6 +65,7 @@ class Reading:
 
     @property
     def reader(self) -> ElementReader:
+        """A reader of the document's elements that shares the findings of the session."""
         return ElementReader(self.context, self.document.file)
 
     def at(self, node: Node | None = None, tag: str = "") -> At:

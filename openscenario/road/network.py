@@ -123,6 +123,7 @@ class RoadNetwork:
         h: heading [rad] of what stands there, decides between overlapping roads; hint: where it was last, makes the
         search short and keeps it on its road while a lane there holds it; z [m] tells a bridge from the road below it;
         drivable=False considers sidewalks, shoulders and the like as well.
+        Raises KeyError if the network has no lanes at all.
         """
         road, lane, s, t, offset, heading, inside = search.locate(
             self.tables,

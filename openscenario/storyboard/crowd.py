@@ -49,7 +49,8 @@ class Spots(NamedTuple):
 class Flow(Protocol):
     """One source, sink, swarm or area."""
 
-    def come_and_go(self, crowd: Crowd, time: float) -> None: ...
+    def come_and_go(self, crowd: Crowd, time: float) -> None:
+        """Let members of the crowd come and go at `time` [s]."""
 
 
 class Streets(Protocol):
@@ -80,6 +81,7 @@ class Crowd:
         self._spots: Spots | None = None
 
     def add(self, name: str, flow: Flow) -> None:
+        """Add a flow under the name of its action; it acts from the next step on."""
         self._flows.append((name, flow))
         self._due = 0.0
 
@@ -110,6 +112,7 @@ class Crowd:
     # --- who comes and who goes
 
     def come_and_go(self) -> None:
+        """Every PERIOD, dismiss whoever is at the end of the road or gone, and let each flow bring and take others."""
         time = self.board.time
         if time < self._due - 1e-9:
             return
@@ -121,6 +124,7 @@ class Crowd:
             flow.come_and_go(self, time)
 
     def of(self, flow: Flow) -> list[Entity]:
+        """The members that a flow brought and that are still there."""
         return [entity for entity, _, source in self.members.values() if source is flow]
 
     def admit(self, flow: Flow, name: str, what: model.EntityObject, where: Mask, speed: Callable[[], float]) -> bool:
@@ -172,6 +176,7 @@ class Crowd:
         return True
 
     def dismiss(self, entity: Entity) -> None:
+        """Let a member go. It must be one."""
         del self.members[entity.name]
         self.board.dismiss(entity)
 

@@ -38,6 +38,7 @@ class Asked:
         self._left = 0.0
 
     def start(self) -> bool:
+        """Post the request; True if the action would be over at once."""
         ask = getattr(self._runner, "ask", None)
         kind: str
         values: dict[str, Any]
@@ -49,11 +50,12 @@ class Asked:
         return self._left <= 0.0
 
     def step(self, dt: float) -> bool:
+        """Wait for another `dt` [s]; True when the action would be over."""
         self._left -= dt
         return self._left <= 1e-9
 
     def stop(self) -> None:
-        return None
+        """Do nothing: what was asked for is the other side's."""
 
 
 def request_kind(element: object) -> str:

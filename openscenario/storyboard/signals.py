@@ -29,6 +29,7 @@ class Program:
         self.start = start
 
     def names(self) -> tuple[str, ...]:
+        """The names of the phases, in their order."""
         return tuple(phase.name for phase in self._phases)
 
     def phase(self, time: float) -> model.Phase | None:

@@ -32,10 +32,12 @@ class Piece(NamedTuple):
     jerk: float = 0.0
 
     def at(self, time: float) -> float:
+        """Speed [m/s] at `time` [s], on the same clock as the piece's own time."""
         after = time - self.time
         return self.speed + (self.acceleration + 0.5 * self.jerk * after) * after
 
     def slope(self, time: float) -> float:
+        """Acceleration [m/s^2] at `time` [s], on the same clock as the piece's own time."""
         return self.acceleration + self.jerk * (time - self.time)
 
 

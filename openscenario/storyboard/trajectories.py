@@ -162,10 +162,12 @@ class Course:
 
     @property
     def start_time(self) -> float:
+        """Time stamp [s] of the first vertex; 0 without time stamps."""
         return self.t[0] if self.t else 0.0
 
     @property
     def end_time(self) -> float:
+        """Time stamp [s] of the last vertex; 0 without time stamps."""
         return self.t[-1] if self.t else 0.0
 
 

@@ -79,6 +79,7 @@ class ConditionState:
         return history[0][1] if history[0][0] <= due else False
 
     def reset(self) -> None:
+        """Forget what was true before, as if it had never been tested."""
         self._last = None
         self._history.clear()
         self.value = False
@@ -112,6 +113,7 @@ class TriggerState:
         return fired
 
     def reset(self) -> None:
+        """Forget in all conditions what was true before."""
         for group in self.groups:
             for condition in group:
                 condition.reset()

@@ -60,9 +60,11 @@ class Values:
         return name in self._values
 
     def names(self) -> tuple[str, ...]:
+        """The names of all that are declared."""
         return tuple(self._values)
 
     def get(self, name: str) -> Value:
+        """The present value, in its declared type; the text itself where that type cannot hold it."""
         return self._values[name]
 
     def parse(self, name: str, text: str) -> Value:
@@ -70,12 +72,15 @@ class Values:
         return typed(self._kinds[name], text)
 
     def set(self, name: str, text: str) -> None:
+        """Give a declared name the value that `text` spells in its type."""
         self._values[name] = self.parse(name, text)
 
     def add(self, name: str, amount: float) -> None:
+        """Add to the value of a declared name; a text stays as it is, a whole number stays whole."""
         self._calculate(name, lambda value: value + amount)
 
     def multiply(self, name: str, factor: float) -> None:
+        """Multiply the value of a declared name; a text stays as it is, a whole number stays whole."""
         self._calculate(name, lambda value: value * factor)
 
     def _calculate(self, name: str, change: Callable[[float], float]) -> None:

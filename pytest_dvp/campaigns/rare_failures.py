@@ -49,7 +49,7 @@ class Mixture:
     factors: FloatArray
 
     def draw(self, count: int, rng: np.random.Generator) -> FloatArray:
-        """Points (count, d) in standard deviations."""
+        """Points (count, d), in units of standard deviations."""
         which = rng.choice(len(self.weights), count, p=self.weights)
         noise = rng.standard_normal((count, self.means.shape[1]))
         noise = noise / np.sqrt(rng.chisquare(FREEDOM, count) / FREEDOM)[:, None]
@@ -57,7 +57,7 @@ class Mixture:
         return np.asarray(self.means[which] + spread)
 
     def log_densities(self, points: FloatArray) -> FloatArray:
-        """Logarithms (n, k) of weight times density at points (n, d) in standard deviations."""
+        """Logarithms (n, k) of weight times density at points (n, d), in units of standard deviations."""
         from scipy.linalg import solve_triangular
         from scipy.special import gammaln
 

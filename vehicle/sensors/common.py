@@ -82,7 +82,7 @@ class NoiseArray:
         self._at = 0
 
     def take(self, count: int) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-        """The next `count` numbers; valid until the next call."""
+        """The next `count` numbers (count,), in units of the standard deviation; valid until the next call."""
         if self._at + count > len(self._block):
             self._block = self._rng.standard_normal(max(self.BLOCK, count))
             self._at = 0

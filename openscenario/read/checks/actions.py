@@ -53,6 +53,7 @@ def takes_time(dynamics: TransitionDynamics, context: Context) -> None:
 
 @check(LaneOffsetActionDynamics)
 def moves_aside(dynamics: LaneOffsetActionDynamics, context: Context) -> None:
+    """Warn of an offset by a shape that may have no lateral acceleration: it never ends."""
     if dynamics.max_lateral_acc == 0.0 and dynamics.dynamics_shape != "step":
         text = f"a {dynamics.dynamics_shape} transition without lateral acceleration never ends"
         context.warning("value.no_transition", dynamics.at, "@maxLateralAcc", text, found="0", allowed="> 0")
@@ -95,16 +96,19 @@ def kept_at_a_rate(action: SpeedAction, context: Context) -> None:
 
 @check(LongitudinalDistanceAction)
 def one_gap(action: LongitudinalDistanceAction, context: Context) -> None:
+    """Refuse an action that does not state one of a distance and a time gap, or states both."""
     exactly_one(action, context, "", distance=action.distance, timeGap=action.time_gap)
 
 
 @check(AssignControllerAction)
 def one_controller(action: AssignControllerAction, context: Context) -> None:
+    """Refuse an action that does not name one controller, or names two."""
     exactly_one(action, context, "", ObjectController=action.object_controller, Controller=action.controller)
 
 
 @check(ControllerAction)
 def some_controller_part(action: ControllerAction, context: Context) -> None:
+    """Refuse a ControllerAction that neither assigns nor overrides nor activates."""
     parts = (
         action.assign_controller_action,
         action.override_controller_value_action,
@@ -117,6 +121,7 @@ def some_controller_part(action: ControllerAction, context: Context) -> None:
 
 @check(AppearanceAction)
 def some_appearance(action: AppearanceAction, context: Context) -> None:
+    """Refuse an AppearanceAction without a light and an animation."""
     if not (action.light_state_action or action.animation_action):
         allowed = "LightStateAction, AnimationAction"
         context.error("xml.missing_element", action.at, "", "the action is empty", allowed=allowed)
@@ -124,6 +129,7 @@ def some_appearance(action: AppearanceAction, context: Context) -> None:
 
 @check(ParameterAction)
 def of_the_parameter(action: ParameterAction, context: Context) -> None:
+    """Keep a value that is set, to be checked against the type of its parameter once all are read."""
     if isinstance(action.action, ParameterSetAction):
         value = TypedValue("parameter", action.parameter_ref, action.action.value, action.action.at)
         context.typed_values.append(value)
@@ -131,5 +137,6 @@ def of_the_parameter(action: ParameterAction, context: Context) -> None:
 
 @check(VariableAction)
 def of_the_variable(action: VariableAction, context: Context) -> None:
+    """Keep a value that is set, to be checked against the type of its variable once all are read."""
     if isinstance(action.action, VariableSetAction):
         context.typed_values.append(TypedValue("variable", action.variable_ref, action.action.value, action.action.at))

@@ -15,6 +15,7 @@ from openscenario.read.context import Context, TypedValue
 
 @check(TimeToCollisionConditionTarget)
 def one_target(target: TimeToCollisionConditionTarget, context: Context) -> None:
+    """Refuse a target that is not one of a position and an entity, or is both."""
     exactly_one(target, context, "", Position=target.position, EntityRef=target.entity_ref)
 
 
@@ -44,4 +45,5 @@ def of_the_parameter(condition: ParameterCondition, context: Context) -> None:
 
 @check(VariableCondition)
 def of_the_variable(condition: VariableCondition, context: Context) -> None:
+    """Keep the compared value, to be checked against the type of its variable once all are read."""
     context.typed_values.append(TypedValue("variable", condition.variable_ref, condition.value, condition.at))

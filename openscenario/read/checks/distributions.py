@@ -22,6 +22,7 @@ from openscenario.read.context import Context
 
 @check(UserDefinedDistribution)
 def known_only_to_its_tool(distribution: UserDefinedDistribution, context: Context) -> None:
+    """Refuse a user-defined distribution: only its own tool knows what it means."""
     context.error(
         "dist.user_defined",
         distribution.at,
@@ -34,12 +35,14 @@ def known_only_to_its_tool(distribution: UserDefinedDistribution, context: Conte
 
 @check(Deterministic)
 def something_varied(deterministic: Deterministic, context: Context) -> None:
+    """Warn of a file that varies nothing."""
     if not deterministic.distributions:
         context.warning("dist.empty", deterministic.at, "", "nothing is varied: the scenario is the only case")
 
 
 @check(DistributionSet)
 def no_value_twice(distribution: DistributionSet, context: Context) -> None:
+    """Warn of a value that a set lists twice."""
     seen: set[str] = set()
     for element in distribution.elements:
         if element.value in seen:
@@ -51,6 +54,7 @@ def no_value_twice(distribution: DistributionSet, context: Context) -> None:
 
 @check(ParameterValueSet)
 def no_parameter_twice(row: ParameterValueSet, context: Context) -> None:
+    """Refuse a set that gives one parameter two values."""
     seen: set[str] = set()
     for assignment in row.parameter_assignments:
         name = assignment.parameter_ref.removeprefix("$")
@@ -63,6 +67,7 @@ def no_parameter_twice(row: ParameterValueSet, context: Context) -> None:
 
 @check(Histogram)
 def bins_apart(histogram: Histogram, context: Context) -> None:
+    """Refuse bins of a histogram that overlap."""
     bins = sorted(histogram.bins, key=lambda each: each.range.lower_limit)
     for one, other in itertools.pairwise(bins):
         if other.range.lower_limit < one.range.upper_limit:
@@ -83,6 +88,7 @@ def something_to_draw(
     ),
     context: Context,
 ) -> None:
+    """Refuse a distribution from which no value can be drawn within its limits."""
     limits = getattr(distribution, "range", None)
     if limits is not None and limits.upper_limit < limits.lower_limit:
         return  # has its finding

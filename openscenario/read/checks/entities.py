@@ -45,11 +45,13 @@ def has_a_name(element: Any, context: Context) -> None:
 
 @check(Trailer)
 def one_trailer(trailer: Trailer, context: Context) -> None:
+    """Refuse a trailer that is neither described nor named, or both."""
     exactly_one(trailer, context, "", Trailer=trailer.trailer, TrailerRef=trailer.trailer_ref)
 
 
 @check(EntitySelection)
 def some_members(selection: EntitySelection, context: Context) -> None:
+    """Refuse a selection without members."""
     if not selection.members:
         context.error(
             "xml.missing_element", selection.selected.at, "", "the selection is empty", allowed="EntityRef, ByType"
@@ -58,6 +60,7 @@ def some_members(selection: EntitySelection, context: Context) -> None:
 
 @check(Range)
 def limits_in_order(limits: Range, context: Context) -> None:
+    """Refuse a range whose upper limit lies below its lower one."""
     if limits.upper_limit < limits.lower_limit:
         context.error(
             "value.out_of_range",
@@ -71,5 +74,6 @@ def limits_in_order(limits: Range, context: Context) -> None:
 
 @check(TrafficArea)
 def some_area(area: TrafficArea, context: Context) -> None:
+    """Refuse a traffic area with neither a polygon nor roads."""
     if area.polygon is None and not area.road_ranges:
         context.error("xml.missing_element", area.at, "", "the area is empty", allowed="Polygon, RoadRange")

@@ -62,6 +62,7 @@ def nurbs(shape: Nurbs, context: Context) -> None:
 
 @check(Clothoid)
 def clothoid(shape: Clothoid, context: Context) -> None:
+    """Refuse a clothoid that ends before it starts."""
     if shape.start_time is not None and shape.stop_time is not None and shape.stop_time < shape.start_time:
         context.error(
             "value.out_of_range",
@@ -75,6 +76,7 @@ def clothoid(shape: Clothoid, context: Context) -> None:
 
 @check(Route)
 def route(element: Route, context: Context) -> None:
+    """Refuse a route with fewer than two waypoints."""
     _at_least(2, element.waypoints, element, context, "Waypoint")
 
 

@@ -17,16 +17,19 @@ _PRIVATE = get_args(PrivateAction)
 
 @check(Storyboard)
 def unique_stories(storyboard: Storyboard, context: Context) -> None:
+    """Refuse two stories of one name."""
     _unique(storyboard.stories, context)
 
 
 @check(Story)
 def unique_acts(story: Story, context: Context) -> None:
+    """Refuse two acts of one name in a story."""
     _unique(story.acts, context)
 
 
 @check(Act)
 def unique_groups(act: Act, context: Context) -> None:
+    """Check that no two groups of an act have one name, and that each has actors where it needs them."""
     _unique(act.maneuver_groups, context)
     for group in act.maneuver_groups:
         _has_actors(group, act, context)
@@ -34,16 +37,19 @@ def unique_groups(act: Act, context: Context) -> None:
 
 @check(ManeuverGroup)
 def unique_maneuvers(group: ManeuverGroup, context: Context) -> None:
+    """Refuse two maneuvers of one name in a group."""
     _unique(group.maneuvers, context)
 
 
 @check(Maneuver)
 def unique_events(maneuver: Maneuver, context: Context) -> None:
+    """Refuse two events of one name in a maneuver."""
     _unique(maneuver.events, context)
 
 
 @check(Event)
 def unique_actions(event: Event, context: Context) -> None:
+    """Refuse two actions of one name in an event."""
     _unique(event.actions, context)
 
 

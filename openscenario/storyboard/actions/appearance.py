@@ -24,14 +24,16 @@ class Wait:
         self.domains = domains
 
     def start(self) -> bool:
+        """Begin to wait; True if the duration is 0."""
         return self._left <= 0.0
 
     def step(self, dt: float) -> bool:
+        """Wait for another `dt` [s]; True when the duration is over."""
         self._left -= dt
         return self._left <= 1e-9
 
     def stop(self) -> None:
-        return None
+        """Do nothing: nothing is held."""
 
 
 class Flash:
@@ -44,13 +46,15 @@ class Flash:
         self.domains: tuple[str, ...] = (light,)
 
     def start(self) -> bool:
+        """Take the light; False, as flashing does not end."""
         return False
 
     def step(self, dt: float) -> bool:
+        """Flash for another `dt` [s]; always False."""
         return False
 
     def stop(self) -> None:
-        return None
+        """Do nothing: the action that takes the light sets it."""
 
 
 @action(model.AppearanceAction)

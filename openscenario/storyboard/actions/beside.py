@@ -75,6 +75,7 @@ class Beside:
         self._there = False
 
     def start(self) -> bool:
+        """Choose the side; without limits an entity that begins like this stands there at once. Never over yet."""
         self._side = side_of(self._element, self._apart())
         limits = self._element.dynamic_constraints
         if limits is not None and (limits.max_acceleration_rate, limits.max_deceleration_rate) != (None, None):
@@ -111,6 +112,7 @@ class Beside:
         return math.inf if limits is None or limits.max_speed is None else limits.max_speed
 
     def step(self, dt: float) -> bool:
+        """Move towards the line for `dt` [s]; True after a step on it, unless `continuous` is asked for."""
         entity, other = self._entity, self._other
         to_go = self._to_go()
         there = abs(to_go) < REACHED and abs(wrap(entity.h - other.h)) < ALIGNED
@@ -154,7 +156,8 @@ class Beside:
             entity.vx, entity.vy = (entity.x - x) / dt, (entity.y - y) / dt
 
     def stop(self) -> None:
-        return None
+        """Do nothing: the entity keeps its place and speed."""
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "lateral_distance" with the other's name and the distance [m]; over at once."""
         return "lateral_distance", {"to": self._other.name, "distance": self._element.distance}, 0.0

@@ -44,6 +44,7 @@ class KeepDistance:
         self._limits = both(given(element.dynamic_constraints), performance(entity))
 
     def start(self) -> bool:
+        """Choose the side; without limits put the entity in its place. True if that was all."""
         if self._element.displacement == "any":
             apart = self._distance()
             self._side = -1.0 if apart is not None and apart < 0.0 else 1.0
@@ -77,6 +78,7 @@ class KeepDistance:
             entity.put(entity.x + way * math.cos(entity.h), entity.y + way * math.sin(entity.h), entity.z, entity.h)
 
     def step(self, dt: float) -> bool:
+        """Control the speed for `dt` [s]; True when the entity is in its place and `continuous` is not asked for."""
         entity, limits = self._entity, self._limits
         if not self._limited():
             self._place(math.inf if self._other.placed else limits.speed * dt)
@@ -91,13 +93,15 @@ class KeepDistance:
         return not self._element.continuous and abs(to_go) < REACHED
 
     def stop(self) -> None:
-        return None
+        """Do nothing: the entity keeps its speed."""
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "distance" with the other's name, distance [m] and time gap [s], one of them None; over at once."""
         element = self._element
         return "distance", {"to": self._other.name, "distance": element.distance, "time_gap": element.time_gap}, 0.0
 
 
 @action(model.LongitudinalDistanceAction)
 def keep_distance(element: model.LongitudinalDistanceAction, entity: Entity, board: Board) -> Runner:
+    """Go to a distance or a time gap ahead of or behind another entity, and stay there if `continuous`."""
     return KeepDistance(element, entity, board)

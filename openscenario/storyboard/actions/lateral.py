@@ -66,6 +66,7 @@ class Shift:
         return change.done or abs(change.value - change.target) < NEAR
 
     def stop(self) -> None:
+        """End the sideways motion: the entity heads along its lane again."""
         self._entity.drift = 0.0
 
 
@@ -99,6 +100,7 @@ class LaneChange(Shift):
         return shifted_lane(self._other.lane, target.value if self._other.sense > 0.0 else -target.value)
 
     def start(self) -> bool:
+        """Take the target lane. True if there is no such lane (a warning) or nothing to move."""
         entity, ground = self._entity, self._board.ground
         ground.track(entity)
         network = ground.network
@@ -123,6 +125,7 @@ class LaneChange(Shift):
         return self._begin(dynamics.dynamics_shape, over, target)
 
     def step(self, dt: float) -> bool:
+        """Go on along the shape for `dt` [s]; True at the target offset. Who stands does not go on."""
         entity, change = self._entity, self._change
         self._track()
         entity.late = entity.lateral_order < entity.longitudinal_order
@@ -145,6 +148,7 @@ class LaneChange(Shift):
         return False
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "lane_change" with lane, offset [m] and duration [s]; it lasts as long as the change would."""
         entity = self._entity
         self._board.ground.track(entity)
         dynamics = self._element.lane_change_action_dynamics
@@ -196,6 +200,7 @@ class LaneOffset(Shift):
         return entity.offset + apart
 
     def start(self) -> bool:
+        """Begin the way to the offset; True if it is over at once."""
         entity, ground = self._entity, self._board.ground
         ground.track(entity)
         self._target = self._wanted()
@@ -208,6 +213,7 @@ class LaneOffset(Shift):
         return self._begin(dynamics.dynamics_shape, over, self._target) and self._ends()
 
     def step(self, dt: float) -> bool:
+        """Go on along the shape for `dt` [s], then follow the target; True at it unless `continuous`."""
         entity, change = self._entity, self._change
         self._track()
         if self._element.continuous and self._other is not entity:  # an offset from oneself is taken once
@@ -263,14 +269,17 @@ class LaneOffset(Shift):
         return not self._goes_on
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "lane_offset" with the offset [m]; over at once."""
         return "lane_offset", {"offset": self._element.lane_offset_target.value}, 0.0
 
 
 @action(model.LaneChangeAction)
 def lane_change(element: model.LaneChangeAction, entity: Entity, board: Board) -> Runner:
+    """Change to a lane of the road, counted from the entity's own or another's, or by its id."""
     return LaneChange(element, entity, board)
 
 
 @action(model.LaneOffsetAction)
 def lane_offset(element: model.LaneOffsetAction, entity: Entity, board: Board) -> Runner:
+    """Go to an offset from the middle of the lane, or from another entity."""
     return LaneOffset(element, entity, board)

@@ -47,6 +47,7 @@ class LateralDistance:
         self._limits = given(element.dynamic_constraints)  # a Performance says nothing about moving to the side
 
     def start(self) -> bool:
+        """Choose the side; without limits an entity that begins like this stands there at once. Never over yet."""
         self._side = side_of(self._element, self._apart() * self._left())
         if self._free() and not self._board.running:  # stands there from the start
             self._step_once()
@@ -89,6 +90,7 @@ class LateralDistance:
         self._board.ground.drive(entity, 0.0)
 
     def step(self, dt: float) -> bool:
+        """Move sideways for `dt` [s]; True after a step at the distance, unless `continuous` is asked for."""
         entity, element, limits = self._entity, self._element, self._limits
         self._board.ground.track(entity)
         there = not element.continuous and abs(self._to_go()) < REACHED
@@ -116,9 +118,11 @@ class LateralDistance:
         return False
 
     def stop(self) -> None:
+        """End the sideways motion."""
         self._entity.drift = 0.0
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "lateral_distance" with the other's name and the distance [m]; over at once."""
         return "lateral_distance", {"to": self._other.name, "distance": self._element.distance}, 0.0
 
 

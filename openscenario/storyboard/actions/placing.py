@@ -33,6 +33,7 @@ class Teleport(Instant):
         self._board = board
 
     def start(self) -> bool:
+        """Put the entity and its trailers there; True, as that was all."""
         self._board.ground.set_place(self._entity, self._where())
         line_up(self._entity)
         self._entity.placed = self._board.running
@@ -40,12 +41,14 @@ class Teleport(Instant):
         return True
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "teleport" with x, y, z [m] and h [rad]; over at once."""
         where = self._where()
         return "teleport", {"x": where.x, "y": where.y, "z": where.z, "h": where.h}, 0.0
 
 
 @action(model.TeleportAction)
 def teleport(element: model.TeleportAction, entity: Entity, board: Board) -> Runner:
+    """Put the entity at the position; its speed stays as it is."""
     return Teleport(element, entity, board)
 
 

@@ -45,6 +45,7 @@ class Route(Instant):
         return tuple(places)
 
     def start(self) -> bool:
+        """Set the route; True, as that was all. A warning if no way leads along its waypoints."""
         entity, board = self._entity, self._board
         entity.route = self._places()
         entity.route_lanes = way(board, entity.route)
@@ -53,6 +54,7 @@ class Route(Instant):
         return True
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "route" with its waypoints, x, y [m] and h [rad] each; over at once."""
         self.start()
         places = self._entity.route
         points = tuple((place.x, place.y, place.h) for place in places)
@@ -61,13 +63,17 @@ class Route(Instant):
 
 @action(model.AssignRouteAction)
 def assign_route(element: model.AssignRouteAction, entity: Entity, board: Board) -> Runner:
+    """Give the entity the waypoints of a route, which the default controller follows where roads part."""
     waypoints = [resolver(waypoint.position, board) for waypoint in element.route.waypoints]
     return Route(element, entity, board, waypoints, from_here=False)
 
 
 @action(model.RandomRouteAction)
 def random_route(element: model.RandomRouteAction, entity: Entity, board: Board) -> Runner:
-    """A way from where the entity is, drawn from the storyboard's seed where roads part; 10 km or to a dead end."""
+    """A way from where the entity is, drawn from the storyboard's seed where roads part; 10 km or to a dead end.
+
+    Raises Unsupported in a scenario without a road network.
+    """
     if board.network is None:
         raise Unsupported("the scenario has no road network")
 

@@ -51,6 +51,7 @@ class Speed:
         return min(max(self._wanted(), -top), top)
 
     def start(self) -> bool:
+        """Begin the change; a step sets the speed at once. True if that was all."""
         entity = self._entity
         target = self._target()
         entity.set_speed = target
@@ -78,6 +79,7 @@ class Speed:
         return max(duration, span(dynamics.dynamics_shape, "rate", limit, target - speed) if limit > 0.0 else 0.0)
 
     def step(self, dt: float) -> bool:
+        """Go on along the shape for `dt` [s]; True at the target unless it is continuous."""
         entity, change = self._entity, self._change
         if not self._follows:
             entity.speed = change.advance(dt)
@@ -130,9 +132,10 @@ class Speed:
                 change.elapsed = part * change.span
 
     def stop(self) -> None:
-        return None
+        """Do nothing: the entity keeps its speed."""
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "speed" with target [m/s], shape and duration [s]; it lasts as long as the change would."""
         target = self._target()
         self._entity.set_speed = target
         dynamics = self._dynamics
@@ -171,4 +174,5 @@ def _target(target: model.SpeedActionTarget, entity: Entity, board: Board) -> tu
 
 @action(model.SpeedAction)
 def speed(element: model.SpeedAction, entity: Entity, board: Board) -> Runner:
+    """Bring the speed to a target, of the entity's own or relative to another's."""
     return Speed(element, entity, board)

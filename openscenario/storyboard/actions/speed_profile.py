@@ -57,6 +57,7 @@ class SpeedProfile:
         return limits
 
     def start(self) -> bool:
+        """Lay the pieces of constant or changing acceleration through the entries; True if that takes no time."""
         entity, element, limits = self._entity, self._element, self._limits()
         base = self._other.speed if self._other is not None else 0.0
         entries = list(element.speed_profile_entries)
@@ -97,6 +98,7 @@ class SpeedProfile:
             self._board.warn(element, "profile-limited", text)
 
     def step(self, dt: float) -> bool:
+        """Set the speed that the profile has after another `dt` [s]; True at its end."""
         self._clock += dt
         done = self._clock >= self._times[-1] - 1e-9
         piece = self._pieces[-1 if done else bisect_right(self._times, self._clock) - 1]
@@ -104,9 +106,10 @@ class SpeedProfile:
         return done
 
     def stop(self) -> None:
-        return None
+        """Do nothing: the entity keeps its speed."""
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "speed" with target and speeds [m/s] at times [s]; it lasts as long as the profile."""
         before = self._entity.speed, self._entity.speed_before
         self.start()
         self._entity.speed, self._entity.speed_before = before
@@ -118,4 +121,5 @@ class SpeedProfile:
 
 @action(model.SpeedProfileAction)
 def speed_profile(element: model.SpeedProfileAction, entity: Entity, board: Board) -> Runner:
+    """Go through the entries of a speed profile."""
     return SpeedProfile(element, entity, board)

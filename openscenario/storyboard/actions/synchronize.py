@@ -76,13 +76,14 @@ class Synchronize:
         self._told = False  # that it does more than the vehicle can
 
     def start(self) -> bool:
+        """Before the first step an entity with a final speed stands still. Never over yet."""
         if self._board.steps == 0 and self._final is not None:
             self._phase = "stopped"
             self._entity.jump_to_speed(0.0)
         return False
 
     def stop(self) -> None:
-        return None
+        """Do nothing: the entity keeps its speed."""
 
     def _final_speed(self) -> float | None:
         """The final speed [m/s], no faster than the vehicle can."""
@@ -116,6 +117,7 @@ class Synchronize:
         return abs(along) if along == along else straight
 
     def step(self, dt: float) -> bool:
+        """Set the speed for `dt` [s]; True when it is over. A warning if it takes more than the Performance allows."""
         entity, before = self._entity, self._entity.speed
         done = self._go_on(dt)
         entity.speed = min(entity.speed, entity.max_speed)

@@ -48,6 +48,7 @@ class Kinds:
         self._entries = self._entries or [(1.0, vehicle("car"))]
 
     def draw(self, crowd: Crowd) -> model.EntityObject:
+        """What comes next, drawn from the crowd's random numbers by the weights of the distribution."""
         return weighted(crowd.random, self._entries)
 
 
@@ -95,6 +96,7 @@ class Source:
         self._due: float | None = None
 
     def come_and_go(self, crowd: Crowd, time: float) -> None:
+        """Let those come that are due at `time` [s], within the radius, while there is a free place."""
         element = self._element
         if element.rate <= 0.0:
             return
@@ -119,6 +121,7 @@ class Sink:
         self._due = -math.inf
 
     def come_and_go(self, crowd: Crowd, time: float) -> None:
+        """Let those within the radius go at `time` [s], no more often than the rate says; without a rate all."""
         place, rate = self._where(), self._element.rate
         for entity, _, _ in list(crowd.members.values()):
             if math.hypot(entity.x - place.x, entity.y - place.y) > self._element.radius:
@@ -149,6 +152,7 @@ class Swarm:
         return np.asarray((ahead / major) ** 2 + (aside / minor) ** 2 <= 1.0)
 
     def come_and_go(self, crowd: Crowd, time: float) -> None:
+        """Let those go that have left the ellipse, and others come into it until there are as many as stated."""
         element, central = self._element, self._central
         mine = crowd.of(self)
         for entity in mine:
@@ -211,6 +215,7 @@ class Area:
         return chosen
 
     def come_and_go(self, crowd: Crowd, time: float) -> None:
+        """Fill the area once; if `continuous`, replace whoever leaves it."""
         where = self._mask(crowd)
         if self._filled and not self._element.continuous:
             return
@@ -226,7 +231,10 @@ class Area:
 
 
 def within(corners: list[tuple[float, float]], x: np.ndarray, y: np.ndarray) -> Mask:
-    """Which points lie in a polygon (a ray to the right crosses its edges an odd number of times)."""
+    """Mask (n,) of the points x (n,), y (n,) [m] that lie in a polygon with these corners [m].
+
+    A ray to the right crosses its edges an odd number of times.
+    """
     inside = np.zeros(len(x), dtype=np.bool_)
     for (x0, y0), (x1, y1) in zip(corners, [*corners[1:], corners[0]], strict=True):
         if y0 != y1:
@@ -236,7 +244,10 @@ def within(corners: list[tuple[float, float]], x: np.ndarray, y: np.ndarray) -> 
 
 @action(model.TrafficAction)
 def traffic(element: model.TrafficAction, entity: Entity | None, board: Board) -> Runner:
-    """Cars and the like come and go by the storyboard's seed, at most 300 at a time; see below."""
+    """Cars and the like come and go by the storyboard's seed, at most 300 at a time; see below.
+
+    Raises Unsupported in a scenario without a road network.
+    """
     inner = element.action
     if isinstance(inner, model.TrafficStopAction):
         return Instant(lambda: board.crowd().stop(element.traffic_name))

@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 
 @action(model.ConnectTrailerAction)
 def connect(element: model.ConnectTrailerAction, entity: Entity, board: Board) -> Runner:
-    """The named entity hangs on the actor from now on, wherever it was; its own actions no longer move it."""
+    """The named entity hangs on the actor from now on, wherever it was; its own actions no longer move it.
+
+    Raises Unsupported for a vehicle that is to be its own trailer.
+    """
     trailer = entity_called(element.trailer_ref, board)
     if trailer is entity:
         raise Unsupported("a vehicle cannot be its own trailer", element.trailer_ref)

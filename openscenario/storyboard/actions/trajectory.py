@@ -78,6 +78,7 @@ class FollowTrajectory:
         return along
 
     def start(self) -> bool:
+        """Put the entity on the trajectory. A warning if timing is asked for and the trajectory has no time stamps."""
         along = self._begin()
         element, entity = self._element, self._entity
         if len(self.domains) == 1 and isinstance(element.time_reference, model.Timing):
@@ -100,6 +101,7 @@ class FollowTrajectory:
         return (self._clock - timing.offset) / timing.scale
 
     def step(self, dt: float) -> bool:
+        """Go on along the trajectory for `dt` [s]; True at its end, where the rest of the step goes straight on."""
         entity, along = self._entity, self._course
         assert along is not None
         x, y = entity.x, entity.y
@@ -192,9 +194,10 @@ class FollowTrajectory:
         return s + ahead - self._s, dy * math.cos(h) - dx * math.sin(h), h
 
     def stop(self) -> None:
-        return None
+        """Do nothing: the entity goes on from where it is."""
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "trajectory" with points (x, y [m], h [rad]) and times [s] or None; it lasts until the last."""
         along = self._begin()
         timed = len(self.domains) > 1
         left = max(along.end_time - self._trajectory_time(), 0.0) if timed else 0.0

@@ -16,11 +16,13 @@ if TYPE_CHECKING:
 
 @action(model.ParameterAction)
 def parameter(element: model.ParameterAction, entity: None, board: Board) -> Runner:
+    """Set a parameter of the scenario, or calculate with it."""
     return _change(board.parameters, element.parameter_ref, element.action)
 
 
 @action(model.VariableAction)
 def variable(element: model.VariableAction, entity: None, board: Board) -> Runner:
+    """Set a variable, or calculate with it."""
     return _change(board.variables, element.variable_ref, element.action)
 
 

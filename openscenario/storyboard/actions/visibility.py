@@ -24,6 +24,7 @@ class Show:
         self._entity = entity
 
     def start(self) -> bool:
+        """Set who sees the entity: traffic, and all sensors or those that are named. True, as that was all."""
         element, visible = self._element, self._entity.visible
         visible.traffic = element.traffic
         if not element.sensor_references:
@@ -33,12 +34,14 @@ class Show:
         return True
 
     def step(self, dt: float) -> bool:
+        """Do nothing in a step of `dt` [s]; True, as it is over."""
         return True
 
     def stop(self) -> None:
-        return None
+        """Do nothing: nothing is held."""
 
     def ask(self) -> tuple[str, dict[str, Any], float]:
+        """A request "visibility" with what sensors and traffic see; over at once."""
         self.start()
         return "visibility", {"sensors": self._element.sensors, "traffic": self._element.traffic}, 0.0
 

@@ -24,6 +24,7 @@ def relative_clearance(element: model.RelativeClearanceCondition, entity: Entity
     """True while none of the given entities (all, if none is given) is in one of the lanes within the distances.
 
     A range of lanes of which the road has none in the entity's direction (or any, if opposite lanes count) is not free.
+    Raises Unsupported in a scenario without a road network.
     """
     board = scope.board
     network = board.network

@@ -40,6 +40,7 @@ def collision(element: model.CollisionCondition, entity: Entity, scope: Scope) -
 
 @condition(model.EndOfRoadCondition)
 def end_of_road(element: model.EndOfRoadCondition, entity: Entity, scope: Scope) -> Test:
+    """True once the entity has been at the end of its road for the duration [s]."""
     board, duration = scope.board, element.duration
     return lambda: board.time - entity.end_since >= duration - RESOLUTION
 

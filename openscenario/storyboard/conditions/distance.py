@@ -48,6 +48,7 @@ def _compare(distance: Measure, other: Entity | None, rule: str, value: float) -
 
 @condition(model.RelativeDistanceCondition)
 def relative_distance(element: model.RelativeDistanceCondition, entity: Entity, scope: Scope) -> Test:
+    """Compares the distance [m] between two entities with a value."""
     other = entity_called(element.entity_ref, scope.board)
     kind, system = element.relative_distance_type, element.coordinate_system
     distance = measure(scope.board, entity, other, kind=kind, system=system, free=element.freespace)
@@ -65,6 +66,7 @@ def distance_to(element: model.DistanceCondition, entity: Entity, scope: Scope) 
 
 @condition(model.ReachPositionCondition)
 def reach_position(element: model.ReachPositionCondition, entity: Entity, scope: Scope) -> Test:
+    """True while the entity is within `tolerance` [m] of the position, measured in the plane."""
     where, tolerance = resolver(element.position, scope.board), element.tolerance
 
     def test() -> bool:
@@ -101,7 +103,10 @@ def time_headway(element: model.TimeHeadwayCondition, entity: Entity, scope: Sco
 @condition(model.TimeToCollisionCondition)
 def time_to_collision(element: model.TimeToCollisionCondition, entity: Entity, scope: Scope) -> Test:
     """Distance over closing speed; not defined while the two do not close in, or at no distance. `alongRoute`: see
-    below."""
+    below.
+
+    Raises Unsupported for a target that is neither an entity nor a position.
+    """
     target = element.time_to_collision_condition_target
     other: Entity | Callable[[], Place]
     if target.entity_ref is not None:

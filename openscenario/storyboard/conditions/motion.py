@@ -20,6 +20,7 @@ RESOLUTION = 1e-9  # s
 
 @condition(model.SpeedCondition)
 def speed(element: model.SpeedCondition, entity: Entity, scope: Scope) -> Test:
+    """Compares the entity's speed [m/s], in all or in one direction, with a value."""
     holds, value = COMPARISONS[element.rule], element.value
     of = _speed(element.direction)
     return lambda: holds(of(entity), value)
@@ -86,11 +87,13 @@ def _speed(direction: str | None) -> Callable[[Entity], float]:
 
 @condition(model.StandStillCondition)
 def stand_still(element: model.StandStillCondition, entity: Entity, scope: Scope) -> Test:
+    """True once the entity has stood for the duration [s]."""
     duration, board = element.duration, scope.board
     return lambda: board.time - entity.still_since >= duration - RESOLUTION
 
 
 @condition(model.TraveledDistanceCondition)
 def travelled(element: model.TraveledDistanceCondition, entity: Entity, scope: Scope) -> Test:
+    """True once the entity has gone so far [m] since it came."""
     value = element.value
     return lambda: entity.travelled >= value - 1e-6

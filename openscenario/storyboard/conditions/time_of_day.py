@@ -24,6 +24,10 @@ def _seconds(text: str) -> float:
 
 @condition(model.TimeOfDayCondition)
 def time_of_day(element: model.TimeOfDayCondition, entity: None, scope: Scope) -> Test:
+    """Compares the time of day of the environment with a date and time; false while the environment has none.
+
+    Raises Unsupported for a text that is no date and time.
+    """
     board, holds = scope.board, COMPARISONS[element.rule]
     try:
         wanted = _seconds(element.date_time)

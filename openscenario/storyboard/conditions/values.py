@@ -16,6 +16,7 @@ RESOLUTION = 1e-9  # s: a sum of steps meets a time in spite of rounding
 
 @condition(model.SimulationTimeCondition)
 def simulation_time(element: model.SimulationTimeCondition, entity: None, scope: Scope) -> Test:
+    """Compares the time [s] since the storyboard began with a value."""
     board = scope.board
     rule, value = element.rule, element.value
     if rule == "greaterOrEqual":
@@ -34,6 +35,7 @@ def simulation_time(element: model.SimulationTimeCondition, entity: None, scope:
 
 @condition(model.ParameterCondition)
 def parameter(element: model.ParameterCondition, entity: None, scope: Scope) -> Test:
+    """Compares a parameter of the scenario with a value."""
     if element.parameter_ref not in scope.board.parameters and criterion_of(element.at):
         return lambda: False
     return _named(scope.board.parameters, element.parameter_ref, element.rule, element.value)
@@ -41,6 +43,7 @@ def parameter(element: model.ParameterCondition, entity: None, scope: Scope) -> 
 
 @condition(model.VariableCondition)
 def variable(element: model.VariableCondition, entity: None, scope: Scope) -> Test:
+    """Compares a variable with a value."""
     return _named(scope.board.variables, element.variable_ref, element.rule, element.value)
 
 
@@ -53,7 +56,10 @@ def _named(values: Values, name: str, rule: str, text: str) -> Test:
 
 @condition(model.StoryboardElementStateCondition)
 def element_state(element: model.StoryboardElementStateCondition, entity: None, scope: Scope) -> Test:
-    """States hold while they last; transitions in the step they happen in, or in the one after (seen once)."""
+    """States hold while they last; transitions in the step they happen in, or in the one after (seen once).
+
+    Raises Unsupported if the storyboard has no such element.
+    """
     board = scope.board
     node = find(board.root, element.storyboard_element_type, element.storyboard_element_ref, scope.node)
     if node is None:
@@ -76,6 +82,7 @@ def element_state(element: model.StoryboardElementStateCondition, entity: None, 
 
 @condition(model.TrafficSignalCondition)
 def traffic_signal(element: model.TrafficSignalCondition, entity: None, scope: Scope) -> Test:
+    """True while a traffic signal is in the state."""
     signals = scope.board.world.signals
     name, state = element.name, element.state
     return lambda: signals.get(name) == state
@@ -83,6 +90,7 @@ def traffic_signal(element: model.TrafficSignalCondition, entity: None, scope: S
 
 @condition(model.TrafficSignalControllerCondition)
 def signal_phase(element: model.TrafficSignalControllerCondition, entity: None, scope: Scope) -> Test:
+    """True while the program of a traffic signal controller is in the phase."""
     board = scope.board
     program = program_with(board.programs, element.traffic_signal_controller_ref, element.phase)
 

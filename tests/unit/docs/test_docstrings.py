@@ -19,19 +19,26 @@ ROOT = Path(__file__).parents[3]
 PACKAGES = ("machine_code", "openscenario", "vehicle", "ads", "reports", "pytest_dvp")
 HELD = (
     "ads",
+    "machine_code",
+    "openscenario",
+    "pytest_dvp/campaigns",
     "pytest_dvp/cli",
     "pytest_dvp/doctor",
     "pytest_dvp/drive",
     "pytest_dvp/gap",
     "pytest_dvp/logs",
     "pytest_dvp/metrics",
+    "pytest_dvp/mutation",
     "pytest_dvp/plugin",
+    "pytest_dvp/rooms",
     "pytest_dvp/text",
     "pytest_dvp/tuning",
     "pytest_dvp/verdicts",
+    "pytest_dvp/workers",
     "reports",
     "vehicle/adapters",
     "vehicle/guard",
+    "vehicle/sensors",
     "vehicle/wire",
 )
 """Rooms in which each public function and method has a docstring that says all; a room that is done is added."""
