@@ -117,7 +117,7 @@ The slots are computed in this order:
 | body | `x.fy_front`, `x.fy_rear`, their tangents, `x.turning_inertia`, `x.yaw_moment` |
 | road | `x.grade`, `x.bank` |
 | sensor | `x.meas_...` |
-| perception | object tracks: (tracks, p, rng), see `vehicle/model/perception_effects.py`, [perception.md](perception.md) |
+| perception | object tracks: (tracks, p, rng), `vehicle/model/perception_effects.py`; [perception.md](perception.md) |
 
 """
 
