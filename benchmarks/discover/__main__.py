@@ -109,8 +109,11 @@ def table(lines: list[dict[str, Any]], seed: str) -> str:
 
 
 def _is_true(line: dict[str, Any]) -> bool:
-    form = line["true"]["form"]
-    return bool(form) and len(line["terms"]) == 1 and form in (line["terms"][0]["form"], *line["terms"][0]["same"])
+    """Whether each term of the answer has the form that was hidden, and no term is missing."""
+    forms = [form for form in line["true"]["form"].split("; ") if form]
+    if len(forms) != len(line["terms"]):
+        return False
+    return bool(forms) and all(any(form in (term["form"], *term["same"]) for term in line["terms"]) for form in forms)
 
 
 def main() -> int:

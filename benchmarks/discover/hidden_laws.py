@@ -1,7 +1,7 @@
 """Laws that no catalogue has, as effects of the twin's kernel: from the literature or plainly possible.
 
-Half of them are products that the grammar of `discover` has, the other half are not (roots, exponentials, saturations,
-two terms). Nulls: a car without a hidden law, a model with wrong values, and a twin of a foreign car.
+Most of them are products that the grammar of `discover` has, or two of these; three are not (a root, an exponential, a
+threshold). Nulls: a car without a hidden law, a model with wrong values, and a twin of a foreign car.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ _LAWS: Mapping[str, tuple[Slot, Callable[[Any, Any, Any], None], float, float, s
     "root_drag": ("force", root_drag, 0.05, 0.2, ""),
     "exponential_gain": ("command", exponential_gain, 0.08, 0.25, ""),
     "brake_threshold": ("command", brake_threshold, 0.2, 0.6, ""),
-    "drive_and_turn": ("command", drive_and_turn, -0.5, -0.2, ""),
+    "drive_and_turn": ("command", drive_and_turn, -0.5, -0.2, "d a+; |d| a+"),
     "gyro_by_acceleration": ("sensor", gyro_by_acceleration, 0.01, 0.03, "ax"),
 }
 NAMES = tuple(_LAWS)
