@@ -18,20 +18,19 @@ from pytest_dvp.gap.diagnose.held_out import (
     Fold,
     folds,
     folds_with_setup,
-    held_out_rivals,
+    rivals_over_segments,
     step,
 )
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import intervals, widen_dead_times
-from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.removal import SearchSpace, searched
+from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
 from pytest_dvp.gap.diagnose.search import (
     Search,
     SearchResult,
     Tick,
 )
-from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER, REMAINDER_ONLY, Evidence, with_standing
+from pytest_dvp.gap.diagnose.standing import Evidence, with_standing
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.veto import judged
 from pytest_dvp.gap.perception.diagnose_perception import diagnose_perceptions
@@ -70,15 +69,14 @@ def diagnose(
     late = {c.name for c in every if c.effect.diagnosed.refines and c.name not in present}
     refiners = [c for c in every if c.name in late]
     tried = [c for c in every if c.name not in late and not repeats(c.effect, nuisance)]
-    space = SearchSpace(target, tried, refiners, nuisance, start, tick)
-    search, found, removed, instead = searched(space, model)
+    search, found, removed, instead = searched(SearchSpace(target, tried, refiners, nuisance, start, tick), model)
     tick("held-out data")
     judges = folds(logs, held_out, model, effects)
     found, vetoed, gains, judges = judged(search, found, judges, lambda: folds_with_setup(held_out, model, effects))
     final = found.final
     if target.excused or search.misfit(final):
-        tick("rivals on held-out data")
-        more = held_out_rivals(search, judges, final)
+        tick("rivals over segments")
+        more = rivals_over_segments(search, judges, final)
         found = dataclasses.replace(
             found, rivals={n: tuple(dict.fromkeys((*found.rivals.get(n, ()), *more.get(n, ())))) for n in final.names}
         )
@@ -105,7 +103,7 @@ def diagnose(
         for before, after in itertools.pairwise(trials)
     ) + tuple(
         removed_effect(known[name], (steps[k].chi2_per_n - steps[k + 1].chi2_per_n) * search.count / excess,
-                 _lost_held_out(model, name, final, judges), instead, excused=target.excused)
+                 lost_held_out(model, name, final, judges), instead, excused=target.excused)
         for k, name in enumerate(gone)
     )  # fmt: skip
     tick("standing")
@@ -193,27 +191,3 @@ def _folded(found: Mapping[str, Estimate]) -> dict[str, Estimate]:
         "slope": Estimate(sign * slope.value, low, high, slope.unit),
         "heading": Estimate(heading.value - turn, heading.low - turn, heading.high - turn, heading.unit),
     }
-
-
-def removed_effect(effect: Effect, gain: float, held_out: float | None, instead: tuple[str, ...], *,
-             excused: bool) -> NamedEffect:  # fmt: skip
-    """held_out: chi^2/N that the effect costs on data held out; it is confirmed that the car lacks it if it does, and
-    if no other effects do as well beside it (`instead`). excused: the twin has a known remainder."""
-    off = {k.name: Estimate(k.neutral, k.neutral, k.neutral, k.unit) for k in effect.parameters}
-    doubts = [
-        *([f"the model does as well with {', '.join(instead)} added to it"] if instead else []),
-        *(["data held out do not gain without it"] if held_out is None or held_out <= 0.0 else
-          [REMAINDER_ONLY] if excused and held_out < ABOVE_REMAINDER else []),
-    ]  # fmt: skip
-    return NamedEffect(
-        name=effect.name, parameters=off, gain=min(max(gain, 0.0), 1.0), action="remove", held_out_gain=held_out,
-        rivals=instead, standing="provisional" if doubts else "confirmed", doubts=tuple(doubts),
-    )  # fmt: skip
-
-
-def _lost_held_out(model: VehicleModel, name: str, final: Trial, judges: Sequence[Fold]) -> float | None:
-    """chi^2/N that an effect of the model costs on the data held out, beside all that was found."""
-    given = next(a for a in model.effects if a.name == name)
-    back = final.values | {(name, key): value for key, value in given.values.items()}
-    lost = [square(f.judge.whitened(back)) - square(f.judge.whitened(final.values)) for f in judges]
-    return sum(lost) / max(sum(f.judge.count for f in judges), 1) if lost else None

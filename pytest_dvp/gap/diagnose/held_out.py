@@ -122,7 +122,7 @@ def fold_excites(search: Search, fold: Fold, trial: Trial, name: str) -> bool:
     return change * fold.judge.count > EXTRAPOLATES * judged * fold.fitted.count
 
 
-def held_out_rivals(search: Search, judges: Sequence[Fold], best: Trial) -> dict[str, tuple[str, ...]]:
+def rivals_over_segments(search: Search, judges: Sequence[Fold], best: Trial) -> dict[str, tuple[str, ...]]:
     """Effects by the named one that do as well in its place, where parts of all the data are drawn by chance.
 
     Where a model leaves more than noise, its errors repeat themselves from sample to sample, and a gap between two sets

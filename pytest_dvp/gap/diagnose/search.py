@@ -123,10 +123,8 @@ class Search:
         start = best
         for refiner in self.refiners.values():
             for other in self._with_refiner(start, refiner):
-                level = self.target.excused and self.cannot_tell_apart(
-                    other, start
-                )  # as the known remainder may change
-                if self.cost(other) < self.cost(best) - 1e-3 * self.count and not level:
+                remainder = self.target.excused and self.cannot_tell_apart(other, start)  # it may make the gap
+                if self.cost(other) < self.cost(best) - 1e-3 * self.count and not remainder:
                     best = other
                 elif self.cannot_tell_apart(start, other):
                     for name in set(start.names) - set(other.names):

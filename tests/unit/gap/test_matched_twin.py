@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import held_out, removal, veto
-from pytest_dvp.gap.diagnose.diagnose import removed_effect
-from pytest_dvp.gap.diagnose.held_out import Fold, held_out_rivals
+from pytest_dvp.gap.diagnose.held_out import Fold, rivals_over_segments
+from pytest_dvp.gap.diagnose.removal import removed_effect
 from pytest_dvp.gap.diagnose.search import SearchResult
 from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER
 from vehicle.model.effect_catalogue import catalogue
@@ -148,5 +148,5 @@ def test_a_rival_does_as_well_in_many_draws_of_segments() -> None:
             other("roll", explains_little, 2.0 * COUNT),
         ]
     }
-    found = held_out_rivals(search, (judge(),), best)  # type: ignore[arg-type]
+    found = rivals_over_segments(search, (judge(),), best)  # type: ignore[arg-type]
     assert found == {"steer_ratio": ("steer_asymmetry",)}
