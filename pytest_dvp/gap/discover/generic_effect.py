@@ -6,6 +6,8 @@ from functools import cache
 from math import inf
 from typing import Any
 
+from numba.extending import register_jitable
+
 from pytest_dvp.gap.discover.factors import value
 from pytest_dvp.gap.discover.term import POINTS, Term
 from vehicle.model.effect import Effect, Key, Memory, Slot
@@ -19,20 +21,25 @@ _KEYS = (
     Key("tau", "s", 0.02, 100.0, neutral=1.0, least=0.02, minimum=1e-3),
     Key("v0", "m/s", 0.0, 30.0, neutral=5.0, least=0.1),
 )
-_MEMORY = (Memory("h"), Memory("begun"))
+_MEMORY = (Memory("h"),)
 
 
-def _command(x: Any, p: Any, m: Any) -> None:
+@register_jitable  # type: ignore[untyped-decorator,unused-ignore]
+def _term(x: Any, p: Any, m: Any) -> float:
+    """The term's value now, in the unit of its point; its memory begins with the log, not while actuators settle."""
     if p.c == 0.0:
-        return
+        return 0.0
     inside = value(x, int(p.h1), p.v0) * value(x, int(p.h2), p.v0)
     if p.filter > 0.0:
-        if m.begun == 0.0 and x.settle == 0.0:
-            m.begun = 1.0
         if x.settle == 0.0:
             m.h = lag_end(m.h, inside, p.tau, x.dt)
         inside = m.h if p.filter == 1.0 else inside - m.h
-    term = p.c * value(x, int(p.g1), p.v0) * value(x, int(p.g2), p.v0) * value(x, int(p.g3), p.v0) * inside
+    gate = value(x, int(p.g1), p.v0) * value(x, int(p.g2), p.v0) * value(x, int(p.g3), p.v0)
+    return float(p.c * gate * inside)
+
+
+def _command(x: Any, p: Any, m: Any) -> None:
+    term = _term(x, p, m)
     if p.point == 0.0:
         x.steer += term
     else:
@@ -40,13 +47,7 @@ def _command(x: Any, p: Any, m: Any) -> None:
 
 
 def _force(x: Any, p: Any, m: Any) -> None:
-    if p.c == 0.0:
-        return
-    inside = value(x, int(p.h1), p.v0) * value(x, int(p.h2), p.v0)
-    if p.filter > 0.0:
-        m.h = lag_end(m.h, inside, p.tau, x.dt)
-        inside = m.h if p.filter == 1.0 else inside - m.h
-    term = p.c * value(x, int(p.g1), p.v0) * value(x, int(p.g2), p.v0) * value(x, int(p.g3), p.v0) * inside
+    term = _term(x, p, m)
     if p.point == 0.0:
         x.drag += x.mass_ref * term
     else:
@@ -54,13 +55,7 @@ def _force(x: Any, p: Any, m: Any) -> None:
 
 
 def _body(x: Any, p: Any, m: Any) -> None:
-    if p.c == 0.0:
-        return
-    inside = value(x, int(p.h1), p.v0) * value(x, int(p.h2), p.v0)
-    if p.filter > 0.0:
-        m.h = lag_end(m.h, inside, p.tau, x.dt)
-        inside = m.h if p.filter == 1.0 else inside - m.h
-    term = p.c * value(x, int(p.g1), p.v0) * value(x, int(p.g2), p.v0) * value(x, int(p.g3), p.v0) * inside
+    term = _term(x, p, m)
     if p.point == 0.0:
         x.yaw_moment += x.yaw_inertia * term
     elif p.point == 1.0:
@@ -70,13 +65,7 @@ def _body(x: Any, p: Any, m: Any) -> None:
 
 
 def _sensor(x: Any, p: Any, m: Any) -> None:
-    if p.c == 0.0:
-        return
-    inside = value(x, int(p.h1), p.v0) * value(x, int(p.h2), p.v0)
-    if p.filter > 0.0:
-        m.h = lag_end(m.h, inside, p.tau, x.dt)
-        inside = m.h if p.filter == 1.0 else inside - m.h
-    term = p.c * value(x, int(p.g1), p.v0) * value(x, int(p.g2), p.v0) * value(x, int(p.g3), p.v0) * inside
+    term = _term(x, p, m)
     if p.point == 0.0:
         x.meas_v += term
     elif p.point == 1.0:
