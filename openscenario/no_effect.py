@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
 from openscenario import model
 from openscenario.findings import Finding
+from openscenario.model.kinds import elements_below
 
 _CONTROLLER = "others keep the default controller, the ego its driving stack"
 
@@ -36,7 +36,7 @@ def without_effect(scenario: model.Scenario) -> tuple[Finding, ...]:
     """A warning for each kind of such an element and file, at the first of them."""
     first: dict[tuple[str, str, str], model.Element] = {}
     count: dict[tuple[str, str, str], int] = {}
-    for element in _elements(scenario.storyboard):
+    for element in elements_below(scenario.storyboard):
         for what, why in _idle(element):
             key = (what, why, element.at.file)
             first.setdefault(key, element)
@@ -93,14 +93,3 @@ def _idle(element: model.Element) -> Iterator[tuple[str, str]]:
 def _is_unknown(rain: model.Precipitation) -> bool:
     """Whether something falls that says nothing of how far one sees."""
     return rain.precipitation_type != "dry" and rain.precipitation_intensity is None
-
-
-def _elements(thing: object) -> Iterator[model.Element]:
-    """All elements below, in the order of the file."""
-    if isinstance(thing, tuple):
-        for each in thing:
-            yield from _elements(each)
-    elif isinstance(thing, model.Element):
-        yield thing
-        for field in dataclasses.fields(thing):
-            yield from _elements(getattr(thing, field.name))

@@ -6,13 +6,12 @@ A feature is an action or condition of OpenSCENARIO that the storyboard can run.
 
 from __future__ import annotations
 
-import dataclasses
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
-from openscenario import model
 from openscenario.findings import ScenarioError
+from openscenario.model.kinds import elements_below
 from openscenario.model.scenario import Scenario
 from openscenario.read import read_scenario
 from openscenario.road.network import load_network
@@ -24,17 +23,7 @@ from openscenario.xml import read_xml
 def features_of(scenario: Scenario) -> frozenset[str]:
     """Names of the actions and conditions that a scenario uses."""
     known = {kind.__name__ for kind in (*action_factories(), *condition_factories())}
-    return frozenset(type(each).__name__ for each in _elements(scenario.storyboard)) & known
-
-
-def _elements(thing: object) -> Iterator[model.Element]:
-    if isinstance(thing, tuple):
-        for each in thing:
-            yield from _elements(each)
-    elif isinstance(thing, model.Element):
-        yield thing
-        for field in dataclasses.fields(thing):
-            yield from _elements(getattr(thing, field.name))
+    return frozenset(type(each).__name__ for each in elements_below(scenario.storyboard)) & known
 
 
 def found_files(folder: Path) -> tuple[list[frozenset[str]], Counter[str]]:

@@ -9,6 +9,7 @@ differs from this is said by `xml(...)` at the field or by `XML` at the class.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, TypeAlias
 
@@ -32,6 +33,17 @@ class Element:
     XML: ClassVar[str] = ""  # path of the element below its choice, if not simply the class name
 
     at: At = dataclasses.field(default=NOWHERE, compare=False, repr=False, kw_only=True)
+
+
+def elements_below(thing: object) -> Iterator[Element]:
+    """An element, or those of a tuple, and all elements below, in the order of the file; none for anything else."""
+    if isinstance(thing, tuple):
+        for each in thing:
+            yield from elements_below(each)
+    elif isinstance(thing, Element):
+        yield thing
+        for field in dataclasses.fields(thing):
+            yield from elements_below(getattr(thing, field.name))
 
 
 @dataclass(frozen=True, slots=True)

@@ -45,8 +45,6 @@ from openscenario.storyboard.trailers import couple, couple_named, draw, line_up
 from openscenario.storyboard.values import Values
 from openscenario.storyboard.world import World
 
-STILL = 1e-3  # m/s: slower is standing
-
 
 class Held(NamedTuple):
     """A runner and the entity it acts on."""
@@ -130,14 +128,14 @@ class Storyboard:
         self._enter(self.root)
         self._end_finished()
         for entity in self.entities.values():
-            self._note_rest(entity)
+            entity.note_rest(self.time)
 
     def place(self, name: str, x: float, y: float, z: float, h: float, speed: float, ax: float = 0.0) -> None:
         """The true pose of an external entity's reference point [m, rad, m/s, m/s^2], before a step."""
         entity = self.entities[name]
         entity.ax = ax
         self.ground.place(entity, x, y, z, h, speed)
-        self._note_rest(entity)
+        entity.note_rest(self.time)
 
     def velocity(self, entity: Entity) -> tuple[float, float]:
         """vx, vy [m/s] of the motion seen last; before the first step none has been: of the speed at the start."""
@@ -179,7 +177,7 @@ class Storyboard:
                 if not entity.moved and entity.drawn_by is None:
                     move(entity, dt, ground)
                 entity.placed = False
-                self._note_rest(entity)
+                entity.note_rest(self.time)
         self._draw(dt)
         for entity in self._externals:
             entity.travelled += abs(entity.speed) * dt
@@ -200,19 +198,6 @@ class Storyboard:
         if self._active:
             self._end_finished()
         return self.done
-
-    def _note_rest(self, entity: Entity) -> None:
-        """Since when the entity has been standing, or at the end of its road."""
-        if -STILL < entity.speed < STILL:
-            if entity.still_since == math.inf:
-                entity.still_since = self.time
-        else:
-            entity.still_since = math.inf
-        if entity.end_of_road:
-            if entity.end_since == math.inf:
-                entity.end_since = self.time
-        elif entity.end_since != math.inf:
-            entity.end_since = math.inf
 
     def crowd(self) -> Crowd:
         """The traffic that comes and goes."""

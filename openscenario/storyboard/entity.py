@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 
 GRAVITY = 9.80665  # m/s^2, CGPM 1901
+STILL = 1e-3  # m/s: slower is standing; chosen
 
 
 class Visible:
@@ -190,6 +191,12 @@ class Entity:
         """Accelerate and brake with no more than the friction coefficient [-] of the road times the weight."""
         most = friction * GRAVITY
         self.max_acceleration, self.max_deceleration = min(self.able[0], most), min(self.able[1], most)
+
+    def note_rest(self, time: float) -> None:
+        """Keep since when [s] it has been standing, and at the end of its road; `time` is now."""
+        standing = -STILL < self.speed < STILL
+        self.still_since = min(self.still_since, time) if standing else math.inf
+        self.end_since = min(self.end_since, time) if self.end_of_road else math.inf
 
     def jump_to_speed(self, speed: float) -> None:
         """A step in speed: holds from the beginning of the step on."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from openscenario import model
 from openscenario.storyboard.dynamics import Transition, lateral_span, span
-from openscenario.storyboard.entity import Entity
+from openscenario.storyboard.entity import STILL, Entity
 from openscenario.storyboard.motion import lean, way
 from openscenario.storyboard.positions import shifted_lane
 from openscenario.storyboard.reading import OFFSET_ENDED
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from openscenario.storyboard.board import Board
 
 NEAR = 1e-6  # m, and m/s
-STILL = 1e-3  # m/s: slower is standing
 
 
 class Shift:
