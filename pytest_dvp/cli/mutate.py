@@ -9,6 +9,9 @@ from pathlib import Path
 
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json
 from pytest_dvp.cli.shared.named_scenarios import named_scenarios
+from pytest_dvp.cli.shared.progress import progress
+from pytest_dvp.cli.shared.worker_options import add_workers, check_workers, workers
+from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.names import REFERENCE
 from pytest_dvp.text.plain_json import finite
 from pytest_dvp.text.spelling import unknown
@@ -22,21 +25,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ads", default=REFERENCE, metavar="NAME", help="driving stack, e.g. my_stack.py:Stack")
     parser.add_argument("--fault", nargs="+", action="extend", default=[], metavar="NAME", help="these faults only")
     parser.add_argument("--clean-seeds", type=int, default=20, metavar="N", help="drives without a fault; default: 20")
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes; default: 1")
-    parser.add_argument("--out", metavar="DIR", help="keep what was driven here; the same command again goes on")
     parser.add_argument("--write", action="store_true", help="add the proposed gates to the gate files")
+    add_workers(parser)
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Drive with each fault and tell which no gate notices. Returns 1 if a fault escapes, else 0.
 
-    Raises WrongArgument for fewer than 2 clean drives or 1 process, an unknown fault, or an `--out` that is a file.
+    Raises WrongArgument for an unknown fault, SettingError for fewer than 2 clean drives, workers that cannot be, or a
+    stack that cannot be loaded.
     """
-    if arguments.clean_seeds < 2 or arguments.jobs < 1:
-        raise WrongArgument("--clean-seeds takes 2 or more, --jobs 1 or more")
+    if arguments.clean_seeds < 2:
+        raise SettingError(f"--clean-seeds is {arguments.clean_seeds}, expected a whole number >= 2")
+    check_workers(arguments)
     scenarios = named_scenarios(arguments.scenarios)
+    from pytest_dvp.drive.stack_host import find_ads
+    from pytest_dvp.drive.stack_name import check_name
     from pytest_dvp.mutation.catalogue import known_faults
+    from pytest_dvp.mutation.drives import drive_once
     from pytest_dvp.mutation.gate_writer import write_gates
     from pytest_dvp.mutation.mutate import mutate
     from pytest_dvp.mutation.words import mutation_lines
@@ -44,22 +51,12 @@ def execute(arguments: argparse.Namespace) -> int:
     for name in arguments.fault:
         if name not in known_faults():
             raise WrongArgument(f"--fault: {unknown('fault', name, known_faults())}")
-    kept = None
-    if arguments.out is not None:
-        folder = Path(arguments.out)
-        if folder.exists() and not folder.is_dir():
-            raise WrongArgument(f"--out {folder}: a file, expected a folder")
-        folder.mkdir(parents=True, exist_ok=True)
-        kept = folder / "drives.jsonl"
-
-    def tick(done: int, of: int) -> None:
-        if done == of or done % 10 == 0:
-            print(f"\rdvp mutate: {done} of {of} drives", end="\n" if done == of else "", file=sys.stderr, flush=True)
-
-    found = mutate(
-        scenarios, arguments.ads, faults=arguments.fault, clean=arguments.clean_seeds, kept=kept, jobs=arguments.jobs,
-        tick=tick,
-    )  # fmt: skip
+    ads = None if arguments.ads == REFERENCE else arguments.ads
+    if ads is not None:  # before anything drives
+        check_name(ads, "--ads", Path.cwd())
+        find_ads(ads, process="off")
+    with progress("dvp mutate", "driving") as tick, workers(arguments, tick, drive_once) as crew:
+        found = mutate(scenarios, ads, crew, faults=arguments.fault, clean=arguments.clean_seeds)
     if arguments.json:
         print(json.dumps(finite(found.as_dict()), ensure_ascii=False))
     else:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.mutation.catalogue import known_faults
-from pytest_dvp.mutation.drives import Drive, Outcome, driven
+from pytest_dvp.mutation.drives import Drive, Outcome
 from pytest_dvp.mutation.fault import Fault
+
+if TYPE_CHECKING:
+    from pytest_dvp.workers.pool import Workers
 
 CLEAN_SEEDS = 20  # without a fault; 20 without an alarm bound its rate by 14 % (1 - 0.05^(1/20)) at 95 % confidence
 FIRST_SEED = 1  # any number does; the same each time, so that two calls agree
@@ -94,24 +97,27 @@ class Mutation:
 
 def mutate(
     scenarios: Sequence[Path],
-    ads: str,
+    ads: str | None,
+    workers: Workers,
     *,
     faults: Sequence[str] = (),
     clean: int = CLEAN_SEEDS,
-    kept: Path | None = None,
-    jobs: int = 1,
-    tick: Callable[[int, int], None] = lambda done, of: None,
 ) -> Mutation:
     """Drive each scenario with `clean` seeds and no fault, and once with each fault.
 
-    faults: names, none for all; kept, jobs: see `drives.driven`. Raises AdsError or ScenarioError (one line).
+    ads: as `--ads` takes it, None for the reference stack; workers: those of `drive_once`; faults: names, none for all.
+    Raises AdsError or ScenarioError (one line).
     """
     chosen = [known_faults()[name] for name in faults] or list(known_faults().values())
     names = [str(path) for path in scenarios]
-    clean_drives = {name: [Drive(name, ads, FIRST_SEED + k) for k in range(clean)] for name in names}
-    faulty = {(fault.name, name): Drive(name, ads, FIRST_SEED, fault.name) for fault in chosen for name in names}
+    clean_drives = {name: [Drive(name, ads=ads, seed=FIRST_SEED + k) for k in range(clean)] for name in names}
+    faulty = {
+        (fault.name, name): Drive(name, ads=ads, seed=FIRST_SEED, fault=fault.name)
+        for fault in chosen
+        for name in names
+    }
     every = [*(drive for drives in clean_drives.values() for drive in drives), *faulty.values()]
-    found = driven(every, kept=kept, jobs=jobs, tick=tick)
+    found = dict(zip(every, (Outcome(**result) for result in workers.run(every)), strict=True))
     envelopes: dict[str, dict[str, Envelope]] = {}
     unsound: dict[str, int] = {}
     for name, drives in clean_drives.items():

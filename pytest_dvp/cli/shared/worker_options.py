@@ -1,4 +1,4 @@
-"""Options of everything that simulates in parallel and keeps what it simulated: `dvp tune`, `dvp iterate`."""
+"""Options of what simulates in parallel and keeps what it simulated: `dvp tune`, `dvp iterate`, `dvp mutate`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.cli.shared.arguments import root_here
 from pytest_dvp.text.errors import SettingError
@@ -46,18 +46,23 @@ def check_workers(arguments: argparse.Namespace) -> None:
 
 
 @contextmanager
-def workers(arguments: argparse.Namespace, tick: Callable[[str], None]) -> Iterator[Workers]:
-    """What was asked for: processes of this machine, or the workers of a scheduler. Raises SettingError."""
+def workers(
+    arguments: argparse.Namespace, tick: Callable[[str], None], work: Callable[[Any], dict[str, Any]] | None = None
+) -> Iterator[Workers]:
+    """What was asked for: processes of this machine, or the workers of a scheduler. work: what a job gives, None for
+    what tuning needs. Raises SettingError."""
     from pytest_dvp.workers.cache import Cache
     from pytest_dvp.workers.pool import Workers
+    from pytest_dvp.workers.run_job import work as metrics_of
 
+    does = work or metrics_of
     cache = Cache(Path(arguments.cache) if arguments.cache else root_here() / "runs" / "tuning" / "cache")
     if arguments.scheduler is None:
-        with Workers(cache, arguments.jobs or os.cpu_count() or 1, tick) as found:
+        with Workers(cache, arguments.jobs or os.cpu_count() or 1, tick, work=does) as found:
             yield found
         return
     from pytest_dvp.workers.dask_cluster import Cluster
 
     tick(f"connecting to {arguments.scheduler}")
-    with Cluster(arguments.scheduler) as cluster, Workers(cache, tick=tick, cluster=cluster) as found:
+    with Cluster(arguments.scheduler) as cluster, Workers(cache, tick=tick, work=does, cluster=cluster) as found:
         yield found

@@ -89,7 +89,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_planted_escaper_is_found_and_a_gate_kills_it(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A gate on collisions alone notices no wheel speed that is 5 % off, on an empty road."""
-    asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "3", "--out", "kept"]
+    asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "3", "--cache", "kept"]
     asked += ["--fault", "wheel_speed_plus_5_percent", "camera_wrong_class", "--json"]
     assert main([*asked, "--write"]) == 1
     found = {one["name"]: one for one in json.loads(capsys.readouterr().out)["faults"]}
@@ -106,20 +106,29 @@ def test_the_planted_escaper_is_found_and_a_gate_kills_it(project: Path, capsys:
 
 
 def test_what_was_driven_is_not_driven_again(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "2", "--out", "kept"]
+    asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "2", "--cache", "kept"]
     asked += ["--fault", "drive_cut_2s"]
     main(asked)
     first = capsys.readouterr().out
-    lines = (project / "kept" / "drives.jsonl").read_text().splitlines()
-    assert len(lines) == 3
-    (project / "kept" / "drives.jsonl").write_text("\n".join([*lines[:-1], lines[-1][:40]]) + "\n")
+    files = {file: file.read_bytes() for file in (project / "kept").rglob("*.json")}
+    assert len(files) == 3
+    spoilt, *whole = files
+    spoilt.write_bytes(files[spoilt][:40])
+    before = [file.stat().st_mtime_ns for file in whole]
     main(asked)
     assert capsys.readouterr().out == first
-    assert len((project / "kept" / "drives.jsonl").read_text().splitlines()) == 4
+    assert json.loads(spoilt.read_text())["status"] == json.loads(files[spoilt])["status"]
+    assert [file.stat().st_mtime_ns for file in whole] == before
 
 
 @pytest.mark.parametrize(
-    ("option", "said"), [(["--fault", "gnss_frosen"], "gnss_frozen"), (["--clean-seeds", "1"], "2 or more")]
+    ("option", "said"),
+    [
+        (["--fault", "gnss_frosen"], "gnss_frozen"),
+        (["--clean-seeds", "1"], "--clean-seeds is 1, expected a whole number >= 2"),
+        (["--jobs", "0"], "--jobs is 0, expected a whole number >= 1"),
+        (["--ads", "cruse.py:Cruise"], "--ads: no file"),
+    ],
 )
 def test_a_wrong_option_is_one_line(
     project: Path, option: list[str], said: str, capsys: pytest.CaptureFixture[str]
