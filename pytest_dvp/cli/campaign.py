@@ -23,6 +23,7 @@ from pytest_dvp.campaigns.store import StoreError, is_campaign
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_settings, settings_from
 from pytest_dvp.cli.shared.named_scenarios import named_scenarios
 from pytest_dvp.cli.shared.progress import progress
+from pytest_dvp.drive.option_sources import possible_folder
 from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.plain_json import finite
 from pytest_dvp.text.spelling import unknown
@@ -156,8 +157,9 @@ def _drive(arguments: argparse.Namespace) -> int:
     spaces = [space_of(path, settings) for path in named]
     _check_first(spaces, settings)
     before = _baseline_rows(arguments)
+    out = possible_folder(Path(arguments.out), "--out")
     try:
-        store = Store(Path(arguments.out), writes=True)
+        store = Store(out, writes=True)
     except StoreError as error:
         raise WrongArgument(f"--out: {error}") from None
     with store, progress("dvp campaign", "driving") as tick, Crew(jobs, drive) as crew:
@@ -197,8 +199,9 @@ def _merge(arguments: argparse.Namespace) -> int:
 
     if arguments.out is None:
         raise WrongArgument("dvp campaign --merge: --out DIR is missing: where they are put together")
+    out = possible_folder(Path(arguments.out), "--out")
     try:
-        with Store(Path(arguments.out), writes=True) as store:
+        with Store(out, writes=True) as store:
             merge([Path(text) for text in arguments.scenarios], store)
             _say(store, arguments.json)
     except StoreError as error:

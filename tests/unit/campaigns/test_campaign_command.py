@@ -58,6 +58,12 @@ def test_a_wrong_option_is_one_line(
     assert err.count("\n") == 1
 
 
+def test_an_out_below_a_file_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "taken").write_text("")
+    assert campaign(tmp_path, "--out", str(tmp_path / "taken" / "below")) == 2
+    assert capsys.readouterr().err == f"--out {tmp_path / 'taken' / 'below'}: {tmp_path / 'taken'} is no folder\n"
+
+
 def test_a_folder_that_is_no_campaign_has_no_status(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["campaign", str(tmp_path), "--status"]) == 2
     assert capsys.readouterr().err == f"{tmp_path}: no campaign: it holds no campaign.sqlite\n"
