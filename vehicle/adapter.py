@@ -38,7 +38,7 @@ class Vehicle(Protocol):
         """Hand over a command; it holds until the next one."""
 
     def step(self, dt: float) -> FloatArray:
-        """Let `dt` [s] pass. Returns the measured motion since the last call: rows of TRACE_COLUMNS, oldest first."""
+        """Let `dt` [s] pass. Returns the motion measured since then: rows (n, 12) of TRACE_COLUMNS, oldest first."""
 
     def stop(self) -> None:
         """Bring the car to a halt with what the vehicle itself can do; does not wait."""

@@ -99,7 +99,7 @@ class Objects:
         return self._held[value["$"]] if isinstance(value, dict) else value
 
     def do(self, ask: Dict[str, Any]) -> Any:
-        """What is asked for: import, get, set, call, list, drop."""
+        """What is asked for: import, get, set, call, list, drop. Raises ValueError for anything else."""
         what = ask["do"]
         if what == "import":
             return self.packed(importlib.import_module(ask["module"]))

@@ -105,7 +105,7 @@ class Twin:
         self._plant.command(steer, obeyed.accel, obeyed.throttle, brake)
 
     def step(self, dt: float) -> FloatArray:
-        """Let `dt` [s] pass (a multiple of 1 ms). Returns rows of TRACE_COLUMNS at 100 Hz, oldest first.
+        """Let `dt` [s] pass (a multiple of 1 ms). Returns rows (n, 12) of TRACE_COLUMNS at 100 Hz, oldest first.
 
         Raises ValueError if `dt` is not a positive multiple of the 1 ms step.
         """

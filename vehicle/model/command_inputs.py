@@ -75,7 +75,9 @@ def default_steer_scale(column: str) -> float:
 
 
 def command_table(inputs: Inputs, count: int, columns: Mapping[str, npt.ArrayLike]) -> tuple[FloatArray, FloatArray]:
-    """Commands of the kernel (n, 6) and the slopes (n, 2) of steering and imposed speed over each step.
+    """Commands of the kernel (n, 6), and the slopes (n, 2) of steering [rad] and imposed speed [m/s] over each step.
+
+    The columns of the first are those of COMMAND_COLUMNS, in SI units.
 
     Raises ModelError if a column is missing, has another length or no finite value.
     """

@@ -53,7 +53,10 @@ class Layout:
         self.swings = any(e.fine or (e.tyres and e.memory) for e in chosen)  # bent tyres, or with a state: fast motion
 
     def parameters(self, values: Mapping[str, Mapping[str, float]]) -> FloatArray:
-        """The parameter array of these values (effect -> key -> value), neutral where nothing is given."""
+        """The parameters (n,) of these values (effect -> key -> value), in the order of `places`.
+
+        Each has the unit that its effect declares, and is neutral where no value is given.
+        """
         neutral = {e.name: e.neutral() for e in self.effects}
         return np.array([values.get(e, neutral[e]).get(k, neutral[e][k]) for e, k in self.places], dtype=np.float64)
 

@@ -11,7 +11,7 @@ RAYS = 64  # over the angle that a box fills
 
 
 def hidden_share(tracks: Tracks) -> FloatArray:
-    """Share (n,), 0 to 1, of the angle that each box fills which is behind boxes that are nearer at its stamp.
+    """Share (n,) [-], 0 to 1, of the angle that each box fills which is behind boxes that are nearer at its stamp.
 
     Seen from the ego's reference point, from above: heights do not count. What is nearer has the nearer middle. A box
     around the reference point, or one without size, hides nothing. Resolution 1 / RAYS.

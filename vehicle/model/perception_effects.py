@@ -61,7 +61,7 @@ class Tracks:
                 object.__setattr__(self, name, np.zeros(len(self.t), dtype=getattr(self, name).dtype))
 
     def rows(self, chosen: npt.NDArray[Any]) -> Tracks:
-        """Only the rows chosen by a mask or by their numbers."""
+        """Only the rows chosen by a mask (n,) or by their numbers (m,)."""
         return Tracks(*(getattr(self, name)[chosen] for name in TRACK_COLUMNS))
 
     def distance(self) -> FloatArray:

@@ -88,14 +88,17 @@ class Plant:
         self._bus["road_friction"] = 0.0 if friction is None else max(friction, SLIPPERY)
 
     def advance(self, steps: int) -> FloatArray:
-        """Advance by `steps` with the command held; returns rows of TRACE_COLUMNS at multiples of `every` steps."""
+        """Advance by `steps` with the command held.
+
+        Returns rows (n, 12) of TRACE_COLUMNS, in SI units, at multiples of `every` steps.
+        """
         if steps // self.every + 1 > len(self._trace):
             self._trace = np.zeros((steps // self.every + 1, len(TRACE_COLUMNS)))
         rows = self._run(self._command, steps, False, self._trace)
         return self._trace[:rows].copy()
 
     def drive(self, commands: FloatArray, hold: int, *, measured: bool = False) -> FloatArray:
-        """Advance `hold` steps with each row of `commands` (n, 6: COMMAND_COLUMNS); returns trace rows.
+        """Advance `hold` steps with each row of `commands` (n, 6: COMMAND_COLUMNS); returns rows (m, 12) of the trace.
 
         With `measured`, position, heading, speed, yaw rate and accelerations are as the model's sensor effects show
         them, not as they are.
@@ -132,13 +135,13 @@ class Plant:
         return self.every - int(self._bus[0]["count"]) % self.every
 
     def row(self) -> FloatArray:
-        """The present motion as one row of TRACE_COLUMNS."""
+        """The present motion as one row (12,) of TRACE_COLUMNS, in SI units."""
         b: Any = self._bus[0]
         names = ("t", "x", "y", "z", "yaw", "vx", "vx", "vy_rear", "yaw_rate", "ax", "ay", "steer")
         return np.array([b[name] for name in names])
 
     def shown_row(self) -> FloatArray:
-        """The present motion as the model's sensor effects show it, as one row of TRACE_COLUMNS."""
+        """The present motion as the model's sensor effects show it, as one row (12,) of TRACE_COLUMNS, in SI units."""
         b: Any = self._bus[0]
         row = self.row()
         row[[1, 2, 4, 5, 6]] = b["meas_x"], b["meas_y"], b["meas_yaw"], b["meas_v"], b["meas_v"]

@@ -112,7 +112,10 @@ _MOUNT_OF = {"GNSS_x": "gnss", "CAMERA_x": "camera"}
 
 
 def preset_s(iteration: Iteration, stage: Stage = "dt") -> dict[str, float]:
-    """S of the paper's iteration and stage, in the units of the declarations; what it did not use is left out."""
+    """S of the paper's iteration and stage, in the units of the declarations; what it did not use is left out.
+
+    Raises ModelError for another iteration than 1, 5 or 10, and for another stage than dt, pe or rw.
+    """
     if iteration not in (1, 5, 10):
         raise ModelError("no such preset", key="iteration", found=str(iteration), allowed="1, 5, 10")
     if stage not in ("dt", "pe", "rw"):

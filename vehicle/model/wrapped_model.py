@@ -106,7 +106,7 @@ class Wrapped:
     def commands(self, columns: Mapping[str, FloatArray], values: Values) -> Acting:
         """What of `columns` (n,), held from stamp to stamp, arrives behind the command path and the actuators.
 
-        Columns other than COMMANDS arrive as they are.
+        In SI units. Columns other than COMMANDS arrive as they are.
         """
         active = self.active(values, _PATH)
         if not active:

@@ -91,7 +91,7 @@ H_UNDER, H_MASS, H_INERTIA = _H["understeer", "K"], _H["mass", "ratio"], _H["yaw
 
 
 def parameters(hidden: Hidden) -> FloatArray:
-    """The car and what is hidden in it as one array for the compiled step."""
+    """The car and what is hidden in it as one array (N_PARAMETER,) in SI units for the compiled step."""
     p = np.zeros(N_PARAMETER)
     for name, k in CAR_AT.items():
         p[k] = getattr(hidden.car, name)

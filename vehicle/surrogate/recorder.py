@@ -15,7 +15,7 @@ COLUMNS = {"t": "s", "accel_cmd": "m/s^2", "steer_cmd": "rad", **MEASURED_UNITS}
 
 
 def record(hidden: Hidden, drive: Drive, seed: int = 0) -> dict[str, FloatArray]:
-    """Columns of one drive, each float64 (n,), 50 Hz.
+    """Columns of one drive, each float64 (n,) with the unit that COLUMNS states, at 50 Hz.
 
     A command logged at t holds from t to the next stamp; a measurement is that of its stamp, after the command of that
     stamp has taken hold (an acceleration answers within the first millisecond).
@@ -35,6 +35,6 @@ def record(hidden: Hidden, drive: Drive, seed: int = 0) -> dict[str, FloatArray]
 
 
 def write_csv(path: Path, columns: dict[str, FloatArray]) -> None:
-    """Write the log with a header that names the units."""
+    """Write columns (n,) of the names in COLUMNS to a CSV file, with a header that names their units."""
     header = ",".join(f"{name} [{COLUMNS[name]}]" for name in columns)
     np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.6g", delimiter=",", header=header, comments="")

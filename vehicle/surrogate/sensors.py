@@ -44,7 +44,7 @@ class Sensors:
         return mixed
 
     def show(self, history: FloatArray, period: float = 0.02) -> dict[str, float]:
-        """Measurements at the newest row of history; `period` [s] since the last call, for the drift."""
+        """Measurements at the newest row of `history` (n, 12), columns of ROW, `period` [s] after the last call."""
         now = history[-1].tolist()
         seen = self._ago(history, self._late[0])
         turning = self._ago(history, self._late[1])

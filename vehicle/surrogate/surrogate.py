@@ -166,7 +166,7 @@ class DoubleTrack:
             self._accel = command.accel
 
     def step(self, dt: float) -> FloatArray:
-        """Let `dt` [s], a multiple of 10 ms, pass. Returns rows of `vehicle.messages.TRACE_COLUMNS` at 100 Hz.
+        """Let `dt` [s], a multiple of 10 ms, pass. Returns rows (n, 12) of `vehicle.messages.TRACE_COLUMNS` at 100 Hz.
 
         A row stands at the begin of its 10 ms, with the command that holds from there. Raises ValueError on another dt.
         """
