@@ -1,6 +1,7 @@
 """python -m benchmarks.discover --seed HEX [--laws N] [--nulls N] [--json F] [--out docs/discover_table.md]
 
-Hides laws in the twin's own kernel and asks `discover`. Each answer is a line of the JSON file.
+Hides laws in the twin's own kernel and asks `discover`. Each answer is a line of the JSON file as soon as it is there;
+what the file has is not asked again. --minutes ends early, the next call goes on.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  
 
 import numpy as np  # noqa: E402
 
+from benchmarks.discover.foreign_base import KINDS, foreign  # noqa: E402
 from benchmarks.discover.hidden_laws import NAMES, TAU, bounds, hidden, true_form  # noqa: E402
 from pytest_dvp.gap.discover.discover import SHOWN, discover  # noqa: E402
 from pytest_dvp.logs.log import Log  # noqa: E402
@@ -57,8 +59,11 @@ def driven(model: VehicleModel, name: str, values: dict[str, float], drive: str,
     return Log({"t": columns["t"], **commands, **measured})
 
 
-def ask(seed: int, number: int, *, null: bool) -> dict[str, Any]:
-    """One case as a line."""
+Case = tuple[VehicleModel, dict[str, Log], dict[str, Log], dict[str, Any]]
+
+
+def made(seed: int, number: int, *, null: bool) -> Case:
+    """A hidden law in our own kernel, or nothing hidden: model, logs, logs held out, and what is to be told of it."""
     rng = np.random.default_rng([seed, number, int(null)])
     name = "" if null else NAMES[number % len(NAMES)]
     model = sheet()
@@ -71,12 +76,28 @@ def ask(seed: int, number: int, *, null: bool) -> dict[str, Any]:
     first = int(rng.integers(1, 1_000_000))
     logs = {"rich.csv": driven(car, name, values, "rich", first)}
     judge = {"urban.csv": driven(car, name, values, "urban", first + 7)}
+    told = {"base": "wrong" if wrong else "true", "true": {**values, "form": true_form(name)} if name else {}}
+    return model, logs, judge, told
+
+
+def ask(key: str, seed: int, folder: Path) -> dict[str, Any]:
+    """One case as a line."""
+    kind, _, number = key.partition("/")
+    if kind in KINDS:
+        model, logs, judge, told = foreign(kind, int(number), seed, folder)
+    else:
+        model, logs, judge, told = made(seed, int(number), null=kind == "null")
     begin = time.process_time()
     law = discover(logs, model, judge)
-    cpu = time.process_time() - begin
-    line: dict[str, Any] = {"case": f"{'null' if null else name}/{number}", "base": "wrong" if wrong else "true"}
-    line |= {"true": {**values, "form": true_form(name)} if name else {}, "cpu": round(cpu, 1)}
-    return line | law.as_dict(None)
+    return {"case": key, **told, "cpu": round(time.process_time() - begin, 1)} | law.as_dict(None)
+
+
+def keys(laws: int, nulls: int) -> list[str]:
+    """The cases, a fifth of the nulls on a foreign base."""
+    strange = nulls // 5
+    own = [f"null/{k}" for k in range(nulls - strange)]
+    other = [f"{KINDS[k % len(KINDS)]}/{k}" for k in range(strange)]
+    return [*(f"{NAMES[k % len(NAMES)]}/{k}" for k in range(laws)), *own, *other]
 
 
 def table(lines: list[dict[str, Any]], seed: str) -> str:
@@ -97,6 +118,7 @@ def table(lines: list[dict[str, Any]], seed: str) -> str:
         f"| LAW said of a wrong form | {len(wrong)} | 0 |",
         *(f"| without a hidden law: {said} | {sum(x['verdict'] == said for x in nulls)}/{len(nulls)} | {goal} |"
           for said, goal in (("LAW", "0"), ("STAND_IN", "2 of 100"))),
+        *(f"| of these, {kind}: LAW, STAND_IN, NO_LAW | {_split(nulls, kind)} | |" for kind in ("null", *KINDS)),
         f"| CPU of a case, most | {max(line['cpu'] for line in lines):.0f} s | 60 s |", "",
         "| hidden | answer | terms | removed, fitted and held out | CPU |", "|---|---|---|---|---|",
     ]  # fmt: skip
@@ -106,6 +128,11 @@ def table(lines: list[dict[str, Any]], seed: str) -> str:
         share = [f"{line['error'][side]['removed']:.0%}" for side in ("fit", "held_out")]
         rows.append(f"| {line['case']} | {line['verdict']} | {terms} | {' / '.join(share)} | {line['cpu']:.0f} s |")
     return "\n".join(rows) + "\n"
+
+
+def _split(nulls: list[dict[str, Any]], kind: str) -> str:
+    said = [line["verdict"] for line in nulls if line["case"].startswith(f"{kind}/")]
+    return ", ".join(str(said.count(verdict)) for verdict in ("LAW", "STAND_IN", "NO_LAW"))
 
 
 def _is_true(line: dict[str, Any]) -> bool:
@@ -121,14 +148,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Laws that no catalogue has: are they found?")
     parser.add_argument("--seed", required=True, metavar="HEX", help="first 8 digits of the commit that froze the rule")
     parser.add_argument("--laws", type=int, default=24)
-    parser.add_argument("--nulls", type=int, default=40)
+    parser.add_argument("--nulls", type=int, default=100)
+    parser.add_argument("--minutes", type=float, default=1e6, help="of CPU, after which no further case is begun")
     parser.add_argument("--json", type=Path, default=Path("runs/discover/answers.jsonl"), metavar="F")
     parser.add_argument("--out", type=Path, metavar="F", help="write the table")
     args = parser.parse_args()
     args.json.parent.mkdir(parents=True, exist_ok=True)
-    lines = []
-    for number, null in [*((k, False) for k in range(args.laws)), *((k, True) for k in range(args.nulls))]:
-        line = ask(int(args.seed, 16), number, null=null)
+    known = args.json.read_text("utf-8").splitlines() if args.json.exists() else []
+    lines = [json.loads(text) for text in known]
+    for key in keys(args.laws, args.nulls):
+        if key in {line["case"] for line in lines} or time.process_time() > 60.0 * args.minutes:
+            continue
+        line = ask(key, int(args.seed, 16), args.json.parent / f"twins-{args.seed}")
         lines.append(line)
         told = "; ".join(f"{t['point']} {t['form']}" for t in line["terms"]) or "; ".join(line["reasons"])
         print(f"{line['case']}: {line['verdict']} {told} ({line['cpu']} s)", file=sys.stderr, flush=True)

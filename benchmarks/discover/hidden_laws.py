@@ -1,7 +1,7 @@
 """Laws that no catalogue has, as effects of the twin's kernel: from the literature or plainly possible.
 
-Most of them are products that the grammar of `discover` has, or two of these; three are not (a root, an exponential, a
-threshold). Nulls: a car without a hidden law, a model with wrong values, and a twin of a foreign car.
+Most of them are products that the grammar of `discover` has, or two of these; four are not (a root, an exponential, a
+threshold, a resistance that acts without a pedal). The last six kinds were written after the method stood.
 """
 
 from __future__ import annotations
@@ -66,6 +66,32 @@ def gyro_by_acceleration(x: Any, p: Any, m: Any) -> None:
     x.meas_yaw_rate += p.c * x.ax
 
 
+def speed_by_cornering(x: Any, p: Any, m: Any) -> None:
+    x.meas_v += p.c * abs(x.ay)
+
+
+def drag_in_turns(x: Any, p: Any, m: Any) -> None:
+    x.drag -= p.c * x.mass_ref * x.vx * x.vx * abs(x.steer)
+
+
+def boost(x: Any, p: Any, m: Any) -> None:
+    m.h = lag_end(m.h, max(x.accel, 0.0), p.tau, x.dt)
+    x.accel += p.c * max(x.accel, 0.0) * m.h
+
+
+def cubic_steer(x: Any, p: Any, m: Any) -> None:
+    x.steer += p.c * x.steer * x.steer * x.steer
+
+
+def cross_axis_gyro(x: Any, p: Any, m: Any) -> None:
+    x.meas_yaw_rate += p.c * x.ay
+
+
+def idle_drag(x: Any, p: Any, m: Any) -> None:
+    if abs(x.accel) < 0.05 and x.vx > 0.5:
+        x.drag -= p.c * x.mass_ref
+
+
 _LAWS: Mapping[str, tuple[Slot, Callable[[Any, Any, Any], None], float, float, str]] = {
     # slot, law, range of c, and the form that is true ("" where the grammar has none)
     "torque_steer": ("command", torque_steer, 0.003, 0.012, "a+"),
@@ -80,6 +106,12 @@ _LAWS: Mapping[str, tuple[Slot, Callable[[Any, Any, Any], None], float, float, s
     "brake_threshold": ("command", brake_threshold, 0.2, 0.6, ""),
     "drive_and_turn": ("command", drive_and_turn, -0.5, -0.2, "d a+; |d| a+"),
     "gyro_by_acceleration": ("sensor", gyro_by_acceleration, 0.01, 0.03, "ax"),
+    "speed_by_cornering": ("sensor", speed_by_cornering, 0.03, 0.08, "|ay|"),
+    "drag_in_turns": ("force", drag_in_turns, 0.02, 0.06, "v v |d|"),
+    "boost": ("command", boost, 0.15, 0.4, "a+ lag(a+)"),
+    "cubic_steer": ("command", cubic_steer, -4.0, -1.0, "d d d"),
+    "cross_axis_gyro": ("sensor", cross_axis_gyro, 0.006, 0.015, "ay"),
+    "idle_drag": ("force", idle_drag, 0.2, 0.6, ""),
 }
 NAMES = tuple(_LAWS)
 TAU = (8.0, 60.0)  # s, of the laws that remember
