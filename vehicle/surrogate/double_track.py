@@ -44,7 +44,7 @@ FY_FRONT = 36  # N
 T_MOTOR, T_BRAKE = 37, 38  # N m at the motor; N m of all wheels
 DISC = 39  # J/kg in the brake discs over the mass of the car
 D_REST, STUCK, RESTING = range(40, 43)  # wheel angle that sticks after a standstill, whether it does, whether it stands
-N_STATE = 43
+N_STATE = 43  # all of the above
 ROW = ("x", "y", "yaw", "vx", "vy_rear", "yaw_rate", "ax", "ay", "steer", "roll", "pitch", "v_wheels")
 """Columns of the fine record, of the rear axle; ax, ay as a sensor in the leaning body feels them."""
 

@@ -8,13 +8,14 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 _GAIN = 20.0**0.5  # standard deviation of the third difference of white noise of standard deviation 1
 _WHITE = -0.6  # correlation of neighbouring third differences; -15/20 for white noise, towards +1 for a smooth signal
-_ECHO = -0.25
+_ECHO = -0.25  # correlation at a later lag; chosen halfway to -0.5, that of a moving window with both of its ends
 _LONGEST = 0.12  # s: over longer strides a car's motion shows, not noise
 _SPAN = 0.5  # s
-_FILTERED_FLOOR = (
-    0.005  # of the signal's usual bend over 2 _SPAN, for signals that were smoothed before they were logged
-)
+_FILTERED_FLOOR = 0.005
+"""Of the signal's usual bend over 2 _SPAN, for signals that were smoothed before they were logged. What a filter took
+away cannot be seen; without a floor such a signal would be trusted without end (tests/truth/test_noise_floor.py)."""
 _WHITE_FLOOR = 0.0002
+"""The same for white noise, which the differences show as it is; this floor only keeps a division by nothing away."""
 _STEADY = 0.9  # of the changes: where more of them are the same, and not 0, the signal climbs steadily
 _CLIP = 2.5  # standard deviations beyond which a difference is an event, not noise
 

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel
 
 _BLOCK = 5.0  # s
-_FOLDS = 5
+_FOLDS = 5  # usual for cross-validation: Hastie, Tibshirani, Friedman, The Elements of Statistical Learning, sec. 7.10
 _WORTH = 0.05  # of max(1, chi^2/N left): a smaller gain names nothing
 _PLAIN = 0.004  # of the score, a further unknown must bring
-_LEAST_ROWS = 50
+_LEAST_ROWS = 50  # 1 s at 50 Hz; chosen: fewer rows cannot judge some ten unknowns
 _KEPT = 0.5  # of what an effect takes away: as much beside another one means that the two are no rivals
 _CLEARLY = 1.25  # times what a named effect takes away: another one that takes away more speaks against it
 

@@ -11,8 +11,8 @@ import numpy as np
 from pytest_dvp.gap.diagnose.diagnosis import Step
 from pytest_dvp.logs.log_contents import FloatArray
 
-_SEED = 11
-_DRAWS = 1000
+_SEED = 11  # any; fixed, so that the same logs give the same interval
+_DRAWS = 1000  # leaves the ends of a 95 % interval uncertain by some 1.4 % of its level
 _LEAST = 0.05  # chi^2/N above 1 that there must be for a share of it to mean something
 _LOST = 0.0095  # smaller shares need a decimal to be seen
 

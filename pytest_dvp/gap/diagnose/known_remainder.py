@@ -24,7 +24,7 @@ MARGIN = 1.5  # of the remainder that is expected: another drive of the same car
 LEAST = 0.1  # of the noise's square: a smaller remainder is none, for the noise itself is known to some per cent only;
 # with 0.3, as MISFIT of the search, a drive with better sensors showed a remainder that the file did not tell
 _FEWEST = 100  # samples of a regime, from which its remainder is taken
-_DIGITS = 3
+_DIGITS = 3  # of a remainder in the model file: it is known to some per cent
 _POSITION = ("x", "y")
 
 

@@ -14,7 +14,7 @@ from pytest_dvp.gap.compare.smoothed_motion import Motion, mean_around
 from pytest_dvp.logs.log_contents import FloatArray
 
 _CELLS = 32  # along the longer side of the map
-_SECTORS = 8
+_SECTORS = 8  # of heading, 45 degrees each: two directions of the same road are two places
 _APART = 20.0  # s between two visits that count as two
 _SMOOTH = 0.25  # s on either side
 _LEAST = 6  # visits, below which nothing is said

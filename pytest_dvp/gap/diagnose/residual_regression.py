@@ -19,8 +19,8 @@ from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.residual_terms import Axis, Term
 from pytest_dvp.logs.log_contents import FloatArray
 
-_FOLDS = 5
-_RIDGE = 1e-6
+_FOLDS = 5  # of cross-validation, as in equation_error.py
+_RIDGE = 1e-6  # of the scaled normal equations: keeps equal columns solvable, and changes no value that shows
 _DIRECT = {"longitudinal": "ax", "lateral": "yaw_rate"}
 _SUMMED = {"longitudinal": "v", "lateral": "yaw"}
 

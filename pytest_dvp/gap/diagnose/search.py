@@ -30,9 +30,8 @@ BOOTSTRAP_SLACK = 0.1  # of a gain that the draws without it may lose
 CLEAR_GAIN_FACTOR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
 EVIDENT_GAIN_FACTOR = 2.0  # times that: a gain that makes an effect worth its name, however small its value looks
 FINER_EFFECT_RATIO = 0.8  # of what the best of the others leaves: a finer effect that leaves less comes before it
-MAX_UNRECOVERED_SHARE = (
-    0.2  # of what is lost with effects whose values mean nothing: as much may stay lost with others for them
-)
+MAX_UNRECOVERED_SHARE = 0.2
+"""Of what is lost with effects whose values mean nothing: as much may stay lost with others in their place."""
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
 ROUGH = 2.0 * PRACTICAL  # of max(1, chi^2/N): a set further behind the best need not be fitted well
 PRICE = 0.005  # of max(1, chi^2/N), for a parameter
@@ -43,13 +42,13 @@ EXCUSED_MISFIT = 2.0  # of one channel of a twin with a known remainder, which c
 _RETURNS = 2  # times that a search begins again
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 LARGE = 6  # effects of a set from which on fewer candidates are fitted: each fit moves all of its values
-_REFITTED_IN_LARGE = 3
+_REFITTED_IN_LARGE = 3  # candidates of a round in such a set, where each fit costs more
 _CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
 _VAGUE = 0.33  # of a limit's range: an interval wider than that says nothing
 _CLEAR_OF_NEUTRAL = 1.2  # half-widths of the 95 % interval, three standard deviations
 _BEGINNINGS = 2  # points of a refiner's range from which a fit of it starts
-_DRAWS = 400
-_SEED = 7
+_DRAWS = 400  # of the bootstrap: MIN_BOOTSTRAP_SHARE is then known to 1 %
+_SEED = 7  # any; fixed, so that the same logs give the same answer
 
 Tick: TypeAlias = Callable[[str], None]
 Ranked: TypeAlias = tuple[float, str, Point]  # chi^2 left, effect, point

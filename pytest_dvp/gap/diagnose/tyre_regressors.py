@@ -10,7 +10,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 RIGID = 0.0021  # rad s^2/m, slip angle over lateral acceleration of an axle that hardly slips
 _SLOW = 1.0  # m/s, below which tyres roll without slip
-_SUBSTEPS = 2
+_SUBSTEPS = 2  # of one sample; chosen for logs of 50 Hz, and the steps are implicit, so that slower logs stay stable
 
 
 def on_tyres(s: Signals, front: float, rear: float, *, limit: float = np.inf,

@@ -13,7 +13,7 @@ from pytest_dvp.gap.discover.term import POINTS, Term
 from vehicle.model.effect import Effect, Key, Memory, Slot
 from vehicle.model.step_maths import lag_end
 
-MOST_TERMS = 3
+MOST_TERMS = 3  # of a law, chosen so that a person can read and judge it
 
 _KEYS = (
     *(Key(name, "-", 0.0, 20.0, neutral=0.0, least=1.0) for name in ("point", "g1", "g2", "g3", "h1", "h2", "filter")),

@@ -19,7 +19,7 @@ from vehicle.model.model_file import model_text
 from vehicle.model.vehicle_model import VehicleModel
 
 _STAMP = (2020, 1, 1, 0, 0, 0)  # of the files inside: the same model gives the same bytes
-_WIDTH = 116
+_WIDTH = 116  # characters of a line of the written module
 
 _MODULE = '''\
 """{title}: a vehicle model as a Python module; needs numpy, numba and msgspec.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel
 
 ENOUGH = 3.0 * PRACTICAL  # gap in chi^2/N to be had: three times what a diagnosis needs
-MOST_REPEATS = 5
+MOST_REPEATS = 5  # of a manoeuvre in one plan; chosen for the patience of a driver
 TIE = 0.9  # of the largest gap: as good, so that the shorter drive is taken
 
 

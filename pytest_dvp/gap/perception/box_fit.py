@@ -9,7 +9,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 KIND = "vehicle"  # whose sides are long enough for a LiDAR to tell its size and its axis
 NEAR = 25.0  # m; farther away a tracker assumes the size that is usual
-LEAST_OBJECTS = 3
+LEAST_OBJECTS = 3  # whose sizes differ by themselves: a scatter between objects needs three
 LEAST_ROWS = 10  # boxes of one object
 FINEST = np.array([0.02, 0.02, 0.01])  # standard deviations by object that no tracker is better than: -, -, rad
 

@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from vehicle.model.effect import Effect
     from vehicle.model.vehicle_model import VehicleModel
 
-LEAST_PAIRS = 50
+LEAST_PAIRS = 50  # 5 s of one object at 10 Hz; with fewer, nothing is said of perception
 FIRST_GATE = (4.0, 0.05)  # m and its growth with distance, wide enough for half a second of latency at town speed
 _GATE = 5.0  # standard deviations of the noise, later on
 _LEAST_GATE = 0.5  # m
-_ROUNDS = 5
+_ROUNDS = 5  # of fitting and pairing anew, at most; chosen
 _STRAY = 0.005  # chance that a box beyond the range is taken for the object
 _BEYOND = 0.05  # share of frames beyond a border in which an object is seen all the same, at most
 _RIVAL = 2.0  # difference of log-likelihood per block below which two effects are not told apart
