@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from openscenario.storyboard.dynamics import Transition, lateral_span, span
+from openscenario.storyboard.dynamics import AREAS, PEAK_SLOPE, SHAPES, SLOPES, Transition, lateral_span, span
 
 
 @pytest.mark.parametrize(
@@ -66,3 +66,85 @@ def test_lateral_span_meets_the_acceleration_it_was_made_from(shape: str) -> Non
     h = 1e-4
     # both shapes accelerate most at their beginning: x = a h^2 / 2
     assert 2.0 * change.advance(h) / h**2 == pytest.approx(2.0, rel=1e-3)
+
+
+EIGHTHS = [k / 8.0 for k in range(9)]
+
+
+@pytest.mark.parametrize("shape", ["linear", "cubic", "sinusoidal"])
+def test_the_slope_is_the_derivative_of_the_shape_and_the_area_its_integral(shape: str) -> None:
+    h = 1e-6
+    for u in EIGHTHS[1:-1]:
+        assert SLOPES[shape](u) == pytest.approx((SHAPES[shape](u + h) - SHAPES[shape](u - h)) / (2.0 * h), rel=1e-6)
+        assert SHAPES[shape](u) == pytest.approx((AREAS[shape](u + h) - AREAS[shape](u - h)) / (2.0 * h), rel=1e-6)
+    assert (AREAS[shape](0.0), AREAS[shape](1.0)) == pytest.approx((0.0, 0.5))
+
+
+@pytest.mark.parametrize("shape", ["linear", "cubic", "sinusoidal"])
+def test_the_peak_slope_is_the_largest_one(shape: str) -> None:
+    assert max(SLOPES[shape](u) for u in EIGHTHS) == pytest.approx(PEAK_SLOPE[shape])
+
+
+def test_a_step_is_flat() -> None:
+    assert [SHAPES["step"](u) for u in (0.0, 1.0)] == [1.0, 1.0]
+    assert [SLOPES["step"](u) for u in (0.0, 1.0)] == [0.0, 0.0]
+    assert [AREAS["step"](u) for u in (0.0, 0.5, 1.0)] == [0.0, 0.5, 1.0]
+
+
+@pytest.mark.parametrize("dimension", ["time", "distance"])
+def test_a_time_or_a_distance_is_the_span_itself(dimension: str) -> None:
+    assert span("cubic", dimension, 4.0, 1.0) == span("cubic", dimension, -4.0, -1.0) == 4.0
+    assert span("step", dimension, 4.0, 1.0) == 0.0
+
+
+@pytest.mark.parametrize(("change", "seconds"), [(1e-10, 0.0), (-1e-10, 0.0), (1e-8, 4.0), (-1e-8, 4.0)])
+def test_a_change_that_is_rounding_takes_no_time(change: float, seconds: float) -> None:
+    assert span("linear", "time", 4.0, change) == seconds
+
+
+def test_a_lateral_step_takes_no_time_and_one_without_acceleration_for_ever() -> None:
+    assert lateral_span("step", 2.0, 3.5) == lateral_span("cubic", 2.0, 0.0) == 0.0
+    assert lateral_span("cubic", 0.0, 3.5) == lateral_span("cubic", -1.0, 3.5) == math.inf
+
+
+def test_lateral_spans_are_those_of_the_second_derivatives() -> None:
+    """6 |d| / T^2 and pi^2 |d| / 2 T^2; to either side, and a linear shift like a cubic one."""
+    assert lateral_span("cubic", 1.5, -3.5) == lateral_span("linear", 1.5, 3.5) == pytest.approx(math.sqrt(14.0))
+    assert lateral_span("sinusoidal", 1.5, -3.5) == pytest.approx(math.pi * math.sqrt(3.5 / 3.0))
+
+
+@pytest.mark.parametrize("shape", ["linear", "cubic", "sinusoidal"])
+def test_the_rate_is_that_of_the_value(shape: str) -> None:
+    change = Transition(shape, 4.0, 10.0, 4.0)
+    change.advance(1.0)
+    before, rate = change.value, change.rate()
+    assert (change.advance(1e-6) - before) / 1e-6 == pytest.approx(rate, rel=1e-4)
+    assert rate < 0.0
+
+
+@pytest.mark.parametrize("span_", [0.0, -1.0, math.inf])
+def test_without_a_span_that_ends_there_is_no_rate(span_: float) -> None:
+    assert Transition("linear", span_, 0.0, 1.0).rate() == 0.0
+
+
+def test_when_done_there_is_no_rate() -> None:
+    change = Transition("linear", 2.0, 0.0, 1.0)
+    assert change.rate() == 0.5
+    change.advance(2.0)
+    assert change.rate() == 0.0
+
+
+def test_a_transition_ends_with_its_span_and_not_before() -> None:
+    change = Transition("linear", 2.0, 1.0, 5.0)
+    assert (change.value, change.elapsed, change.done) == (1.0, 0.0, False)
+    assert (change.advance(1.999), change.done) == (pytest.approx(4.998), False)
+    assert (change.advance(0.001), change.done) == (5.0, True)
+
+
+@pytest.mark.parametrize("shape", ["linear", "cubic"])
+def test_straight_on_a_value_changes_by_what_one_says(shape: str) -> None:
+    """From 5 to 1 in 8 s: 1 at a time takes 2 s each, whatever the shape."""
+    change = Transition(shape, 8.0, 5.0, 1.0)
+    assert [change.advance_straight(1.0) for _ in range(3)] == pytest.approx([4.0, 3.0, 2.0])
+    assert change.elapsed == pytest.approx(6.0)
+    assert (change.advance_straight(3.0), change.done) == (1.0, True)

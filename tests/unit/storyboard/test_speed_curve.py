@@ -7,7 +7,7 @@ from itertools import pairwise
 import pytest
 
 from openscenario.storyboard.limits import Limits
-from openscenario.storyboard.speed_curve import Piece, Point, curve
+from openscenario.storyboard.speed_curve import Piece, Point, _top, curve, reach, straight, within
 
 LIMITS = Limits(speed=50.0, up=5.0, down=10.0, rise=4.0, fall=3.0)
 NO_ROOM = ((0.0, 0.0), (0.1, 0.4), (0.2, 0.0), (0.3, 0.4))
@@ -100,3 +100,108 @@ def test_what_the_limits_forbid_is_never_reached(limits: Limits) -> None:
     pieces = profile((0.0, 3.0), (1.0, 20.0), (2.0, 0.0), limits=limits)
     assert pieces[-1].time == float("inf")
     assert [piece.at(100.0) for piece in pieces[:-1]] == [3.0] * (len(pieces) - 1)
+
+
+@pytest.mark.parametrize("time", [2.0, 3.0, 5.0])
+def test_a_piece_has_constant_jerk(time: float) -> None:
+    """From 10 m/s with 3 m/s^2 and -1 m/s^3, by the clock on which it begins at 2 s."""
+    piece, t = Piece(2.0, 10.0, 3.0, -1.0), time - 2.0
+    assert piece.at(time) == pytest.approx(10.0 + 3.0 * t - 0.5 * t * t)
+    assert piece.slope(time) == pytest.approx(3.0 - t)
+
+
+def test_points_at_one_time_are_a_step() -> None:
+    pieces = straight([(1.0, 2.0), (3.0, 8.0), (3.0, 5.0), (4.0, 5.0)])
+    assert pieces == [Piece(1.0, 2.0, 3.0), Piece(3.0, 5.0, 0.0), Piece(4.0, 5.0)]
+    assert straight([(1.0, 2.0)]) == [Piece(1.0, 2.0)]
+
+
+def test_points_within_the_limits_stay_as_they_are() -> None:
+    points = [(0.0, 0.0), (2.0, 10.0), (3.0, 0.0), (4.0, 0.0)]
+    assert within(points, LIMITS) == points  # 5 m/s^2 upwards, 10 downwards: just what is allowed
+
+
+def test_what_is_too_fast_or_too_steep_is_brought_within_the_limits() -> None:
+    """Backwards 60 is 50 m/s; braked with 10 m/s^2 that takes 5 s, and all that follows comes 4 s later."""
+    points = [(1.0, 0.0), (2.0, -60.0), (4.0, -50.0), (10.0, -50.0)]
+    assert within(points, LIMITS) == [(1.0, 0.0), (6.0, -50.0), (8.0, -50.0), (14.0, -50.0)]
+
+
+def test_nothing_follows_what_is_never_reached() -> None:
+    points = [(0.0, 5.0), (1.0, 5.0), (2.0, 6.0), (3.0, 5.0)]
+    assert within(points, Limits(up=0.0)) == [(0.0, 5.0), (1.0, 5.0), (float("inf"), 6.0)]
+
+
+def integral(pieces: list[Piece]) -> float:
+    """Change of speed by the accelerations alone."""
+    return sum(0.5 * (a.acceleration + a.slope(b.time)) * (b.time - a.time) for a, b in pairwise(pieces))
+
+
+JERKS = Limits(speed=100.0, up=5.0, down=4.0, rise=2.0, fall=1.0)
+
+
+@pytest.mark.parametrize("begin", [-3.0, -0.5, 0.0, 0.5, 2.0])
+@pytest.mark.parametrize("target", [-30.0, 3.0, 9.0, 15.0, 45.0])
+@pytest.mark.parametrize("duration", [0.0, 6.0, 15.0])
+def test_a_single_change_is_smooth_and_in_time_if_it_can_be(begin: float, target: float, duration: float) -> None:
+    """Speed is the integral of acceleration, that of jerk; who is there later does as much as it may."""
+    pieces = reach(Piece(1.0, 10.0, begin), target, duration, JERKS)
+    held(pieces, JERKS)
+    assert (pieces[0].time, pieces[0].speed, pieces[0].acceleration) == (1.0, 10.0, begin)
+    assert pieces[-1].speed == target
+    assert 10.0 + integral(pieces) == pytest.approx(target, abs=1e-6)
+    late = pieces[-1].time - (1.0 + duration)
+    assert late >= -1e-9
+    if late > 1e-6:
+        top = max((abs(piece.acceleration) for piece in pieces[1:]), default=0.0)
+        most = 5.0 if target > 10.0 + 0.5 * begin * abs(begin) / (1.0 if begin > 0.0 else 2.0) else 4.0
+        hold = pieces[2].time - pieces[1].time if len(pieces) == 4 else 0.0
+        assert hold <= 1e-9 or top == pytest.approx(most)
+
+
+def test_who_is_there_when_it_takes_its_foot_off_does_just_that() -> None:
+    """2 m/s^2 taken back with 1 m/s^3: 2 s, and 10 + 2 m/s; it waits for its time."""
+    pieces = reach(Piece(1.0, 10.0, 2.0), 12.0, 6.0, JERKS)
+    assert pieces == [Piece(1.0, 10.0, 2.0, -1.0), Piece(3.0, 12.0), Piece(7.0, 12.0)]
+    pieces = reach(Piece(1.0, 10.0, -2.0), 9.0, 0.5, JERKS)
+    assert pieces == [Piece(1.0, 10.0, -2.0, 2.0), Piece(2.0, 9.0), Piece(2.0, 9.0)]
+    assert reach(Piece(1.0, 10.0), 10.0, 2.0, JERKS) == [Piece(1.0, 10.0), Piece(3.0, 10.0)]
+
+
+def test_a_change_as_soon_as_the_limits_allow() -> None:
+    """Jerks 2 and 1: a peak a takes a / 2 + a s and brings (1/4 + 1/2) a^2; for 3 m/s that is a = 2 m/s^2 in 3 s."""
+    pieces = reach(Piece(0.0, 10.0), 13.0, 0.0, JERKS)
+    assert pieces[1].acceleration == pytest.approx(2.0)
+    assert [piece.time for piece in pieces] == pytest.approx([0.0, 1.0, 1.0, 3.0])
+    pieces = reach(Piece(0.0, 10.0), 7.0, 0.0, JERKS)
+    assert [piece.time for piece in pieces] == pytest.approx([0.0, 2.0, 2.0, 3.0])
+    assert pieces[1].acceleration == pytest.approx(-2.0)
+
+
+def test_a_change_that_meets_the_limit_of_acceleration_holds_it() -> None:
+    """5 m/s^2 after 2.5 s, back in 5 s: (1/4 + 1/2) 25 = 18.75 m/s; the other 11.25 m/s take 2.25 s."""
+    pieces = reach(Piece(0.0, 10.0), 40.0, 0.0, JERKS)
+    assert [piece.time for piece in pieces] == pytest.approx([0.0, 2.5, 4.75, 9.75])
+    assert [piece.speed for piece in pieces] == pytest.approx([10.0, 16.25, 27.5, 40.0])
+
+
+def test_the_largest_speed_may_lie_within_a_piece() -> None:
+    """From 4 m/s with 2 m/s^2 and -1 m/s^3: 6 m/s after 2 s, 4 m/s after 4 s."""
+    assert _top([Piece(0.0, 4.0, 2.0, -1.0), Piece(4.0, 4.0)]) == pytest.approx(6.0)
+    assert _top([Piece(0.0, -4.0, -2.0, 1.0), Piece(4.0, -4.0)]) == pytest.approx(6.0)
+    assert _top([Piece(0.0, 4.0, 2.0, -1.0), Piece(1.0, 5.5)]) == pytest.approx(5.5)
+    assert _top([Piece(0.0, 9.0, -2.0), Piece(1.0, 7.0), Piece(2.0, 7.0)]) == pytest.approx(7.0)
+
+
+def test_a_corner_is_the_parabola_that_touches_both_lines() -> None:
+    """2 to -1 m/s^2 with -3 m/s^3: 1 s, half of it before the lines meet; from -1 to 0 with 4 m/s^3: 1/4 s."""
+    pieces = profile((0.0, 0.0), (4.0, 8.0), (8.0, 4.0), (12.0, 4.0))
+    corners = [(piece.time, piece.jerk) for piece in pieces if piece.jerk != 0.0]
+    start = 0.5  # 2 m/s^2 with 4 m/s^3; the line is the one through where it has got by then
+    assert corners[0] == (0.0, 4.0)
+    assert pieces[1].time == pytest.approx(start)
+    meet = 4.0 + 0.5 * start * 2.0 / 3.0  # what the start has lost the first line makes up for later
+    assert corners[1] == (pytest.approx(meet - 0.5), -3.0)
+    assert corners[2] == (pytest.approx(8.0 - 0.125), 4.0)
+    assert pieces[-1].time == pytest.approx(8.125)
+    assert pieces[-1].speed == pytest.approx(4.0)
