@@ -241,7 +241,8 @@ def _study(path: Path, settings: RunSpec, plan: bool = False) -> Findings:
 
 def _of_what_it_names(found: Study | Plan, settings: RunSpec) -> Findings:
     """What its run would refuse of the scenarios, logs and hidden effects that a study or plan names."""
-    from pytest_dvp.drive.stages import StageError, check_hidden
+    from pytest_dvp.drive.stage_checks import check_hidden
+    from pytest_dvp.drive.stages import StageError
     from pytest_dvp.tuning.iteration_plan import Plan
 
     logs: tuple[Path, ...] = ()

@@ -47,7 +47,8 @@ def execute(arguments: argparse.Namespace) -> int:
     if arguments.iterations is not None and arguments.iterations < 1:
         raise SettingError(f"--iterations is {arguments.iterations}, expected a whole number >= 1")
     report = None if arguments.report is None else new_file("--report", arguments.report, [path])
-    from pytest_dvp.drive.stages import StageError, check_stage
+    from pytest_dvp.drive.stage_checks import check_stage
+    from pytest_dvp.drive.stages import StageError
     from pytest_dvp.tuning.iterate import iterate
     from pytest_dvp.tuning.iteration_plan_file import read_plan
     from pytest_dvp.tuning.iteration_text import command_of, document, text

@@ -56,8 +56,9 @@ def execute(arguments: argparse.Namespace) -> int:
 
 def _command(folder: Path) -> list[str]:
     """The words after `dvp` that drive it again. Raises WrongArgument if there are none, or a real car would move."""
+    from pytest_dvp.drive.announced_cars import refuse_repetition
     from pytest_dvp.drive.result_file import ResultFileError, read_result
-    from pytest_dvp.drive.stages import StageError, refuse_repetition
+    from pytest_dvp.drive.stages import StageError
 
     file = folder / "result.json"
     try:

@@ -66,7 +66,8 @@ def execute(arguments: argparse.Namespace) -> int:
     stages = _stages(arguments.stage)
     _refuse_folders(arguments.scenarios, stages, settings)
     from pytest_dvp.drive.stack_host import find_ads
-    from pytest_dvp.drive.stages import StageError, check_asked
+    from pytest_dvp.drive.stage_checks import check_asked
+    from pytest_dvp.drive.stages import StageError
 
     for stage in stages:
         try:
@@ -211,7 +212,8 @@ def _jobs(named: Sequence[Path], settings: RunSpec, stages: Sequence[str], ads: 
 
 def _refuse_folders(texts: Sequence[str], stages: Sequence[str], settings: RunSpec) -> None:
     """A real car drives a scenario that a human has named, and not what happens to be in a folder."""
-    from pytest_dvp.drive.stages import StageError, refuse_repetition
+    from pytest_dvp.drive.announced_cars import refuse_repetition
+    from pytest_dvp.drive.stages import StageError
 
     for text in texts:
         if Path(text).is_dir():
@@ -224,7 +226,8 @@ def _refuse_folders(texts: Sequence[str], stages: Sequence[str], settings: RunSp
 
 def _refuse_repetition(jobs: Sequence[Job], settings: RunSpec) -> None:
     """One scenario for each confirmation by a human."""
-    from pytest_dvp.drive.stages import StageError, is_real, refuse_repetition
+    from pytest_dvp.drive.announced_cars import is_real, refuse_repetition
+    from pytest_dvp.drive.stages import StageError
 
     real = [job for job in jobs if is_real(job.stage, settings.vehicle)]
     if len(real) > 1:
@@ -279,7 +282,8 @@ def _banner(job: Job, settings: RunSpec) -> str:
 
 def _say_who_is_waited_for(stage: str, vehicle: str) -> None:
     """Of an adapter that can tell, where it looks for the car: nobody should wait a minute to learn that."""
-    from pytest_dvp.drive.stages import REPLAY, VEHICLES, find_adapter
+    from pytest_dvp.drive.announced_cars import find_adapter
+    from pytest_dvp.drive.stages import REPLAY, VEHICLES
 
     name, _, argument = vehicle.partition(":")
     if stage == "dt" or name in (*VEHICLES, REPLAY):

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from pytest_dvp.drive.stages import gate_apart, open_vehicle
+from pytest_dvp.drive.announced_cars import car_with_guard_apart
+from pytest_dvp.drive.open_car import open_vehicle
 
 if TYPE_CHECKING:
     from pytest_dvp.drive.guard_log import GuardLog
@@ -23,7 +24,7 @@ def guarded_car(
     the effects `perception`. Raises VehicleLost if it does not come."""
     name, _, argument = request.spec.vehicle.partition(":")
     max_speed, area = (None, None) if envelope is None else (envelope.max_speed, envelope.area)
-    scenario, apart = request.path.name, gate_apart(request.spec.vehicle)
+    scenario, apart = request.path.name, car_with_guard_apart(request.spec.vehicle)
     if apart is None:
         from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 

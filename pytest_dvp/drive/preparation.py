@@ -24,18 +24,20 @@ from openscenario.road.repairs import LENIENT, Roads
 from openscenario.road.route import RouteError
 from openscenario.storyboard.engine import Storyboard
 from openscenario.storyboard.reading import USUAL
+from pytest_dvp.drive.announced_cars import label
 from pytest_dvp.drive.compute_delay import Delayed
 from pytest_dvp.drive.deadline import Deadline
 from pytest_dvp.drive.ego_model import fitted_model, with_model_text
 from pytest_dvp.drive.ego_task import EgoTask, find_ego, task_of
 from pytest_dvp.drive.guard_log import GuardLog
 from pytest_dvp.drive.guarded_car import guarded_car
+from pytest_dvp.drive.open_car import hidden_in
 from pytest_dvp.drive.parameter_checks import declared_names
 from pytest_dvp.drive.prepared_run import Ready
 from pytest_dvp.drive.request import Request
 from pytest_dvp.drive.stack_host import find_ads, make_driver
 from pytest_dvp.drive.stack_parameters import as_plain, in_force
-from pytest_dvp.drive.stages import CAN, REPLAY, ROS1, STEPPED, SURROGATE, VEHICLES, StageError, hidden_in, label
+from pytest_dvp.drive.stages import CAN, REPLAY, ROS1, STEPPED, SURROGATE, VEHICLES, StageError
 from pytest_dvp.drive.stop_lines import stop_lines
 from pytest_dvp.drive.world import World
 from pytest_dvp.logs.event_names import EventNames

@@ -8,6 +8,7 @@ import inspect
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
+from pytest_dvp.drive.announced_cars import is_real, label
 from pytest_dvp.drive.compute_delay import parse_delay
 from pytest_dvp.drive.guard_log import guard_notes as said_of_gate
 from pytest_dvp.drive.loop import TICK, Ending, Limits, Loop
@@ -20,15 +21,8 @@ from pytest_dvp.drive.result_file import read_result
 from pytest_dvp.drive.run_files import Kept
 from pytest_dvp.drive.run_findings import of_road
 from pytest_dvp.drive.run_findings import said as said_of_finding
-from pytest_dvp.drive.stages import (
-    REAL,
-    REPLAY,
-    StageError,
-    check_delay,
-    check_stage,
-    is_real,
-    label,
-)
+from pytest_dvp.drive.stage_checks import check_delay, check_stage
+from pytest_dvp.drive.stages import REAL, REPLAY, StageError
 from pytest_dvp.drive.tick_time import tick_time
 from pytest_dvp.drive.tick_time import tick_time_notes as said_of_ticks
 from pytest_dvp.logs.log import Log

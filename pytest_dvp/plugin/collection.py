@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from pytest_dvp.campaigns.cases import choose
+from pytest_dvp.drive.announced_cars import label
 from pytest_dvp.drive.option import STAGES
 from pytest_dvp.drive.run_spec import RunSpec
-from pytest_dvp.drive.stages import label
 from pytest_dvp.plugin.fixtures import SHARED_KEY, Gate, GateFailed, Run
 from pytest_dvp.plugin.item_notes import settings_of
 from pytest_dvp.plugin.selection import asked_stage, explicit_arguments
@@ -279,7 +279,8 @@ def check_parameters(items: Sequence[pytest.Item], settings: RunSpec) -> None:
 
 def check_name(config: pytest.Config, settings: RunSpec) -> None:
     """Raises SettingError if a stage of a car is asked for and no vehicle has the name: items are called by it."""
-    from pytest_dvp.drive.stages import REPLAY, VEHICLES, StageError, find_adapter
+    from pytest_dvp.drive.announced_cars import find_adapter
+    from pytest_dvp.drive.stages import REPLAY, VEHICLES, StageError
 
     name = settings.vehicle.partition(":")[0]
     if name not in (*VEHICLES, REPLAY) and any(asked_stage(stage, config) for stage in STAGES if stage != "dt"):
@@ -291,7 +292,8 @@ def check_name(config: pytest.Config, settings: RunSpec) -> None:
 
 def check_vehicle(config: pytest.Config, settings: RunSpec) -> None:
     """Raises SettingError if the car of a stage that is asked for hides a wrong file: before the twin drives."""
-    from pytest_dvp.drive.stages import StageError, check_hidden
+    from pytest_dvp.drive.stage_checks import check_hidden
+    from pytest_dvp.drive.stages import StageError
 
     if any(asked_stage(stage, config) for stage in STAGES if stage != "dt"):
         try:
@@ -320,7 +322,7 @@ REPEATING = {  # options of pytest and its plugins under which something automat
 
 def refuse_repetition(items: Iterable[pytest.Item], config: pytest.Config) -> None:
     """Items that would drive a real car without a human having named just this drive fail with one line."""
-    from pytest_dvp.drive.stages import is_real
+    from pytest_dvp.drive.announced_cars import is_real
 
     vehicle = settings_of(config).vehicle
     real = [

@@ -63,7 +63,7 @@ class Session:
 
     def _refuse_repetition(self, chosen: Mapping[str, Any], searched: bool) -> None:
         """Of a real car: one drive a session, and none that a search asks for."""
-        from pytest_dvp.drive.stages import is_real, refuse_repetition
+        from pytest_dvp.drive.announced_cars import is_real, refuse_repetition
 
         stage, vehicle = str(chosen.get("stage", "dt")), str(chosen["vehicle"])
         if not is_real(stage, vehicle):
@@ -128,9 +128,11 @@ class Session:
 
     def _drive(self, path: Path, stage: str) -> StageDrive | str:
         """The drive of a stage in this session, or why there is none and how to get it."""
+        from pytest_dvp.drive.announced_cars import may_repeat
         from pytest_dvp.drive.run import run
+        from pytest_dvp.drive.stage_checks import check_asked
         from pytest_dvp.drive.stage_comparison import driven
-        from pytest_dvp.drive.stages import StageError, check_asked, may_repeat
+        from pytest_dvp.drive.stages import StageError
         from vehicle.adapter import VehicleLost
 
         settings, chosen = self._settings, {**self.options(path, {}), "stage": stage}

@@ -315,7 +315,8 @@ class Reader:
 
 def refuse_real_car(vehicle: str) -> None:
     """Raises StageError for a vehicle that nothing automatic may drive, and for one that nobody knows."""
-    from pytest_dvp.drive.stages import REPLAY, VEHICLES, find_adapter, refuse_repetition
+    from pytest_dvp.drive.announced_cars import find_adapter, refuse_repetition
+    from pytest_dvp.drive.stages import REPLAY, VEHICLES
 
     name = vehicle.partition(":")[0]
     if name not in (*VEHICLES, REPLAY):

@@ -17,7 +17,8 @@ import pytest_dvp.drive.sumo_traffic
 import pytest_dvp.plugin.scenario_strategy  # noqa: F401
 import vehicle.twin  # noqa: F401
 from pytest_dvp.cli.command_line import main
-from pytest_dvp.drive.stages import StageError, check_hidden
+from pytest_dvp.drive.stage_checks import check_hidden
+from pytest_dvp.drive.stages import StageError
 from tests.plugin.conftest import XOSC, write_scenario
 
 NAN_SPEED = XOSC.replace('AbsoluteTargetSpeed value="$ego_speed"', 'AbsoluteTargetSpeed value="NaN"')

@@ -11,8 +11,9 @@ import pytest
 
 import scenarios
 from pytest_dvp.cli.command_line import main
+from pytest_dvp.drive.announced_cars import is_real, label, may_repeat, refuse_repetition
 from pytest_dvp.drive.run import run
-from pytest_dvp.drive.stages import StageError, is_real, label, may_repeat, refuse_repetition
+from pytest_dvp.drive.stages import StageError
 from tests.unit.harness.conftest import OneTrick, coast
 from tests.unit.harness.test_loop import WITH_TARGET
 from vehicle.guard.envelope import EnvelopeError
