@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pytest_dvp.logs.budget import Budget
 
 
-@dataclasses.dataclass(frozen=True, eq=False, slots=True, repr=False)
+@dataclasses.dataclass(frozen=True, eq=False, slots=True, weakref_slot=True, repr=False)
 class Log(LogContents):
     """One run: see `LogContents` for what it holds, and `save` and `load` for its file."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._ego_box import pair_boxes
+from pytest_dvp.metrics._once_a_log import once_a_log
 from pytest_dvp.metrics.metric import Measured, Series
 
 
@@ -23,21 +24,19 @@ class Course:
     value: FloatArray
 
 
-def pairs(log: Log) -> Iterator[tuple[str, FloatArray, FloatArray, FloatArray]]:
+@once_a_log
+def pairs(log: Log) -> list[tuple[str, FloatArray, FloatArray, FloatArray]]:
     """(name, t, boxes of the ego, boxes of the road user) of all that were there with the ego; see `pair_boxes`.
 
     t (n,) in [s], boxes (n, 7) in SI units. Raises Undefined if there is none.
     """
     if not log.objects:
         raise Undefined("no other road user in the log")
-    found = False
-    for name, track in log.objects.items():
-        t, ego, box = pair_boxes(log, name, track)
-        if len(t):
-            found = True
-            yield name, t, ego, box
+    of_each = [(name, *pair_boxes(log, name, track)) for name, track in log.objects.items()]
+    found = [each for each in of_each if len(each[1])]
     if not found:
         raise Undefined("no other road user at a time at which the ego was recorded")
+    return found
 
 
 def worst_of(courses: Sequence[Course], reason: str, *, greatest: bool) -> Measured:

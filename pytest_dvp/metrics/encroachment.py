@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from machine_code import compiled
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
-from pytest_dvp.metrics._box_gaps import overlap
+from pytest_dvp.metrics._box_touch import touch
 from pytest_dvp.metrics._pairs import pairs
 from pytest_dvp.metrics.metric import Measured, metric
 
@@ -22,30 +23,36 @@ def pet(log: Log, *, longest: float = LONGEST) -> Measured:
     the other. Source: Allen, Shin and Cooper, Transportation Research Record 667 (1978) 67. The value is too great by
     a step of the tracks at most. t is when the second one came. Undefined if no place was shared within `longest` [s].
     """
-    best, when, who = np.inf, None, ""
+    best, when, who = np.inf, np.nan, ""
     for name, t, ego, box in pairs(log):
         apart, at = _least_time(t, ego, box, min(best, longest))
         if apart < best:
             best, when, who = apart, at, name
-    if when is None:
+    if np.isinf(best):
         raise Undefined(f"no road user was within {longest:g} s where the ego was")
     return Measured(best, when, who)
 
 
-def _least_time(t: FloatArray, ego: FloatArray, box: FloatArray, longest: float) -> tuple[float, float | None]:
-    """Least |t_i - t_j| [s] of rows i of the ego and j of the other one whose boxes overlap; inf if none is within."""
-    best, at = np.inf, None
+@compiled
+def _least_time(t: FloatArray, ego: FloatArray, box: FloatArray, longest: float) -> tuple[float, float]:
+    """Least |t_i - t_j| [s] of rows i of the ego and j of the other one whose boxes overlap, and when the second one
+    came; inf and nan if none is within."""
+    best, at = np.inf, np.nan
+    n = len(t)
     reach2 = (0.5 * np.hypot(ego[0, 3], ego[0, 4]) + 0.5 * np.hypot(box[0, 3], box[0, 4])) ** 2
-    for lag in range(len(t)):
-        later = t[lag:] - t[: len(t) - lag]
-        if float(later.min()) > min(best, longest):
+    for lag in range(n):
+        shortest = np.inf
+        for i in range(n - lag):
+            later = t[i + lag] - t[i]
+            shortest = min(shortest, later)
+            if later > longest or later >= best:
+                continue
+            for ego_first in (True, False):
+                a, b = (i, i + lag) if ego_first else (i + lag, i)
+                if (ego[a, 0] - box[b, 0]) ** 2 + (ego[a, 1] - box[b, 1]) ** 2 > reach2 or later >= best:
+                    continue
+                if touch(ego[a], box[b]):
+                    best, at = later, t[i + lag]
+        if shortest > min(best, longest):
             break  # rows farther apart are only later
-        for first, second in ((ego, box), (box, ego)):
-            a, b = first[: len(t) - lag], second[lag:]
-            near = (a[:, 0] - b[:, 0]) ** 2 + (a[:, 1] - b[:, 1]) ** 2 <= reach2
-            rows = np.flatnonzero(near & (later <= longest) & (later < best))
-            rows = rows[overlap(a[rows], b[rows])]
-            if len(rows):
-                k = rows[np.argmin(later[rows])]
-                best, at = float(later[k]), float(t[lag + k])
     return best, at

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics._objects_ahead import SAME_TIME, is_ahead, settled_ahead
+from pytest_dvp.metrics._once_a_log import once_a_log
 from pytest_dvp.metrics.metric import Measured, Series, metric
 
 REACH, BESIDE, WITHIN = 20.0, 4.0, 3.0  # m: as detection_error has them
@@ -219,66 +219,100 @@ def _step(times: FloatArray, log: Log) -> float:
     return next((float(np.median(np.diff(o.t))) for o in log.objects.values() if len(o.t) > 1), 0.0)
 
 
+@once_a_log
 def _matches(log: Log, reach: float, beside: float, within: float, beyond: float) -> _Matches:
     table = log.detections
-    ahead = {name: settled_ahead(log, track, reach, beside) for name, track in log.objects.items()}
+    tracks = list(log.objects.values())
+    ahead = [settled_ahead(log, track, reach, beside) for track in tracks]
     near = is_ahead(log, table.t, table.x, table.y, reach, beside) if len(table.t) else np.zeros(0, dtype=bool)
     if beyond > 0.0:
-        for name, track in log.objects.items():
-            ahead[name] &= ~is_ahead(log, track.t, track.x, track.y, beyond, beside)
+        for k, track in enumerate(tracks):
+            ahead[k] &= ~is_ahead(log, track.t, track.x, track.y, beyond, beside)
         near[near] = ~is_ahead(log, table.t[near], table.x[near], table.y[near], beyond, beside)
-    t: list[float] = []
-    names: list[str] = []
-    row: list[int] = []
-    truth: list[tuple[float, ...]] = []
-    false: list[int] = []
-    for now, rows, there in _instants(log):
-        every = np.array([_state(log, name, k) for name, k in there]).reshape(-1, 5)
-        apart = np.hypot(table.x[rows] - every[:, :1], table.y[rows] - every[:, 1:2])
-        of = _assigned(apart, within)
-        for i, (name, k) in enumerate(there):
-            if ahead[name][k]:
-                t.append(now)
-                names.append(name)
-                row.append(int(rows[of[i]]) if i in of else -1)
-                truth.append(tuple(every[i]))
-        alone = ~(apart <= within).any(axis=0) if len(there) else np.ones(len(rows), dtype=bool)
-        false += rows[alone & near[rows]].tolist()
+    there, pairs = _side_by_side(log)
+    close = pairs.apart <= within
+    false = near.copy()
+    false[pairs.detection[close]] = False
+    seen = _assigned(pairs, close, len(there.t))
+    rows = np.flatnonzero([ahead[who][k] for who, k in zip(there.who, there.k, strict=True)])
+    names = tuple(log.objects)
     return _Matches(
-        np.array(t),
-        tuple(names),
-        np.array(row, dtype=np.int64),
-        np.array(truth).reshape(-1, 5),
-        np.array(false, dtype=np.int64),
+        there.t[rows],
+        tuple(names[who] for who in there.who[rows]),
+        seen[rows],
+        there.state[rows],
+        np.flatnonzero(false),
     )
 
 
-def _instants(log: Log) -> Iterator[tuple[float, NDArray[np.int64], list[tuple[str, int]]]]:
-    """Time, rows of the detections and (name, row) of the road users of each instant at which there are any."""
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class _There:
+    """Each instant of each road user, (n,), in the order of time: t [s], who (its number), k (row of its track) and
+    state: x, y, yaw, vx, vy (n, 5)."""
+
+    t: FloatArray
+    who: NDArray[np.int64]
+    k: NDArray[np.int64]
+    state: FloatArray
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class _Pairs:
+    """Each detection beside each road user of its instant, (m,): instant, row in _There, row of the detection, and
+    their distance [m]."""
+
+    instant: NDArray[np.int64]
+    there: NDArray[np.int64]
+    detection: NDArray[np.int64]
+    apart: FloatArray
+
+
+def _side_by_side(log: Log) -> tuple[_There, _Pairs]:
+    """The road users of each instant, and each with each detection of the same instant."""
     table = log.detections
-    keys = {name: np.round(track.t / SAME_TIME).astype(np.int64) for name, track in log.objects.items()}
+    key_of = [np.round(track.t / SAME_TIME).astype(np.int64) for track in log.objects.values()]
+    key, who, k = (np.zeros(0, dtype=np.int64) for _ in range(3))
+    state = np.zeros((0, 5))
+    for number, (track, keys) in enumerate(zip(log.objects.values(), key_of, strict=True)):
+        own, last = np.unique(keys[::-1], return_index=True)  # of two rows at one instant the later one
+        rows = len(keys) - 1 - last
+        columns = [column[rows] for column in (track.x, track.y, track.yaw, track.vx, track.vy)]
+        key, k = np.concatenate([key, own]), np.concatenate([k, rows])
+        who = np.concatenate([who, np.full(len(rows), number)])
+        state = np.concatenate([state, np.column_stack(columns)])
+    order = np.lexsort((who, key))
+    key, state = key[order], state[order]
+    there = _There(key / 1e6, who[order], k[order], state)
     seen = np.round(table.t / SAME_TIME).astype(np.int64)
-    where = {name: {int(k): i for i, k in enumerate(key)} for name, key in keys.items()}
-    every = np.unique(np.concatenate([seen, *keys.values()])) if keys or len(seen) else seen
-    start, stop = np.searchsorted(seen, every, "left"), np.searchsorted(seen, every, "right")
-    for key, a, b in zip(every.tolist(), start, stop, strict=True):
-        there = [(name, rows[key]) for name, rows in where.items() if key in rows]
-        yield key / 1e6, np.arange(a, b), there
+    start, stop = np.searchsorted(seen, key, "left"), np.searchsorted(seen, key, "right")
+    count = stop - start
+    row = np.repeat(np.arange(len(key)), count)
+    detection = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + start[row]
+    apart = np.hypot(table.x[detection] - state[row, 0], table.y[detection] - state[row, 1])
+    return there, _Pairs(key[row], row, detection, apart)
 
 
-def _state(log: Log, name: str, k: int) -> tuple[float, ...]:
-    track = log.objects[name]
-    return track.x[k], track.y[k], track.yaw[k], track.vx[k], track.vy[k]
+def _assigned(pairs: _Pairs, close: NDArray[np.bool_], size: int) -> NDArray[np.int64]:
+    """The detection of each of `size` rows of _There, -1 for none: one to one, most `close` ones, then the sum of their
+    distances least."""
+    found = np.full(size, -1, dtype=np.int64)
+    rows, detections = pairs.there[close], pairs.detection[close]
+    alone = (np.bincount(rows, minlength=1)[rows] == 1) & (np.bincount(detections, minlength=1)[detections] == 1)
+    found[rows[alone]] = detections[alone]
+    for instant in np.unique(pairs.instant[close][~alone]):  # somebody has a choice there
+        here = pairs.instant == instant
+        of, of_row = np.unique(pairs.there[here], return_inverse=True)
+        among, of_column = np.unique(pairs.detection[here], return_inverse=True)
+        cost = np.full((len(of), len(among)), _FAR)
+        cost[of_row, of_column] = np.where(close[here], pairs.apart[here], _FAR)
+        for i, j in zip(*_least_sum(cost), strict=True):
+            found[of[i]] = among[j] if cost[i, j] < _FAR else -1
+    return found
 
 
-def _assigned(apart: FloatArray, within: float) -> dict[int, int]:
-    """Column of each row that is assigned one: one to one, most within `within`, then the sum of distances least."""
-    if not apart.size:
-        return {}
-    cost = np.where(apart <= within, apart, _FAR)
-    if apart.shape[0] == 1:
-        k = int(np.argmin(cost[0]))
-        return {0: k} if cost[0, k] < _FAR else {}
+def _least_sum(cost: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows and columns of the assignment whose sum is least."""
     from scipy.optimize import linear_sum_assignment
 
-    return {int(i): int(j) for i, j in zip(*linear_sum_assignment(cost), strict=True) if cost[i, j] < _FAR}
+    rows, columns = linear_sum_assignment(cost)
+    return rows, columns
