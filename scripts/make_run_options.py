@@ -63,6 +63,7 @@ _ALLOWED: dict[Kind, str] = {
     "files": "any number of files",
     "flag": "yes or no",
     "logs": "any number of logs and run folders",
+    "new_file": "a file that is written",
     "path": "a folder, which is made",
     "paths": "any number of folders",
     "size": "bytes, as `2GB`",

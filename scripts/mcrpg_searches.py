@@ -95,9 +95,8 @@ def _caveats(hidden: Path) -> list[str]:
         f"- Of the {len(effects)} hidden effects, {none} have no parameter in S{some}.",
         "  So no search can match the car by tuning alone. The difference shows the cost of missing effects,",
         "  not that one searcher is better than another.",
-        "- The motion in logs of pe and rw is that of the surrogate's reference system, which has no sensor noise so",
-        "  far, while chi²/N is in units of the noise of real sensors. It can therefore fall below 1; on a measured",
-        "  car it ends near 1.",
+        "- chi²/N is in units of the noise of the reference system that measured the car, or of the best sensors of",
+        "  road cars where that is finer; 1 means that only noise is left.",
     ]
 
 

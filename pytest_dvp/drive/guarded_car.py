@@ -28,16 +28,7 @@ def guarded_car(
     if apart is None:
         from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 
-        car, gate_log.punctuality = open_vehicle(
-            request.spec.stage,
-            request.spec.vehicle,
-            request.spec.seed,
-            request.spec.dbc,
-            request.spec.fault,
-            clock=request.spec.clock,
-            record=gate_log.wire.record,
-            perception=perception,
-        )
+        car, gate_log.punctuality = open_vehicle(request.spec, record=gate_log.wire.record, perception=perception)
         limits = limits_of(car.description, max_speed=max_speed, area=area)
         keys = request.spec.arming is not None
         return GuardedVehicle(car, limits, name=name, scenario=scenario, record=gate_log.record, keys=keys)

@@ -90,6 +90,7 @@ class Loop:
         self._lights: tuple[dict[str, str], tuple[SignalState, ...]] = ({}, ())
         self._transitions = 0
         self._mirror, self._gate_log = Mirror(), ready.gate_log
+        self._targets = ready.targets
         self._unplaced = ready.vehicle.is_real  # it stands as it stands: its own word of the beginning counts
         self.error: str | None = None
         self.seconds: list[float] = []
@@ -185,7 +186,7 @@ class Loop:
             t,
             command=command,
             ads=driver.trace,
-            surroundings=around,
+            surroundings=around if self._targets is None else self._targets.measured(t, around),
             detections=driver.detections,
             path=driver.path,
             held=self._held(state) | {"command_age": t - command.t},

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.drive.announced_cars import find_adapter
-from pytest_dvp.drive.stages import CAN, REAL, ROS1, STEPPED, VEHICLES, StageError
+from pytest_dvp.drive.stages import CAN, REAL, ROS1, VEHICLES, StageError
 
 if TYPE_CHECKING:
+    from pytest_dvp.drive.run_spec import RunSpec
     from vehicle.adapter import Vehicle
     from vehicle.model.vehicle_model import AppliedEffect
     from vehicle.wire.health import Trouble
@@ -26,17 +27,12 @@ def hidden_in(vehicle: str) -> Path | None:
 
 
 def open_vehicle(
-    stage: str,
-    vehicle: str,
-    seed: int,
-    dbc: Path | None = None,
-    fault: str | None = None,
+    spec: RunSpec,
     *,
-    clock: str = STEPPED,
     record: Callable[[Trouble], None] = lambda _: None,
     perception: Sequence[AppliedEffect] = (),
 ) -> tuple[Vehicle, Callable[[], dict[str, Any]]]:
-    """The car of stage "pe" or "rw", running and waiting; arguments as of `check_stage`, which comes before.
+    """The car of stage "pe" or "rw" of a run, running and waiting; `check_asked` comes before.
 
     `record` gets every trouble with its messages; with the effects `perception` the car of stage "pe" sees the virtual
     road users. The second result tells how punctual it was, for the log; empty in
@@ -44,10 +40,13 @@ def open_vehicle(
     """
     from vehicle.adapters.mirror import in_parallel
 
-    name, _, hidden = vehicle.partition(":")
+    stage, seed = spec.stage, spec.seed
+    name, _, hidden = spec.vehicle.partition(":")
     if name not in VEHICLES:
-        return _open_adapter(stage, vehicle, seed, perception)
-    within, options = hidden_in(vehicle), dict[str, Any](record=record)
+        return _open_adapter(stage, spec.vehicle, seed, perception)
+    within, options = hidden_in(spec.vehicle), dict[str, Any](record=record)
+    if spec.truth is not None:
+        options["truth"] = spec.truth
     if name == ROS1:
         from vehicle.adapters.ros1 import by_ros1, settings_of
 
@@ -55,12 +54,12 @@ def open_vehicle(
     if name == CAN:
         from vehicle.wire.can_map import find_map
 
-        options["can"] = find_map(dbc)
-    if fault is not None:
+        options["can"] = find_map(spec.dbc)
+    if spec.fault is not None:
         from vehicle.wire.faults import parse_fault
 
-        options["fault"] = parse_fault(fault)
-    if clock == REAL:
+        options["fault"] = parse_fault(spec.fault)
+    if spec.clock == REAL:
         from vehicle.adapters.live import live_surrogate
 
         live = live_surrogate(seed, within, **options)

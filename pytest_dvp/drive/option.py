@@ -10,7 +10,20 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 Kind = Literal[
-    "int", "float", "size", "str", "path", "file", "flag", "ads", "delay", "assignments", "paths", "files", "logs"
+    "int",
+    "float",
+    "size",
+    "str",
+    "path",
+    "file",
+    "new_file",
+    "flag",
+    "ads",
+    "delay",
+    "assignments",
+    "paths",
+    "files",
+    "logs",
 ]
 LISTS: tuple[Kind, ...] = ("assignments", "paths", "files", "logs")
 
@@ -81,6 +94,7 @@ _TYPES: dict[Kind, str] = {
     "flag": "bool",
     "path": "str | Path",
     "file": "str | Path",
+    "new_file": "str | Path",
     "paths": "Sequence[str | Path]",
     "files": "Sequence[str | Path]",
     "logs": "Sequence[str | Path]",

@@ -51,6 +51,8 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
         return possible_folder(base / text, origin)
     if setting.kind == "file":
         return _file(base / text, origin)
+    if setting.kind == "new_file":
+        return _new_file(base / text, origin)
     if setting.kind == "ads" and text != REFERENCE:
         from pytest_dvp.drive.stack_name import check_name
 
@@ -150,6 +152,17 @@ def possible_folder(path: Path, origin: str) -> Path:
     if not there.is_dir():
         raise SettingError(f"{origin} {path}: {there} is no folder")
     if not os.access(there, os.W_OK):
+        raise SettingError(f"{origin} {path}: cannot be written: no permission")
+    return path.absolute()
+
+
+def _new_file(path: Path, origin: str) -> Path:
+    """A file that can be written, in a folder that is there. Raises SettingError naming `origin`, the option."""
+    if path.is_dir():
+        raise SettingError(f"{origin} {path}: a folder, expected a file")
+    if not path.parent.is_dir():
+        raise SettingError(f"{origin} {path}: no folder {path.parent}")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise SettingError(f"{origin} {path}: cannot be written: no permission")
     return path.absolute()
 

@@ -39,6 +39,7 @@ from pytest_dvp.drive.stack_host import find_ads, make_driver
 from pytest_dvp.drive.stack_parameters import as_plain, in_force
 from pytest_dvp.drive.stages import CAN, REPLAY, ROS1, STEPPED, SURROGATE, VEHICLES, StageError
 from pytest_dvp.drive.stop_lines import stop_lines
+from pytest_dvp.drive.target_reference import TargetReference
 from pytest_dvp.drive.world import World
 from pytest_dvp.logs.event_names import EventNames
 from pytest_dvp.logs.obeyed_commands import ARRIVED
@@ -50,6 +51,7 @@ from vehicle.adapter import Vehicle
 from vehicle.messages import Command, FloatArray, RoadPoint, VehicleDescription, VehicleState
 from vehicle.model.effect_catalogue import effects_of_files
 from vehicle.model.model_file import read_model
+from vehicle.toml_file import read_toml
 
 if TYPE_CHECKING:
     from ads.parameters import Parameters
@@ -81,7 +83,7 @@ def prepare(request: Request) -> Ready:
     vehicle, about, gate_log = _vehicle(request, ego)
     try:
         parts = _Parts(scenario, network, gates, gate_folder, ego, ads, P, vehicle, about)
-        return dataclasses.replace(_ready(request, parts), gate_log=gate_log)
+        return dataclasses.replace(_ready(request, parts), gate_log=gate_log, targets=_targets(request))
     except BaseException:
         vehicle.close()
         raise
@@ -357,6 +359,19 @@ def _car(request: Request, ego: ScenarioObject) -> tuple[Vehicle, dict[str, Any]
     if name == CAN:
         about |= {"wire": CAN, "dbc_sha256": _sha256(request.spec.dbc) if request.spec.dbc is not None else ""}
     return car, {"vehicle": about, "ego": {"name": ego.name, **_size(car.description)}}, gate_log
+
+
+def _targets(request: Request) -> TargetReference | None:
+    """What measures the road users on stage rw of the surrogate, unless its own reference system is said to be ideal.
+
+    On stage pe they are the simulator's own, which knows where they are.
+    """
+    spec = request.spec
+    if spec.stage != "rw" or spec.vehicle.partition(":")[0] not in VEHICLES:
+        return None
+    hidden = hidden_in(spec.vehicle)
+    about = {} if hidden is None else read_toml(hidden)[0].get("reference", {})
+    return None if about.get("unit") == "ideal" else TargetReference(spec.seed)
 
 
 def _mirrored_with(request: Request) -> list[AppliedEffect]:

@@ -97,4 +97,4 @@ def _plain(setting: Setting, value: Any) -> Any:
     """A value of a keyword as the field has it: paths as paths, lists as tuples."""
     if setting.kind in LISTS:
         return tuple(Path(item) for item in value)
-    return Path(value) if setting.kind in ("file", "path") and value is not None else value
+    return Path(value) if setting.kind in ("file", "path", "new_file") and value is not None else value

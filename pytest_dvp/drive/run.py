@@ -21,7 +21,7 @@ from pytest_dvp.drive.result_file import read_result
 from pytest_dvp.drive.run_files import Kept
 from pytest_dvp.drive.run_findings import of_road
 from pytest_dvp.drive.run_findings import said as said_of_finding
-from pytest_dvp.drive.stage_checks import check_delay, check_stage
+from pytest_dvp.drive.stage_checks import check_delay, check_stage, check_truth
 from pytest_dvp.drive.stages import REAL, REPLAY, StageError
 from pytest_dvp.drive.tick_time import tick_time
 from pytest_dvp.drive.tick_time import tick_time_notes as said_of_ticks
@@ -74,6 +74,8 @@ def run(scenario: str | Path, /, **options: Unpack[RunOptions]) -> RunResult:
                      yours; can is the surrogate with its drive-by-wire on CAN, ros1 the surrogate over ROS 1; a file
                      behind the colon says what is hidden in it, of ros1 how it is reached; replay is a recording;
                      ros1_car:FILE, ros2_car:DOMAIN and other adapters are cars; default: surrogate
+    truth            file (.mcap) into which the surrogate of stages pe and rw writes what was true, for grading; logs
+                     of pe and rw hold what its reference system measured; of several drives the last one is kept
     dbc              stages pe and rw: messages of a vehicle on CAN, with the signal map next to them; default: those
                      that ship
     fault            stages pe and rw: wire fault to make between surrogate and harness, as drop@5+3 (seconds)
@@ -101,6 +103,8 @@ def run(scenario: str | Path, /, **options: Unpack[RunOptions]) -> RunResult:
     check_stage(
         spec.stage, spec.vehicle, require_real=spec.require_real, dbc=spec.dbc, fault=spec.fault, clock=spec.clock
     )
+    if spec.truth is not None:
+        check_truth(spec.stage, spec.vehicle, spec.truth)
     if spec.compute_delay is not None:
         parse_delay(spec.compute_delay)
         check_delay(spec.stage)

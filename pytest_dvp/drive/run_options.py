@@ -69,6 +69,9 @@ class RunOptions(TypedDict, total=False):
     the surrogate with its drive-by-wire on CAN, ros1 the surrogate over ROS 1; a file behind the colon says what is
     hidden in it, of ros1 how it is reached; replay is a recording; ros1_car:FILE, ros2_car:DOMAIN and other adapters
     are cars; default: surrogate."""
+    truth: str | Path | None
+    """file (.mcap) into which the surrogate of stages pe and rw writes what was true, for grading; logs of pe and rw
+    hold what its reference system measured; of several drives the last one is kept."""
     dbc: str | Path | None
     """stages pe and rw: messages of a vehicle on CAN, with the signal map next to them; default: those that ship."""
     fault: str | None

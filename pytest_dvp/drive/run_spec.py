@@ -227,6 +227,14 @@ class RunSpec:
         replay=30,
         compared=20,
     )
+    truth: Path | None = option(
+        "new_file",
+        None,
+        "file (.mcap) into which the surrogate of stages pe and rw writes what was true, for grading",
+        "F.mcap",
+        more="logs of pe and rw hold what its reference system measured; of several drives the last one is kept",
+        stages=OF_A_CAR,
+    )
     dbc: Path | None = option(
         "file",
         None,

@@ -95,6 +95,20 @@ def check_asked(stage: str, settings: RunSpec) -> None:
     )
     if settings.compute_delay is not None:
         check_delay(stage)
+    if settings.truth is not None:
+        check_truth(stage, settings.vehicle, settings.truth)
+
+
+def check_truth(stage: str, vehicle: str, file: Path) -> None:
+    """Raises StageError unless the car of this stage knows the truth, and can write it there. The log of dt is true."""
+    if stage == "dt":
+        return
+    if vehicle.partition(":")[0] not in VEHICLES:
+        raise StageError(f"--truth {file} is of the surrogate; {vehicle} does not know what is true")
+    if file.suffix != ".mcap":
+        raise StageError(f"--truth {file}: the file of what was true is an MCAP file, as truth.mcap")
+    if not file.parent.is_dir():
+        raise StageError(f"--truth {file}: no folder {file.parent}")
 
 
 def check_hidden(vehicle: str) -> None:

@@ -17,7 +17,7 @@ import msgspec
 import numpy as np
 
 from vehicle.adapter import VehicleLost
-from vehicle.adapters.process import CarProcess, DriveByWireProcess
+from vehicle.adapters.process import CarProcess, DriveByWireProcess, told_of
 from vehicle.adapters.ros2 import CALL, Ros2Vehicle
 from vehicle.messages import Command, FloatArray, Observation, Odometry, Surroundings, VehicleDescription, VehicleState
 from vehicle.wire import convert, topics
@@ -256,10 +256,14 @@ class LiveDriveByWireProcess(LiveCar, DriveByWireProcess):
 
 
 def live_surrogate(
-    seed: int = 0, hidden: Path | None = None, *, can: SignalMap | None = None, **options: Any
+    seed: int = 0,
+    hidden: Path | None = None,
+    *,
+    can: SignalMap | None = None,
+    truth: Path | None = None,
+    **options: Any,
 ) -> LiveCarProcess | LiveDriveByWireProcess:
     """The surrogate car in a process of its own, by the wall clock; arguments as of `process.surrogate`."""
-    extra = ["--hidden", str(hidden)] if hidden is not None else []
-    arguments = ["--clock", "real", "--seed", str(seed), *extra]
+    arguments = ["--clock", "real", "--seed", str(seed), *told_of(hidden, truth, options)]
     kind = LiveCarProcess if can is None else LiveDriveByWireProcess
     return kind("vehicle.surrogate", arguments, seed=seed, can=can, end=LiveEnd, **options)

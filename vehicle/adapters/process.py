@@ -23,6 +23,7 @@ from vehicle.wire.health import Trouble
 
 GROUP, FIRST_PORT = "239.74.163.2", 43113  # of CAN frames between processes; a port for each domain
 LEASED_PORT = 43_300  # and up: whoever has it has the domain
+TRUTH_WRITTEN = 20.0  # s to write what was true at its end; chosen: a minute of driving takes a tenth of one
 DOMAINS = range(100, 0, -1)  # of DDS: up to 101 on Linux, says ROS 2; low ones are those that people type
 
 
@@ -135,9 +136,25 @@ class DriveByWireProcess(CarProcess):
         return Hands(False, False) if self.by_wire is None else self.by_wire.hands
 
 
-def surrogate(seed: int = 0, hidden: Path | None = None, *, can: SignalMap | None = None, **options: Any) -> CarProcess:
+def told_of(hidden: Path | None, truth: Path | None, options: dict[str, Any]) -> list[str]:
+    """What the surrogate is told besides its seed; one that is to write what was true gets the time for it."""
+    if truth is not None:
+        options["farewell"] = max(options.get("farewell", 0.0), TRUTH_WRITTEN)
+    named = {"--hidden": hidden, "--truth": truth}
+    return [word for name, file in named.items() if file is not None for word in (name, str(file))]
+
+
+def surrogate(
+    seed: int = 0,
+    hidden: Path | None = None,
+    *,
+    can: SignalMap | None = None,
+    truth: Path | None = None,
+    **options: Any,
+) -> CarProcess:
     """The surrogate car in a process of its own; `hidden` what is hidden in it, `seed` of its sensors' noise, `can` the
-    messages of the drive-by-wire that it is to have, options as of CarProcess."""
-    extra = ["--hidden", str(hidden)] if hidden is not None else []
+    messages of the drive-by-wire that it is to have, `truth` the file (.mcap) into which it writes what was true when
+    it ends, options as of CarProcess."""
+    extra = told_of(hidden, truth, options)
     kind = CarProcess if can is None else DriveByWireProcess
     return kind("vehicle.surrogate", ["--seed", str(seed), *extra], can=can, seed=seed, **options)

@@ -1,6 +1,7 @@
 """Drive the surrogate and write a measured log.
 
 python -m vehicle.surrogate --drive rich --hidden F.toml --out log.csv
+python -m vehicle.surrogate --hidden F.toml --out log.csv --truth true.mcap    and what was true, for grading
 python -m vehicle.surrogate --dds 42 --hidden F.toml           as a car on the wire, for pytest -m rw
 python -m vehicle.surrogate --dds 42 --can socketcan:vcan0     with its drive-by-wire on CAN
 python -m vehicle.surrogate --dds 42 --clock real              by the wall clock
@@ -19,6 +20,7 @@ from vehicle.surrogate.driver import Driver
 from vehicle.surrogate.hidden import PERCEPTION, Hidden, HiddenError, read_hidden
 
 if TYPE_CHECKING:
+    from vehicle.surrogate.truth import Truth
     from vehicle.wire.end import Opener
 
 
@@ -33,6 +35,9 @@ def main(argv: list[str] | None = None) -> int:
     )
     parser.add_argument("--seed", type=int, default=0, help="seed of drive and sensor noise")
     parser.add_argument("--out", type=Path, metavar="LOG.csv")
+    parser.add_argument(
+        "--truth", type=Path, metavar="F.mcap", help="also write the true motion, and where road users truly were"
+    )
     parser.add_argument("--dds", type=int, metavar="DOMAIN", help="act as a car on this DDS domain (0 to 232) instead")
     parser.add_argument("--ros1", metavar="NAMESPACE", help="act as a car on ROS 1, with topics under this name, or ''")
     parser.add_argument(
@@ -73,14 +78,23 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     from vehicle.surrogate.recorder import record, write_csv  # compiles; not before the file is known to be good
 
-    columns = record(hidden, args.drive, args.seed)
+    truth = _truth(args)
+    columns = record(hidden, args.drive, args.seed, truth)
     try:
         write_csv(args.out, columns)
+        if truth is not None:
+            truth.write(args.truth)
     except OSError as error:
-        print(f"{args.out}: cannot be written: {error.strerror}", file=sys.stderr)
+        print(f"{error.filename}: cannot be written: {error.strerror}", file=sys.stderr)
         return 2
     print(f"{args.out}: {Driver(args.drive, 1.0, args.seed).length:g} s, 50 Hz", file=sys.stderr)
     return 0
+
+
+def _truth(args: argparse.Namespace) -> Truth | None:
+    from vehicle.surrogate.truth import Truth
+
+    return None if args.truth is None else Truth(args.seed)
 
 
 def _serve(args: argparse.Namespace, hidden: Hidden) -> int:
@@ -90,11 +104,14 @@ def _serve(args: argparse.Namespace, hidden: Hidden) -> int:
     from vehicle.wire.can_map import CanMapError, find_map
 
     serving: list[Node] = []
+    truth = _truth(args)
 
     def leave() -> None:
-        """A roscore keeps whoever does not leave it; DDS finds out by itself."""
+        """A roscore keeps whoever does not leave it; DDS finds out by itself. Then what was true is written."""
         for node in serving if args.ros1 is not None else ():
             node.close()
+        if truth is not None:
+            truth.write(args.truth)
 
     end_with_parent(leave)
     try:
@@ -104,9 +121,9 @@ def _serve(args: argparse.Namespace, hidden: Hidden) -> int:
             from vehicle.surrogate.live import LiveNode
 
             at = args.at or (0.0, 0.0, 0.0)
-            serving.append(LiveNode(opener, hidden, args.seed, unit, at=at, driver=args.driver))
+            serving.append(LiveNode(opener, hidden, args.seed, unit, at=at, driver=args.driver, truth=truth))
         else:
-            serving.append(Node(opener, hidden, args.seed, unit))
+            serving.append(Node(opener, hidden, args.seed, unit, truth=truth))
         serving[0].serve()
     except (BusError, CanMapError, _WireError) as error:
         print(error, file=sys.stderr)

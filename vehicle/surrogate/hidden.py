@@ -7,7 +7,7 @@
     [sensors]
     noise = "low"         # none, low, mid, high
     [reference]
-    unit = "rtk"          # what the log's motion is measured with, see vehicle.surrogate.reference
+    unit = "ideal"        # what measures the motion of logs of pe and rw, see vehicle.surrogate.reference
 
 Source of the effects' names and keys: the project's catalogue; the physics behind them here is the surrogate's own.
 """
@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from vehicle.surrogate.car import Car
-from vehicle.surrogate.reference import Reference, reference_of
+from vehicle.surrogate.reference import UNITS, USUAL, Reference, reference_of
 from vehicle.toml_file import TomlError, read_toml
 
 
@@ -129,7 +129,7 @@ class Hidden:
     car: Car = field(default_factory=Car)
     effects: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     noise: str = "mid"
-    reference: Reference = field(default_factory=Reference)
+    reference: Reference = field(default_factory=lambda: UNITS[USUAL])
 
     def value(self, name: str, key: str) -> float:
         """Value of a key; neutral if the effect is not hidden."""

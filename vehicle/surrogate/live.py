@@ -11,6 +11,7 @@ from vehicle.messages import VehicleState
 from vehicle.surrogate.ecu import DriveByWire
 from vehicle.surrogate.hidden import Hidden
 from vehicle.surrogate.node import MOTION, SUBSTEP, Node
+from vehicle.surrogate.truth import Truth
 from vehicle.wire import topics
 from vehicle.wire.end import Opener
 from vehicle.wire.live import LiveEnd
@@ -37,12 +38,13 @@ class LiveNode(Node):
         *,
         at: Sequence[float] = (0.0, 0.0, 0.0),
         driver: bool = False,
+        truth: Truth | None = None,
     ) -> None:
         self._zero = time.monotonic_ns() - BEGINNING
         self._driver = driver
         if driver:
             self.writes = (*topics.FROM_CAR, *topics.HANDS)
-        super().__init__(opener, hidden, seed, unit, end=LiveEnd)
+        super().__init__(opener, hidden, seed, unit, truth=truth, end=LiveEnd)
         x, y, yaw = at
         self._place(VehicleState(t=0.0, x=x, y=y, yaw=yaw, v=0.0))
 

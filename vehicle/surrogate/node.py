@@ -31,6 +31,7 @@ from vehicle.surrogate.reference import ReferenceSystem
 from vehicle.surrogate.scanner import Scanner
 from vehicle.surrogate.sensors import FACTOR, SIGMA
 from vehicle.surrogate.surrogate import DoubleTrack
+from vehicle.surrogate.truth import Truth
 from vehicle.wire import convert, topics
 from vehicle.wire.end import End, Opener, Silence
 from vehicle.wire.ros2_types import String
@@ -46,16 +47,24 @@ IDLE = 3600.0  # s without a word after which it gives up
 class Node:
     """A surrogate car on the wire that `opener` opens. Same seed and same messages in, same messages out.
 
-    With a drive-by-wire `unit` its commands come, and its speed and steering angle go, over CAN.
+    With a drive-by-wire `unit` its commands come, and its speed and steering angle go, over CAN. `truth`, if there is
+    one, learns what was true since the car was last placed; nothing of that goes over the wire.
     """
 
     writes = topics.FROM_CAR
     stepped = True  # harness and car in lock-step
 
     def __init__(
-        self, opener: Opener, hidden: Hidden, seed: int, unit: DriveByWire | None = None, *, end: type[End] = End
+        self,
+        opener: Opener,
+        hidden: Hidden,
+        seed: int,
+        unit: DriveByWire | None = None,
+        *,
+        truth: Truth | None = None,
+        end: type[End] = End,
     ) -> None:
-        self._unit = unit
+        self._unit, self._truth = unit, truth
         self._car = DoubleTrack(hidden, seed=seed, pedals=unit is not None and unit.pedals)
         self._hidden, self._seed, self._sigma = hidden, seed, FACTOR[hidden.noise]
         self.description: VehicleDescription = msgspec.structs.replace(
@@ -97,6 +106,9 @@ class Node:
         self._scanner = Scanner(self.description, self._seed)
         self._perceiver = Perceiver(self._hidden, self._seed)
         self._reference = ReferenceSystem(self._hidden.reference, self._seed, SUBSTEP / convert.SECOND)
+        if self._truth is not None:
+            self._truth.clear()
+            self._truth.car(self._car.state)
         self._around, self._signals = no_surroundings(), None
         self._obeyed: Command | None = None
         self._commanded = 0
@@ -117,6 +129,8 @@ class Node:
             self._car.apply(self._obeyed)
         for message in take(topics.OBJECTS):
             self._around = convert.objects_from_ros(message)
+            if self._truth is not None:
+                self._truth.around(self._now / convert.SECOND, self._around)
             self._look()
 
     def _look(self) -> None:
@@ -144,17 +158,27 @@ class Node:
             self._car.step(SUBSTEP / convert.SECOND)
             self._now += SUBSTEP
             now, ran = self._now, self._now - self._start
-            state = self._reference.show(self._car.state)
-            self._queue(topics.ODOMETRY, convert.state_to_ros(state, now), REFERENCE_LATENCY)
-            felt = Imu(state.t, state.ax, state.ay, state.yaw_rate)
-            self._queue(topics.REFERENCE_IMU, convert.imu_to_ros(felt, now), REFERENCE_LATENCY)
-            self._queue(topics.TF, convert.transform(state, now), REFERENCE_LATENCY)
+            self._refer(now, ran // SUBSTEP)
             if ran % MOTION == 0:
                 self._measure(now, ran % GNSS == 0)
 
+    def _refer(self, now: int, step: int) -> None:
+        """The motion, as the reference system measures it."""
+        true = self._car.state
+        if self._truth is not None:
+            self._truth.car(true)
+        state = self._reference.show(true)
+        if not self._reference.due(step):
+            return
+        self._queue(topics.ODOMETRY, convert.state_to_ros(state, now), REFERENCE_LATENCY)
+        felt = Imu(state.t, state.ax, state.ay, state.yaw_rate)
+        self._queue(topics.REFERENCE_IMU, convert.imu_to_ros(felt, now), REFERENCE_LATENCY)
+        self._queue(topics.TF, convert.transform(state, now), REFERENCE_LATENCY)
+
     def _measure(self, now: int, with_gnss: bool) -> None:
         shown = self._car.measure()
-        wheels = Odometry(0.0, shown["v"] if self._car.state.v != 0.0 else 0.0, self._car.state.steer)
+        turning = self._reference.wheels(shown["v"]) if self._car.state.v != 0.0 else 0.0
+        wheels = Odometry(0.0, turning, self._car.state.steer)
         if self._unit is None:
             echo = 0.0 if self._obeyed is None else self._obeyed.accel
             self._queue(topics.FEEDBACK, convert.feedback_to_ros(wheels, now, echo), 0)

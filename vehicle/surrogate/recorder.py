@@ -10,15 +10,16 @@ from vehicle.messages import Command, FloatArray
 from vehicle.surrogate.driver import PERIOD, Drive, Driver, Motion
 from vehicle.surrogate.hidden import Hidden
 from vehicle.surrogate.surrogate import MEASURED_UNITS, DoubleTrack
+from vehicle.surrogate.truth import Truth
 
 COLUMNS = {"t": "s", "accel_cmd": "m/s^2", "steer_cmd": "rad", **MEASURED_UNITS}
 
 
-def record(hidden: Hidden, drive: Drive, seed: int = 0) -> dict[str, FloatArray]:
+def record(hidden: Hidden, drive: Drive, seed: int = 0, truth: Truth | None = None) -> dict[str, FloatArray]:
     """Columns of one drive, each float64 (n,) with the unit that COLUMNS states, at 50 Hz.
 
     A command logged at t holds from t to the next stamp; a measurement is that of its stamp, after the command of that
-    stamp has taken hold (an acceleration answers within the first millisecond).
+    stamp has taken hold (an acceleration answers within the first millisecond). `truth` learns the true motion.
     """
     car = DoubleTrack(hidden, seed=seed)
     driver = Driver(drive, hidden.car.wheelbase, seed)
@@ -26,6 +27,8 @@ def record(hidden: Hidden, drive: Drive, seed: int = 0) -> dict[str, FloatArray]
     for k in range(driver.samples):
         t = k * PERIOD
         now = car.state
+        if truth is not None:
+            truth.car(now)
         wish = driver.wish(t, Motion(now.x, now.y, now.yaw, now.v))
         car.apply(Command(t=t, steer=wish.steer, accel=wish.accel, throttle=0.0, brake=0.0))
         car.step(PERIOD)

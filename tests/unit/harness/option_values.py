@@ -32,7 +32,7 @@ def _text(setting: Setting, place: Path) -> str:
         "ads": "module:Class",
         "delay": "0.2+-0.1",
         "assignments": "a=1",
-        "path": str(place / "new"),
+        **dict.fromkeys(("path", "new_file"), str(place / "new")),
         "paths": str(place / "folder"),
         **dict.fromkeys(("file", "files", "logs"), str(place / "file")),
     }

@@ -34,6 +34,7 @@ NOT_REPEATED = {
     "arming": "a key is used up: a human gives the next one",
     "require-real": "refuses a run and changes none",
     "runs": "where a result is written",
+    "truth": "where the truth is written",
     "single-file": "how a result is written",
 }
 

@@ -1,15 +1,16 @@
-"""The surrogate's reference system: errors of the size and the correlation that are declared, and none by default."""
+"""The surrogate's reference system: errors of the size and the correlation that are declared."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
 from vehicle.messages import VehicleState
-from vehicle.surrogate.hidden import HiddenError, read_hidden
+from vehicle.surrogate.hidden import Hidden, HiddenError, read_hidden
 from vehicle.surrogate.reference import UNITS, Reference, ReferenceSystem, reference_of
 
 PERIOD = 0.01
@@ -24,9 +25,12 @@ def errors(reference: Reference, seed: int, count: int) -> np.ndarray:
     return np.array([[getattr(s, n) - getattr(STILL, n) for n in names] for s in shown])
 
 
-def test_without_a_unit_it_shows_the_truth() -> None:
-    assert Reference().ideal
-    assert ReferenceSystem(reference_of({}), 1, PERIOD).show(STILL) is STILL
+def test_an_ideal_one_shows_the_truth() -> None:
+    assert ReferenceSystem(reference_of({"unit": "ideal"}), 1, PERIOD).show(STILL) == STILL
+
+
+def test_it_errs_unless_something_else_is_said() -> None:
+    assert Hidden().reference == reference_of({}) == UNITS["rtk"] != Reference()
 
 
 def test_same_seed_same_errors() -> None:
@@ -67,6 +71,30 @@ def test_a_wrong_place_and_a_turned_mounting_act_in_the_cars_frame() -> None:
     assert ahead.ax != pytest.approx(1.0, abs=1e-3)
 
 
+def test_without_satellites_the_place_drifts_and_comes_back() -> None:
+    """Random walk of the speed, integrated: sigma of the place after T is drift * sqrt(T^3 / 3), here 1.15 m at 1 s."""
+    reference = Reference(outages=6000.0, outage_time=1e9, outage_drift=2.0)  # lost at the first call, for good
+    found = np.array([errors(reference, seed, 101)[-1] for seed in range(500)])
+    assert found[:, :2].std() == pytest.approx(2.0 / math.sqrt(3.0), rel=0.1)
+    assert found[:, 3].std() == pytest.approx(2.0, rel=0.1)
+    often = errors(Reference(outages=60.0, outage_time=0.2, outage_drift=2.0), 1, 2000)[:, 0]
+    assert 0.5 < np.mean(often == 0.0) < 0.95  # lost once a second for 0.2 s: 1 / 1.2 of the time it is not
+
+
+def test_motion_is_as_old_as_the_latency_and_comes_at_the_rate() -> None:
+    system = ReferenceSystem(Reference(latency=0.025, rate=50.0), 1, PERIOD)
+    shown = [system.show(msgspec.structs.replace(STILL, x=0.1 * k)).x for k in range(10)]
+    assert shown[5:] == pytest.approx([0.1 * (k - 2.5) for k in range(5, 10)])
+    assert [k for k in range(6) if system.due(k)] == [0, 2, 4]
+
+
+def test_wheel_speeds_are_scaled_and_come_in_steps() -> None:
+    steps = ReferenceSystem(Reference(wheel_step=0.5), 1, PERIOD)
+    assert [steps.wheels(v) for v in (0.2, 0.3, 7.74, -0.3)] == [0.0, 0.5, 7.5, -0.5]
+    scales = [ReferenceSystem(Reference(wheel_scale=0.01), seed, PERIOD).wheels(10.0) for seed in range(300)]
+    assert np.std(scales) == pytest.approx(0.1, rel=0.15)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -74,6 +102,8 @@ def test_a_wrong_place_and_a_turned_mounting_act_in_the_cars_frame() -> None:
         ("accel_bais = 0.1", "reference has no 'accel_bais'"),
         ("accel_bias = -0.1", "reference.accel_bias is -0.1; it must be at least 0"),
         ("drift_time = 0", "reference.drift_time is 0; it must be above 0"),
+        ("rate = 30", "reference.rate is 30; known: 10, 20, 25, 50, 100"),
+        ("latency = 0.6", "reference.latency is 0.6; it must be at most 0.5"),
         ('arm = "far"', "reference.arm is 'far'; a number is needed"),
     ],
 )
