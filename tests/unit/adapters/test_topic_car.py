@@ -88,8 +88,9 @@ def test_behind_the_gate_it_stays_where_it_is_until_it_is_armed(car: tuple[Ros2C
         rows.append(gated.step(0.05))
     motion = np.concatenate(rows)
     assert len(motion) >= 30
-    assert motion[:, 1] == pytest.approx(30.0, abs=0.01)
-    assert motion[:, 2] == pytest.approx(5.0, abs=0.01)
+    assert motion[:, 1] == pytest.approx(30.0, abs=0.06)  # its reference system is off by 15 mm, 1 sigma
+    assert motion[:, 2] == pytest.approx(5.0, abs=0.06)
+    assert np.ptp(motion[:, 1:3], axis=0).max() < 0.02  # and scatters by 2 mm
     assert {decision.state for decision in decisions} == {State.DRY}
     assert car[0].hands == Hands(False, False)
 
