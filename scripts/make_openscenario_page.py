@@ -178,11 +178,18 @@ log, with the numbers that hold from then on. Parts that the action leaves out s
 
 ## Motion that no entity could make
 
-`dvp play` and `dvp run` compare each step of the other entities with their `Performance` (`maxSpeed`,
-`maxAcceleration`, `maxDeceleration`) and with their own speed. Who exceeds the first by more than 5 %, or jumps by more
-than 0.5 m or turns by more than 0.2 rad without a teleport, is a finding `dvp.implausible_motion` with entity, time and
-event. It stands in `findings` of `result.json` and among the notes. Trajectories with time stamps and cars that stop
-where their road ends are the usual causes.
+`dvp play` and `dvp run` compare each step of the other entities (all but the driven ego) with
+
+- their `Performance`: `maxSpeed`, `maxAcceleration`, `maxDeceleration` and their rates;
+- the `DynamicConstraints` of the action that moves them: along the way of a `SpeedProfileAction` or
+  `LongitudinalDistanceAction`, across the lane of a `LateralDistanceAction`;
+- what they did before: a jump of more than 0.5 m, a turn by more than 0.2 rad without a teleport, or 3 m/s in a step of
+  an entity that has no `Performance`.
+
+Limits may be exceeded by 5 % and a rounding. Whoever exceeds one is a finding `dvp.implausible_motion` with entity,
+time, event, and which `limit` it is. The finding stands in `findings` of `result.json` and among the notes. Usual
+causes are trajectories with time stamps, steps of the speed, and cars that stop where their road ends. The first step
+is left out: what acts at t = 0 says how a scenario begins.
 """
 
 TRAFFIC = """

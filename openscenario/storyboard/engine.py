@@ -57,7 +57,8 @@ class Storyboard:
     """A scenario under way on a road network.
 
     `external`: names of entities that something else moves (the ego in the closed loop): after Init, actions on
-    them become `requests`. Raises ScenarioError if the scenario holds an element that cannot run.
+    them become `requests`. `acted`: the actions that acted in the last step, with whom each of them acted on.
+    Raises ScenarioError if the scenario holds an element that cannot run.
     """
 
     def __init__(
@@ -102,6 +103,8 @@ class Storyboard:
         self.warnings: list[Finding] = []
         self.root = Node("storyboard", "storyBoard", None, scenario.storyboard.at)
         self._active: list[tuple[Node, list[Held]]] = []
+        self._begun: list[tuple[Node, tuple[Held, ...]]] = []  # in the instant of the last triggers
+        self.acted: tuple[tuple[Node, tuple[Held, ...]], ...] = ()
         self._movers = [entity for entity in self.entities.values() if not entity.external]
         self._externals = [entity for entity in self.entities.values() if entity.external]
         builder = Builder(self)
@@ -157,6 +160,9 @@ class Storyboard:
         if not self._settled and self._stops():
             return
         self._settled = False
+        begun = {id(node) for node, _ in self._begun}
+        still = ((node, tuple(held)) for node, held in self._active if id(node) not in begun)
+        self.acted = (*self._begun, *still)
         if self._crowd is not None:
             self._crowd.come_and_go()
         if self.steps == 0:
@@ -192,6 +198,7 @@ class Storyboard:
 
     def _stops(self) -> bool:
         """Evaluate the triggers and end what is over at once; whether the stop trigger fired."""
+        self._begun.clear()
         for program in self.programs.values():
             program.show(self.time, self.world)
         self._evaluate(self.root)
@@ -217,8 +224,8 @@ class Storyboard:
         self._movers.remove(entity)
 
     def events_of(self, entity: Entity) -> list[str]:
-        """Names of the events that act on an entity now; `Init` of what Init has begun."""
-        events = (node.parent for node, held in self._active if any(each.entity is entity for each in held))
+        """Names of the events that acted on an entity in the last step; `Init` of what Init has begun."""
+        events = (node.parent for node, held in self.acted if any(each.entity is entity for each in held))
         return [event.name if event.kind == "event" else "Init" for event in events if event is not None]
 
     def report(self) -> tuple[Finding, ...]:
@@ -339,6 +346,7 @@ class Storyboard:
         self._change(node, START, RUNNING)
         factory = action_factories()[type(element)]
         held: list[Held] = []
+        begun: list[Held] = []
         private = type(element).XML.startswith("PrivateAction")  # type: ignore[attr-defined]
         for entity in actors if private else (None,):
             runner: Runner = factory(element, entity, self)
@@ -349,10 +357,12 @@ class Storyboard:
                     runner = Asked(runner, element, entity, self)
                 else:
                     self._displace(entity, runner)
+            begun.append(Held(runner, entity))
             if not runner.start():
                 held.append(Held(runner, entity))
                 self._hold(entity, runner, node.order)
         self._active.append((node, held))
+        self._begun.append((node, tuple(begun)))
 
     def _hold(self, entity: Entity | None, runner: Runner, order: int) -> None:
         if entity is not None:

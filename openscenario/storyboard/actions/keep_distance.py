@@ -89,7 +89,8 @@ class KeepDistance:
         wanted = stiffness * to_go - 2.0 * math.sqrt(stiffness) * (entity.speed - self._other.speed)
         wanted = min(max(wanted, -limits.down), limits.up)
         self._acceleration = limits.eased(self._acceleration, wanted, dt)
-        entity.speed = min(max(entity.speed + self._acceleration * dt, -limits.speed), limits.speed)
+        top = max(limits.speed, abs(entity.speed) - limits.down * dt)  # who is too fast at first brakes within limits
+        entity.speed = min(max(entity.speed + self._acceleration * dt, -top), top)
         return not self._element.continuous and abs(to_go) < REACHED
 
     def stop(self) -> None:

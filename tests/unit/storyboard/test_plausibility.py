@@ -98,3 +98,103 @@ def test_the_ego_is_not_the_storyboards_to_move(make: Make) -> None:
     board.step(DT)
     watch.look(DT)
     assert watch.findings() == ()
+
+
+def keep_distance(limits: str, distance: float = 100.0) -> str:
+    return (
+        f'<PrivateAction><LongitudinalAction><LongitudinalDistanceAction entityRef="B" continuous="true" '
+        f'freespace="false" distance="{distance}"><DynamicConstraints {limits}/></LongitudinalDistanceAction>'
+        "</LongitudinalAction></PrivateAction>"
+    )
+
+
+def test_who_is_too_fast_for_a_constraint_brakes_within_it_and_is_found(make: Make) -> None:
+    # 20 m/s with maxSpeed 14 and maxDeceleration 2: too fast for (20 - 14) / 2 = 3 s, 60 steps
+    limits = 'maxSpeed="14" maxAcceleration="2" maxDeceleration="2"'
+    here, there = [teleport(lane_position(0.0)), speed(20.0)], [teleport(lane_position(800.0)), speed(20.0)]
+    board = make(A=here, B=there, stories=later(keep_distance(limits)))
+    (found,) = watched(board, 6.0)
+    assert (found["field"], found["limit"], found["event"]) == ("A.speed", "DynamicConstraints", "late")
+    assert found["t"] == pytest.approx(1.05, abs=0.051)
+    assert found["found"] == pytest.approx(20.0 - 2.0 * DT, abs=1e-9)
+    assert found["count"] == pytest.approx(
+        (20.0 - 1.05 * 14.0 - 0.1) / 2.0 / DT, abs=1.1
+    )  # 5 % and 0.1 m/s are tolerated
+    assert found["allowed"] == "up to 14 m/s by DynamicConstraints of late"
+    assert board.entities["A"].speed == pytest.approx(14.0)
+
+
+@pytest.mark.parametrize(
+    ("field", "change", "worst"),
+    [("A.acceleration", 0.4, 0.4 / DT), ("A.deceleration", -0.4, 0.4 / DT), ("A.acceleration_rate", 0.2, None)],
+)
+def test_an_error_of_the_interpreter_shows_against_the_constraints(
+    make: Make, field: str, change: float, worst: float | None
+) -> None:
+    """As a wrong action would, the test itself changes the speed by 0.4 m/s in a step: 8 m/s^2, which the car can do.
+
+    By 0.2 m/s: 4 m/s^2 within a step of 50 ms, a jerk of 80 m/s^3.
+    """
+    limits = 'maxAcceleration="4.5" maxDeceleration="4.5" maxAccelerationRate="10" maxDecelerationRate="10"'
+    here, there = [teleport(lane_position(0.0)), speed(10.0)], [teleport(lane_position(100.0)), speed(10.0)]
+    board = make(A=here, B=there, stories=later(keep_distance(limits, distance=100.0)))
+    board.start()
+    watch = Plausibility(board)
+    for step in range(60):
+        board.step(DT)
+        board.entities["A"].speed += change if step == 40 else 0.0
+        watch.look(DT)
+        if step == 40:
+            break
+    found = {each["field"]: each for each in watch.findings()}[field]
+    assert (found["limit"], found["event"], found["count"]) == ("DynamicConstraints", "late", 1)
+    assert found["found"] == pytest.approx(abs(change) / DT / DT if worst is None else worst, rel=1e-6)
+
+
+def beside(limits: str) -> str:
+    return (
+        '<PrivateAction><LateralAction><LateralDistanceAction entityRef="B" continuous="true" freespace="false" '
+        f'distance="3.5" displacement="leftToReferencedEntity" coordinateSystem="lane"><DynamicConstraints {limits}/>'
+        "</LateralDistanceAction></LateralAction></PrivateAction>"
+    )
+
+
+def test_moving_to_the_side_within_the_constraints_is_not_found(make: Make) -> None:
+    b = [teleport(lane_position(100.0, lane=-2)), speed(10.0)]
+    limits = 'maxSpeed="1" maxAcceleration="1" maxDeceleration="1"'
+    assert watched(make(A=START, B=b, stories=later(beside(limits))), 8.0) == ()
+
+
+def test_a_push_to_the_side_is_found_against_the_lateral_constraints(make: Make) -> None:
+    b = [teleport(lane_position(100.0, lane=-2)), speed(10.0)]
+    board = make(A=START, B=b, stories=later(beside('maxSpeed="1" maxAcceleration="1" maxDeceleration="1"')))
+    board.start()
+    watch = Plausibility(board)
+    for step in range(60):
+        board.step(DT)
+        board.entities["A"].y += 0.1 if step == 59 else 0.0  # 0.1 m in 50 ms: 2 m/s, from rest 40 m/s^2
+        watch.look(DT)
+    found = {each["field"]: each for each in watch.findings()}
+    assert found["A.lateral_speed"]["found"] == pytest.approx(2.0, abs=0.01)
+    assert found["A.lateral_acceleration"]["found"] == pytest.approx(40.0, abs=0.2)
+    assert found["A.lateral_speed"]["limit"] == "DynamicConstraints"
+
+
+@pytest.mark.parametrize(("target", "found"), [(2.8, False), (6.0, True)])
+def test_a_walker_starts_at_once_but_not_with_any_speed(make: Make, target: float, found: bool) -> None:
+    board = make(A=[teleport(lane_position(100.0))], stories=later(speed(target)))
+    walker = board.entities["A"]
+    walker.kind = "pedestrian"
+    walker.max_speed = walker.max_acceleration = walker.max_deceleration = float("inf")
+    fields = [(each["field"], each["limit"], each["event"]) for each in watched(board)]
+    assert fields == ([("A.speed_jump", "continuity", "late")] if found else [])
+
+
+def test_a_step_of_the_speed_names_the_event_that_was_over_at_once(make: Make) -> None:
+    (found,) = watched(make(A=START, stories=later(speed(20.0))))
+    assert (found["field"], found["event"], found["limit"]) == ("A.acceleration", "late", "Performance")
+    assert found["found"] == pytest.approx((20.0 - 10.0) / DT)
+
+
+def test_how_a_scenario_begins_is_no_jump(make: Make) -> None:
+    assert watched(make(A=START, stories=later(speed(20.0), time=0.0))) == ()
