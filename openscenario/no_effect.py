@@ -2,29 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from types import MappingProxyType
 
 from openscenario import model
 from openscenario.findings import Finding
+from openscenario.interactive import is_interactive
+from openscenario.model.entities import ego_among
 from openscenario.model.kinds import elements_below
 
 _CONTROLLER = "others keep the default controller, the ego its driving stack"
-
 NO_EFFECT: Mapping[type, str] = MappingProxyType(
     {
-        model.ActivateControllerAction: _CONTROLLER,
-        model.ControllerAction: _CONTROLLER,
         model.CustomCommandAction: "a scenario must not run programs",
-        model.SetMonitorAction: "monitors are for whoever watches",
     }
 )
 """Actions of that kind, and why."""
 
 _OF_WEATHER: Mapping[type, str] = MappingProxyType(
     {
-        model.Sun: "sensors do not depend on the light",
-        model.Wind: "no wind acts on the vehicles; a headwind is an effect of the vehicle model",
         model.DomeImage: "nothing is drawn from the scenario while it runs",
     }
 )
@@ -36,8 +32,10 @@ def without_effect(scenario: model.Scenario) -> tuple[Finding, ...]:
     """A warning for each kind of such an element and file, at the first of them."""
     first: dict[tuple[str, str, str], model.Element] = {}
     count: dict[tuple[str, str, str], int] = {}
-    for element in elements_below(scenario.storyboard):
-        for what, why in _idle(element):
+    elements = list(elements_below(scenario.storyboard))
+    reacting = _reacts(scenario, elements)
+    for element in elements:
+        for what, why in (*_idle(element), *(() if reacting else _controller(element))):
             key = (what, why, element.at.file)
             first.setdefault(key, element)
             count[key] = count.get(key, 0) + 1
@@ -88,6 +86,23 @@ def _idle(element: model.Element) -> Iterator[tuple[str, str]]:
         yield "routingAlgorithm of a condition", "distances along roads are measured the same way whatever it says"
     elif isinstance(element, model.GeoPosition) and element.vertical_road_selection != 0:
         yield "verticalRoadSelection", "of roads above each other the position takes the nearest"
+
+
+def _reacts(scenario: model.Scenario, elements: Iterable[model.Element]) -> bool:
+    """Whether a controller of the scenario, other than that of the vehicle under test, reacts to traffic."""
+    ego = ego_among([each.name for each in scenario.entities])
+    given = [own.controller for each in scenario.entities if each.name != ego for own in each.object_controllers]
+    for element in elements:
+        if isinstance(element, model.AssignControllerAction):
+            own = element.object_controller
+            given.append(element.controller if own is None else own.controller)
+    return any(is_interactive(each) for each in given)
+
+
+def _controller(element: model.Element) -> Iterator[tuple[str, str]]:
+    """A controller that is assigned or activated where none does anything here."""
+    if isinstance(element, model.ActivateControllerAction | model.AssignControllerAction):
+        yield type(element).__name__, _CONTROLLER
 
 
 def _is_unknown(rain: model.Precipitation) -> bool:

@@ -173,8 +173,41 @@ log, with the numbers that hold from then on. Parts that the action leaves out s
   3.88 R^0.72 dB/km. A camera sees as far as 5 % of an object's contrast is left, at most its own reach: in fog, V. A
   LiDAR sees as far as its echo is as strong as that from its reach in clear air: R exp(extinction R) = reach.
   `vehicle/sensors/air.py` names the sources.
-- Rain alone does not make the road slippery: the file states both. Sun, wind and clouds change nothing, and a note says
-  so (`dvp.no_effect`).
+- **Material of a lane.** `friction` of an OpenDRIVE `material` below 1 is the coefficient of that lane from its
+  `sOffset` on, for the twin and for the others; a `frictionScaleFactor` below 1 multiplies it.
+- **Wind** blows towards `direction` in the map frame. Along the car, k u |u| with the speed u through the air takes the
+  place of k v |v|: k is that of the effect `aero_drag`, or 0.3 ρ A / (2 m) with A = 0.81 width height. A car with tyres
+  is also pushed to the side, by 2.2 ρ A / (2 m) times air speed and crosswind. `vehicle/model/wind.py` names sources.
+- **Light.** `Sun` states it; without one, the time of day does, by the height of the sun at the latitude of the road's
+  `geoReference` (50 degrees without), with the clock as solar time. Below 3.4 lx on the road a camera sees 50 m, as far
+  as low beams. Around a low sun it finds nothing where glare leaves less than 5 % of a contrast: about 7 degrees at the
+  horizon, 4 with the sun at 20 degrees. Clouds take the glare away. LiDARs do not need the light.
+  `vehicle/sensors/light.py` has the model and its sources.
+- Rain alone does not make the road slippery: the file states both. Temperature and pressure change nothing.
+
+The panel "Weather and road" of the report lists what held from when on.
+
+## Who drives the others
+
+An entity keeps speed and lane unless an action says otherwise. If its assigned `Controller` asks for one that reacts to
+traffic, by its name or by a property (`esminiController`, `module`, `type`, ...) such as `ACCController`,
+`InteractiveController`, `NaturalDriver` or `npc_vehicle_control`, then it works from its activation on
+(`ActivateControllerAction`, or `activateLongitudinal` and `activateLateral` of an `AssignControllerAction`):
+
+- **longitudinal**: the intelligent driver model (Treiber et al. 2000; a 1.5 m/s², b 2 m/s², s₀ 2 m, T 1.5 s or the
+  property `timeGap`) behind whoever is ahead in the lane. It wishes the speed of the property `setSpeed`, else the last
+  one that an action asked for.
+- **lateral**: back to the middle of the lane with a time constant of 2 s, at most 1 m/s.
+
+An action that holds the domain comes first; afterwards the controller goes on. The vehicle under test (`Ego`, `hero`,
+`ego_vehicle`) has no such controller, in `dvp play` either. Controllers of other names change nothing, and a note says
+so (`dvp.no_effect`).
+
+**`OverrideControllerValueAction`** holds pedals, steering wheel and gear until an action with `active="false"`. Of the
+others, full throttle is `maxAcceleration`, full brake `maxDeceleration`; `BrakeForce` needs the mass (1,500 kg if it is
+not stated); the road wheels stand at 1/16 of the steering wheel. Actions on the same domain come first. Of the ego, the
+held values take the place of what the stack asks for. A pressed clutch and a neutral gear take the drive away; the gear
+box has no other effect, and the twin does not drive backwards.
 
 ## Motion that no entity could make
 
@@ -201,7 +234,7 @@ maximum. The draws depend on the seed only, so the same seed gives the same traf
 they are in the rows of `dvp play`, the sensors of the stack detect them, and conditions on any entity or on a type see
 them.
 
-- **Behaviour.** The standard leaves it to controllers, which are not run here. The entities drive in the middle of
+- **Behaviour.** The standard leaves it to controllers. The entities drive in the middle of
   their lane, straight on where roads part, and behind others by the intelligent driver model (Treiber et al. 2000;
   1.5 m/s², 2 m/s², 1.5 s, 2 m) with their initial speed. They do not change lanes and know no right of way. At the end
   of their lane they disappear.
@@ -222,7 +255,7 @@ MEANING: Mapping[type[Element], tuple[str, str]] = {
     model.FileHeader: (RUN, "decides the version; license and properties are kept"),
     model.ParameterDeclaration: (RUN, "with constraint groups, expressions and scopes; set from outside by `--set`"),
     model.VariableDeclaration: (RUN, ""),
-    model.MonitorDeclaration: (ACCEPTED, "monitors are for whoever watches the simulation"),
+    model.MonitorDeclaration: (RUN, "a flag for whoever watches; see `SetMonitorAction`"),
     model.CatalogLocations: (RUN, "entries take the place of the references to them"),
     model.CatalogReference: (RUN, "with parameter assignments"),
     model.Catalog: (RUN, "a file of its own; `dvp check` reads each entry with its default values"),
@@ -240,7 +273,7 @@ MEANING: Mapping[type[Element], tuple[str, str]] = {
     model.Pedestrian: (RUN, "bounding box"),
     model.MiscObject: (RUN, "bounding box"),
     model.ExternalObjectReference: (ACCEPTED, "an entity without a size of its own"),
-    model.ObjectController: (ACCEPTED, "the ego is driven by the stack under test, others by the default controller"),
+    model.ObjectController: (RUN, "the stack under test drives the ego; others by what reacts to traffic, see below"),
     model.Properties: (ACCEPTED, "kept; their meaning is between the file and its tool"),
     model.Storyboard: (RUN, ""),
     model.Init: (RUN, ""),
@@ -260,7 +293,7 @@ MEANING: Mapping[type[Element], tuple[str, str]] = {
     model.DynamicConstraints: (RUN, ""),
     model.Route: (RUN, ""),
     model.Trajectory: (RUN, "with and without time stamps; see below"),
-    model.Environment: (ACCEPTED, "kept for whoever wants to know; motion does not depend on it"),
+    model.Environment: (RUN, "acts by an EnvironmentAction; nothing is drawn of its DomeImage"),
     model.ParameterValueDistribution: (RUN, "see below"),
     model.UserDefinedDistribution: (REFUSED, "its meaning is known to its own tool only"),
 }

@@ -216,6 +216,16 @@ class Detection(msgspec.Struct, frozen=True):
     covariance: tuple[float, float, float] = (0.0, 0.0, 0.0)  # m^2, of the centre: xx, xy, yy
 
 
+class Light(msgspec.Struct, frozen=True):
+    """Light of the sun: where it stands (clockwise from +y; above the horizon) [rad], and how much falls on a surface
+    that faces it, straight from it, and on the road [lx]."""
+
+    azimuth: float
+    elevation: float
+    direct: float
+    on_road: float
+
+
 SEEING = ("lidar", "camera")  # sensors that see what is around, as scenarios name them
 
 
@@ -225,7 +235,7 @@ class Surroundings(msgspec.Struct, frozen=True):
     `boxes` is a float64 array (n, 9): centre x, y, z [m], yaw [rad], length, width, height [m], vx, vy [m/s];
     `kinds` an int64 array (n,) of indices into OBJECT_KINDS; `names` the n names. `hidden` names those that a scenario
     hides from sensors (of SEEING); to everything else they are there. `extinction` [1/m] is that of the air: the share
-    of light that a metre of fog or rain takes away.
+    of light that a metre of fog or rain takes away. `light`: of the sun; None: broad daylight without glare.
     """
 
     boxes: FloatArray
@@ -234,6 +244,7 @@ class Surroundings(msgspec.Struct, frozen=True):
     signals: tuple[SignalState, ...] = ()
     hidden: dict[str, frozenset[str]] = {}
     extinction: float = 0.0
+    light: Light | None = None
 
     def seen_by(self, sensor: str) -> Surroundings:
         """Without what is hidden from that sensor."""
@@ -242,7 +253,9 @@ class Surroundings(msgspec.Struct, frozen=True):
             return self
         keep = np.array([name not in unseen for name in self.names], dtype=bool)
         names = tuple(name for name in self.names if name not in unseen)
-        return Surroundings(self.boxes[keep], self.kinds[keep], names, self.signals, extinction=self.extinction)
+        return Surroundings(
+            self.boxes[keep], self.kinds[keep], names, self.signals, extinction=self.extinction, light=self.light
+        )
 
 
 def no_surroundings() -> Surroundings:

@@ -85,6 +85,10 @@ class Twin:
         """Say the friction coefficient [-, >= 0] of the road; None: the road that the model was made for."""
         self._plant.friction(friction)
 
+    def blow(self, x: float, y: float) -> None:
+        """Say how the air moves [m/s, map frame]; 0, 0: no wind."""
+        self._plant.wind(x, y)
+
     def observe(self, surroundings: Surroundings) -> Observation:
         """Everything the sensors delivered since the last call."""
         task, self._task = self._task, None

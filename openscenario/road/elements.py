@@ -84,6 +84,13 @@ class RoadMark(msgspec.Struct, frozen=True):
     lane_change: str
 
 
+class Friction(msgspec.Struct, frozen=True):
+    """Friction coefficient [-] of a lane's material from s [m] of its section on."""
+
+    s: float
+    friction: float
+
+
 class Lane(msgspec.Struct, frozen=True):
     """A lane of a section; id > 0 left of the reference line, 0 the centre lane."""
 
@@ -99,6 +106,7 @@ class Lane(msgspec.Struct, frozen=True):
     successors: tuple[int, ...]
     line: int
     direction: str = "standard"
+    frictions: tuple[Friction, ...] = ()
 
     @property
     def drivable(self) -> bool:

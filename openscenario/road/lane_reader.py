@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from itertools import pairwise
 
 from openscenario.road.attributes import Attributes, by_tag
-from openscenario.road.elements import Lane, LaneHeight, LaneSection, RoadMark, SpeedLimit
+from openscenario.road.elements import Friction, Lane, LaneHeight, LaneSection, RoadMark, SpeedLimit
 from openscenario.road.plan_reader import MAX_LENGTH, bounded, read_cubics
 from openscenario.xml import Node
 
@@ -143,4 +144,16 @@ def _read_lane(attributes: Attributes, node: Node) -> Lane:
         successors=tuple(attributes.integer(n, "id") for n in link.get("successor", ()) if not _temporary(n)),
         line=node.line,
         direction=node.get("direction", "standard"),
+        frictions=tuple(sorted(_frictions(parts.get("material", [])), key=lambda each: each.s)),
     )
+
+
+def _frictions(materials: list[Node]) -> Iterator[Friction]:
+    """The materials that state a friction; what is no number is found with the other attributes that nobody needs."""
+    for node in materials:
+        try:
+            s, friction = float(node.get("sOffset") or 0.0), float(node.get("friction"))
+        except ValueError:
+            continue
+        if math.isfinite(s) and 0.0 <= friction < math.inf:
+            yield Friction(s, friction)

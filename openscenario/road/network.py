@@ -182,6 +182,20 @@ class RoadNetwork:
         speed = types[-1].speed if types else None
         return math.inf if speed is None else speed
 
+    @cached_property
+    def states_friction(self) -> bool:
+        """Whether a lane of the network has a material with a friction below that of a dry road."""
+        lanes = (lane for road in self.roads.values() for section in road.sections for lane in section.lanes)
+        return any(each.friction < 1.0 for lane in lanes for each in lane.frictions)
+
+    def lane_friction(self, road: str, lane: int, s: float) -> float:
+        """Friction coefficient [-] of a lane's material at s [m]; 1, that of a dry road, where none is stated."""
+        found = self.lane(road, lane, s)
+        if found is None or not found.frictions:
+            return 1.0
+        along = s - self.section(road, s).s
+        return next((each.friction for each in reversed(found.frictions) if each.s <= along), 1.0)
+
     def lane_successors(self, road: str, lane: int) -> tuple[tuple[str, int], ...]:
         """(road, lane) that traffic goes on to at the end of a lane, in driving direction, over links and junctions."""
         return tuple((self._ids[end.road], end.lane) for end in self._ends_after(self._numbers[road], lane))

@@ -1,16 +1,14 @@
 """Traffic that comes and goes: what sources, sinks, swarms and areas put on the road, and how it drives.
 
 The standard says where such traffic is and how much of it, not how it drives. Here: in the middle of its lane, straight
-on where roads part, behind others by the intelligent driver model (Treiber, Hennecke, Helbing 2000,
-doi:10.1103/PhysRevE.62.1805); it never changes lanes and goes where its lane ends. Everything is drawn from the
-storyboard's seed.
+on where roads part, behind others as `car_following` says; it never changes lanes and goes where its lane ends.
+Everything is drawn from the storyboard's seed.
 """
 
 from __future__ import annotations
 
 import math
 import random
-from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol
 
@@ -18,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from openscenario import model
-from openscenario.road.positions import RoadPosition
+from openscenario.storyboard.car_following import HEADWAY, STANDSTILL, ahead, following, queues
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.ground import Ground
 from openscenario.storyboard.places import RoadPoint
@@ -27,14 +25,10 @@ MOST = 300  # entities of traffic at a time
 SPACING = 5.0  # m between the spots of a lane
 PERIOD = 0.1  # s between two looks at who comes and who goes
 TRIES = 20  # draws of a place until nobody comes in this step; chosen, not measured
-COMFORT, BRAKE, HEADWAY, STANDSTILL = 1.5, 2.0, 1.5, 2.0  # m/s^2, m/s^2, s, m: a, b, T, s0 of the model
-HARDEST = 8.0  # m/s^2
-LOOK_AHEAD = 150.0  # m
 TOWN = 50.0 / 3.6  # m/s where the road names no limit
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Queue = list[tuple[float, Entity]]  # along a lane, by s
 
 
 class Spots(NamedTuple):
@@ -187,57 +181,10 @@ class Crowd:
         if not self.members:
             return
         ground = self.board.ground
-        lanes: dict[tuple[str, int], Queue] = {}
-        for entity in self.board.entities.values():
-            if entity.active and entity.visible.traffic and ground.track(entity):
-                lanes.setdefault((entity.road, entity.lane), []).append((entity.s, entity))
-        for queue in lanes.values():
-            queue.sort(key=lambda each: each[0])
+        lanes = queues(self.board.entities.values(), ground)
         for entity, wished, _ in self.members.values():
-            gap, other = self._ahead(entity, lanes)
+            gap, other = ahead(entity, lanes, ground)
             entity.speed = max(0.0, entity.speed + following(entity.speed, wished, gap, other) * dt)
-
-    def _ahead(self, entity: Entity, lanes: dict[tuple[str, int], Queue]) -> tuple[float, float]:
-        """Gap [m] to the next one in the lane, and its speed [m/s] in the entity's direction; inf if there is none."""
-        network = self.board.ground.network
-        assert network is not None
-        road, lane, s, sense = entity.road, entity.lane, entity.s, entity.sense
-        way, own = 0.0, entity.center_x + 0.5 * entity.length
-        while way < LOOK_AHEAD:
-            other = _next(lanes.get((road, lane), []), s, sense, strictly=way == 0.0)
-            if other is not None and other is not entity:
-                along = 1.0 if other.sense == sense else -1.0
-                reach = 0.5 * other.length - along * other.center_x
-                return way + abs(other.s - s) - own - reach, along * other.speed
-            left = network.roads[road].length - s if sense > 0.0 else s
-            there = network.advance(RoadPosition(road, lane, s, 0.0, 0.0, 0.0, True), left + 0.01)
-            if (there.road, there.lane) == (road, lane):
-                break
-            way += left
-            road, lane, s = there.road, there.lane, there.s
-            sense = float(network.driving_sign(road, lane, s))
-        return math.inf, 0.0
-
-
-def _next(queue: Queue, s: float, sense: float, *, strictly: bool) -> Entity | None:
-    if sense > 0.0:
-        i = (bisect_right if strictly else bisect_left)(queue, s, key=lambda each: each[0])
-        return queue[i][1] if i < len(queue) else None
-    i = (bisect_left if strictly else bisect_right)(queue, s, key=lambda each: each[0])
-    return queue[i - 1][1] if i > 0 else None
-
-
-def following(speed: float, wished: float, gap: float, other: float) -> float:
-    """Acceleration [m/s^2] of the intelligent driver model, at least -HARDEST.
-
-    speed, wished, and that of who is ahead [m/s]; gap between the two bodies [m], inf if there is nobody.
-    """
-    free = 1.0 - (speed / wished) ** 4 if wished > 0.0 else -1.0
-    if gap == math.inf:
-        return max(COMFORT * free, -HARDEST)
-    closing = speed * (speed - other) / (2.0 * math.sqrt(COMFORT * BRAKE))
-    desired = STANDSTILL + max(0.0, speed * HEADWAY + closing)
-    return max(COMFORT * (free - (desired / max(gap, 0.1)) ** 2), -HARDEST)
 
 
 def weighted(chance: random.Random, entries: Iterable[tuple[float, model.EntityObject]]) -> model.EntityObject:

@@ -18,8 +18,10 @@ from openscenario.road.network import RoadNetwork
 from openscenario.storyboard.actions.placing import leave_out
 from openscenario.storyboard.build import Builder, walk
 from openscenario.storyboard.crowd import Crowd
+from openscenario.storyboard.drivers import assign, drive
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.ground import Ground
+from openscenario.storyboard.held_controls import operate
 from openscenario.storyboard.init_order import in_order
 from openscenario.storyboard.motion import move
 from openscenario.storyboard.nodes import (
@@ -40,6 +42,7 @@ from openscenario.storyboard.registry import action_factories
 from openscenario.storyboard.report import report
 from openscenario.storyboard.requests import Asked, Request
 from openscenario.storyboard.runner import Instant, Runner
+from openscenario.storyboard.selections import selections
 from openscenario.storyboard.signals import programs
 from openscenario.storyboard.trailers import couple, couple_named, draw, line_up, trains
 from openscenario.storyboard.values import Values
@@ -91,12 +94,15 @@ class Storyboard:
         for entity in self.entities.values():
             if entity.drawn_by is None:
                 line_up(entity)
-        self.selections = _selections(scenario)
+        self.selections = selections(scenario)
         self.parameters = Values(
             (each.name, each.parameter_type, each.value) for each in scenario.parameter_declarations
         )
         self.variables = Values((each.name, each.variable_type, each.value) for each in scenario.variable_declarations)
         self.world = World()
+        self.world.monitors = {each.name: each.value for each in scenario.monitor_declarations}
+        for each in scenario.entities:
+            assign(self.entities[each.name], each.object_controllers, self)
         self.programs = programs(scenario.road_network.traffic_signals)
         self.transitions: list[Transition] = []
         self.requests: list[Request] = []
@@ -173,13 +179,17 @@ class Storyboard:
         for entity in self._movers:
             entity.speed_before = entity.speed
             entity.moved = entity.late = False
+        self.ground.spread_friction(self._movers, self.world.friction)
         if self._active:
             self._step_actions(dt)
         if self._crowd is not None:
             self._crowd.drive(dt)
+        drive(self, dt)
         ground = self.ground
         for entity in self._movers:
             if entity.active:
+                if entity.controls is not None:
+                    operate(entity, dt, ground)
                 if not entity.moved and entity.drawn_by is None:
                     move(entity, dt, ground)
                 entity.placed = False
@@ -476,21 +486,6 @@ class Storyboard:
             node.state = COMPLETE
         else:
             self._change(node, STOP, COMPLETE)
-
-
-def _selections(scenario: model.Scenario) -> dict[str, tuple[str, ...]]:
-    """Selection name -> names of its members."""
-    found: dict[str, tuple[str, ...]] = {}
-    for selection in scenario.entity_selections:
-        names: list[str] = []
-        for member in selection.members:
-            if isinstance(member, model.EntityRef):
-                names.append(member.entity_ref)
-            else:
-                wanted = "misc" if member.object_type == "miscellaneous" else member.object_type
-                names.extend(each.name for each in scenario.entities if each.kind == wanted)
-        found[selection.name] = tuple(dict.fromkeys(names))
-    return found
 
 
 __all__ = ["Instant", "Request", "Storyboard", "Transition"]

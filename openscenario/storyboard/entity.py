@@ -11,10 +11,14 @@ from openscenario.storyboard.places import Place, wrap
 
 if TYPE_CHECKING:
     from openscenario import model
+    from openscenario.storyboard.controls import Controls
+    from openscenario.storyboard.drivers import Driver
     from openscenario.storyboard.runner import Runner
 
 
 GRAVITY = 9.80665  # m/s^2, CGPM 1901
+MAX_STEER = 0.6  # rad, of a vehicle without a front axle in the file; chosen
+USUAL_MASS = 1500.0  # kg, where the file states none
 STILL = 1e-3  # m/s: slower is standing; chosen
 
 
@@ -52,9 +56,11 @@ class Entity:
         "center_x",
         "center_y",
         "center_z",
+        "controls",
         "coupler",
         "drawn_by",
         "drift",
+        "driver",
         "end_of_road",
         "end_since",
         "external",
@@ -71,11 +77,13 @@ class Entity:
         "lights",
         "longitudinal",
         "longitudinal_order",
+        "mass",
         "max_acceleration",
         "max_acceleration_rate",
         "max_deceleration",
         "max_deceleration_rate",
         "max_speed",
+        "max_steer",
         "moved",
         "name",
         "offset",
@@ -131,6 +139,8 @@ class Entity:
         self.max_acceleration_rate, self.max_deceleration_rate = (math.inf if rate is None else rate for rate in rates)
         front = axles.front_axle if (axles := getattr(scenario_object.entity, "axles", None)) else None
         self.wheelbase: float = front.position_x if front else 0.0
+        self.max_steer: float = front.max_steering if front else MAX_STEER
+        self.mass: float = getattr(scenario_object.entity, "mass", None) or USUAL_MASS
         hitch = getattr(scenario_object.entity, "trailer_hitch", None)
         coupler = getattr(scenario_object.entity, "trailer_coupler", None)
         self.hitch: float = hitch.dx if hitch else 0.0  # where a trailer hangs [m]
@@ -166,6 +176,8 @@ class Entity:
         self.longitudinal_order = self.lateral_order = 0
         self.late = False  # what moves it in this step comes before what changes its speed
         self.visible = Visible()
+        self.controls: Controls | None = None  # what of it the scenario holds
+        self.driver: Driver | None = None  # who drives it instead of the default controller
         self.lights: dict[str, Runner] = {}  # kind of light -> the action that has it
 
     def holder(self, domain: str) -> Runner | None:

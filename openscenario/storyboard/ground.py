@@ -113,6 +113,16 @@ class Ground:
         network = self.network
         return -1.0 if network is not None and network.runs_against(here, there) else 1.0
 
+    def spread_friction(self, entities: Sequence[Entity], friction: float) -> None:
+        """Limit vehicles by the material of the lane under them times the road's [-], infinite if it is dry."""
+        network = self.network
+        if network is None or not network.states_friction:
+            return
+        for entity in entities:
+            if entity.kind == "vehicle" and entity.active and self.track(entity):
+                here = network.lane_friction(entity.road, entity.lane, entity.s) * min(friction, 1.0)
+                entity.limit_friction(here if here < 1.0 else math.inf)
+
     def on_road(self, entity: Entity) -> bool:
         """Whether a lane holds the reference point, of any type but "none"."""
         network = self.network

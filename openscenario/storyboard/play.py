@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 from openscenario import model
@@ -29,13 +31,14 @@ class Row(NamedTuple):
 
 class Played(NamedTuple):
     """What a storyboard did: rows at multiples of 0.05 s, entities in file order, then
-    traffic as it came; transitions; doubts afterwards."""
+    traffic as it came; transitions; doubts afterwards; monitors at the end."""
 
     rows: list[Row]
     transitions: list[Transition]
     findings: tuple[Finding, ...]
     stopped: bool
     time: float
+    monitors: Mapping[str, bool] = MappingProxyType({})
 
 
 def play(
@@ -77,7 +80,8 @@ def play(
     told = tuple(
         Finding(CODE, "warning", str(scenario.path), None, "", text=said_of(each)) for each in watch.findings()
     )
-    return Played(rows, board.transitions, (*board.report(), *told), board.done, board.time)
+    findings = (*board.report(), *told)
+    return Played(rows, board.transitions, findings, board.done, board.time, board.world.monitors)
 
 
 def turned(angle: float) -> float:

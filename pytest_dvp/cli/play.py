@@ -88,7 +88,8 @@ def _summary(scenario: Scenario, played: Played) -> dict[str, Any]:
         way["max_speed"], way["speed"] = max(way["max_speed"], row.speed), row.speed
         last[row.entity] = row
     ended = "stop trigger" if played.stopped else "duration"
-    return {"time": played.time, "ended": ended, "events": fired, "entities": ways}
+    monitors = {"monitors": dict(played.monitors)} if played.monitors else {}
+    return {"time": played.time, "ended": ended, "events": fired, "entities": ways, **monitors}
 
 
 def _text(path: Path, summary: Mapping[str, Any]) -> str:
@@ -98,6 +99,8 @@ def _text(path: Path, summary: Mapping[str, Any]) -> str:
         lines.append(f"  {name}: {way['distance']:.1f} m, {speeds}")
     for name, time in summary["events"].items():
         lines.append(f"  event {name}: " + ("never fired" if time is None else f"fired at {time:.2f} s"))
+    for name, value in summary.get("monitors", {}).items():
+        lines.append(f"  monitor {name}: {str(value).lower()} at the end")
     lines.append(f"for rows: dvp play {path} --csv FILE --events FILE (- for stdout)")
     return "\n".join("".join(c if c.isprintable() else "?" for c in line) for line in lines)
 

@@ -98,6 +98,12 @@ class Delayed:
         if limit is not None:
             limit(friction)
 
+    def blow(self, x: float, y: float) -> None:
+        """As of the vehicle, if it is one that must be told [m/s]."""
+        blow = getattr(self._vehicle, "blow", None)
+        if blow is not None:
+            blow(x, y)
+
     def observe(self, surroundings: Surroundings) -> Observation:
         """The vehicle's sensors."""
         return self._vehicle.observe(surroundings)

@@ -21,9 +21,10 @@ from openscenario.road.route import RouteError
 from openscenario.storyboard.plausibility import Plausibility
 from pytest_dvp.drive.command_range import CommandRange
 from pytest_dvp.drive.ego_task import route_from_here
+from pytest_dvp.drive.overridden import overridden
 from pytest_dvp.drive.stack_faults import StackHung, told_of
 from pytest_dvp.drive.terrain import NeedsTerrain, Terrain
-from pytest_dvp.drive.weather import NeedsFriction, Weather
+from pytest_dvp.drive.weather import NeedsFriction, NeedsWind, Weather
 from pytest_dvp.logs.event_names import EventNames
 from vehicle.adapters.mirror import SAME, Mirror
 from vehicle.messages import FloatArray, RoadPoint, SignalState, Surroundings, Task
@@ -84,7 +85,8 @@ class Loop:
         self._corners = ((ahead, side), (behind, side), (behind, -side), (ahead, -side))
         terrain = Terrain(ready.network)
         self._terrain = None if terrain.flat else terrain
-        self._weather = Weather()
+        self._weather = Weather(ready.network.geo_reference)
+        self._monitors = {each.name: each.value for each in ready.scenario.monitor_declarations}
         self._hints: list[RoadPosition | None] = [None] * 4
         self._here: RoadPosition | None = None
         self._lights: tuple[dict[str, str], tuple[SignalState, ...]] = ({}, ())
@@ -127,8 +129,8 @@ class Loop:
             rows = self._mirror.show(t, rows)
             state = rows[-1]
             self._place(state)
-            self._change_weather(t)
-            around = self._world.look(t, self._signals(), self._weather.extinction)
+            self._change_weather(t, state)
+            around = self._world.look(t, self._signals(), self._weather.extinction, self._weather.light)
             if before is not None and self._touched(rows, before, around) and collided is None:
                 collided = t
             before = around
@@ -157,14 +159,24 @@ class Loop:
             self._lights = dict(now), tuple(SignalState(name, state) for name, state in sorted(now.items()))
         return self._lights[1]
 
-    def _change_weather(self, t: float) -> None:
-        """What an EnvironmentAction has set, to the car and into the log."""
+    def _change_weather(self, t: float, state: FloatArray) -> None:
+        """What an EnvironmentAction has set, and the material of the lane, to the car and into the log."""
         environment = self._storyboard.world.environment
-        if environment is None or not self._weather.look(environment):
+        changed = self._weather.look(environment, t)
+        slips = self._network.states_friction and self._weather.drive_on(self._lane_friction(state))
+        if not (changed or slips):
             return
         if isinstance(self._vehicle, NeedsFriction):
             self._vehicle.limit_friction(self._weather.friction)
-        self._recorder.event(t, "environment", environment.name, str(self._weather))
+        if isinstance(self._vehicle, NeedsWind):
+            self._vehicle.blow(*self._weather.wind)
+        name = environment.name if environment is not None and changed else "road"
+        self._recorder.event(t, "environment", name, str(self._weather))
+
+    def _lane_friction(self, state: FloatArray) -> float:
+        """Friction coefficient [-] of the lane under the reference point; 1 beside the road."""
+        place = self._network.locate(float(state[1]), float(state[2]), float(state[4]), self._here)
+        return self._network.lane_friction(place.road, place.lane, place.s) if place.on_road else 1.0
 
     def _place(self, state: FloatArray) -> None:
         # TRACE_COLUMNS: t x y z yaw v vx vy yaw_rate ax ay steer
@@ -180,6 +192,8 @@ class Loop:
         command = driver.tick(observation)
         self.seconds.append(driver.seconds)
         self.commands.look(t, command)
+        ego = self._storyboard.entities[self._ego]
+        command = overridden(command, ego.controls, self._vehicle.description)
         self._vehicle.apply(command)
         self._gate_log.drain(self._recorder)
         self._recorder.tick(
@@ -192,6 +206,8 @@ class Loop:
             held=self._held(state) | {"command_age": t - command.t},
         )
         self._storyboard.step(TICK)
+        if ego.controls is not None:
+            ego.controls.step(TICK)
         self.plausibility.look(TICK)
         self._drain(t)
         if self._terrain is not None and isinstance(self._vehicle, NeedsTerrain):
@@ -233,7 +249,7 @@ class Loop:
         return on_road
 
     def _drain(self, t: float) -> None:
-        """Storyboard transitions and requests of this tick into the log; requests into the next observation."""
+        """Transitions, monitors and requests of this tick into the log; requests into the next observation."""
         transitions = self._storyboard.transitions
         while self._transitions < len(transitions):
             step = transitions[self._transitions]
@@ -242,6 +258,10 @@ class Loop:
             self._recorder.event(
                 step.time, f"story.{step.kind}", self._events.of(step), text, self._file(step.file), step.line
             )
+        for name, value in self._storyboard.world.monitors.items():
+            if self._monitors.get(name) != value:
+                self._monitors[name] = value
+                self._recorder.event(t, "monitor", name, str(value).lower())
         if self._storyboard.requests:
             for request in self._storyboard.requests:
                 said = _said(request.values)

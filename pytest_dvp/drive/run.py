@@ -273,6 +273,7 @@ def _judged(
     from pytest_dvp.verdicts.judging import judge, never_fired, overall, unjudged
 
     error, times = loop.error, tick_time(loop.seconds, TICK)
+    monitors = ready.storyboard.world.monitors
     findings = (*of_road(ready.network), *loop.commands.findings(), *loop.plausibility.findings())
     log = dataclasses.replace(ready.recorder.finish(), tick_time=times)
     measured = measure(log)
@@ -310,6 +311,7 @@ def _judged(
             *map(said_of_finding, findings),
             *said_of_ticks(times),
             *unjudged(verdicts, log),
+            *(f"monitor {name} is {str(on).lower()} at the end" for name, on in monitors.items()),
             *map(_note, (*ready.storyboard.report(), *without_effect(ready.scenario))),
         ),
         tick_time=times,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytest_dvp.drive.contact import Contact, ContactDetector
-from vehicle.messages import OBJECT_KINDS, SEEING, FloatArray, SignalState, Surroundings, VehicleDescription
+from vehicle.messages import OBJECT_KINDS, SEEING, FloatArray, Light, SignalState, Surroundings, VehicleDescription
 
 if TYPE_CHECKING:
     from openscenario.storyboard.engine import Storyboard
@@ -59,8 +59,10 @@ class World:
         self._kinds: NDArray[np.int64] = np.zeros(0, dtype=np.int64)
         self._seen: Surroundings | None = None
 
-    def look(self, t: float, signals: tuple[SignalState, ...] = (), extinction: float = 0.0) -> Surroundings:
-        """All boxes at time `t` [s], in air of that extinction [1/m]."""
+    def look(
+        self, t: float, signals: tuple[SignalState, ...] = (), extinction: float = 0.0, light: Light | None = None
+    ) -> Surroundings:
+        """All boxes at time `t` [s], in air of that extinction [1/m] and that light."""
         names: list[str] = []
         unseen: dict[str, set[str]] = {}
         rows: list[tuple[float, ...]] = []
@@ -94,7 +96,7 @@ class World:
             self._kinds = np.array([kinds.get(name, _TRAFFIC_KIND) for name in names], dtype=np.int64)
         boxes = np.array(rows, dtype=np.float64) if rows else np.zeros((0, 9))
         hidden = {sensor: frozenset(each) for sensor, each in unseen.items()}
-        self._seen = Surroundings(boxes, self._kinds, self._names, signals, hidden, extinction)
+        self._seen = Surroundings(boxes, self._kinds, self._names, signals, hidden, extinction, light)
         return self._seen
 
     def contacts(self, rows: FloatArray, before: Surroundings, after: Surroundings) -> list[Contact]:

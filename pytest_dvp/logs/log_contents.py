@@ -93,6 +93,8 @@ class LogEvent:
            "stop" (the scenario ended by its own triggers), "timeout" (the time limit ended it), "fault",
            "gate" (element: what the guard did, text: why), "wire" (element: topic, text: what was wrong),
            "signal" (a traffic light, element: its id, text: its new state),
+           "environment" (what holds from now on of road, air and light),
+           "monitor" (of the scenario, element: its name, text: its value),
            "replay" (the stack no longer asks for what was asked for in the recording).
     file, line  place in the user's file that caused it, if one did.
     """

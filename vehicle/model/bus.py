@@ -53,6 +53,10 @@ class Bus(Protocol):
     road_grade: Annotated[float, "rad", "of the world's road under the car, > 0 uphill"]
     road_bank: Annotated[float, "rad", "of the world's road, > 0 left side up"]
     road_friction: Annotated[float, "-", "coefficient of the world's road; 0: as much as the tyres need"]
+    wind_x: Annotated[float, "m/s", "velocity of the world's air, along the world's x"]
+    wind_y: Annotated[float, "m/s", "the same, along the world's y"]
+    wind_drag: Annotated[float, "1/m", "force of the wind along, over mass_ref and squared speed"]
+    wind_side: Annotated[float, "1/m", "the same across, over the sine of the angle of the air"]
 
     # Slots command and actuator: first the wish, after both the produced value (mean over the step)
     accel: Annotated[float, "m/s^2", "mean over the step"]
@@ -69,6 +73,7 @@ class Bus(Protocol):
     brake: Annotated[float, "N", ">= 0, opposes motion and holds at standstill"]
     resistance: Annotated[float, "N", ">= 0, opposes motion and holds at standstill (dry friction)"]
     drag: Annotated[float, "N", "along x, signed, depends smoothly on speed"]
+    push: Annotated[float, "N", "of the wind across, at the centre of gravity, > 0 to the left"]
     rotating_mass: Annotated[float, "kg", "that turning parts add to the mass"]
 
     # Slot body

@@ -108,7 +108,7 @@ def _tyres(x: Any) -> None:
 @compiled
 def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parameters: Any, memory: Any) -> None:
     """Everything that acts on the car during the step that begins now."""
-    x.resistance = x.drag = x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
+    x.resistance = x.drag = x.push = x.rotating_mass = x.yaw_moment = x.lean_y = 0.0
     x.turning_inertia = x.yaw_inertia
     _wish(x, mode)
     _slot(0, bus, table, bounds, parameters, memory)
@@ -123,6 +123,8 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
         x.accel_lead = start - x.accel
     x.traction = x.mass_ref * max(x.accel, 0.0)
     x.brake = x.mass_ref * max(-x.accel, 0.0)
+    if x.wind_x != 0.0 or x.wind_y != 0.0:
+        _blow(x)
     _slot(2, bus, table, bounds, parameters, memory)
     if kind == DYNAMIC:
         _tyres(x)
@@ -132,6 +134,21 @@ def _act(x: Any, kind: int, mode: int, bus: Any, table: Any, bounds: Any, parame
     _slot(4, bus, table, bounds, parameters, memory)
     if x.road_friction > 0.0:
         _hold(x, kind)
+
+
+@compiled
+def _blow(x: Any) -> None:
+    """What the world's wind changes of the forces of the air: it acts with the speed through the air, not over ground.
+
+    Along, k u |u| takes the place of k v |v|; across, the force goes with the sine of the angle at which the air comes.
+    It acts in the middle of the body. Source: M. Mitschke, H. Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., ch. 2.
+    """
+    c, s = math.cos(x.yaw), math.sin(x.yaw)
+    along = x.vx - (x.wind_x * c + x.wind_y * s)
+    across = x.vy - (x.wind_y * c - x.wind_x * s)
+    air, still = math.hypot(along, across), math.hypot(x.vx, x.vy)
+    x.drag -= x.mass_ref * x.wind_drag * (air * along - abs(x.vx) * x.vx)
+    x.push = -x.mass_ref * x.wind_side * (air * across - still * x.vy)
 
 
 @compiled
@@ -216,7 +233,7 @@ def _move(x: Any, blend: float, v1: float, mode: int) -> None:
         faster = v_mean - v0  # slip angles shrink with speed
         fyf = x.fy_front * cos_d + front * qf * faster
         fyr = x.fy_rear + rear * qr * faster
-        f_vy = (fyf + fyr) / x.mass + gy - v_mean * r0
+        f_vy = (fyf + fyr + x.push) / x.mass + gy - v_mean * r0
         f_r = (x.cg_front * fyf - x.cg_rear * fyr + x.yaw_moment) / x.turning_inertia
         turn = x.cg_rear * rear - x.cg_front * front
         h = 0.5 * dt

@@ -10,6 +10,7 @@ from vehicle.messages import TRACE_COLUMNS, FloatArray, VehicleState
 from vehicle.model.kernel import COMMAND_COLUMNS, run
 from vehicle.model.kernel_layout import Layout, body_kind, bus_of, check_delay, input_mode
 from vehicle.model.vehicle_model import VehicleModel
+from vehicle.model.wind import air_coefficients
 
 __all__ = ["STEP", "Plant", "input_mode"]
 
@@ -36,6 +37,7 @@ class Plant:
         self._kind = body_kind(model, switching)
         self._mode = input_mode(model.inputs.longitudinal)
         self._bus = bus_of(model)
+        self._air = air_coefficients(model)
         self._command = np.zeros((1, len(COMMAND_COLUMNS)))
         self._trace = np.zeros((64, len(TRACE_COLUMNS)))
         self.reset(VehicleState(t=0.0, x=0.0, y=0.0, yaw=0.0, v=0.0))
@@ -86,6 +88,12 @@ class Plant:
     def friction(self, friction: float | None) -> None:
         """Set the friction coefficient [-, >= 0] of the road; None: as much as the tyres need."""
         self._bus["road_friction"] = 0.0 if friction is None else max(friction, SLIPPERY)
+
+    def wind(self, x: float, y: float) -> None:
+        """Set the velocity of the air [m/s], map frame; a kinematic car feels it along only."""
+        bus = self._bus
+        bus["wind_x"], bus["wind_y"] = x, y
+        bus["wind_drag"], bus["wind_side"] = self._air
 
     def advance(self, steps: int) -> FloatArray:
         """Advance by `steps` with the command held.

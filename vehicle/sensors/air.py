@@ -4,15 +4,18 @@ Both follow from one number, the extinction of the air [1/m]: the share of light
 
 - Fog of visual range V: extinction = ln(20) / V. V is the meteorological optical range, over which 5 % of a light are
   left. Source: WMO-No. 8, Guide to Instruments and Methods of Observation, vol. I, ch. 9.
-- Rain and snow of intensity R [mm/h]: 1.076 R^0.67 dB/km and 3.88 R^0.72 dB/km. Source: Recommendation ITU-R P.1814,
-  with the constants of Carbonneau for rain, and those of wet snow at 905 nm.
+- Rain of intensity R [mm/h]: 1.076 R^0.67 dB/km. Source: T. H. Carbonneau, D. R. Wisely, Opportunities and challenges
+  for optical wireless, Proc. SPIE 3532, 1998; Recommendation ITU-R P.1814 quotes it.
+- Snow: (0.0001023 L + 3.7855466) R^0.72 dB/km at a wavelength of L [nm], here 905, for wet snow. Source: Recommendation
+  ITU-R P.1817-1, table 2. Dry snow takes away more: (0.0000542 L + 5.4958776) R^1.38. The constants of rain and snow
+  were compared with published programs that quote these sources; the recommendations themselves were not at hand.
 - Camera: the contrast of an object falls with exp(-extinction d) (Koschmieder). Its detector needs 5 % of it, which
   makes the visual range its limit. Source: W. E. K. Middleton, Vision through the Atmosphere, 1952, ch. 4.
 - LiDAR: the echo falls with exp(-2 extinction d) / d^2; the weakest that counts is the one from `reach` in clear air:
   R exp(extinction R) = reach. Source: R. H. Rasshofer et al., Influences of weather phenomena on automotive laser radar
   systems, Advances in Radio Science 9, 2011.
 
-Not modelled: echoes of drops and flakes, wet lenses, light of the sun and of lamps, targets of low reflectance.
+Not modelled: echoes of drops and flakes, wet lenses, targets of low reflectance. Light: `vehicle.sensors.light`.
 """
 
 from __future__ import annotations
@@ -23,7 +26,7 @@ from typing import Final
 LEFT: Final = 0.05  # of a light, over the visual range; of a contrast, for a detector
 NEPER: Final = math.log(10.0) / 10.0 / 1000.0  # 1/m, of 1 dB/km
 RAIN: Final = (1.076, 0.67)  # dB/km at 1 mm/h, exponent
-SNOW: Final = (3.88, 0.72)
+SNOW: Final = (0.0001023 * 905.0 + 3.7855466, 0.72)
 _ITERATIONS: Final = 60  # halvings: of 1 km to less than a rounding
 
 

@@ -12,6 +12,7 @@ from vehicle.model.errors import ModelError
 from vehicle.sensors.air import camera_range
 from vehicle.sensors.camera_view import view
 from vehicle.sensors.common import Clock, Line, Mount, Noise, Timing, check_sigma
+from vehicle.sensors.light import blinded, lit_range
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,19 +71,20 @@ class RunningCamera:
         if len(boxes) > len(self._out):
             self._out = np.empty((2 * len(boxes), 6))
         c, s = cos(yaw), sin(yaw)
+        place = x + c * mount.x - s * mount.y, y + s * mount.x + c * mount.y, z + mount.z
         count = view(
             boxes,
-            x + c * mount.x - s * mount.y,
-            y + s * mount.x + c * mount.y,
-            z + mount.z,
+            *place,
             yaw + mount.yaw,
             camera.focal,
             float(camera.width),
             float(camera.height),
-            camera_range(camera.reach, surroundings.extinction),
+            lit_range(camera_range(camera.reach, surroundings.extinction), surroundings.light),
             self._out,
         )
-        found = self._detect(self._out[:count].tolist(), surroundings)
+        blind = blinded(boxes, place, surroundings.light, surroundings.extinction)
+        rows = [row for row in self._out[:count].tolist() if not blind[int(row[0])]]
+        found = self._detect(rows, surroundings)
         if self._noise.uniform() >= camera.timing.dropout:
             self._line.send(t, CameraFrame(t, found))
 

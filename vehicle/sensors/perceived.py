@@ -62,6 +62,7 @@ class Perceived:
             around.signals,
             around.hidden,
             around.extinction,
+            around.light,
         )
 
     def _look(self, t: float, x: float, y: float, yaw: float, around: Surroundings) -> Tracks:

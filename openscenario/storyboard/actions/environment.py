@@ -15,16 +15,17 @@ if TYPE_CHECKING:
 
 @action(model.EnvironmentAction)
 def environment(element: model.EnvironmentAction, entity: None, board: Board) -> Runner:
-    """A friction scale below 1 limits the vehicles; fog and precipitation shorten the range of the twin's sensors."""
+    """A friction scale below 1 limits the vehicles; fog, precipitation and the light limit the twin's sensors, and the
+    wind acts on its body; see below."""
 
     def change() -> None:
         board.world.environment = element.environment
         board.world.environment_since = board.time
         road = element.environment.road_condition
         if road is not None:
-            friction = road.friction_scale_factor if road.friction_scale_factor < 1.0 else math.inf
+            board.world.friction = road.friction_scale_factor if road.friction_scale_factor < 1.0 else math.inf
             for entity in board.entities.values():
                 if entity.kind == "vehicle":
-                    entity.limit_friction(friction)
+                    entity.limit_friction(board.world.friction)
 
     return Instant(change)

@@ -81,19 +81,18 @@ class Speed:
     def step(self, dt: float) -> bool:
         """Go on along the shape for `dt` [s]; True at the target unless it is continuous."""
         entity, change = self._entity, self._change
-        if not self._follows:
-            entity.speed = change.advance(dt)
-            return change.done and not self._continuous
-        target = entity.set_speed = self._target()
-        if target != change.target:
-            self._retarget(target)
-            change = self._change
+        target = change.target
+        if self._follows:
+            target = entity.set_speed = self._target()
+            if target != change.target:
+                self._retarget(target)
+                change = self._change
         elapsed = change.elapsed
         wanted = change.advance(dt)
         most = self._most(wanted) * dt
         required = abs(wanted - entity.speed)
         if required > most + SAME:
-            # slower than the shape: it waits for the vehicle
+            # slower than the shape: it waits for the vehicle, which friction may have slowed down
             if change.elapsed < change.span:
                 change.elapsed = elapsed + dt * most / required
                 change.done = False
@@ -106,7 +105,8 @@ class Speed:
         """How fast the speed may change towards `wanted` [m/s^2]; a rate is how the target is reached, not kept."""
         entity, dynamics = self._entity, self._dynamics
         most = entity.max_acceleration if wanted > entity.speed else entity.max_deceleration
-        if dynamics.dynamics_dimension == "rate" and dynamics.dynamics_shape != "step" and not self._reached:
+        by_rate = dynamics.dynamics_dimension == "rate" and dynamics.dynamics_shape != "step"
+        if self._follows and by_rate and not self._reached:
             return min(most, abs(dynamics.value))
         return most
 

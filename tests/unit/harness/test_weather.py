@@ -9,19 +9,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from openscenario.model import Environment, Fog, Precipitation, RoadCondition
+from openscenario.model import Environment, Fog, Precipitation, RoadCondition, TimeOfDay
 from openscenario.model import Weather as Air
 from openscenario.model.kinds import At
 from pytest_dvp import run
+from pytest_dvp.drive.ego_model import shipped
 from pytest_dvp.drive.weather import Weather
 from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.messages import Command, Observation, Surroundings
+from vehicle.model.model_file import read_model
+from vehicle.model.wind import air_coefficients
 from vehicle.sensors.air import (
     camera_range,
     extinction_of_fog,
     extinction_of_precipitation,
     lidar_range,
 )
+from vehicle.sensors.light import is_dark
 from vehicle.sensors.suite import default_sensors
 
 Write = Callable[..., Path]
@@ -139,9 +143,80 @@ def test_detections_end_where_the_model_says(visual_range: float) -> None:
     assert seen(60.0, 0.0) == (True, True)
 
 
+@pytest.mark.parametrize(("direction", "towards"), [(math.pi, -1.0), (0.0, 1.0)])
+def test_wind_along_the_road_slows_or_carries_the_car(scenario: Write, direction: float, towards: float) -> None:
+    """Of two coasting cars the one in the wind has lost k ((v - w)^2 - v^2) t more, k that of its size or model."""
+    calm = run(scenario(), ads=OneTrick(coast), duration=1.0).log
+    told = scenario(action(f'<Weather><Wind direction="{direction}" speed="9"/></Weather>'))
+    windy = run(told, ads=OneTrick(coast), duration=1.0).log
+    v = float(np.mean(calm["v"]))
+    k = air_coefficients(read_model(shipped("models/tabby_evo.toml")))[0]
+    lost = k * (abs(v - 9.0 * towards) * (v - 9.0 * towards) - v * v)
+    assert calm["v"][-1] - windy["v"][-1] == pytest.approx(lost, rel=0.1)
+    (event,) = (each for each in windy.events if each.kind == "environment")
+    assert event.text == f"wind 9 m/s towards {direction:.3g} rad"
+
+
+@pytest.mark.parametrize(
+    ("inside", "text"),
+    [
+        ('<TimeOfDay animation="false" dateTime="2026-12-21T23:00:00"/>', "darkness"),
+        ('<TimeOfDay animation="false" dateTime="2026-06-21T12:00:00"/>', "dry road, clear air"),
+        ('<Weather><Sun azimuth="1.57" elevation="0.03" illuminance="20000"/></Weather>', "glare within"),
+    ],
+)
+def test_sun_and_time_of_day_are_told(scenario: Write, inside: str, text: str) -> None:
+    log = run(scenario(action(inside)), ads=OneTrick(coast), duration=0.1).log
+    (event,) = (each for each in log.events if each.kind == "environment")
+    assert event.text.startswith(text)
+
+
+def test_an_animated_day_goes_on() -> None:
+    weather = Weather()
+    clock = TimeOfDay(animation=True, date_time="2026-03-22T17:00:00", at=AT)
+    weather.look(evening := environment(time_of_day=clock), 0.0)
+    assert weather.light is not None
+    assert not is_dark(weather.light)
+    assert not weather.look(evening, 2.0 * 3600.0)
+    assert is_dark(weather.light)
+
+
+@pytest.mark.parametrize(
+    ("given", "held"),
+    [
+        ('<Throttle active="true" value="0.4"/>', {"throttle": 0.4, "brake": 0.0}),
+        ('<Brake active="true" value="0.7"/>', {"brake": 0.7, "steer": 0.0}),
+        ('<SteeringWheel active="true" value="0.8"/>', {"steer": 0.05}),
+        ('<Clutch active="true" value="1"/>', {"throttle": 0.0}),
+    ],
+)
+def test_the_scenario_takes_pedals_and_wheel_from_the_stack(
+    scenario: Write, given: str, held: dict[str, float]
+) -> None:
+    """The stack asks for 0.2 of the throttle all the time; from 1 s on the scenario holds what it names."""
+    start = '<Private entityRef="Ego">'
+    override = (
+        "<PrivateAction><ControllerAction><OverrideControllerValueAction>"
+        f"{given}</OverrideControllerValueAction></ControllerAction></PrivateAction>"
+    )
+    path = scenario((start, f"{start}{override}"))
+    log = run(path, ads=OneTrick(lambda o: Command(o.t, 0.0, 0.5, 0.2, 0.0)), duration=0.5).log
+    for name, value in held.items():
+        assert log[f"{name}_cmd"][-1] == pytest.approx(value)
+
+
+def test_monitors_are_events_of_the_log(scenario: Write) -> None:
+    declared = '<MonitorDeclarations><MonitorDeclaration name="seen" value="false"/></MonitorDeclarations>'
+    start = '<Private entityRef="Ego">'
+    raised = '<GlobalAction><SetMonitorAction monitorRef="seen" value="true"/></GlobalAction>'
+    path = scenario(("<CatalogLocations/>", f"{declared}<CatalogLocations/>"), (start, f"{raised}{start}"))
+    log = run(path, ads=OneTrick(coast), duration=0.2).log
+    assert [(each.element, each.text) for each in log.events if each.kind == "monitor"] == [("seen", "true")]
+
+
 def test_what_of_the_weather_changes_nothing_is_said(scenario: Write) -> None:
-    wind = '<Weather><Wind direction="0" speed="9"/></Weather><RoadCondition frictionScaleFactor="0.5"/>'
-    notes = run(scenario(action(wind)), ads=OneTrick(coast), duration=0.1).notes
+    image = '<Weather><DomeImage><DomeFile filepath="sky.hdr"/></DomeImage></Weather>'
+    notes = run(scenario(action(image)), ads=OneTrick(coast), duration=0.1).notes
     assert [note.partition("no effect here: ")[2] for note in notes if "no effect here" in note] == [
-        "Wind of an environment (no wind acts on the vehicles; a headwind is an effect of the vehicle model)"
+        "DomeImage of an environment (nothing is drawn from the scenario while it runs)"
     ]
