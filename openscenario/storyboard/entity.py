@@ -12,7 +12,7 @@ from openscenario.storyboard.places import Place, wrap
 if TYPE_CHECKING:
     from openscenario import model
     from openscenario.storyboard.controls import Controls
-    from openscenario.storyboard.drivers import Driver
+    from openscenario.storyboard.driver import Driver
     from openscenario.storyboard.runner import Runner
 
 
