@@ -1,48 +1,129 @@
-"""Proposes which field of a foreign log is which signal, as a mapping file."""
+"""Proposes which field of a foreign log is which signal, and in which unit, as a mapping file."""
 
 from __future__ import annotations
 
 import argparse
 import json
+import math
+import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pytest_dvp.cli.doctor import existing_log, message_folders
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, new_file
 from reports.whole_file import write_whole
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pytest_dvp.logs.mapping_text import Told
+    from pytest_dvp.logs.stream import Stream
+
 PLACE = 140  # in `dvp --help`
+_LENGTHS, _MASSES = (0.05, 20.0), (0.05, 1e5)  # m of a toy and of a lorry, kg
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the foreign log, folders of message definitions, and the mapping file."""
+    """Declare the foreign log, folders of message definitions, what is known of the car, and what is written."""
     parser.add_argument("log", metavar="LOG", help="MCAP, ROS bag (.bag, .db3 or its folder), .mf4, .mat or .csv")
     parser.add_argument("--msg", action="append", default=[], metavar="DIR", help="folder of .msg files (ROS types)")
+    parser.add_argument("--wheelbase", metavar="M", help="of the car [m]: tells the unit of the steering")
+    parser.add_argument("--mass", metavar="KG", help="of the car [kg], for --model")
+    parser.add_argument("--model", metavar="FILE", help="also write the least model of this car, to begin with")
+    parser.add_argument("--names-only", action="store_true", help="do not look at the numbers, only at names and units")
     parser.add_argument("--out", metavar="FILE", help="file of the mapping; default: stdout")
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
-    """Print or write a proposed mapping. Returns 0; raises WrongArgument for a log of dvp, which needs none."""
+    """Print or write a proposed mapping, and with --model a model file. Returns 0.
+
+    Raises WrongArgument for a log of dvp, which needs no mapping, or for --model without --wheelbase.
+    """
     path = Path(existing_log(arguments.log, parts=False))
     folders = message_folders(arguments)
+    wheelbase = _number("--wheelbase", arguments.wheelbase, _LENGTHS, "m")
+    mass = _number("--mass", arguments.mass, _MASSES, "kg")
     out = None if arguments.out is None else new_file("--out", arguments.out, [path])
+    model = None if arguments.model is None else new_file("--model", arguments.model, [path, *([out] if out else [])])
+    if model is not None and wheelbase is None:
+        raise WrongArgument("--model: the wheelbase of the car is needed, too: --wheelbase M (in m)")
     from openscenario.findings import Findings
     from pytest_dvp.logs.log import Log
-    from pytest_dvp.logs.mapping_proposal import mapping_text, propose
+    from pytest_dvp.logs.mapping_proposal import propose
+    from pytest_dvp.logs.mapping_text import mapping_text
     from pytest_dvp.logs.read_log import read_streams
 
     findings = Findings()
     streams = read_streams(path, findings, folders)
     if isinstance(streams, Log):
         raise WrongArgument(f"{path}: a log of dvp, it needs no mapping")
-    text = mapping_text(streams)
+    told, remarks = ([], ()) if arguments.names_only else _by_data(streams, wheelbase)
+    text = mapping_text(streams, told, remarks)
     if out is not None:
         write_whole(out, text.encode("utf-8", "backslashreplace"))
+    mapping, unsure = propose(streams)
+    sure = {one.signal.name for one in told if not one.doubt} | {signal.name for signal in mapping.signals}
+    if model is not None and wheelbase is not None:
+        from pytest_dvp.recognition.starting_model import starting_model
+
+        write_whole(model, starting_model(sure, wheelbase, mass).encode())
     if arguments.json:
-        mapping, unsure = propose(streams)
-        entries = [(signal, True) for signal in mapping.signals] + [(signal, False) for signal in unsure]
-        told = [{"name": s.name, "topic": s.topic, "field": s.field, "unit": s.unit, "certain": c} for s, c in entries]
-        print(json.dumps({"signals": told, "findings": [f.as_dict() for f in findings.in_order()]}, ensure_ascii=False))
+        known = {one.signal.name for one in told}
+        entries = [(one.signal, not one.doubt, one.evidence) for one in told]
+        entries += [(s, True, "") for s in mapping.signals if s.name not in known]
+        entries += [(s, False, "") for s in unsure if s.name not in known]
+        signals = [
+            {"name": s.name, "topic": s.topic, "field": s.field, "unit": s.unit, "certain": c, "evidence": e}
+            for s, c, e in entries
+        ]
+        print(
+            json.dumps({"signals": signals, "findings": [f.as_dict() for f in findings.in_order()]}, ensure_ascii=False)
+        )
     elif out is None:
         print(text, end="")
+    else:
+        _say_next(arguments, told, out)
     return 0
+
+
+def _by_data(streams: Sequence[Stream], wheelbase: float | None) -> tuple[list[Told], tuple[str, ...]]:
+    """What the numbers say of each signal."""
+    from pytest_dvp.logs.mapping_text import Told
+    from pytest_dvp.logs.signals import SIGNALS
+    from pytest_dvp.logs.time_column import clock_of
+    from pytest_dvp.recognition.columns import columns_of
+    from pytest_dvp.recognition.recognise import recognise
+
+    streams, clock, _ = clock_of(streams)
+    found = recognise(columns_of(streams, clock), wheelbase)
+    order = list(SIGNALS)
+    told = [
+        Told(one.signal, "; ".join(one.evidence), "" if one.decided else one.rival or "the data do not tell its unit")
+        for one in sorted(found.signals, key=lambda one: order.index(one.name) if one.name in order else len(order))
+    ]
+    return told, found.remarks
+
+
+def _say_next(arguments: argparse.Namespace, told: Sequence[Told], out: Path) -> None:
+    """What was decided, what is left, and the command to go on with."""
+    sure = [one.signal.name for one in told if not one.doubt]
+    print(f"{out}: decided by the data, to be confirmed: {', '.join(sure) or 'nothing'}")
+    for one in told:
+        if one.doubt:
+            print(f"  left to you: {one.signal.name} from {one.signal.field!r} ({one.doubt})")
+    model = f" --model {arguments.model}" if arguments.model else ""
+    command = "diagnose" if arguments.model else "doctor"
+    print(f"next: dvp {command} {arguments.log} --map {out}{model}", file=sys.stderr)
+
+
+def _number(option: str, text: str | None, allowed: tuple[float, float], unit: str) -> float | None:
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not allowed[0] <= value <= allowed[1]:
+        raise WrongArgument(f"{option}: found {text!r}, allowed: {allowed[0]:g} to {allowed[1]:g} {unit}")
+    return value

@@ -68,6 +68,13 @@ _SIGNAL_OF: Mapping[str, str] = MappingProxyType(
 
 ALIKE = 0.5  # of the words of a name must be usual ones to be taken for a signal's
 _BRACKETED = re.compile(r"^\s*(?P<name>.*?)\s*[\[(<](?P<unit>[^\])>]*)[\])>]\s*$")
+_SOURCES = frozenset({
+    "imu", "ins", "gps", "gnss", "rtk", "can", "ecu", "ekf", "odom", "odometry", "vicon", "mocap", "optitrack",
+    "lidar", "camera", "encoder", "sensor", "measured", "meas", "raw", "filtered", "filt", "smoothed", "estimated",
+    "est", "estimate", "true", "truth", "ref", "left", "right", "front", "rear", "fl", "fr", "rl", "rr", "x", "y",
+    "z", "body", "world", "global", "local", "map", "vehicle", "car",
+})  # fmt: skip
+"""Words in round brackets behind a name that are no unit."""
 
 
 class Header(NamedTuple):
@@ -81,7 +88,7 @@ class Header(NamedTuple):
 def parse_header(text: str) -> Header:
     """`v [m/s]`, `v (m/s)` or `v_mps` -> name and unit. A name alone has unit None."""
     bracketed = _BRACKETED.match(text)
-    if bracketed is not None and bracketed["name"]:
+    if bracketed is not None and bracketed["name"] and not _names_a_source(text, bracketed["unit"]):
         return Header(text, bracketed["name"].strip(), bracketed["unit"].strip() or "-")
     name = text.strip()
     for cut in (2, 1):  # `_m_s2` before `_s2`
@@ -93,6 +100,11 @@ def parse_header(text: str) -> Header:
         if unit is not None and parts[0] and (ending not in LETTERS or canonical(parts[0]) in SIGNALS):
             return Header(text, parts[0], unit)
     return Header(text, name, None)
+
+
+def _names_a_source(text: str, inside: str) -> bool:
+    """True for `acc x (IMU)`, `v (filtered)`: round brackets with where a value comes from, not its unit."""
+    return text.rstrip().endswith(")") and inside.strip().lower() in _SOURCES
 
 
 def canonical(name: str) -> str:

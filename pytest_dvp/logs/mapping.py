@@ -24,6 +24,8 @@ from vehicle.toml_file import TomlError, read_toml
 EARTH = 6378137.0  # WGS 84 semi-major axis [m]
 FLATTENING = 1 / 298.257223563  # WGS 84
 QUATERNION, LATITUDE, LONGITUDE = "quaternion", "latitude", "longitude"
+LATITUDE_DDMM, LONGITUDE_DDMM = "latitude ddmm", "longitude ddmm"
+_FIXES = {LATITUDE: LATITUDE, LONGITUDE: LONGITUDE, LATITUDE_DDMM: LATITUDE, LONGITUDE_DDMM: LONGITUDE}
 _FLIPPED = frozenset(("y", "vy", "ay", "yaw_rate", "steer", "steer_cmd"))  # by a body frame with y to the right
 STAMP = 1e-6  # [s]: stamps nearer than this are one
 
@@ -32,7 +34,8 @@ STAMP = 1e-6  # [s]: stamps nearer than this are one
 class SignalMap:
     """One signal of the log from one field of the file: SI value = sign * scale * (unit -> SI) / ratio + offset.
 
-    unit    of the field; "quaternion" (yaw from `FIELD.x` .. `.w`), "latitude", "longitude" (x, y from degrees)
+    unit    of the field; "quaternion" (yaw from `FIELD.x` .. `.w`), "latitude", "longitude" (x, y from degrees),
+            "latitude ddmm", "longitude ddmm" (from degrees and minutes as NMEA 0183 writes them: 5213.14 is 52.219)
     ratio   hand wheel to road wheel, for steering
     frame   "flu" (x forward, y left; yaw counter-clockwise from the x axis), "frd" (y to the right) or "ned" (yaw is
             a compass heading, clockwise from north)
@@ -302,8 +305,8 @@ def _values(
         raw = _unwrapped(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
     else:
         raw = _field(stream, signal.field, signal, mapping, file)
-        if signal.unit in (LATITUDE, LONGITUDE):
-            raw = _metres(raw, stream, signal, mapping)
+        if signal.unit in _FIXES:
+            raw = _metres(in_degrees(raw, signal.unit), stream, signal, mapping)
         else:
             raw = _converted(raw, stream, signal, mapping)
     values = signal.sign * signal.scale * raw / signal.ratio + signal.offset
@@ -342,7 +345,7 @@ def _metres(raw: FloatArray, stream: Stream, signal: SignalMap, mapping: Mapping
     """East or north of the origin [m]: radii of curvature of the WGS 84 ellipsoid there; good to 1 cm within 2 km."""
     fixes = raw[np.isfinite(raw)]
     e2 = FLATTENING * (2.0 - FLATTENING)
-    if signal.unit == LATITUDE:
+    if _FIXES[signal.unit] == LATITUDE:
         origin = mapping.origin[0] if mapping.origin else float(fixes[0])
         w = 1.0 - e2 * np.sin(np.radians(origin)) ** 2
         return np.asarray(np.radians(raw - origin) * (EARTH * (1.0 - e2) / w**1.5))
@@ -352,10 +355,18 @@ def _metres(raw: FloatArray, stream: Stream, signal: SignalMap, mapping: Mapping
     return np.asarray(np.radians(raw - origin) * (EARTH / np.sqrt(w) * np.cos(np.radians(latitude))))
 
 
+def in_degrees(values: FloatArray, unit: str) -> FloatArray:
+    """Degrees (n,) of latitudes or longitudes (n,) in a unit of a mapping: degrees, or degrees and minutes of NMEA."""
+    if unit not in (LATITUDE_DDMM, LONGITUDE_DDMM):
+        return values
+    whole = np.trunc(values / 100.0)
+    return np.asarray(whole + (values - 100.0 * whole) / 60.0)
+
+
 def _first_latitude(stream: Stream, mapping: MappingFile) -> float:
     for signal in mapping.signals:
-        if signal.unit == LATITUDE and signal.field in stream.fields:
-            values = stream.fields[signal.field]
+        if _FIXES.get(signal.unit) == LATITUDE and signal.field in stream.fields:
+            values = in_degrees(stream.fields[signal.field], signal.unit)
             return float(values[np.isfinite(values)][0])
     raise LogError(
         f"{mapping.file}: a longitude needs a latitude of the same topic, or origin = [lat, lon]", "log.bad_mapping"

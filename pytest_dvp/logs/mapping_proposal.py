@@ -22,8 +22,7 @@ from pytest_dvp.logs.mapping import (
 )
 from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.stream import Stream
-from pytest_dvp.logs.time_column import clock_of, time_unit
-from pytest_dvp.logs.units import find_unit, units_of
+from pytest_dvp.logs.units import find_unit
 
 # Message types whose definition states the unit (REP-103: SI, yaw counter-clockwise).
 _ROS = {
@@ -57,12 +56,11 @@ _ROS = {
     },
 }  # fmt: skip
 _PLACE = ("x", "y")
-_SHOWN = 60  # fields that are listed
 _FIX = {
     LATITUDE: re.compile(r"(gps|gnss|nav)?[ _]?lat(itude)?$", re.IGNORECASE),
     LONGITUDE: re.compile(r"(gps|gnss|nav)?[ _]?(lon|lng|long|longitude)$", re.IGNORECASE),
 }
-_HAND_WHEEL = re.compile(r"(hand|steering)_?wheel|\bswa\b|\bhwa\b", re.IGNORECASE)
+HAND_WHEEL = re.compile(r"(hand|steering)_?wheel|\bswa\b|\bhwa\b", re.IGNORECASE)
 _OTHER_MEANING = re.compile(
     r"(^|[\W_])(roll|pitch|phi_?[rp]|slip|sideslip|beta|temp(erature)?|press(ure)?|torque|current|voltage|fuel|gear|lap|curvature|"
     r"kappa|altitude|height|vz|wx|wy|az|std|sigma|cov\w*|error|err)(?=[\W_]|$)",
@@ -155,7 +153,7 @@ def guessed(streams: Sequence[Stream], taken: Sequence[SignalMap]) -> tuple[tupl
     open_still = [name for name in SIGNALS if name in _LARGEST.keys() - {signal.name for signal in taken}]
     free = [
         (s, f) for s in streams for f in s.fields
-        if (s.topic, f) not in used and not _HAND_WHEEL.search(f) and not means_something_else(s, f)
+        if (s.topic, f) not in used and not HAND_WHEEL.search(f) and not means_something_else(s, f)
     ]  # fmt: skip
     found: dict[str, tuple[SignalMap, tuple[str, ...]]] = {}
 
@@ -182,10 +180,12 @@ def guessed(streams: Sequence[Stream], taken: Sequence[SignalMap]) -> tuple[tupl
 
 def means_something_else(stream: Stream, field: str) -> bool:
     """True for a field that is no signal, whatever its unit: the roll of the body, a part of a quaternion."""
-    return bool(_OTHER_MEANING.search(_last(stream, field))) or any(field in parts for _, parts in _quaternions(stream))
+    return bool(_OTHER_MEANING.search(_last(stream, field))) or any(
+        field in parts for _, parts in quaternions_of(stream)
+    )
 
 
-def _quaternions(stream: Stream) -> list[tuple[str, list[str]]]:
+def quaternions_of(stream: Stream) -> list[tuple[str, list[str]]]:
     """Name and fields x, y, z, w of each quaternion: four fields whose squares sum to 1 in most rows."""
     found = []
     for field in stream.fields:
@@ -242,13 +242,13 @@ def _candidates(stream: Stream) -> list[SignalMap]:
             for name, (field, unit) in table.items()
             if any(known == field or known.startswith(field + ".") for known in stream.fields)
         ]
-    quaternions = _quaternions(stream)
+    quaternions = quaternions_of(stream)
     parts = {part for _, four in quaternions for part in four}
     found = [SignalMap("yaw", stream.topic, name, QUATERNION) for name, _ in quaternions[:1]]
     for field in stream.fields:
         if field in parts:
             continue
-        if _HAND_WHEEL.search(field):  # never certain: the steering ratio is the car's
+        if HAND_WHEEL.search(field):  # never certain: the steering ratio is the car's
             found.append(SignalMap("steer", stream.topic, field, "?"))
             continue
         header = parse_header(field.rpartition(".")[2] if stream.topic else field)
@@ -262,77 +262,7 @@ def _candidates(stream: Stream) -> list[SignalMap]:
     return found
 
 
-def mapping_text(streams: Sequence[Stream]) -> str:
-    """The proposal as a TOML file: certain signals first, likely ones commented out until their unit is filled in."""
-    streams, clock, told = clock_of(streams)
-    mapping, unsure = propose(streams)
-    lines = [
-        "# Proposed by `dvp map`. Look at every line: names and units are the file's own words, nobody measured them.",
-        "[log]",
-        f'time = "{_quoted(clock)}"             # {told}',
-        *time_unit(streams, clock),
-        "# origin = [52.0, 4.3]        # latitude, longitude [deg] of x = y = 0; default: the first fix",
-        "# antenna = [1.2, 0.0]        # of what measures x, y: [m] ahead and left of the rear axle's middle",
-        "# only = true                # leave out what is not named here; default: recognised fields are taken as well",
-        "# a signal also takes: scale, sign = -1, offset, ratio (hand wheel to road wheel), delay [s], time,",
-        '# frame = "frd" (y to the right) or "ned" (yaw is a compass heading)',
-    ]
-    for signal in mapping.signals:
-        lines += ["", *_entry(signal, streams)]
-    for signal in unsure:
-        lines += [
-            "",
-            "# the file does not say the unit: fill it in",
-            *(f"# {line}" for line in _entry(signal, streams)),
-        ]
-    fields = [(s, f) for s in streams for f in s.fields]
-    fix = _fix(fields, {signal.name for signal in (*mapping.signals, *unsure)})
-    for signal in fix:
-        lines += ["", "# a guess by its name: take the # away if it is so"]
-        lines += [f"# {line}" for line in _entry(signal, streams)]
-    guesses = guessed(streams, (*mapping.signals, *unsure, *fix))
-    for signal, others in guesses:
-        also = f" (or {listed(others, 4)})" if others else ""
-        told = f"a guess by unit and range{also}: take the # away if it is so"
-        if signal.unit == "?":
-            told = "a guess by its name: fill in the unit, and take the # away if it is so"
-        lines += [
-            "",
-            f"# {told}",
-            *(f"# {line}" for line in _entry(signal, streams)),
-        ]
-    used = {(s.topic, s.field) for s in (*mapping.signals, *unsure, *fix, *(signal for signal, _ in guesses))}
-    for stream in streams:
-        used |= {(stream.topic, f) for name, four in _quaternions(stream) if (stream.topic, name) in used for f in four}
-    rest = [(s, f) for s, f in fields if (s.topic, f) not in used and f != clock and (s.topic or canonical(f) != "t")]
-    for stream, field, names in named_by_unit(rest, (*mapping.signals, *unsure, *fix)):
-        lines += [
-            "",
-            f"# by its unit this may be {' or '.join(names)}: put the name in and take the # away",
-            *(f"# {line}" for line in _entry(SignalMap("?", stream.topic, field, stream.units[field]), streams)),
-            *(["# ratio = 16.0  # hand wheel to road wheel, if it is that"] if "steer_cmd" in names else []),
-        ]
-        rest.remove((stream, field))
-    if rest:
-        lines += ["", *_not_mapped(rest)]
-    return "\n".join(lines) + "\n"
-
-
-def _not_mapped(fields: Sequence[tuple[Stream, str]]) -> list[str]:
-    """Fields by name; those of a file without topics with their range, and how an entry for one of them looks."""
-    lines = []
-    for stream, field in fields[:_SHOWN]:
-        known = stream.fields[field][np.isfinite(stream.fields[field])]
-        span = f": {known.min():.4g} to {known.max():.4g}" if len(known) and not stream.topic else ""
-        lines.append(f"#   {stream.topic} {field}{span}".replace("  ", " "))
-    lines += [f"#   ... and {len(fields) - _SHOWN} more"] if len(fields) > _SHOWN else []
-    if fields[0][0].topic:
-        return ["# not mapped:", *lines]
-    example = '[[signal]] name = "v" field = "COLUMN" unit = "km/h", each in a line of its own'
-    return [f"# not mapped; an entry for one of them is: {example}", *lines]
-
-
-def _fix(fields: Sequence[tuple[Stream, str]], taken: Collection[str]) -> list[SignalMap]:
+def fix_of(fields: Sequence[tuple[Stream, str]], taken: Collection[str]) -> list[SignalMap]:
     """Latitude and longitude of a file without topics as y and x, if both are there and there is no other position."""
     found: dict[str, SignalMap] = {}
     for name, unit, most in (("x", LONGITUDE, 180.0), ("y", LATITUDE, 90.0)):
@@ -361,24 +291,3 @@ def named_by_unit(
         if names:
             found.append((stream, field, names))
     return found
-
-
-def _entry(signal: SignalMap, streams: Sequence[Stream]) -> list[str]:
-    stream = next(s for s in streams if s.topic == signal.topic)
-    values = stream.fields.get(signal.field)
-    seen = ""
-    if values is not None and np.isfinite(values).any():
-        seen = f"  # {np.nanmin(values):.6g} to {np.nanmax(values):.6g}, {stream.rate:.4g} Hz"
-    topic = [f'topic = "{_quoted(signal.topic)}"'] if signal.topic else []
-    allowed = f"  # one of {', '.join(units_of(SIGNALS[signal.name].unit))}" if signal.unit == "?" else ""
-    ratio = (
-        ["ratio = 16.0  # hand wheel to road wheel: put in that of the car"] if _HAND_WHEEL.search(signal.field) else []
-    )
-    return [
-        "[[signal]]", f'name = "{signal.name}"', *topic, f'field = "{_quoted(signal.field)}"{seen}',
-        f'unit = "{_quoted(signal.unit)}"{allowed}', *ratio,
-    ]  # fmt: skip
-
-
-def _quoted(text: str) -> str:
-    return text.replace("\\", "\\\\").replace('"', '\\"')

@@ -13,7 +13,8 @@ from pytest_dvp.cli.command_line import main
 from pytest_dvp.logs.formats.csv_file import read_csv
 from pytest_dvp.logs.joining import join
 from pytest_dvp.logs.log_error import LogError
-from pytest_dvp.logs.mapping_proposal import mapping_text, propose
+from pytest_dvp.logs.mapping_proposal import propose
+from pytest_dvp.logs.mapping_text import mapping_text
 from pytest_dvp.logs.read_log import read_log, read_streams
 
 

@@ -1,0 +1,186 @@
+"""The proposal of `dvp map` as a TOML file: what is certain, what the data say, and what is left to the user."""
+
+from __future__ import annotations
+
+import dataclasses
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+
+from openscenario.findings import listed
+from pytest_dvp.logs.column_names import canonical
+from pytest_dvp.logs.mapping import SignalMap
+from pytest_dvp.logs.mapping_proposal import HAND_WHEEL, fix_of, guessed, named_by_unit, propose, quaternions_of
+from pytest_dvp.logs.signals import describe
+from pytest_dvp.logs.stream import Stream
+from pytest_dvp.logs.time_column import clock_of, time_unit
+from pytest_dvp.logs.units import units_of
+
+_SHOWN = 60  # fields that are listed
+_WIDTH = 110  # characters of a comment
+_PLAIN = {"scale": 1.0, "sign": 1.0, "offset": 0.0, "ratio": 1.0}  # of a signal that needs none of these
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Told:
+    """What the data say of one signal. evidence: why it is that; doubt: what would do as well, "" if nothing does: a
+    doubtful one is written behind a #, for the user to decide."""
+
+    signal: SignalMap
+    evidence: str
+    doubt: str = ""
+
+
+def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: Sequence[str] = ()) -> str:
+    """The proposal as a TOML file. told: what the data say of signals; it goes before what names say. remarks: further
+    sentences on what was seen.
+
+    What is certain comes first; what is likely is commented out until the user decides it.
+    """
+    streams, clock, why = clock_of(streams)
+    by_data = {(one.signal.topic, one.signal.field) for one in told}
+    named = {one.signal.name for one in told if not one.doubt}
+    mapping, unsure = propose(_without(streams, by_data))
+    mapping = dataclasses.replace(mapping, signals=tuple(s for s in mapping.signals if s.name not in named))
+    unsure = tuple(signal for signal in unsure if signal.name not in named)
+    certain = [*(one.signal for one in told), *mapping.signals]
+    lines = [
+        *_head(told, mapping.signals, unsure, remarks),
+        "[log]",
+        f'time = "{_quoted(clock)}"             # {why}',
+        *time_unit(streams, clock),
+        "# origin = [52.0, 4.3]        # latitude, longitude [deg] of x = y = 0; default: the first fix",
+        "# antenna = [1.2, 0.0]        # of what measures x, y: [m] ahead and left of the rear axle's middle",
+        "# only = true                # leave out what is not named here; default: recognised fields are taken as well",
+        "# a signal also takes: scale, sign = -1, offset, ratio (hand wheel to road wheel), delay [s], time,",
+        '# frame = "frd" (y to the right) or "ned" (yaw is a compass heading)',
+    ]
+    for one in told:
+        if one.doubt:
+            lines += [
+                "",
+                *_comment(f"not decided ({one.doubt}): take the # away if this is so, or change it"),
+                *_comment(one.evidence),
+                *(f"# {line}" for line in _entry(one.signal, streams, measured=True)),
+            ]
+        else:
+            lines += ["", *_comment(f"by the data: {one.evidence}"), *_entry(one.signal, streams, measured=True)]
+    for signal in mapping.signals:
+        lines += ["", *_entry(signal, streams)]
+    for signal in unsure:
+        lines += [
+            "",
+            "# the file does not say the unit: fill it in",
+            *(f"# {line}" for line in _entry(signal, streams)),
+        ]
+    fields = [(s, f) for s in streams for f in s.fields]
+    certain += unsure
+    fix = fix_of(fields, {signal.name for signal in certain})
+    for signal in fix:
+        lines += ["", "# a guess by its name: take the # away if it is so"]
+        lines += [f"# {line}" for line in _entry(signal, streams)]
+    guesses = guessed(streams, (*certain, *fix))
+    for signal, others in guesses:
+        also = f" (or {listed(others, 4)})" if others else ""
+        said = f"a guess by unit and range{also}: take the # away if it is so"
+        if signal.unit == "?":
+            said = "a guess by its name: fill in the unit, and take the # away if it is so"
+        lines += [
+            "",
+            f"# {said}",
+            *(f"# {line}" for line in _entry(signal, streams)),
+        ]
+    used = {(s.topic, s.field) for s in (*certain, *fix, *(signal for signal, _ in guesses))}
+    for stream in streams:
+        used |= {
+            (stream.topic, f) for name, four in quaternions_of(stream) if (stream.topic, name) in used for f in four
+        }
+    rest = [(s, f) for s, f in fields if (s.topic, f) not in used and f != clock and (s.topic or canonical(f) != "t")]
+    for stream, field, names in named_by_unit(rest, (*certain, *fix)):
+        lines += [
+            "",
+            f"# by its unit this may be {' or '.join(names)}: put the name in and take the # away",
+            *(f"# {line}" for line in _entry(SignalMap("?", stream.topic, field, stream.units[field]), streams)),
+            *(["# ratio = 16.0  # hand wheel to road wheel, if it is that"] if "steer_cmd" in names else []),
+        ]
+        rest.remove((stream, field))
+    if rest:
+        lines += ["", *_not_mapped(rest)]
+    return "\n".join(lines) + "\n"
+
+
+def _head(
+    told: Sequence[Told], certain: Sequence[SignalMap], unsure: Sequence[SignalMap], remarks: Sequence[str]
+) -> list[str]:
+    if not told:
+        words = "names and units are the file's own words, nobody measured them."
+        return [f"# Proposed by `dvp map`. Look at every line: {words}"]
+    sure = [one.signal.name for one in told if not one.doubt]
+    left = [one.signal.name for one in told if one.doubt] + [signal.name for signal in unsure]
+    lines = [
+        "# Proposed by `dvp map`. What is `by the data` follows from what the columns tell of one motion: confirm it."
+    ]
+    if sure:
+        lines += _comment(f"decided by the data: {', '.join(sure)}")
+    if certain:
+        lines += _comment(f"in the file's own words, nobody measured them: {', '.join(s.name for s in certain)}")
+    lines += _comment(f"left to you, behind a # below: {', '.join(left)}" if left else "left to you: nothing")
+    for remark in remarks:
+        lines += _comment(remark)
+    return lines
+
+
+def _without(streams: Sequence[Stream], taken: set[tuple[str, str]]) -> list[Stream]:
+    """The streams without fields that are signals already; of a quaternion without its parts."""
+    found = []
+    for stream in streams:
+        parts = {part for name, four in quaternions_of(stream) if (stream.topic, name) in taken for part in four}
+        fields = {f: v for f, v in stream.fields.items() if (stream.topic, f) not in taken and f not in parts}
+        found.append(dataclasses.replace(stream, fields=fields))
+    return found
+
+
+def _comment(text: str) -> list[str]:
+    return [f"# {line}" for line in textwrap.wrap(text, _WIDTH)]
+
+
+def _not_mapped(fields: Sequence[tuple[Stream, str]]) -> list[str]:
+    """Fields by name; those of a file without topics with their range, and how an entry for one of them looks."""
+    lines = []
+    for stream, field in fields[:_SHOWN]:
+        known = stream.fields[field][np.isfinite(stream.fields[field])]
+        span = f": {known.min():.4g} to {known.max():.4g}" if len(known) and not stream.topic else ""
+        lines.append(f"#   {stream.topic} {field}{span}".replace("  ", " "))
+    lines += [f"#   ... and {len(fields) - _SHOWN} more"] if len(fields) > _SHOWN else []
+    if fields[0][0].topic:
+        return ["# not mapped:", *lines]
+    example = '[[signal]] name = "v" field = "COLUMN" unit = "km/h", each in a line of its own'
+    return [f"# not mapped; an entry for one of them is: {example}", *lines]
+
+
+def _entry(signal: SignalMap, streams: Sequence[Stream], *, measured: bool = False) -> list[str]:
+    """The lines of a signal; measured: its values are those of the data, so that no ratio is put in for the user."""
+    stream = next(s for s in streams if s.topic == signal.topic)
+    values = stream.fields.get(signal.field)
+    seen = ""
+    if values is not None and np.isfinite(values).any():
+        seen = f"  # {np.nanmin(values):.6g} to {np.nanmax(values):.6g}, {stream.rate:.4g} Hz"
+    topic = [f'topic = "{_quoted(signal.topic)}"'] if signal.topic else []
+    allowed = f"  # one of {', '.join(units_of(describe(signal.name).unit))}" if signal.unit == "?" else ""
+    more = [
+        f"{key} = {value!r}"
+        for key in ("scale", "sign", "offset", "ratio")
+        if (value := getattr(signal, key)) != _PLAIN[key]
+    ]
+    more += [f'frame = "{signal.frame}"'] if signal.frame != "flu" else []
+    if HAND_WHEEL.search(signal.field) and not measured:
+        more.append("ratio = 16.0  # hand wheel to road wheel: put in that of the car")
+    return [
+        "[[signal]]", f'name = "{signal.name}"', *topic, f'field = "{_quoted(signal.field)}"{seen}',
+        f'unit = "{_quoted(signal.unit)}"{allowed}', *more,
+    ]  # fmt: skip
+
+
+def _quoted(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"')

@@ -1,0 +1,173 @@
+"""Steering, pedals and wanted values of a foreign log, by what the car does after them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from pytest_dvp.logs.column_names import canonical
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.mapping import QUATERNION
+from pytest_dvp.logs.units import find_unit
+from pytest_dvp.recognition.columns import Column
+from pytest_dvp.recognition.grid import Grid, Match
+from pytest_dvp.recognition.recognised import Recognised
+from pytest_dvp.recognition.words import families, is_command, words_of
+
+FOLLOWS = 0.6  # correlation of turn rate and steering times speed, from which a named column is the steering
+WIDEST = 1.0  # rad of a road wheel: no steering goes further
+NORMALISED = 1.02  # largest size of a command from -1 to 1
+DEGREES = 180.0 / math.pi
+RATIOS = (8.0, 30.0)  # of a steering gear, from the quickest car to a lorry
+LEAD = 0.05  # s by which a wanted speed comes before the measured one
+
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Motion:
+    """What is known of the car: v (n,) [m/s] and turn (n,) [rad/s] on the grid, None if unknown; wheelbase [m]."""
+
+    grid: Grid
+    v: FloatArray | None
+    turn: FloatArray | None
+    wheelbase: float | None
+
+    @property
+    def along(self) -> FloatArray | None:
+        """dv/dt (n,) [m/s^2]."""
+        return None if self.v is None else self.grid.slope(self.v)
+
+
+def wishes(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
+    """A wanted speed and a wanted acceleration."""
+    found = []
+    if motion.v is not None:
+        for column in columns:
+            said = families(column.name, column.unit)
+            if "speed" not in said and not (is_command(column.name) and not said):
+                continue
+            match = motion.grid.match(motion.grid.mean(column), motion.v)
+            asked = is_command(column.name) or (match.lag < -LEAD and match.alike > FOLLOWS)
+            if not asked or match.alike < FOLLOWS:
+                continue
+            unit, sure = _nearest(match.ratio, (("m/s", 1.0), ("km/h", 3.6)), column.unit)
+            text = f"{match.ratio:.3g} times v, {-match.lag:.2f} s before it (correlation {match.alike:.2f})"
+            doubt = "" if sure else "km/h or m/s: the car may not reach what is asked"
+            found.append(Recognised("speed_cmd", column, unit, evidence=(text,), decided=sure, rival=doubt))
+            break
+    along = motion.along
+    if along is not None:
+        for column in columns:
+            if not is_command(column.name) or "accel" not in families(column.name, column.unit):
+                continue
+            match = motion.grid.match(along, motion.grid.mean(column))
+            if match.alike < FOLLOWS:
+                continue
+            unit, sure = _nearest(1.0 / match.ratio, (("m/s^2", 1.0), ("g", 1 / 9.80665)), column.unit)
+            text = f"dv/dt is {match.ratio:.3g} times it, {match.lag:.2f} s after it (correlation {match.alike:.2f})"
+            found.append(Recognised("accel_cmd", column, unit, evidence=(text,), decided=sure, rival=""))
+            break
+    return found
+
+
+def _nearest(ratio: float, units: Sequence[tuple[str, float]], stated: str) -> tuple[str, bool]:
+    """The unit whose factor is nearest to a ratio, and whether it is within a factor of 1.5."""
+    if stated:
+        return stated, True
+    unit, factor = min(units, key=lambda one: abs(math.log(max(ratio, 1e-9) / one[1])))
+    return unit, abs(math.log(max(ratio, 1e-9) / factor)) < math.log(1.5)
+
+
+def steering(columns: Sequence[Column], motion: Motion, commands: Sequence[Column]) -> list[Recognised]:
+    """Measured and commanded steering. commands: columns that are known to be wanted values; what was written with one
+    of them is wanted, too."""
+    if motion.v is None or motion.turn is None:
+        return []
+    found: dict[str, tuple[float, Recognised]] = {}
+    fast = np.where(np.abs(motion.v) > max(0.3, 0.2 * float(np.nanpercentile(np.abs(motion.v), 90))), motion.v, np.nan)
+    for column in columns:
+        said = families(column.name, column.unit)
+        if column.unit == QUATERNION or (said and "steer" not in said):
+            continue
+        values = motion.grid.mean(column)
+        match = motion.grid.match(np.where(np.isfinite(fast), values * fast, np.nan), motion.turn)
+        if abs(match.alike) < (FOLLOWS if said else 0.93) or not math.isfinite(match.ratio):
+            continue
+        wanted = is_command(column.name) or any(_same_stamps(column, other) for other in commands)
+        one = _scaled(column, match, wanted, motion.wheelbase)
+        name = "steer_cmd" if one.name.startswith("steer_cmd") else "steer"
+        rank = abs(match.alike) + 0.1 * (canonical(column.name) == name) + 0.1 * bool(said)
+        if name not in found or rank > found[name][0]:
+            found[name] = (rank, one)
+    return [one for _, one in found.values()]
+
+
+def _same_stamps(a: Column, b: Column) -> bool:
+    """Whether two columns of one file were written together, while others of the file were not."""
+    return a.topic == b.topic and len(a.t) == len(b.t) and bool(np.array_equal(a.t, b.t))
+
+
+def _scaled(column: Column, match: Match, wanted: bool, wheelbase: float | None) -> Recognised:
+    """Unit, ratio or scale of a steering column: `match` holds it times speed against the turn rate."""
+    name = "steer_cmd" if wanted else "steer"
+    size = float(np.percentile(np.abs(column.values), 99.5))
+    sign = match.sign
+    text = f"follows the turn rate (correlation {abs(match.alike):.2f})" + (", turned round" if sign < 0.0 else "")
+    hits = np.mean(np.abs(np.abs(column.values) - 1.0) < 0.02)
+    if not wheelbase:
+        unit = column.unit or ("deg" if size > WIDEST * 1.6 else "rad")
+        return Recognised(name, column, unit, sign=sign, evidence=(text,), decided=bool(column.unit) and size < WIDEST,
+                          rival="" if column.unit else "give --wheelbase: it tells unit and ratio")  # fmt: skip
+    per_radian = match.ratio / wheelbase
+    text += f"; {per_radian:.3g} for 1 rad at the road wheel by the wheelbase"
+    known = find_unit(column.unit) if column.unit else None
+    if known is not None and known.si == "rad":
+        gear = per_radian * known.scale
+        if 0.5 < gear < 2.0:
+            return Recognised(name, column, column.unit, sign=sign, evidence=(text,))
+        if RATIOS[0] < gear < RATIOS[1]:
+            told = (text, "the hand wheel: its ratio is an estimate, put in the car's")
+            return Recognised(name, column, column.unit, sign=sign, ratio=round(gear, 1), evidence=told)
+    for unit, factor in (("rad", 1.0), ("deg", DEGREES)):
+        fits = 0.6 < per_radian / factor < 1.6
+        if fits and not (unit == "rad" and hits > 0.02 and size <= NORMALISED):
+            return Recognised(name, column, unit, sign=sign, evidence=(text,))
+    if size <= NORMALISED:
+        said = f"a command from -1 to 1; {1.0 / per_radian:.3g} rad for 1 by the wheelbase, which a diagnosis fits"
+        return Recognised("steer_cmd_norm", column, "-", sign=sign, evidence=(text, said))
+    for unit, factor in (("deg", DEGREES), ("rad", 1.0)):
+        gear = per_radian / factor
+        if RATIOS[0] < gear < RATIOS[1]:
+            told = (text, "the hand wheel: its ratio is an estimate, put in the car's")
+            return Recognised(name, column, unit, sign=sign, ratio=round(gear, 1), evidence=told)
+    return Recognised(name, column, "rad", sign=sign, scale=float(f"{1.0 / per_radian:.3g}"), decided=False,
+                      evidence=(text,), rival="no usual unit: its scale is an estimate")  # fmt: skip
+
+
+def pedals(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
+    """Throttle and brake by their names; a brake may be a pressure."""
+    found: dict[str, Recognised] = {}
+    for column in columns:
+        said = set(words_of(column.name))
+        if "pedal" not in families(column.name, column.unit) or said & {"switch", "light", "temp"}:
+            continue
+        brake = bool(said & {"brake", "brk", "bremse"})
+        unit = find_unit(column.unit) if column.unit else None
+        if unit is not None and unit.si == "Pa":
+            one = Recognised("brake_pressure", column, column.unit, evidence=("the file states the unit",))
+            found.setdefault("brake_pressure", one)
+            continue
+        if unit is not None and unit.si != "-":
+            continue
+        largest = float(column.values.max())
+        shown = column.unit or ("%" if 1.5 < largest <= 101.0 else "-")
+        text = f"goes up to {largest:.3g}"
+        if not column.unit:
+            text += f", so it is {'percent' if shown == '%' else 'a share'}"
+        name = "brake_cmd" if brake else "throttle_cmd"
+        sure = bool(column.unit) or (0.05 < largest <= 1.0 or 1.5 < largest <= 101.0)
+        doubt = "" if sure else "no share and no percentage: its scale is unknown"
+        found.setdefault(name, Recognised(name, column, shown, evidence=(text,), decided=sure, rival=doubt))
+    return list(found.values())

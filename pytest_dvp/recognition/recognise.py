@@ -1,0 +1,330 @@
+"""What each column of a foreign log is: role by role, each held against what is known already.
+
+Position and heading first, then turn rate and speed, accelerations, steering and pedals. Units are chosen for all of
+them at once. The wheelbase tells the unit of the steering and, if nothing else does, that of the speed.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from pytest_dvp.logs.column_names import canonical
+from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION
+from pytest_dvp.logs.units import find_unit
+from pytest_dvp.recognition.by_products import speed_and_turn
+from pytest_dvp.recognition.columns import Column
+from pytest_dvp.recognition.commands import Motion, pedals, steering, wishes
+from pytest_dvp.recognition.drive_motion import DEGREE, Heading, Path, best_match, headings, paths, wraps
+from pytest_dvp.recognition.grid import Grid, Match, grid_of
+from pytest_dvp.recognition.recognised import Recognised, Recognition
+from pytest_dvp.recognition.unit_choice import Choice, Relation, choose
+from pytest_dvp.recognition.words import is_command, words_of
+
+G = 9.80665  # m/s^2, CGPM 1901
+OFFSET = 0.15  # rad between course and heading, from which it is told: the doctor's
+_SPEED, _FORCE, _TURN, _STEER = 0.07, 0.2, 0.15, 0.4
+"""Sigmas of logarithms: wheels and clocks are off by some percent; accelerometers stand elsewhere in the car and feel
+its roll; a steering ratio or understeer changes the curvature by as much as the last."""
+
+
+def recognise(columns: Sequence[Column], wheelbase: float | None = None) -> Recognition:
+    """The signals of a log by its own redundancy. wheelbase [m]; None: the steering's scale stays open."""
+    grid = grid_of(columns)
+    if grid is None:
+        return Recognition((), ("the drive is too short to tell anything",))
+    return _Search(columns, grid, wheelbase).run()
+
+
+class _Search:
+    def __init__(self, columns: Sequence[Column], grid: Grid, wheelbase: float | None) -> None:
+        self.columns, self.grid, self.wheelbase = list(columns), grid, wheelbase
+        self.free = list(columns)
+        self.taken: dict[str, tuple[Column, Match | None]] = {}
+        self.relations: list[Relation] = []
+        self.evidence: dict[str, list[str]] = {}
+        self.remarks: list[str] = []
+        self.path: Path | None = None
+        self.heading: Heading | None = None
+        self.turn: FloatArray | None = None  # [rad/s], or as a column gives it
+        self.turn_name = ""
+        self.speed: FloatArray | None = None  # as column v gives it, else [units of position/s]
+        self.speed_name = ""
+
+    def run(self) -> Recognition:
+        self._positions()
+        self._turning()
+        self._speed()
+        if self.path is None:
+            self._by_products()
+        self._forces()
+        found: list[Recognised] = []
+        choices = self._units()
+        found += self._motion(choices)
+        found += self._controls(choices)
+        return Recognition(tuple(found), tuple(self.remarks))
+
+    def take(self, name: str, column: Column, match: Match | None = None) -> None:
+        self.taken[name] = (column, match)
+        self.free = [c for c in self.free if c is not column]
+
+    def tell(self, name: str, text: str) -> None:
+        self.evidence.setdefault(name, []).append(text)
+
+    def _positions(self) -> None:
+        found = paths(self.free, self.grid)
+        if not found:
+            return
+        self.path = found[0]
+        near = next((p for p in found if p.is_fix and p is not self.path), None)
+        if near is not None:  # degrees tell the metres of the other pair
+            match = self.grid.match(self.path.speed, near.speed)
+            if match.alike > 0.9:
+                text = "{ratio:.3g} times the way by longitude and latitude"
+                self.relations.append(Relation(text, match.ratio, 0.03, {"x": -1.0}))
+        self.take("x", self.path.x)
+        self.take("y", self.path.y)
+        for other in found[1:]:
+            self.free = [c for c in self.free if c is not other.x and c is not other.y]
+            self.remarks.append(f"{other.x.field}, {other.y.field} are a position, too; the other pair was taken")
+        if self.path.derived:
+            self.remarks.append(
+                f"{self.path.x.field}, {self.path.y.field} were integrated from the speed, not measured"
+            )
+        self.speed, self.speed_name = self.path.speed, "x"
+
+    def _turning(self) -> None:
+        """The heading by the path, and the turn rate by the heading or the path."""
+        grid = self.grid
+        if self.path is not None:
+            told = headings(self.free, self.path, None, grid)
+            if told:
+                self.heading = told[0]
+                self.take("yaw", self.heading.column)
+            self.turn, self.turn_name = self.path.turn, "the turn of the path"
+            if self.heading is not None and self.heading.match.sign > 0.0:
+                angle = np.unwrap(self.heading.column.values * (DEGREE if self.heading.degrees else 1.0))
+                self.turn, self.turn_name = grid.change(self.heading.column.t, angle), "d(yaw)/dt"
+        if self.turn is not None:
+            matches = best_match(self.free, "rate", "yaw_rate", self.turn, grid)
+            if matches:
+                self.take("yaw_rate", *matches[0])
+                match = matches[0][1]
+                self.relations.append(_relation(self.turn_name, match, _TURN, {"yaw_rate": -1.0}))
+            return
+        for column in (c for c in self.free if "yaw_rate" in _usual(c)):
+            self._heading_by_rate(column)
+            return
+
+    def _heading_by_rate(self, column: Column) -> None:
+        """Without positions: a heading that wraps tells the unit of the turn rate."""
+        rate = self.grid.mean(column)
+        for unit, scale in (("deg/s", DEGREE), ("rad/s", 1.0)):
+            if column.unit and find_unit(column.unit) != find_unit(unit):
+                continue
+            told = [h for h in headings(self.free, None, rate * scale, self.grid) if column.unit or wraps(h.column)]
+            if told:
+                self.heading = told[0]
+                self.take("yaw", self.heading.column)
+                self.turn, self.turn_name = rate * scale * told[0].match.sign, "yaw rate"
+                match = dataclasses.replace(told[0].match, ratio=1.0 / (scale * told[0].match.ratio))
+                self.take("yaw_rate", column, match)
+                self.relations.append(_relation("d(yaw)/dt", match, _TURN, {"yaw_rate": -1.0}))
+                return
+
+    def _speed(self) -> None:
+        grid = self.grid
+        if self.path is not None:
+            matches = best_match(self.free, "speed", "v", self.path.speed, grid)
+            plain = [one for one in matches if not _wanted(one[0], one[1])] or matches
+            if plain:
+                column, match = plain[0]
+                self.take("v", column, match)
+                self.speed, self.speed_name = grid.mean(column), "v"
+                powers = {"v": -1.0} if self.path.is_fix else {"v": -1.0, "x": 1.0}
+                self.relations.append(_relation("the way between positions over time", match, _SPEED, powers))
+            return
+
+    def _by_products(self) -> None:
+        """Without positions: the speed and turn rate whose products and changes other columns are."""
+        speed, rate = speed_and_turn(self.free, self.grid, with_rate=self.turn is None)
+        if speed is not None:
+            self.take("v", speed)
+            self.speed, self.speed_name = self.grid.mean(speed), "v"
+        if rate is not None:
+            self.take("yaw_rate", rate)
+            self.turn, self.turn_name = self.grid.mean(rate), "yaw_rate"
+
+    def _forces(self) -> None:
+        """Accelerations: what goes with dv/dt, and what goes with speed times turn rate, whatever they are called."""
+        if self.speed is None:
+            return
+        grid = self.grid
+        along = grid.slope(self.speed)
+        unit = {self.speed_name: 1.0} if not self._in_metres() else {}
+        targets = {"ax": (along, "dv/dt", unit)}
+        if self.turn is not None:
+            rate = {"yaw_rate": 1.0} if self.turn_name == "yaw_rate" else {}
+            targets["ay"] = (self.speed * self.turn, "speed times turn rate", {**unit, **rate})
+        found = []
+        for name, (target, text, powers) in targets.items():
+            for column, match in best_match(self.free, "accel", name, target, grid):
+                found.append((abs(match.alike) + 0.1 * (name in _usual(column)), name, column, match, text, powers))
+        for _, name, column, match, text, powers in sorted(found, key=lambda one: -one[0]):
+            if name not in self.taken and any(c is column for c in self.free):
+                self.take(name, column, match)
+                self.relations.append(_relation(text, match, _FORCE, {name: -1.0, **powers}))
+        self._gravity()
+
+    def _gravity(self) -> None:
+        """A vertical accelerometer beside ax or ay shows 9.81 m/s^2 or 1 g."""
+        for name in ("ax", "ay"):
+            if name not in self.taken:
+                continue
+            column = self.taken[name][0]
+            for other in self.columns:
+                if other.topic == column.topic and other.field == _with_z(column.field):
+                    size = abs(float(np.median(other.values)))
+                    text = f"{other.field} shows {{ratio:.3g}}, which is gravity"
+                    self.relations.append(Relation(text, size, 0.1, {name: -1.0}, G))
+
+    def _in_metres(self) -> bool:
+        return self.speed_name == "x" and self.path is not None and self.path.is_fix
+
+    def _units(self) -> dict[str, Choice]:
+        kinds = {"v": "m/s", "ax": "m/s^2", "ay": "m/s^2", "yaw_rate": "rad/s"}
+        kinds = {name: unit for name, unit in kinds.items() if name in self.taken}
+        if self.path is not None and not self.path.is_fix:
+            kinds["x"] = "m"
+        stated = {name: self.taken[name][0].unit for name in kinds if self.taken[name][0].unit}
+        relations = list(self.relations)
+        relations += self._steering_relation(kinds, stated)
+        return choose(kinds, stated, relations)
+
+    def _steering_relation(self, kinds: dict[str, str], stated: dict[str, str]) -> list[Relation]:
+        """The road-wheel angle by the wheelbase: it ties the speed to metres where nothing else does."""
+        named = [c for c in self.free if {"steer", "steer_cmd"} & _usual(c)]
+        if not named or self._in_metres() or self.turn is None or self.speed is None or not self.wheelbase:
+            return []
+        column = named[0]
+        match = self.grid.match(self.grid.mean(column) * self.speed, self.turn)
+        if abs(match.alike) < 0.8:
+            return []
+        kinds["steer"] = "rad"
+        if column.unit:
+            stated["steer"] = column.unit
+        powers = {"steer": -1.0, self.speed_name: -1.0}
+        if self.turn_name == "yaw_rate":
+            powers["yaw_rate"] = 1.0
+        return [_relation("turn rate over speed", match, _STEER, powers, self.wheelbase)]
+
+    def _motion(self, choices: dict[str, Choice]) -> list[Recognised]:
+        found = []
+        texts: dict[str, list[str]] = {}
+        for relation in self.relations:
+            own = next(name for name, power in relation.powers.items() if power < 0.0)
+            text = relation.text.format(ratio=relation.ratio)
+            for name in relation.powers:
+                texts.setdefault(name, []).append(text if name == own else f"{own} is {text}")
+        if self.path is not None:
+            for name in ("x", "y"):
+                column = self.taken[name][0]
+                if self.path.is_fix:
+                    unit = self.path.unit if name == "x" else self.path.unit.replace(LONGITUDE, LATITUDE)
+                    told = "degrees by name and range" + (
+                        ", with minutes as NMEA writes them" if "ddmm" in unit else ""
+                    )
+                    found.append(Recognised(name, column, unit, evidence=(told,)))
+                    continue
+                choice = choices["x"]
+                found.append(Recognised(name, column, choice.unit, evidence=_said(column, texts.get("x", [])),
+                                        decided=choice.decided, rival=choice.rival))  # fmt: skip
+        if self.heading is not None:
+            found.append(self._yaw(self.heading))
+        for name in ("v", "yaw_rate", "ax", "ay"):
+            if name not in self.taken:
+                continue
+            column, match = self.taken[name]
+            choice = choices[name]
+            sign = match.sign if match is not None else 1.0
+            evidence = _said(column, texts.get(name, []), match)
+            found.append(Recognised(name, column, choice.unit, sign=sign, evidence=evidence, decided=choice.decided,
+                                    rival=choice.rival))  # fmt: skip
+        return found
+
+    def _yaw(self, heading: Heading) -> Recognised:
+        column = heading.column
+        unit = column.unit if column.unit else "deg" if heading.degrees else "rad"
+        text = [f"turns with {'the path' if self.path is not None else 'the yaw rate'} "
+                f"({heading.match.ratio:.2f} times, correlation {abs(heading.match.alike):.2f})"]  # fmt: skip
+        sign, offset = heading.sign, 0.0
+        if self.path is not None:
+            text.append(f"course - yaw = {heading.offset:.2f} rad" if sign > 0 else "it counts clockwise")
+            if abs(heading.offset) > OFFSET or sign < 0:
+                offset = heading.offset
+        frame = "flu"
+        if sign < 0.0 and abs(offset - 0.5 * math.pi) < OFFSET:
+            sign, offset, frame = 1.0, 0.0, "ned"
+            text.append("a compass heading")
+        return Recognised("yaw", column, unit, sign=sign, offset=round(offset, 4), frame=frame, evidence=tuple(text))
+
+    def _controls(self, choices: dict[str, Choice]) -> list[Recognised]:
+        """Wanted values, steering and pedals, by the motion in SI units."""
+        v, turn = self.speed, self.turn
+        if v is not None and not self._in_metres():
+            v = v * _scale(choices[self.speed_name].unit)
+        if turn is not None and self.turn_name == "yaw_rate":
+            turn = turn * _scale(choices["yaw_rate"].unit)
+        motion = Motion(self.grid, v, turn, self.wheelbase)
+        found = wishes(self.free, motion)
+        keys = {one.column.key for one in found}
+        rest = [c for c in self.free if c.key not in keys]
+        found += steering(rest, motion, [one.column for one in found])
+        keys |= {one.column.key for one in found}
+        return [*found, *pedals([c for c in rest if c.key not in keys], motion)]
+
+
+def _scale(unit: str) -> float:
+    known = find_unit(unit)
+    return known.scale if known is not None else 1.0
+
+
+def _relation(
+    text: str, match: Match, sigma: float, powers: dict[str, float], constant: float = 1.0
+) -> Relation:  # fmt: skip
+    said = f"{{ratio:.3g}} times {text} (correlation {abs(match.alike):.2f})"
+    return Relation(said, match.ratio, sigma, powers, constant)
+
+
+def _said(column: Column, texts: Sequence[str], match: Match | None = None) -> tuple[str, ...]:
+    found = ["the file states the unit"] if column.unit and column.unit != QUATERNION else []
+    found += list(texts)[:2]
+    if match is not None and match.sign < 0.0:
+        found.append("turned round")
+    return tuple(found)
+
+
+def _usual(column: Column) -> set[str]:
+    """Signals that the column's name is usual for."""
+    name = canonical(column.name)
+    said = set(words_of(column.name))
+    return {name} | ({"yaw_rate"} if said & {"gyro", "yawrate"} or {"yaw", "rate"} <= said else set())
+
+
+def _wanted(column: Column, match: Match) -> bool:
+    """True for a speed that comes before the car's: it was asked for."""
+    return is_command(column.name) or match.lag < -0.1
+
+
+def _with_z(field: str) -> str:
+    """The name of the vertical column beside one of x or y."""
+    places = list(re.finditer(r"[xyXY](?![a-z])", field))
+    if not places:
+        return ""
+    at = places[-1]
+    return field[: at.start()] + ("Z" if at[0].isupper() else "z") + field[at.end() :]

@@ -1,0 +1,45 @@
+"""What was found of a column."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from pytest_dvp.logs.mapping import SignalMap
+from pytest_dvp.recognition.columns import Column
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Recognised:
+    """A column as a signal: SI value = sign * scale * (unit -> SI) / ratio + offset, as in a mapping.
+
+    evidence: what the numbers say, one phrase each; decided: they leave no other choice; else `rival` would do as well
+    (a unit, or what would decide).
+    """
+
+    name: str
+    column: Column
+    unit: str
+    sign: float = 1.0
+    scale: float = 1.0
+    ratio: float = 1.0
+    offset: float = 0.0
+    frame: str = "flu"
+    evidence: tuple[str, ...] = ()
+    decided: bool = True
+    rival: str = ""
+
+    @property
+    def signal(self) -> SignalMap:
+        """The entry of a mapping."""
+        return SignalMap(
+            self.name, self.column.topic, self.column.field, self.unit, scale=self.scale, sign=self.sign,
+            offset=self.offset, ratio=self.ratio, frame=self.frame,
+        )  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Recognition:
+    """The signals of a log; remarks: what else was seen, a sentence each."""
+
+    signals: tuple[Recognised, ...]
+    remarks: tuple[str, ...] = ()

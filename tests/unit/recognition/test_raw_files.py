@@ -1,0 +1,81 @@
+"""`dvp map` works out names, units, signs and frames of files that state none of them, and says why."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from raw_files import FILES, WHEELBASE, RawFile, truth
+
+from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.read_log import read_log
+
+CLOSE = 0.12  # of the truth: units are further apart than that; a steering ratio is an estimate
+
+
+def mapped(tmp_path: Path, file: RawFile, seed: int = 7) -> tuple[Path, Path]:
+    log, mapping = tmp_path / file.name, tmp_path / "map.toml"
+    file.write(log, truth(seed))
+    wheelbase = ["--wheelbase", str(WHEELBASE)] if file.wheelbase else []
+    assert main(["map", str(log), "--out", str(mapping), *wheelbase]) == 0
+    return log, mapping
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_units_signs_and_frames_come_out_right(tmp_path: Path, file: RawFile) -> None:
+    log = read_log(*mapped(tmp_path, file)[:1], mapping=tmp_path / "map.toml")
+    true = truth()
+    for name in file.signals:
+        of, scale = {"steer": ("steer_cmd", 1.0), "steer_cmd_norm": ("steer_cmd", 1.0 / 0.45)}.get(name, (name, 1.0))
+        values = log.columns[name]
+        seen = np.isfinite(values)
+        if name == "throttle_cmd":
+            of, target = "", np.clip(true["accel_cmd"] / 3.0, 0.0, 1.0)
+        else:
+            target = scale * true[of]
+        known = np.interp(log.t[seen] - log.t[0], true["t"], target)
+        shown = values[seen]
+        if name in ("x", "y", "yaw"):  # from an origin of its own
+            known, shown = np.diff(known), np.diff(shown)
+        assert shown @ known / (known @ known) == pytest.approx(1.0, abs=CLOSE), name
+
+
+def test_each_line_says_why(tmp_path: Path) -> None:
+    file = next(f for f in FILES if f.name == "can_bus.csv")
+    text = mapped(tmp_path, file)[1].read_text()
+    assert "# left to you: nothing" in text
+    for name, words in {"ay": "speed times turn rate", "ax": "dv/dt", "steer": "the hand wheel"}.items():
+        entry = next(part for part in text.split("\n\n") if f'name = "{name}"' in part)
+        assert entry.startswith("# by the data: ")
+        assert words in entry.replace("\n# ", " ")
+
+
+def test_what_the_data_cannot_decide_is_left_to_the_user(tmp_path: Path) -> None:
+    true = truth()
+    log = tmp_path / "few.csv"
+    rows = np.column_stack([true["t"], true["v"], true["yaw_rate"]])
+    np.savetxt(log, rows, delimiter=",", header="t,v,yaw_rate", comments="", fmt="%.9g")
+    mapping = tmp_path / "map.toml"
+    assert main(["map", str(log), "--out", str(mapping)]) == 0
+    assert not [line for line in mapping.read_text().splitlines() if line.startswith("unit")]
+
+
+def test_the_least_model_drives_by_what_the_log_has(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = next(f for f in FILES if f.name == "foxglove.csv")
+    log, mapping = mapped(tmp_path, file)
+    model = tmp_path / "car.toml"
+    asked = ["--wheelbase", "2.6", "--mass", "1400", "--model", str(model)]
+    assert main(["map", str(log), "--out", str(tmp_path / "again.toml"), *asked]) == 0
+    assert main(["compare", str(log), "--map", str(mapping), "--model", str(model)]) == 0
+    assert "yaw_rate" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("option", "text"), [("--wheelbase", "2600"), ("--mass", "heavy"), ("--wheelbase", "nan")])
+def test_a_wrong_figure_of_the_car_is_one_line(
+    tmp_path: Path, option: str, text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("t,v\n0,1\n1,2\n")
+    assert main(["map", str(log), option, text]) == 2
+    assert f"{option}: found {text!r}, allowed:" in capsys.readouterr().err
