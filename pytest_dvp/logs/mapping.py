@@ -12,6 +12,7 @@ import numpy as np
 
 from openscenario.findings import Findings, listed, nearest
 from pytest_dvp.logs.column_names import Header, canonical
+from pytest_dvp.logs.combined_fields import MARK, combined, way_of
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.signals import SIGNALS, describe
@@ -35,7 +36,8 @@ class SignalMap:
     """One signal of the log from one field of the file: SI value = sign * scale * (unit -> SI) / ratio + offset.
 
     unit    of the field; "quaternion" (yaw from `FIELD.x` .. `.w`), "latitude", "longitude" (x, y from degrees),
-            "latitude ddmm", "longitude ddmm" (from degrees and minutes as NMEA 0183 writes them: 5213.14 is 52.219)
+            "latitude ddmm", "longitude ddmm" (from degrees and minutes as NMEA 0183 writes them: 5213.14 is 52.219);
+            "mean of UNIT", "norm of UNIT", "rate of UNIT" for `field = "A + B"`
     ratio   hand wheel to road wheel, for steering
     frame   "flu" (x forward, y left; yaw counter-clockwise from the x axis), "frd" (y to the right) or "ned" (yaw is
             a compass heading, clockwise from north)
@@ -185,7 +187,7 @@ def table_of(streams: Sequence[Stream], mapping: MappingFile, file: str, kind: s
         if describe(signal.name).keeps_value:
             column = _held(column)
         known = SIGNALS.get(signal.name)
-        target = known.unit if known is not None else _si(signal.unit)
+        target = known.unit if known is not None else _si(way_of(signal.unit)[1])
         columns.append(RawColumn(Header(f"{signal.topic}:{signal.field}", signal.name, target), column))
     _move_antenna(columns, mapping.antenna)
     place = mapping.signals[0].topic if len({s.topic for s in mapping.signals}) == 1 else ""
@@ -220,7 +222,8 @@ def fitting(mapping: MappingFile, streams: Sequence[Stream], file: str) -> Mappi
         except LogError:
             continue
         stated = stream.units.get(signal.field, "")
-        there = signal.field in stream.fields or bool(quaternion_parts(signal.field, stream))
+        names = signal.field.split(MARK) if way_of(signal.unit)[0] else [signal.field]
+        there = all(name in stream.fields for name in names) or bool(quaternion_parts(signal.field, stream))
         if there and (not stated or not signal.unit or find_unit(stated) == find_unit(signal.unit)):
             kept.append(signal)
     moved = {"x", "y", "yaw"} <= {signal.name for signal in kept}
@@ -252,7 +255,8 @@ def stream_of(streams: Sequence[Stream], signal: SignalMap, mapping: MappingFile
         if stream.topic == signal.topic or (not signal.topic and len(streams) == 1):
             return stream
     prefix = signal.field + "."  # of a quaternion
-    holders = [s for s in streams if any(f == signal.field or f.startswith(prefix) for f in s.fields)]
+    names = signal.field.split(MARK) if way_of(signal.unit)[0] else [signal.field]
+    holders = [s for s in streams if any(f in names or f.startswith(prefix) for f in s.fields)]
     if not signal.topic and len(holders) == 1:
         return holders[0]
     topics = [stream.topic for stream in streams]
@@ -303,6 +307,15 @@ def _values(
         parts = quaternion_parts(signal.field, stream) or [f"{signal.field}.{axis}" for axis in "xyzw"]
         x, y, z, w = (_field(stream, part, signal, mapping, file) for part in parts)
         raw = _unwrapped(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    elif (way := way_of(signal.unit))[0]:
+        fields = [_field(stream, name, signal, mapping, file) for name in signal.field.split(MARK)]
+        per = {"m": "m/s", "rad": "rad/s"} if way[0] == "rate of" else {}
+        unit = find_unit(way[1])
+        known = SIGNALS.get(signal.name)
+        if unit is None or (known is not None and per.get(unit.si, unit.si) != known.unit):
+            text = f"{mapping.file or file}: {signal.name}: unit {signal.unit!r}, allowed: a unit of {signal.name}"
+            raise LogError(f"{text} behind `{way[0]}`", "log.unit_mismatch")
+        raw = unit.scale * combined(way[0], _stamps(stream, signal, mapping), fields)
     else:
         raw = _field(stream, signal.field, signal, mapping, file)
         if signal.unit in _FIXES:

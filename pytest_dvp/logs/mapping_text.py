@@ -19,6 +19,7 @@ from pytest_dvp.logs.units import units_of
 
 _SHOWN = 60  # fields that are listed
 _WIDTH = 110  # characters of a comment
+_NEEDED = {"x", "y", "yaw", "v", "yaw_rate"}  # without their unit nothing can be compared: one line to edit each
 _PLAIN = {"scale": 1.0, "sign": 1.0, "offset": 0.0, "ratio": 1.0}  # of a signal that needs none of these
 
 
@@ -57,7 +58,14 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
         '# frame = "frd" (y to the right) or "ned" (yaw is a compass heading)',
     ]
     for one in told:
-        if one.doubt:
+        if one.doubt and one.signal.name in _NEEDED:
+            asked = dataclasses.replace(one.signal, unit="?")
+            lines += [
+                "",
+                *_comment(f"left to you ({one.signal.unit} or {one.doubt}): put the unit in. {one.evidence}"),
+                *_entry(asked, streams, measured=True),
+            ]
+        elif one.doubt:
             lines += [
                 "",
                 *_comment(f"not decided ({one.doubt}): take the # away if this is so, or change it"),
@@ -125,7 +133,7 @@ def _head(
         lines += _comment(f"decided by the data: {', '.join(sure)}")
     if certain:
         lines += _comment(f"in the file's own words, nobody measured them: {', '.join(s.name for s in certain)}")
-    lines += _comment(f"left to you, behind a # below: {', '.join(left)}" if left else "left to you: nothing")
+    lines += _comment(f"left to you below: {', '.join(left)}" if left else "left to you: nothing")
     for remark in remarks:
         lines += _comment(remark)
     return lines

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytest_dvp.logs.column_names import parse_header
+from pytest_dvp.logs.combined_fields import MARK, combined
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.mapping import QUATERNION
 from pytest_dvp.logs.mapping_proposal import quaternions_of
@@ -25,6 +26,7 @@ _PAIRS = (
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Column:
     """One field of a file. unit: as the file states it, "" if it does not; "quaternion": the values are its yaw [rad].
+    way: how several fields make it, with a + between their names.
 
     t (n,) [s] and values (n,) in the field's own unit, where it was measured.
     """
@@ -34,6 +36,7 @@ class Column:
     unit: str
     t: FloatArray
     values: FloatArray
+    way: str = ""
 
     @property
     def name(self) -> str:
@@ -88,6 +91,19 @@ def pairs_of(columns: Sequence[Column]) -> list[tuple[Column, Column]]:
                 found.append((column, other))
                 break
     return found
+
+
+def together(way: str, columns: Sequence[Column]) -> Column | None:
+    """One column of several of a topic that were measured together; None if they were not."""
+    first = columns[0]
+    if any(len(c.t) != len(first.t) or not np.array_equal(c.t, first.t) for c in columns):
+        return None
+    values = combined(way, first.t, [c.values for c in columns])
+    seen = np.isfinite(values)
+    unit = first.unit if all(c.unit == first.unit for c in columns) else ""
+    if np.count_nonzero(seen) < FEWEST:
+        return None
+    return Column(first.topic, MARK.join(c.field for c in columns), unit, first.t[seen], values[seen], way)
 
 
 def _exchanged(name: str, first: str, second: str) -> str:

@@ -21,18 +21,21 @@ FOLLOWS = 0.6  # correlation of turn rate and steering times speed, from which a
 WIDEST = 1.0  # rad of a road wheel: no steering goes further
 NORMALISED = 1.02  # largest size of a command from -1 to 1
 DEGREES = 180.0 / math.pi
+PLAIN = 1.4  # times the road wheel by the curvature: understeer, slipping tyres and a ratio that is not the nominal one
 RATIOS = (8.0, 30.0)  # of a steering gear, from the quickest car to a lorry
 LEAD = 0.05  # s by which a wanted speed comes before the measured one
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class Motion:
-    """What is known of the car: v (n,) [m/s] and turn (n,) [rad/s] on the grid, None if unknown; wheelbase [m]."""
+    """What is known of the car: v (n,) [m/s] and turn (n,) [rad/s] on the grid, None if unknown; wheelbase [m];
+    measured: the columns that these are from."""
 
     grid: Grid
     v: FloatArray | None
     turn: FloatArray | None
     wheelbase: float | None
+    measured: tuple[Column, ...] = ()
 
     @property
     def along(self) -> FloatArray | None:
@@ -95,7 +98,8 @@ def steering(columns: Sequence[Column], motion: Motion, commands: Sequence[Colum
         match = motion.grid.match(np.where(np.isfinite(fast), values * fast, np.nan), motion.turn)
         if abs(match.alike) < (FOLLOWS if said else 0.93) or not math.isfinite(match.ratio):
             continue
-        wanted = is_command(column.name) or any(_same_stamps(column, other) for other in commands)
+        apart = not any(_same_stamps(column, other) for other in motion.measured)
+        wanted = is_command(column.name) or (apart and any(_same_stamps(column, other) for other in commands))
         one = _scaled(column, match, wanted, motion.wheelbase)
         name = "steer_cmd" if one.name.startswith("steer_cmd") else "steer"
         rank = abs(match.alike) + 0.1 * (canonical(column.name) == name) + 0.1 * bool(said)
@@ -125,13 +129,13 @@ def _scaled(column: Column, match: Match, wanted: bool, wheelbase: float | None)
     known = find_unit(column.unit) if column.unit else None
     if known is not None and known.si == "rad":
         gear = per_radian * known.scale
-        if 0.5 < gear < 2.0:
+        if 1.0 / 2.0 < gear < 2.0:  # the file states an angle: what is more is for the diagnosis
             return Recognised(name, column, column.unit, sign=sign, evidence=(text,))
         if RATIOS[0] < gear < RATIOS[1]:
             told = (text, "the hand wheel: its ratio is an estimate, put in the car's")
             return Recognised(name, column, column.unit, sign=sign, ratio=round(gear, 1), evidence=told)
     for unit, factor in (("rad", 1.0), ("deg", DEGREES)):
-        fits = 0.6 < per_radian / factor < 1.6
+        fits = 1.0 / PLAIN < per_radian / factor < PLAIN
         if fits and not (unit == "rad" and hits > 0.02 and size <= NORMALISED):
             return Recognised(name, column, unit, sign=sign, evidence=(text,))
     if size <= NORMALISED:
@@ -151,7 +155,7 @@ def pedals(columns: Sequence[Column], motion: Motion) -> list[Recognised]:
     found: dict[str, Recognised] = {}
     for column in columns:
         said = set(words_of(column.name))
-        if "pedal" not in families(column.name, column.unit) or said & {"switch", "light", "temp"}:
+        if "pedal" not in families(column.name, column.unit) or len(np.unique(column.values)) < 3:
             continue
         brake = bool(said & {"brake", "brk", "bremse"})
         unit = find_unit(column.unit) if column.unit else None

@@ -69,6 +69,8 @@ def paths(columns: Sequence[Column], grid: Grid) -> list[Path]:
     """Pairs that can be positions, the best first: others agree with their speed and turn."""
     means = {c.key: grid.mean(c) for c in columns if c.unit != QUATERNION}
     turns = [grid.change(c.t, np.unwrap(c.values)) for c in columns if c.unit == QUATERNION]
+    angles = [c for c in columns if c.unit != QUATERNION and "angle" in families(c.name, c.unit)]
+    turns += [grid.change(c.t, np.unwrap(c.values * k)) for c in angles for k in (1.0, DEGREE)]
     found = []
     for x, y in pairs_of(columns):
         if is_command(x.name) or not _position(x, y):
@@ -110,11 +112,12 @@ def _path(
     course = np.arctan2(grid.change(tn, north, COURSE_WINDOW), grid.change(te, east, COURSE_WINDOW))
     turn = np.where(moving, _turn(course, grid), np.nan)
     by_speed = [(grid.match(values, speed), values) for values in others]
-    best, told = max(by_speed, key=lambda one: one[0].alike, default=(NOTHING, speed))
+    best, like = max(by_speed, key=lambda one: one[0].alike, default=(NOTHING, speed))
     by_turn = max((abs(grid.match(values, turn).alike) for values in (*others, *turns)), default=0.0)
     agreement = max(best.alike, 0.0) + by_turn
-    derived = best.alike > 0.99 and _spread(told, speed, moving) < DERIVED
-    return Path(x, y, unit, speed, course, turn, moving, agreement, derived) if agreement > 1.0 else None
+    derived = best.alike > 0.99 and _spread(like, speed, moving) < DERIVED
+    told = max(best.alike, by_turn) > ALIKE
+    return Path(x, y, unit, speed, course, turn, moving, agreement, derived) if told else None
 
 
 def _metres(angle: FloatArray, latitude: float) -> FloatArray:
@@ -223,11 +226,13 @@ def best_match(
     found = []
     for column in columns:
         said = families(column.name, column.unit)
-        if column.unit == QUATERNION or (said and family not in said):
+        if family == "rate" and "angle" in said and not column.unit:
+            said = {"rate"}  # `ESP yaw` may be the rate
+        if column.unit == QUATERNION or is_command(column.name) or (said and family not in said):
             continue
         values = grid.mean(column)
         match = grid.match(values if signed else np.abs(values), target)
         if abs(match.alike) >= (ALIKE if said else SURE) and math.isfinite(match.ratio):
-            usual = 0.1 * (canonical(column.name) == signal) - 0.1 * is_command(column.name)
+            usual = 0.1 * (canonical(column.name) == signal) + 0.05 * bool(said)
             found.append((abs(match.alike) + usual, column, match))
     return [(column, match) for _, column, match in sorted(found, key=lambda one: -one[0])]

@@ -18,15 +18,17 @@ from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.mapping import LATITUDE, LONGITUDE, QUATERNION
 from pytest_dvp.logs.units import find_unit
 from pytest_dvp.recognition.by_products import speed_and_turn
-from pytest_dvp.recognition.columns import Column
+from pytest_dvp.recognition.columns import Column, pairs_of, together
 from pytest_dvp.recognition.commands import Motion, pedals, steering, wishes
-from pytest_dvp.recognition.drive_motion import DEGREE, Heading, Path, best_match, headings, paths, wraps
+from pytest_dvp.recognition.drive_motion import DEGREE, SURE, Heading, Path, best_match, headings, paths, wraps
 from pytest_dvp.recognition.grid import Grid, Match, grid_of
 from pytest_dvp.recognition.recognised import Recognised, Recognition
-from pytest_dvp.recognition.unit_choice import Choice, Relation, choose
-from pytest_dvp.recognition.words import is_command, words_of
+from pytest_dvp.recognition.unit_choice import UNITS, Choice, Relation, choose
+from pytest_dvp.recognition.words import families, is_command, words_of
 
 G = 9.80665  # m/s^2, CGPM 1901
+FASTEST = 80.0  # m/s, and
+WIDEST = 0.6  # rad at the road wheel: hardly a car goes further, but its sensors may be noisy
 OFFSET = 0.15  # rad between course and heading, from which it is told: the doctor's
 _SPEED, _FORCE, _TURN, _STEER = 0.07, 0.2, 0.15, 0.4
 """Sigmas of logarithms: wheels and clocks are off by some percent; accelerometers stand elsewhere in the car and feel
@@ -111,7 +113,7 @@ class _Search:
                 angle = np.unwrap(self.heading.column.values * (DEGREE if self.heading.degrees else 1.0))
                 self.turn, self.turn_name = grid.change(self.heading.column.t, angle), "d(yaw)/dt"
         if self.turn is not None:
-            matches = best_match(self.free, "rate", "yaw_rate", self.turn, grid)
+            matches = [one for one in best_match(self.free, "rate", "yaw_rate", self.turn, grid) if _is_rate(*one)]
             if matches:
                 self.take("yaw_rate", *matches[0])
                 match = matches[0][1]
@@ -142,13 +144,36 @@ class _Search:
         if self.path is not None:
             matches = best_match(self.free, "speed", "v", self.path.speed, grid)
             plain = [one for one in matches if not _wanted(one[0], one[1])] or matches
+            alike = plain[0][1].alike if plain else 0.0
+            plain = self._speed_of_several(alike + 0.03) or plain
+            if not plain and not self.path.is_fix:
+                rate = together("rate of", (self.path.x, self.path.y))
+                plain = [(rate, Match(1.0, 0.0, 1.0))] if rate is not None else []
             if plain:
                 column, match = plain[0]
                 self.take("v", column, match)
-                self.speed, self.speed_name = grid.mean(column), "v"
+                self.speed, self.speed_name = grid.mean(column), "x" if column.way == "rate of" else "v"
+                if column.way == "rate of":
+                    self.remarks.append("v is the rate of the position: no column measures the speed")
+                    return
                 powers = {"v": -1.0} if self.path.is_fix else {"v": -1.0, "x": 1.0}
                 self.relations.append(_relation("the way between positions over time", match, _SPEED, powers))
             return
+
+    def _speed_of_several(self, least: float) -> list[tuple[Column, Match]]:
+        """A speed that two columns make, wheels of an axle or parts of a velocity, if it is more alike than `least`."""
+        assert self.path is not None
+        wheels = [c for c in self.free if families(c.name, c.unit) == {"wheel"}]
+        sides = [(a, b) for a in wheels for b in wheels if _other_side(a.field) == b.field]
+        rear = sorted(sides, key=lambda pair: not set(words_of(pair[0].field)) & {"rear", "rl", "r", "back"})
+        parts = [pair for pair in pairs_of(self.free) if not is_command(pair[0].name)]
+        tried = [together("mean of", pair) for pair in rear] + [together("norm of", pair) for pair in parts]
+        for column in tried:
+            if column is not None:
+                match = self.grid.match(self.grid.mean(column), self.path.speed)
+                if match.alike > max(SURE, least) and math.isfinite(match.ratio):
+                    return [(column, match)]
+        return []
 
     def _by_products(self) -> None:
         """Without positions: the speed and turn rate whose products and changes other columns are."""
@@ -198,13 +223,28 @@ class _Search:
 
     def _units(self) -> dict[str, Choice]:
         kinds = {"v": "m/s", "ax": "m/s^2", "ay": "m/s^2", "yaw_rate": "rad/s"}
-        kinds = {name: unit for name, unit in kinds.items() if name in self.taken}
+        kinds = {n: unit for n, unit in kinds.items() if n in self.taken and self.taken[n][0].way != "rate of"}
         if self.path is not None and not self.path.is_fix:
             kinds["x"] = "m"
         stated = {name: self.taken[name][0].unit for name in kinds if self.taken[name][0].unit}
         relations = list(self.relations)
-        relations += self._steering_relation(kinds, stated)
+        relations += [*self._steering_relation(kinds, stated), *self._limits(kinds)]
+        self.relations += [r for r in relations if r.upper]
         return choose(kinds, stated, relations)
+
+    def _limits(self, kinds: dict[str, str]) -> list[Relation]:
+        """No car is faster, turns harder or steers further than so; of positions this excludes many a unit."""
+        if self.speed is None or self.speed_name not in kinds:
+            return []
+        own = self.speed_name
+        fast = float(np.nanpercentile(np.abs(self.speed), 98))
+        found = [Relation("{ratio:.3g} a second at most", fast, 0.3, {own: -1.0}, FASTEST, upper=True)]
+        if self.turn is not None and self.turn_name != "yaw_rate" and self.wheelbase:
+            going = np.where(np.abs(self.speed) > 0.3 * fast, np.abs(self.speed), np.nan)
+            bend = float(np.nanpercentile(np.abs(self.turn) / going, 98)) * self.wheelbase
+            text = "{ratio:.3g} rad at the road wheel in its sharpest turn, by the wheelbase"
+            found.append(Relation(text, bend, 0.2, {own: 1.0}, WIDEST, upper=True))
+        return found
 
     def _steering_relation(self, kinds: dict[str, str], stated: dict[str, str]) -> list[Relation]:
         """The road-wheel angle by the wheelbase: it ties the speed to metres where nothing else does."""
@@ -227,7 +267,7 @@ class _Search:
         found = []
         texts: dict[str, list[str]] = {}
         for relation in self.relations:
-            own = next(name for name, power in relation.powers.items() if power < 0.0)
+            own = next((name for name, power in relation.powers.items() if power < 0.0), next(iter(relation.powers)))
             text = relation.text.format(ratio=relation.ratio)
             for name in relation.powers:
                 texts.setdefault(name, []).append(text if name == own else f"{own} is {text}")
@@ -250,7 +290,7 @@ class _Search:
             if name not in self.taken:
                 continue
             column, match = self.taken[name]
-            choice = choices[name]
+            choice = choices["x" if column.way == "rate of" else name]
             sign = match.sign if match is not None else 1.0
             evidence = _said(column, texts.get(name, []), match)
             found.append(Recognised(name, column, choice.unit, sign=sign, evidence=evidence, decided=choice.decided,
@@ -280,7 +320,8 @@ class _Search:
             v = v * _scale(choices[self.speed_name].unit)
         if turn is not None and self.turn_name == "yaw_rate":
             turn = turn * _scale(choices["yaw_rate"].unit)
-        motion = Motion(self.grid, v, turn, self.wheelbase)
+        measured = tuple(column for column, _ in self.taken.values())
+        motion = Motion(self.grid, v, turn, self.wheelbase, measured)
         found = wishes(self.free, motion)
         keys = {one.column.key for one in found}
         rest = [c for c in self.free if c.key not in keys]
@@ -316,9 +357,24 @@ def _usual(column: Column) -> set[str]:
     return {name} | ({"yaw_rate"} if said & {"gyro", "yawrate"} or {"yaw", "rate"} <= said else set())
 
 
+def _is_rate(column: Column, match: Match) -> bool:
+    """Whether the size of a turn rate is that of a unit: a steering column turns with the car, too."""
+    units = [column.unit] if column.unit else [unit for unit, _ in UNITS["rad/s"]]
+    return any(abs(math.log(match.ratio * _scale(unit))) < 3.0 * _TURN for unit in units)
+
+
 def _wanted(column: Column, match: Match) -> bool:
     """True for a speed that comes before the car's: it was asked for."""
     return is_command(column.name) or match.lag < -0.1
+
+
+def _other_side(field: str) -> str:
+    """The name of the right wheel beside one of the left."""
+    for left, right in (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT")):
+        if left in field:
+            return field.replace(left, right)
+    found = re.sub(r"([fFrR])([lL])(?![a-z])", lambda m: m[1] + ("R" if m[2] == "L" else "r"), field)
+    return found if found != field else ""
 
 
 def _with_z(field: str) -> str:

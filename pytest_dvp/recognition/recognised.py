@@ -31,8 +31,9 @@ class Recognised:
     @property
     def signal(self) -> SignalMap:
         """The entry of a mapping."""
+        unit = f"{self.column.way} {self.unit}".strip()
         return SignalMap(
-            self.name, self.column.topic, self.column.field, self.unit, scale=self.scale, sign=self.sign,
+            self.name, self.column.topic, self.column.field, unit, scale=self.scale, sign=self.sign,
             offset=self.offset, ratio=self.ratio, frame=self.frame,
         )  # fmt: skip
 

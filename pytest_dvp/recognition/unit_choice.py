@@ -29,7 +29,8 @@ CLEAR = 3.0  # by which every other unit must cost more: 1.7 sigma, or a unit no
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Relation:
-    """column = ratio * what others tell: `ratio` as found, in the units of the file; sigma of its logarithm.
+    """column = ratio * what others tell: `ratio` as found, in the units of the file; sigma of its logarithm. upper: the
+    ratio may be smaller, as for a limit that a car keeps.
 
     powers: of each column's unit in the ratio that is to be expected; constant: in SI.
     """
@@ -39,11 +40,13 @@ class Relation:
     sigma: float
     powers: Mapping[str, float]
     constant: float = 1.0
+    upper: bool = False
 
     def cost(self, scales: Mapping[str, float]) -> float:
         """Squared distance of the ratio from what units of these scales give, in sigmas, up to FAR."""
         expected = math.log(self.constant) + sum(power * math.log(scales[name]) for name, power in self.powers.items())
-        return min(((math.log(self.ratio) - expected) / self.sigma) ** 2, FAR)
+        off = math.log(self.ratio) - expected
+        return min(((max(off, 0.0) if self.upper else off) / self.sigma) ** 2, FAR)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

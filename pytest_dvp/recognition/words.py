@@ -25,10 +25,10 @@ for _family, _words in {
     "position": "x y px py pos position east north easting northing ost nord lat latitude lon lng long longitude utm "
     "loc enu xpos ypos posx posy",
     "angle": "yaw heading head psi theta phi hdg course cog track orientation azimuth bearing",
-    "rate": "gyro gyr gyroz gz w wz omega yawrate psidot angular r dpsi yawr rate turn angvel avz",
+    "rate": "gyro gyr ang gyroz gz w wz omega yawrate psidot angular r dpsi yawr rate turn angvel avz",
     "speed": "v vx vel velocity speed spd encoder enc u velo vlon vlong sog groundspeed kph kmh mph",
     "accel": "a ax ay acc accel acceleration along alat along along accx accy g imu accelerometer xl",
-    "steer": "steer steering delta df d str swa hwa steerangle wheelangle steeringangle rwa sas kuersi",
+    "steer": "steer steering delta df d str swa hwa eps steerangle wheelangle steeringangle rwa sas kuersi",
     "pedal": "throttle gas brake pedal accelerator tps app brk bremse",
     "wheel": "wheel ws fl fr rl rr whl",
 }.items():
@@ -58,18 +58,20 @@ def families(name: str, unit: str = "") -> set[Family]:
     words = words_of(name)
     said = set(words)
     found: set[Family] = set().union(*(_FAMILIES.get(word, set()) for word in words)) if words else set()
-    if said & _OTHER and not said & {"angular", "yaw", "steer", "steering", "brake", "throttle", "speed"}:
+    if said & _OTHER and not said & {"angular", "ang", "yaw", "steer", "steering", "brake", "throttle", "speed"}:
         found = {"other"}
     if "steer" in found and said & {"steer", "steering", "swa", "str", "delta"}:
         found = {"other"} if said & {"rate", "speed", "vel", "velocity", "torque", "dot", "current"} else {"steer"}
     elif said & {"throttle", "gas", "brake", "pedal", "accelerator", "tps", "brk"}:
-        found = {"pedal"}
+        found = {"other"} if said & {"pressed", "switch", "light", "active"} else {"pedal"}
     elif said & {"yaw", "psi", "heading", "theta"} and said & {"rate", "dot", "vel", "velocity", "speed", "gyro", "d"}:
         found = {"rate"}
     elif "twist" in said and not said & {"y"}:
         found = {"other"} if "angular" in said and "z" not in said else {"rate"} if "angular" in said else {"speed"}
-    elif said & {"gyro", "gyr", "angular", "omega"}:
+    elif said & {"gyro", "gyr", "angular", "ang", "omega"}:
         found = {"rate"} if not said & {"x", "y", "roll", "pitch"} else {"other"}
+    elif "angle" in said and said & {"wheel", "eps", "road", "front"}:
+        found = {"steer"}
     elif "wheel" in found:
         found = {"wheel"} if said & {"fl", "fr", "rl", "rr", "left", "right"} else {"speed"}
     elif said & {"acc", "accel", "acceleration", "ax", "ay", "accelerometer", "xl"}:
@@ -81,6 +83,8 @@ def families(name: str, unit: str = "") -> set[Family]:
     elif len(found) > 1:  # `vicon x`, `imu x`: the more particular word is not known; numbers decide among them
         found -= {"accel"} if said & {"position", "pos"} else set()
     known = find_unit(unit) if unit else None
+    if known is not None and known.si == "rad" and said & {"lat", "lon", "latitude", "longitude", "lng"}:
+        return {"position"}
     if known is None:
         return found
     allowed = _BY_UNIT.get(known.si, {"other"})

@@ -22,6 +22,7 @@ from pytest_dvp.logs.column_names import Header, canonical, parse_header
 from pytest_dvp.logs.formats.log_format import LogFormat
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.log_error import LogError
+from pytest_dvp.logs.plain_rows import named, separated
 from pytest_dvp.logs.signals import SIGNALS
 from pytest_dvp.logs.stream import Stream
 from pytest_dvp.logs.table import RawColumn, Table
@@ -40,8 +41,9 @@ _MOST_COLUMNS = 10_000  # chosen, not measured: far more than a recorder writes;
 _LONGEST = 1000  # characters of a name
 
 
-def read_csv(path: Path, budget: Budget | None = None) -> Table:
-    """Read a CSV file: separator `,` `;` or tab, decimal comma with `;` or tab, a row of units, quotes, comments `#`.
+def read_csv(path: Path, budget: Budget | None = None, *, nameless: bool = False) -> Table:
+    """Read a CSV file: separator `,` `;`, tab, bars or blanks, decimal comma with `;` or tab, a row of units, quotes,
+    comments `#`. nameless: rows without a header are taken, their columns called c1, c2, ...
 
     Raises LogError; findings that do not forbid reading on are in the table.
     """
@@ -49,7 +51,8 @@ def read_csv(path: Path, budget: Budget | None = None) -> Table:
     account = open_account(path, budget)
     account.rows(_least_rows(path, account.size))
     account.unpack(account.size)
-    head = read_head(_whole_text(path), table)
+    text = separated(_whole_text(path))
+    head = read_head(named(text) if nameless else text, table)
     account.table(head.body.count(b"\n"), len(head.headers))
     body, separator, width = head.body, head.separator, len(head.headers)
     ended = body.endswith(b"\n")
@@ -76,7 +79,7 @@ def read_stream(path: Path, findings: Findings, msg_dirs: Sequence[Path], budget
 
     Raises LogError, also for a table without a column of numbers.
     """
-    table = read_csv(path, budget)
+    table = read_csv(path, budget, nameless=True)
     if not table.columns:
         findings.add("log.no_numbers", str(path), table.header_line, "", "no column of numbers in it")
         raise LogError.of(findings.in_order())
@@ -279,6 +282,7 @@ def _refuse_headless(table: Table, names: list[str], line: int) -> None:
             "",
             "the first row holds numbers, not names",
             "a header `t [s],v [m/s],...`",
+            "`dvp map` can tell many columns by their numbers",
         )
 
 

@@ -56,7 +56,15 @@ def test_a_sheet_of_excel_is_told_also_by_recover(tmp_path: Path, capsys: pytest
     assert "this is a ZIP archive or an Excel sheet" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("mark", [" ", "|"])
+@pytest.mark.parametrize("mark", [" ", "   ", "|", " | "])
+def test_blanks_and_bars_separate_fields(tmp_path: Path, mark: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(TABLE.replace(",", mark))
+    log = read_log(path)
+    assert (list(log.columns), log.t[7], log.columns["v"][7]) == (["t", "v"], 0.7, 7.0)
+
+
+@pytest.mark.parametrize("mark", ["~", "/"])
 def test_fields_that_nothing_separates_are_told(tmp_path: Path, mark: str) -> None:
     path = tmp_path / "a.csv"
     path.write_text(TABLE.replace(",", mark))

@@ -30,12 +30,15 @@ def truth(seed: int = 7, seconds: float = 70.0) -> dict[str, FloatArray]:
 
 @dataclasses.dataclass(frozen=True)
 class RawFile:
-    """A file and how to write it: signal -> name in the log that must come out right; wheelbase given or not."""
+    """A file and how to write it: signals of the log that must come out right; full_steer [rad]: of a command of 1;
+    mirrored: all that has a side is turned round together, which nothing in the file contradicts."""
 
     name: str
     write: Callable[[Path, Columns], None]
     signals: tuple[str, ...]
     wheelbase: float | None = WHEELBASE
+    full_steer: float = 0.45
+    mirrored: bool = False
 
 
 def _csv(path: Path, columns: Mapping[str, FloatArray], mark: str = ",", point: str = ".", head: str = "") -> None:
@@ -156,6 +159,104 @@ def matlab(path: Path, d: Columns) -> None:
     savemat(path, {"meas": log})
 
 
+def openpilot(path: Path, d: Columns) -> None:
+    latitude = ORIGIN[0] + np.degrees(d["y"] / 6.365e6)
+    longitude = ORIGIN[1] + np.degrees(d["x"] / (6.391e6 * np.cos(np.radians(ORIGIN[0]))))
+    _csv(path, {"mono_time": np.round(d["t"] * 1e9 + 3e12), "carState.vEgo": d["v"], "carState.aEgo": d["ax"],
+                "carState.steeringAngleDeg": d["steer_cmd"] * DEG * 13.7, "carState.yawRate": d["yaw_rate"],
+                "gps.latitude": latitude, "gps.longitude": longitude,
+                "carState.gasPressed": 1.0 * (d["accel_cmd"] > 0.1),
+                "carControl.accel_cmd": d["accel_cmd"]})  # fmt: skip
+
+
+def inertial_navigation(path: Path, d: Columns) -> None:
+    """Names in one row, units in the next one."""
+    latitude = ORIGIN[0] + np.degrees(d["y"] / 6.365e6)
+    longitude = ORIGIN[1] + np.degrees(d["x"] / (6.391e6 * np.cos(np.radians(ORIGIN[0]))))
+    rows = np.column_stack([d["t"] + 3.5e5, latitude, longitude, (90.0 - d["yaw"] * DEG) % 360.0, d["v"] * KMH,
+                            -d["yaw_rate"] * DEG, d["ax"] / G, -d["ay"] / G, d["steer_cmd"] * DEG])  # fmt: skip
+    head = "GpsTime;PosLat;PosLon;AngleHeading;VelForward;AngRateZ;AccelForward;AccelLateral;SteerAngle\n"
+    head += "s;deg;deg;deg;km/h;deg/s;g;g;deg\n"
+    lines = [";".join(f"{value:.12g}" for value in row) for row in rows]
+    path.write_text(head + "\n".join(lines) + "\n")
+
+
+def two_velocities(path: Path, d: Columns) -> None:
+    """No speed, but its parts to the east and the north, in knots; positions in feet."""
+    _csv(path, {"TOW_ms": d["t"] * 1e3 + 4e8, "E_ft": d["x"] / 0.3048, "N_ft": d["y"] / 0.3048,
+                "VelE": d["v"] * np.cos(d["yaw"]) * KNOT, "VelN": d["v"] * np.sin(d["yaw"]) * KNOT,
+                "GyroZ": d["yaw_rate"] * DEG, "swa": d["steer_cmd"] * 18.0})  # fmt: skip
+
+
+def only_positions(path: Path, d: Columns) -> None:
+    """Motion capture and commands: no column measures a speed."""
+    _csv(path, {"elapsed": d["t"], "optitrack_x": d["x"], "optitrack_y": d["y"], "optitrack_yaw": _wrapped(d["yaw"]),
+                "cmd_steer": -d["steer_cmd"] / 0.5, "cmd_throttle": np.clip(d["accel_cmd"] / 3.0, 0, 1)})  # fmt: skip
+
+
+def wheels(path: Path, d: Columns) -> None:
+    half = 0.75 * d["yaw_rate"]
+    _csv(path, {"time": d["t"], "x_utm": d["x"] + 5.9e5, "y_utm": d["y"] + 5.76e6, "WhlSpd_FL": (d["v"] - half) * KMH,
+                "WhlSpd_FR": (d["v"] + half) * KMH, "WhlSpd_RL": (d["v"] - half) * KMH,
+                "WhlSpd_RR": (d["v"] + half) * KMH, "ESP_yaw": d["yaw_rate"] * DEG, "ESP_lat_acc": d["ay"],
+                "EPS_angle": d["steer_cmd"] * DEG * 15.0})  # fmt: skip
+
+
+def blanks(path: Path, d: Columns) -> None:
+    """What numpy.savetxt writes, with a header that it comments out."""
+    rows = np.column_stack([d["t"], d["x"], d["y"], d["yaw"], d["v"], d["steer_cmd"]])
+    np.savetxt(path, rows, header="t x y yaw v delta")
+
+
+def headless(path: Path, d: Columns) -> None:
+    """Numbers and nothing else."""
+    rows = np.column_stack([d["t"], d["v"], d["yaw_rate"], d["ay"], d["ax"], d["steer_cmd"]])
+    np.savetxt(path, rows, delimiter=",", fmt="%.9g")
+
+
+def bars(path: Path, d: Columns) -> None:
+    rows = np.column_stack([np.arange(len(d["t"])), d["t"], d["x"] * 100.0, d["y"] * 100.0, d["yaw"] * DEG,
+                            d["v"], d["yaw_rate"], d["steer_cmd"] * DEG])  # fmt: skip
+    lines = [" | ".join(f"{value:.9g}" for value in row) for row in rows]
+    path.write_text("No | sec | pos x | pos y | heading | speed | gyro z | wheel angle\n" + "\n".join(lines) + "\n")
+
+
+def dates(path: Path, d: Columns) -> None:
+    """ISO 8601 stamps, quoted, and a word in each row."""
+    rows = zip(d["t"], d["v"] * KMH, d["yaw_rate"] * DEG, d["ay"] / G, d["steer_cmd"] * DEG, strict=True)
+    lines = ['"timestamp","state","speed","yaw rate","lat accel","front wheel angle"']
+    for t, *values in rows:
+        stamp = f'"2024-05-01T12:{int(t // 60):02d}:{t % 60:09.6f}Z","AUTO"'
+        lines.append(",".join([stamp, *(f"{value:.6f}" for value in values)]))
+    path.write_text("\n".join(lines) + "\n")
+
+
+def race_car(path: Path, d: Columns) -> None:
+    """A lap timer: percent of pedals, g, degrees, and channels that mislead."""
+    _csv(path, {"Time": d["t"], "Distance": np.cumsum(d["v"]) * 0.02, "Ground Speed": d["v"] * KMH,
+                "CAN Speed": 1.08 * d["v"] * KMH, "G Force Lat": -d["ay"] / G, "G Force Long": d["ax"] / G,
+                "Gyro Yaw": -d["yaw_rate"] * DEG, "Gyro Roll": 0.3 * d["ay"], "Steer Pos": -d["steer_cmd"] * DEG * 12.0,
+                "Throttle Pos": np.clip(d["accel_cmd"] / 3.0, 0, 1) * 100.0,
+                "Engine Temp": 88.0 + 0.01 * d["t"]})  # fmt: skip
+
+
+def left_handed(path: Path, d: Columns) -> None:
+    """A game engine: x forward on the map, y to the right, yaw clockwise in degrees."""
+    _csv(path, {"sim_time": d["t"], "Location.X": d["x"], "Location.Y": -d["y"],
+                "Rotation.Yaw": -_wrapped(d["yaw"]) * DEG,
+                "Speed": d["v"] * KMH, "AngularVelocity.Z": -d["yaw_rate"] * DEG, "Steer": -d["steer_cmd"] / 0.61,
+                "Throttle": np.clip(d["accel_cmd"] / 3.0, 0, 1)})  # fmt: skip
+
+
+def controller(path: Path, d: Columns) -> None:
+    """Wanted and measured values side by side, and a reference path that looks like a position."""
+    late = np.interp(d["t"] - 0.3, d["t"], d["v"])
+    _csv(path, {"t_sec": d["t"], "ref_x": d["x"] + 1.0, "ref_y": d["y"] - 0.5, "ref_yaw": d["yaw"],
+                "est_x": d["x"], "est_y": d["y"], "est_psi": d["yaw"], "v_des": d["v"], "v_meas": late,
+                "omega": d["yaw_rate"], "delta_des": d["steer_cmd"],
+                "delta_meas": np.interp(d["t"] - 0.12, d["t"], d["steer_cmd"])})  # fmt: skip
+
+
 MOTION = ("x", "y", "yaw", "v", "yaw_rate")
 FILES = (
     RawFile("german.csv", german, ("v", "yaw_rate", "ay", "ax", "steer")),
@@ -172,4 +273,20 @@ FILES = (
     RawFile("sparse.csv", sparse, (*MOTION, "ax", "ay", "steer_cmd")),
     RawFile("comment_header.tsv", comment_header, (*MOTION, "steer")),
     RawFile("matlab.mat", matlab, (*MOTION, "ay", "steer")),
+    RawFile("openpilot.csv", openpilot, ("x", "y", "v", "yaw_rate", "ax", "steer", "accel_cmd")),
+    RawFile("inertial_navigation.csv", inertial_navigation, (*MOTION, "ax", "ay", "steer")),
+    RawFile("two_velocities.csv", two_velocities, ("x", "y", "v", "yaw_rate", "steer")),
+    RawFile(
+        "only_positions.csv", only_positions, ("x", "y", "yaw", "v", "throttle_cmd", "steer_cmd_norm"), full_steer=0.5
+    ),
+    RawFile("wheels.csv", wheels, ("x", "y", "v", "yaw_rate", "ay", "steer")),
+    RawFile("blanks.txt", blanks, ("x", "y", "yaw", "v", "steer")),
+    RawFile("headless.csv", headless, ("v", "yaw_rate", "ay", "ax", "steer")),
+    RawFile("bars.txt", bars, (*MOTION, "steer")),
+    RawFile("dates.csv", dates, ("v", "yaw_rate", "ay", "steer")),
+    RawFile("race_car.csv", race_car, ("v", "yaw_rate", "ay", "ax", "throttle_cmd", "steer"), mirrored=True),
+    RawFile(
+        "left_handed.csv", left_handed, (*MOTION, "throttle_cmd", "steer_cmd_norm"), full_steer=0.61, mirrored=True
+    ),
+    RawFile("controller.csv", controller, (*MOTION, "steer_cmd", "steer", "speed_cmd")),
 )

@@ -9,6 +9,7 @@ import pytest
 from raw_files import FILES, WHEELBASE, RawFile, truth
 
 from pytest_dvp.cli.command_line import main
+from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 
 CLOSE = 0.12  # of the truth: units are further apart than that; a steering ratio is an estimate
@@ -26,8 +27,10 @@ def mapped(tmp_path: Path, file: RawFile, seed: int = 7) -> tuple[Path, Path]:
 def test_units_signs_and_frames_come_out_right(tmp_path: Path, file: RawFile) -> None:
     log = read_log(*mapped(tmp_path, file)[:1], mapping=tmp_path / "map.toml")
     true = truth()
+    turned = set()
     for name in file.signals:
-        of, scale = {"steer": ("steer_cmd", 1.0), "steer_cmd_norm": ("steer_cmd", 1.0 / 0.45)}.get(name, (name, 1.0))
+        of = {"steer": "steer_cmd", "steer_cmd_norm": "steer_cmd", "speed_cmd": "v"}.get(name, name)
+        scale = 1.0 / file.full_steer if name == "steer_cmd_norm" else 1.0
         values = log.columns[name]
         seen = np.isfinite(values)
         if name == "throttle_cmd":
@@ -38,7 +41,11 @@ def test_units_signs_and_frames_come_out_right(tmp_path: Path, file: RawFile) ->
         shown = values[seen]
         if name in ("x", "y", "yaw"):  # from an origin of its own
             known, shown = np.diff(known), np.diff(shown)
-        assert shown @ known / (known @ known) == pytest.approx(1.0, abs=CLOSE), name
+        ratio = shown @ known / (known @ known)
+        assert abs(ratio) == pytest.approx(1.0, abs=CLOSE), name
+        if name in ("y", "yaw", "yaw_rate", "ay", "steer", "steer_cmd", "steer_cmd_norm"):
+            turned.add(ratio < 0.0)
+    assert turned <= {file.mirrored}
 
 
 def test_each_line_says_why(tmp_path: Path) -> None:
@@ -58,7 +65,10 @@ def test_what_the_data_cannot_decide_is_left_to_the_user(tmp_path: Path) -> None
     np.savetxt(log, rows, delimiter=",", header="t,v,yaw_rate", comments="", fmt="%.9g")
     mapping = tmp_path / "map.toml"
     assert main(["map", str(log), "--out", str(mapping)]) == 0
-    assert not [line for line in mapping.read_text().splitlines() if line.startswith("unit")]
+    units = [line for line in mapping.read_text().splitlines() if line.startswith("unit")]
+    assert all(line.startswith('unit = "?"  # one of ') for line in units)
+    with pytest.raises(LogError, match="no unit; add unit = one of m/s, km/h"):
+        read_log(log, mapping=mapping)
 
 
 def test_the_least_model_drives_by_what_the_log_has(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
