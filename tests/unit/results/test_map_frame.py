@@ -73,7 +73,7 @@ def scene(turn: float, left: float = 1.0) -> Log:
                   events=(LogEvent(1.0, "signal", "1", "red"),))  # fmt: skip
 
 
-@pytest.mark.parametrize(("turn", "left"), [(0.7, 1.0), (-2.2, 1.0), (0.0, -1.0)])
+@pytest.mark.parametrize(("turn", "left"), [(0.7, 1.0), (0.5 * math.pi, 1.0), (-2.2, 1.0), (0.0, -1.0)])
 @pytest.mark.parametrize("name", [*DRIVE, *TRACKS])
 def test_a_figure_is_the_same_on_a_turned_map_and_in_a_mirror(name: str, turn: float, left: float) -> None:
     here, there = (compute(name, log, **OPTIONS.get(name, {})) for log in (scene(0.0), scene(turn, left)))

@@ -12,7 +12,9 @@ import pytest
 from results_logs import drive_straight, log_of
 
 from pytest_dvp.logs import detected_tracks
+from pytest_dvp.logs.log_contents import LogEvent
 from pytest_dvp.logs.undefined import Undefined
+from pytest_dvp.metrics import compute
 from pytest_dvp.metrics._polyline import lateral_offsets
 from pytest_dvp.metrics.responsibility import safe_lateral, safe_longitudinal
 from pytest_dvp.metrics.signal_similarity import _compare_seen, _on_one_base
@@ -20,6 +22,7 @@ from pytest_dvp.verdicts import judging, stage_table, stage_table_text
 from pytest_dvp.verdicts.gate import Gate, GateFile
 from pytest_dvp.verdicts.result_text import _no_verdict
 from pytest_dvp.verdicts.silent_events import storyboard_verdict, without_optional
+from pytest_dvp.verdicts.verdict_changes import GateChange, change_lines
 
 # --- a line
 
@@ -255,3 +258,42 @@ def test_no_gate_at_all_and_none_for_the_stage_are_told() -> None:
     assert [each.status for each in verdict] == ["INCONCLUSIVE"]
     (verdict_rw,) = judging.judge([Gate("max_jerk", max=1.0, stages=("rw",))], log_of(1.0))
     assert verdict_rw.short == "no gate applies to stage dt: nothing was judged"
+
+
+# --- times
+
+
+def test_a_task_takes_its_time_from_the_first_row_to_the_goal() -> None:
+    reached, again, begun = (LogEvent(t, kind, "", "") for t, kind in ((5.0, "goal"), (7.0, "goal"), (2.0, "start")))
+    found = compute("completion_time", log_of(10.0, events=(reached, again)))
+    assert (found.value, found.t) == (5.0, 5.0)
+    assert compute("completion_time", log_of(10.0, events=(begun, reached))).value == 3.0
+    assert not compute("completion_time", log_of(10.0, events=(begun,))).valid
+
+
+def test_a_path_is_measured_each_five_centimetres() -> None:
+    """Two lines 0.3 m apart: rms 0.3 over 10 m in 200 points; one that does not lie beside it is told as a share."""
+    model, measured = drive_straight(1.0), drive_straight(1.0)
+    beside = log_of(columns={"x": measured["x"], "y": 0.3, "v": 1.0})
+    found = compute("path_distance", model, beside)
+    assert found.value == pytest.approx(0.3)
+    assert found.series is not None
+    assert len(found.series.t) == pytest.approx(200, abs=1)
+    far = log_of(columns={"x": measured["x"] - 8.0, "v": 1.0})
+    assert compute("path_distance", model, far).reason == "only 20 % of the measured path lie beside the model's"
+
+
+@pytest.mark.parametrize(("unit", "told"), [("-", "0.9"), ("m/s", "0.9 m/s")])
+def test_a_bound_that_changes_its_verdict_is_told_with_its_unit(unit: str, told: str) -> None:
+    def check(value: float | None, holds: bool) -> Any:
+        return SimpleNamespace(kind="rmse", signal="v", bound=0.9, unit=unit, value=value, holds=holds)
+
+    changes = [GateChange("a.mcap", "g.toml", 3, check(0.5, True), check(1.5, False)),
+               GateChange("b.mcap", "g.toml", 3, check(None, False), check(None, False))]  # fmt: skip
+    lines = change_lines(changes)
+    assert lines[0] == "1 of 2 gate verdicts change"
+    assert [word for word in lines[2].split("  ") if word.strip()][-1].strip() == told
+    assert "PASS 0.5" in lines[2]
+    assert "FAIL 1.5" in lines[2]
+    assert lines[3].count("INCONCLUSIVE") == 2
+    assert [change.changed for change in changes] == [True, False]

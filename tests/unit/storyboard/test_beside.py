@@ -119,6 +119,22 @@ def test_not_continuous_it_is_over_on_the_line(make: Make) -> None:
     assert against(board)[1:] == pytest.approx((3.0, 0.0), abs=1e-3)
 
 
+def test_the_last_step_of_it_takes_its_way_like_any_other(make: Make) -> None:
+    """8 m/s, 10 ms: 0.08 m ahead each step, the one in which the action ends too."""
+    board = story_of(make, action(accelerating(5.0), continuous=False), -20.0, 4.0, 0.2)
+    run(board, 0.0)
+    ahead, ends = [against(board)[0]], 0
+    while not ends:
+        run(board, 0.01)
+        ahead.append(against(board)[0])
+        ends = sum(what == "endTransition" for _, _, what in log(board, "action"))
+        assert len(ahead) < 2000
+    run(board, 0.03)
+    b = 0.05 if board.entities["B"].speed else 0.0  # how far B drives meanwhile
+    assert ahead[-2] - ahead[-3] == pytest.approx(0.08 - b, abs=1e-4)
+    assert 0.0 <= ahead[-1] - ahead[-2] + b <= 0.0801
+
+
 def test_a_limit_of_jerk_is_said_to_be_left_out(make: Make, road: Path) -> None:
     limits = '<DynamicConstraints maxAcceleration="5" maxAccelerationRate="1"/>'
     board = story_of(make, action(limits), -20.0, 4.0, 0.0)

@@ -323,3 +323,16 @@ def test_two_close_in_along_the_axis_that_is_measured(kind: str, system: str | N
     assert closing(kind, system, 5.0) == pytest.approx(rate)
     if system is not None:
         assert closing(kind, system, -5.0) == pytest.approx(-rate)  # to what is behind it catches up
+
+
+def test_who_stands_at_the_very_place_does_not_close_in() -> None:
+    """No direction leads there."""
+
+    def here(h: float) -> Entity:
+        entity = Entity(model.ScenarioObject(name="A", entity=vehicle("car")), external=False)
+        entity.put(3.0, 4.0, 0.0, h)
+        entity.vx = 5.0
+        return entity
+
+    board: Any = SimpleNamespace(network=None)
+    assert _closing(board, here(0.0), here(1.0), "euclidianDistance", None)(1.0) == 0.0
