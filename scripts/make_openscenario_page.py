@@ -48,8 +48,8 @@ true and an act can never end. The second warning is given only if it follows fr
 parameters that nothing sets, elements that wait for these or for each other, actions that never end by themselves.
 
 The column "with" names elements that belong to the element of the row and are treated like it. An element that is not
-on this page is not in the standard and causes an error. OpenSCENARIO DSL (`.osc`), lanelet2, CommonRoad and SUMO are
-refused by name.
+on this page is not in the standard and causes an error. OpenSCENARIO DSL (`.osc`), lanelet2 and SUMO are refused by
+name; CommonRoad XML is read (see below).
 """
 
 DISTRIBUTIONS = """
@@ -157,6 +157,13 @@ FOUND = """
   (names of CARLA), else the only vehicle with a controller.
 - **Criteria of CARLA's scenario runner** (`criteria_RunningStopTest` and the like in a stop trigger) are no
   conditions. They are never true here, with a warning (`condition.criterion`); gates judge a drive.
+- **CommonRoad XML** (2018b and 2020a) is taken where a scenario is: `dvp check`, `run` and `play X.xml`.
+  Lanelets side by side become the lanes of one road, the bounds between them its lines; where lanelets of several roads
+  meet, junctions join them. Obstacles follow their states and are there from the first to the last. The first planning
+  problem is the task of an entity `Ego`: its start, its goal (lanelet or middle of a shape) and, as the end of the run,
+  the last time step. Speed signs are limits. Traffic lights, occupancy sets, environment obstacles and further planning
+  problems are read over, with a warning. Against commonroad-io, middles of lanes differ by less than 5 cm on bends of
+  60 m, and states of obstacles by less than 1 mm (`tests/interop/test_commonroad_io.py`).
 - **Versions before 1.0** are refused. A missing `description` or `author` of the header is a warning.
 
 ## Weather and the state of the road

@@ -14,6 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from openscenario.commonroad.roads import opendrive
+from openscenario.commonroad.source import ROOT as COMMONROAD
+from openscenario.commonroad.source import read
 from openscenario.findings import ScenarioError, listed, natural, nearest
 from openscenario.model.actions import AbsoluteTargetLane, TeleportAction
 from openscenario.model.positions import LanePosition, Position, RelativeLanePosition, RoadPosition
@@ -110,7 +113,7 @@ def _is_no_road(network: RoadNetwork, path: Path, context: Context) -> bool:
         return False  # reading the road reports it
     root = _ROOT.match(head)
     name = root[1].decode("utf-8", "replace") if root else ""
-    if network.logic is None or name.rpartition(":")[2] == "OpenDRIVE" or (not root and not head.strip()):
+    if network.logic is None or name.rpartition(":")[2] in ("OpenDRIVE", COMMONROAD) or (not root and not head.strip()):
         return False
     context.error(
         "asam.net:xodr:1.0.0:xml.root_tag_is_opendrive",
@@ -137,6 +140,8 @@ def road_facts(path: Path) -> RoadFacts | None:
 
 def _facts(data: bytes, file: str) -> RoadFacts | None:
     root = parse_xml(data, file).root
+    if root.tag == COMMONROAD:
+        root = opendrive(read(root, file))
     roads = root.findall("road")
     signals = {
         signal.get(key)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, TypeVar
 
 from openscenario.catalogs import KINDS, Catalogs
+from openscenario.commonroad.source import ROOT as COMMONROAD
+from openscenario.commonroad.source import read as read_commonroad
+from openscenario.commonroad.story import openscenario as commonroad_story
 from openscenario.findings import Findings, ScenarioError, nearest
 from openscenario.model.catalog_file import Catalog, CatalogFile
 from openscenario.model.catalogs import CatalogLocations
@@ -47,7 +50,6 @@ _REQUIRED: Final = ("CatalogLocations", "RoadNetwork", "Entities", "Storyboard")
 _ROOT: Final = "OpenSCENARIO"
 _FOREIGN: Final[Mapping[str, str]] = {
     "osm": "lanelet2 or OpenStreetMap: convert the map to OpenDRIVE",
-    "commonRoad": "CommonRoad: convert it to OpenSCENARIO XML with its scenario designer",
     "OpenDRIVE": "OpenDRIVE: this is a road, name it in the LogicFile of a scenario",
     "net": "a SUMO network: convert it with netconvert",
 }
@@ -88,6 +90,8 @@ def open_reading(path: Path, library: Sequence[Path], rootdir: Path | None, find
         return None
     try:
         document = read_xml(path)
+        if document.root.tag == COMMONROAD:
+            document = _from_commonroad(document, findings)
     except ScenarioError as error:
         findings.found.extend(error.findings)
         return None
@@ -108,6 +112,16 @@ def open_reading(path: Path, library: Sequence[Path], rootdir: Path | None, find
         )
         return None
     return reading
+
+
+def _from_commonroad(document: Document, findings: Findings) -> Document:
+    """A CommonRoad file as a scenario; what was read over is a warning."""
+    source = read_commonroad(document.root, document.file)
+    for tag, count in source.left_out.items():
+        line = next((node.line for node in document.root.walk() if node.tag == tag), 1)
+        times = f", {count} times, first here" if count > 1 else ""
+        findings.add("commonroad.left_out", document.file, line, tag, f"{tag} is read over{times}", severity="warning")
+    return replace(document, root=commonroad_story(source, Path(document.file).name))
 
 
 def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None:

@@ -8,6 +8,9 @@ from typing import Literal, cast
 
 import msgspec
 
+from openscenario.commonroad.roads import opendrive as commonroad_roads
+from openscenario.commonroad.source import ROOT
+from openscenario.commonroad.source import read as read_commonroad
 from openscenario.findings import Finding, ScenarioError
 from openscenario.road.attributes import Attributes, by_tag
 from openscenario.road.elements import (
@@ -38,7 +41,6 @@ _TEXTS = frozenset(("geoReference",))  # elements of which the text is read
 NEWEST = 9  # the last minor version of OpenDRIVE 1
 OTHER_FORMATS = {
     "osm": "a Lanelet2 or OpenStreetMap file",
-    "commonRoad": "a CommonRoad file",
     "net": "a SUMO network",
     "OpenSCENARIO": "an OpenSCENARIO file",
     "OpenCRG": "an OpenCRG file",
@@ -72,6 +74,8 @@ def examine_opendrive(
     attributes = Attributes(os.fspath(path))
     try:
         root = read_xml(path, texts=_TEXTS).root
+        if root.tag == ROOT:
+            root = commonroad_roads(read_commonroad(read_xml(path).root, attributes.file))
     except ScenarioError as error:
         return None, error.findings
     network = _examine(attributes, root)

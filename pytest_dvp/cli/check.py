@@ -59,7 +59,7 @@ def execute(arguments: argparse.Namespace) -> int:
     # what only the run itself refuses, and no reader of the file
     refused = [row for row in rows if not (row["runs"] or row["found"] or row["file"] in told)]
     found += [_error(REFUSED, row["file"], row["line"], row["why"]) for row in refused]
-    notes = [note for path in paths if path.suffix.lower() == ".xosc" for note in _without_effect(path, settings)]
+    notes = [note for path in paths if kind_of(path) == "scenario" for note in _without_effect(path, settings)]
     folders = any(Path(text).is_dir() for text in arguments.paths)
     rows = [{key: value for key, value in row.items() if key != "found"} for row in rows] if folders else []
     if arguments.json:
@@ -76,7 +76,7 @@ def execute(arguments: argparse.Namespace) -> int:
             print(f"{place}: {what}: {finding['message']}{used}")
         wrong = {finding["file"] for finding in found if finding["severity"] == "error"}
         for path in paths:
-            if path.suffix.lower() == ".xosc" and str(path) not in wrong:
+            if kind_of(path) == "scenario" and str(path) not in wrong:
                 _say_cases(path, settings)
         for note in notes:
             print(f"{note['file']}:{note['line']}: note: {note['message']}", file=sys.stderr)
@@ -149,7 +149,7 @@ def _with_gates(paths: Sequence[Path], settings: RunSpec) -> list[Path]:
     out: list[Path] = []
     for path in paths:
         out.append(path)
-        is_scenario = path.suffix.lower() == ".xosc"
+        is_scenario = kind_of(path) == "scenario"
         gates = gates_of(path, library=settings.library, rootdir=settings.rootdir) if is_scenario else None
         if gates is not None and gates.resolve() not in named:
             named.add(gates.resolve())

@@ -20,6 +20,7 @@ _KINDS: dict[str, Kind] = {
 }
 _TABLES = (".csv", ".tsv")  # in a folder, logs only if their first column is the time
 _TIME = re.compile(r"^\W*(t|time|timestamp)\b", re.IGNORECASE)
+_COMMONROAD = re.compile(r"\ufeff?\s*(<\?.*?\?>|<!--.*?-->|\s)*<commonRoad\b", re.DOTALL)
 _MODEL = re.compile(r"^\s*\[\s*model\s*\]", re.MULTILINE)
 _GATE = re.compile(r"^\s*\[\[\s*gate\s*\]\]", re.MULTILINE)
 _PLAN = re.compile(r"^\s*(\[\s*iterate\s*\]|\[\[\s*held_out\s*\]\])", re.MULTILINE)
@@ -34,6 +35,8 @@ def files_of(folder: Path) -> list[Path]:
 
 def kind_of(path: Path) -> Kind:
     """What a file is by its name, and for .toml by its tables; "" for what is none of ours."""
+    if path.suffix.lower() == ".xml":
+        return "scenario" if _COMMONROAD.match(_head(path, 2000)) else ""
     if path.suffix.lower() in _TABLES:
         return "log" if _TIME.match(_head(path, 200)) else ""
     if path.suffix.lower() != ".toml":

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pytest_dvp.cli.shared.arguments import WrongArgument, existing
-from pytest_dvp.cli.shared.checkable_files import files_of
+from pytest_dvp.cli.shared.checkable_files import files_of, kind_of
 from pytest_dvp.cli.shared.runnable_scenarios import is_catalogue
 
 
@@ -22,7 +22,7 @@ def named_scenarios(texts: Sequence[str]) -> list[Path]:
         if not text.strip() or not Path(text).is_dir():
             named.append(existing(text, "scenario"))
             continue
-        found = [path for path in files_of(Path(text)) if path.suffix.lower() == ".xosc" and not is_catalogue(path)]
+        found = [path for path in files_of(Path(text)) if kind_of(path) == "scenario" and not is_catalogue(path)]
         if not found:
             raise WrongArgument(f"{text}: no scenario in this folder or below it, expected .xosc files")
         others = {path.resolve() for path in named}

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pytest_dvp.cli.shared.checkable_files import kind_of
 from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.text.paths import shown
 
@@ -28,7 +29,7 @@ def runnable(paths: Iterable[Path], found: Sequence[Mapping[str, Any]], settings
     """
     from pytest_dvp.verdicts.scenario_gates import gates_of
 
-    files = [path for path in paths if path.suffix.lower() == ".xosc" and not is_catalogue(path)]
+    files = [path for path in paths if kind_of(path) == "scenario" and not is_catalogue(path)]
     wrong: dict[str, list[Mapping[str, Any]]] = {str(path): [] for path in files}
     errors_of: dict[Path, list[Mapping[str, Any]]] = {}
     for each in found:
