@@ -15,11 +15,13 @@ from pytest_dvp.logs import detected_tracks
 from pytest_dvp.logs.log_contents import LogEvent
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics import compute
+from pytest_dvp.metrics._ego_box import ego_size
 from pytest_dvp.metrics._polyline import lateral_offsets
 from pytest_dvp.metrics.responsibility import safe_lateral, safe_longitudinal
 from pytest_dvp.metrics.signal_similarity import _compare_seen, _on_one_base
 from pytest_dvp.verdicts import judging, stage_table, stage_table_text
 from pytest_dvp.verdicts.gate import Gate, GateFile
+from pytest_dvp.verdicts.model_gate import read_model_gate
 from pytest_dvp.verdicts.result_text import _no_verdict
 from pytest_dvp.verdicts.silent_events import storyboard_verdict, without_optional
 from pytest_dvp.verdicts.verdict_changes import GateChange, change_lines
@@ -297,3 +299,39 @@ def test_a_bound_that_changes_its_verdict_is_told_with_its_unit(unit: str, told:
     assert "FAIL 1.5" in lines[2]
     assert lines[3].count("INCONCLUSIVE") == 2
     assert [change.changed for change in changes] == [True, False]
+
+
+@pytest.mark.parametrize("missing", ["length", "width"])
+@pytest.mark.parametrize("size", [0.0, -1.0])
+def test_an_ego_without_length_or_width_has_no_box(missing: str, size: float) -> None:
+    ego = {"length": 3.0, "width": 1.5, "center_x": 1.2}
+    assert ego_size(log_of(1.0, meta={"ego": ego})) == (3.0, 1.5, 1.2)
+    with pytest.raises(Undefined, match="no size"):
+        ego_size(log_of(1.0, meta={"ego": {**ego, missing: size}}))
+
+
+def test_what_is_wrong_with_a_gate_on_a_model_is_told_with_its_key(tmp_path: Any) -> None:
+    (tmp_path / "car.toml").write_text("")
+    file, found = str(tmp_path / "a.gates.toml"), []
+
+    def find(code: str, line: int | None, element: str, text: str, **more: str) -> None:
+        found.append((code, line, element))
+
+    lines = {"rmse": 7, "lag": 8}
+    for table in ({}, {"rmse": 0.3}, {"lag": {"speed": 0.1}}, {"rmse": {"v": -1.0}}, {"rmse": {"v": True}}):
+        assert read_model_gate({"model": "car.toml", **table}, "gate[1]", 3, lines, file, find, lambda *_: None) == []
+    assert found == [
+        ("no_bound", 3, "gate[1]"),
+        ("bound", 7, "gate[1].rmse"),
+        ("signal", 8, "gate[1].lag"),
+        ("bound", 7, "gate[1].rmse"),
+        ("bound", 7, "gate[1].rmse"),
+    ]
+    table = {"model": "car.toml", "rmse": {"v": 0.3}, "mncc": {"v": 0.9}, "lag": 0.1}
+    gates = read_model_gate(table, "gate[1]", 3, lines, file, find, lambda *_: None)
+    assert [(g.metric, g.min, g.max, g.options["signal"], g.line) for g in gates] == [
+        ("open_loop_error", None, 0.3, "v", 7),
+        ("model_mncc", 0.9, None, "v", 3),
+        ("model_lag", None, 0.1, "v", 8),
+        ("model_lag", None, 0.1, "yaw_rate", 8),
+    ]

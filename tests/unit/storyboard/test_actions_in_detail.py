@@ -157,19 +157,51 @@ def test_who_was_put_askew_keeps_its_angle_to_the_lane(make: Make, h: float) -> 
     assert a.x == pytest.approx(105.0 if math.cos(h) > 0.0 else 95.0)
 
 
+def follow(*vertices: tuple[float | None, float, float], timing: str = "<None/>") -> str:
+    """Time [s] or None, x, y [m]."""
+    line = ""
+    for t, x, y in vertices:
+        stamp = "" if t is None else f' time="{t}"'
+        line += f'<Vertex{stamp}><Position><WorldPosition x="{x}" y="{y}"/></Position></Vertex>'
+    return (
+        "<PrivateAction><RoutingAction><FollowTrajectoryAction><TrajectoryRef>"
+        f'<Trajectory name="t" closed="false"><Shape><Polyline>{line}</Polyline></Shape></Trajectory>'
+        f"</TrajectoryRef><TimeReference>{timing}</TimeReference>"
+        '<TrajectoryFollowingMode followingMode="position"/></FollowTrajectoryAction></RoutingAction></PrivateAction>'
+    )
+
+
+RELATIVE = '<Timing domainAbsoluteRelative="relative" scale="1" offset="0"/>'
+ABSOLUTE = '<Timing domainAbsoluteRelative="absolute" scale="1" offset="0"/>'
+
+
+@pytest.mark.parametrize(("timing", "ends"), [(RELATIVE, 3.0), (ABSOLUTE, 2.0)])
+def test_a_trajectory_that_something_else_drives_lasts_until_its_last_time(
+    make: Make, timing: str, ends: float
+) -> None:
+    """2 s from the start of the action at 1 s, or until 2 s."""
+    do = follow((0.0, 100.0, -1.75), (2.0, 120.0, -1.75), timing=timing)
+    board = make(A=at(100.0, 10.0), external=("A",),
+                 stories=story(event("e", do, start=group(condition(at_time(1.0))))))  # fmt: skip
+    run(board, 4.0)
+    assert [time for time, _, transition in log(board, "action") if transition == "endTransition"] == [
+        pytest.approx(ends, abs=0.02)
+    ]
+
+
+def test_who_drives_backwards_follows_a_trajectory_rear_first(make: Make) -> None:
+    """No headings are given: at -5 m/s it goes the way of the trajectory and looks back."""
+    board = make(A=at(100.0, -5.0), stories=story(event("e", follow((None, 100.0, -1.75), (None, 150.0, -1.75)))))
+    run(board, 2.0)
+    a = board.entities["A"]
+    assert a.x == pytest.approx(110.0, abs=0.06)
+    assert abs(a.h) == pytest.approx(math.pi)
+
+
 def test_ways_add_up_along_a_trajectory_and_beyond_its_end(make: Make) -> None:
     """Back and forth over the ground: 20 m at 10 m/s, then straight on; the way driven is the speed's integral."""
-    vertices = "".join(
-        f'<Vertex><Position><WorldPosition x="{x}" y="{y}"/></Position></Vertex>'
-        for x, y in ((100, -1.75), (112, 7.25), (117, 7.25))
-    )
-    follow = (
-        "<PrivateAction><RoutingAction><FollowTrajectoryAction><TrajectoryRef>"
-        f'<Trajectory name="t" closed="false"><Shape><Polyline>{vertices}</Polyline></Shape></Trajectory>'
-        '</TrajectoryRef><TimeReference><None/></TimeReference><TrajectoryFollowingMode followingMode="position"/>'
-        "</FollowTrajectoryAction></RoutingAction></PrivateAction>"
-    )
-    board = make(A=at(100.0, 10.0), stories=story(event("e", follow)), without_road=False)
+    way = follow((None, 100.0, -1.75), (None, 112.0, 7.25), (None, 117.0, 7.25))
+    board = make(A=at(100.0, 10.0), stories=story(event("e", way)))
     run(board, 0.0)
     a = board.entities["A"]
     ways = []

@@ -301,7 +301,7 @@ def test_points_in_a_polygon() -> None:
 
 
 def closing(kind: str, system: str | None, apart: float, *, h: float = 0.5 * math.pi) -> float:
-    """A at the origin with (1, 2) m/s, B at (30, 40) with (-2, 5); no road."""
+    """A at (7, -3) with (1, 2) m/s, B 30 m and 40 m from it with (-2, 5); no road."""
 
     def at(x: float, y: float, vx: float, vy: float) -> Entity:
         entity = Entity(model.ScenarioObject(name="A", entity=vehicle("car")), external=False)
@@ -310,7 +310,7 @@ def closing(kind: str, system: str | None, apart: float, *, h: float = 0.5 * mat
         return entity
 
     board: Any = SimpleNamespace(network=None)
-    return _closing(board, at(0.0, 0.0, 1.0, 2.0), at(30.0, 40.0, -2.0, 5.0), kind, system)(apart)
+    return _closing(board, at(7.0, -3.0, 1.0, 2.0), at(37.0, 37.0, -2.0, 5.0), kind, system)(apart)
 
 
 @pytest.mark.parametrize(
@@ -319,7 +319,7 @@ def closing(kind: str, system: str | None, apart: float, *, h: float = 0.5 * mat
      ("lateral", "entity", -3.0), ("euclidianDistance", None, 3.0 * 0.6 - 3.0 * 0.8)],
 )  # fmt: skip
 def test_two_close_in_along_the_axis_that_is_measured(kind: str, system: str | None, rate: float) -> None:
-    """Facing +y: ahead is +y, left is -x. Relative velocity (3, -3) m/s; to (30, 40) the direction is (0.6, 0.8)."""
+    """Facing +y: ahead is +y, left is -x. Relative velocity (3, -3) m/s; the direction is (0.6, 0.8)."""
     assert closing(kind, system, 5.0) == pytest.approx(rate)
     if system is not None:
         assert closing(kind, system, -5.0) == pytest.approx(-rate)  # to what is behind it catches up
