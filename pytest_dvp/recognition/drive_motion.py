@@ -72,14 +72,36 @@ def paths(columns: Sequence[Column], grid: Grid) -> list[Path]:
     angles = [c for c in columns if c.unit != QUATERNION and "angle" in families(c.name, c.unit)]
     turns += [grid.change(c.t, np.unwrap(c.values * k)) for c in angles for k in (1.0, DEGREE)]
     found = []
+    rates = [means[c.key] for c in columns if "rate" in families(c.name, c.unit)]
     for x, y in pairs_of(columns):
         if is_command(x.name) or not _position(x, y):
             continue
         others = [values for key, values in means.items() if key not in (x.key, y.key)]
         path = _path(x, y, grid, others, turns)
         if path is not None:
-            found.append(path)
+            off = _off_unit(path, columns, rates, grid)
+            found.append(dataclasses.replace(path, agreement=path.agreement - off))
     return sorted(found, key=lambda p: (-round(p.agreement - 0.5 * _reckoned(p), 1), p.is_fix))
+
+
+def _off_unit(path: Path, columns: Sequence[Column], rates: Sequence[FloatArray], grid: Grid) -> float:
+    """How far a gyro's size is from a unit by the heading of a path, in logarithms up to 0.5; 0 without such a gyro.
+
+    A pose that was reckoned from wheels and steering turns by another amount than the car where this slides.
+    """
+    told = headings(columns, path, None, grid)
+    turn = _turn_of(told[0], grid) if told else path.turn
+    found = []
+    for rate in rates:
+        match = grid.match(rate, turn)
+        if abs(match.alike) > ALIKE and math.isfinite(match.ratio):
+            found.append(min(abs(math.log(match.ratio)), abs(math.log(match.ratio * DEGREE))))
+    return min(0.5, *found) if found else 0.0
+
+
+def _turn_of(heading: Heading, grid: Grid) -> FloatArray:
+    angle = np.unwrap(heading.column.values * (DEGREE if heading.degrees else 1.0))
+    return grid.change(heading.column.t, angle)
 
 
 def _reckoned(path: Path) -> bool:
