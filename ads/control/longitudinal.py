@@ -22,6 +22,8 @@ HARD_DECELERATION = 3.5  # m/s^2; more only in an emergency
 CALM = 1.45  # times comfortable braking, for a speed that is wanted from now on; no urgent change of it
 TOO_FAST = 3.0  # m/s over the path's limit; more is worth hard braking
 STANDSTILL = 0.08  # m/s
+ROLLS_BACK = 0.06  # m/s; faster backwards, the car is held by its brake: it stands on a slope (a flat one shows 0.02)
+HELD_BACK = 0.4  # m/s^2; less is not worth setting off again on a slope for, a metre before the place of the stop
 ROOM = 16  # constraints
 PREVIEW = 0.3  # s over which the path's change of speed is taken: as long as a limited jerk needs for it
 LONGEST_REACTION = 0.6  # s; with more, the acceleration under way would be fed back too strongly
@@ -98,6 +100,7 @@ class ComfortSpeedControl:
         self._points = np.zeros((ROOM, 2))
         self._a = 0.0
         self._standing = False
+        self._release = 0.1  # m/s^2 that is wanted when the brake is let go
 
     def step(
         self,
@@ -124,12 +127,13 @@ class ComfortSpeedControl:
         if brake > 0.0:
             wanted, stop = min(wanted, -min(brake, car.max_deceleration)), True
         if self._standing:
-            if wanted < 0.1:
+            if wanted < self._release:
                 return -0.3, True
             self._standing = False
             self._a = 0.0
-        elif v < STANDSTILL and wanted < 0.05 and stop:
+        elif stop and ((v < STANDSTILL and wanted < 0.05) or v < -ROLLS_BACK):
             self._standing = True
+            self._release = HELD_BACK if v < -ROLLS_BACK else 0.1
             self._a = 0.0
             return -0.3, True
         self._a = self._limited(v, wanted, brake > 0.0)

@@ -14,6 +14,7 @@ ROLLING = 0.12  # m/s^2
 DRAG_AREA = 0.45  # kg/m; half of air density times drag area of a passenger car
 HOLD_BRAKE = 0.35  # of full braking, which keeps a standing car in place; chosen, not measured
 STOPPED = 0.03  # m/s
+SLOPE = 0.5  # m/s^2; what the integral holds beyond it is a slope (5 %), and still there when the car sets off again
 
 
 class Pedals(Protocol):
@@ -36,7 +37,8 @@ class PiPedals:
     def press(self, accel: float, v: float, standing: bool, dt: float) -> tuple[float, float]:
         """See Pedals."""
         if standing or (v < STOPPED and accel < 0.0):
-            self._expected, self._integral = v, 0.0
+            self._expected = v
+            self._integral = self._integral if self._integral > SLOPE else 0.0
             self._pending = [0.0] * len(self._pending)
             return 0.0, max(HOLD_BRAKE, -accel / self._vehicle.max_deceleration)
         expected = v if self._expected is None else self._expected

@@ -24,6 +24,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenarios", nargs="+", metavar="X.xosc", help="scenario, or a folder with scenarios")
     parser.add_argument("--ads", default=REFERENCE, metavar="NAME", help="driving stack, e.g. my_stack.py:Stack")
     parser.add_argument("--fault", nargs="+", action="extend", default=[], metavar="NAME", help="these faults only")
+    parser.add_argument(
+        "--source", nargs="+", action="extend", default=[], metavar="MODULE",
+        help="change the stack's own source in these modules (a.b, or FILE.py) too",
+    )  # fmt: skip
+    parser.add_argument("--mutants", type=int, default=40, metavar="N", help="changes of source at most; default: 40")
     parser.add_argument("--clean-seeds", type=int, default=20, metavar="N", help="drives without a fault; default: 20")
     parser.add_argument("--write", action="store_true", help="add the proposed gates to the gate files")
     add_workers(parser)
@@ -38,6 +43,8 @@ def execute(arguments: argparse.Namespace) -> int:
     """
     if arguments.clean_seeds < 2:
         raise SettingError(f"--clean-seeds is {arguments.clean_seeds}, expected a whole number >= 2")
+    if arguments.mutants < 1:
+        raise SettingError(f"--mutants is {arguments.mutants}, expected a whole number >= 1")
     check_workers(arguments)
     scenarios = named_scenarios(arguments.scenarios)
     from pytest_dvp.drive.stack_host import find_ads
@@ -46,6 +53,7 @@ def execute(arguments: argparse.Namespace) -> int:
     from pytest_dvp.mutation.drives import drive_once
     from pytest_dvp.mutation.gate_writer import write_gates
     from pytest_dvp.mutation.mutate import mutate
+    from pytest_dvp.mutation.source_mutants import SourceError, sample
     from pytest_dvp.mutation.words import mutation_lines
 
     for name in arguments.fault:
@@ -55,8 +63,12 @@ def execute(arguments: argparse.Namespace) -> int:
     if ads is not None:  # before anything drives
         check_name(ads, "--ads", Path.cwd())
         find_ads(ads, process="off")
+    try:
+        source = sample(arguments.source, arguments.mutants) if arguments.source else []
+    except SourceError as error:
+        raise SettingError(str(error)) from None
     with progress("dvp mutate", "driving") as tick, workers(arguments, tick, drive_once) as crew:
-        found = mutate(scenarios, ads, crew, faults=arguments.fault, clean=arguments.clean_seeds)
+        found = mutate(scenarios, ads, crew, faults=arguments.fault, clean=arguments.clean_seeds, source=source)
     if arguments.json:
         print(json.dumps(finite(found.as_dict()), ensure_ascii=False))
     else:

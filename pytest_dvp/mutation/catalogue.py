@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from pytest_dvp.mutation.fault import Fault, Memory, Seen, Sent
+from pytest_dvp.mutation.map_faults import MAP_FAULTS
 from vehicle.messages import CameraFrame, Command, GnssFix, Imu, LidarScan, Observation, Odometry
 
 TICKS = 20  # a second, at 20 Hz
@@ -285,6 +286,7 @@ FAULTS: tuple[Fault, ...] = (
           sends=_command(throttle=lambda c: min(1.5 * c.throttle, 1.0), accel=lambda c: 1.5 * c.accel)),
     Fault("drive_cut_2s", "command",
           sends=_for(100, 140, _command(throttle=lambda c: 0.0, accel=lambda c: min(c.accel, 0.0)))),
+    *MAP_FAULTS,
 )  # fmt: skip
 """In the order of the report."""
 

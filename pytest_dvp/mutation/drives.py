@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 from collections.abc import Mapping
 from typing import Any
 
 from pytest_dvp.mutation.catalogue import known_faults
+from pytest_dvp.mutation.source_mutants import WORD, mutant_named, planted
 from pytest_dvp.workers.job import Job
 
 
@@ -49,8 +51,10 @@ def drive_once(drive: Drive) -> dict[str, Any]:
     from pytest_dvp.mutation.faulty_stack import behind
 
     ads = find_ads(drive.ads, process="off")
-    stack: Any = behind(ads, known_faults()[drive.fault]) if drive.fault else ads
-    result = run(drive.scenario, ads=stack, seed=drive.seed)
+    of_source = drive.fault.startswith(f"{WORD} ")
+    stack: Any = behind(ads, known_faults()[drive.fault]) if drive.fault and not of_source else ads
+    with planted(mutant_named(drive.fault)) if of_source else contextlib.nullcontext():
+        result = run(drive.scenario, ads=stack, seed=drive.seed)
     gates = {verdict.gate: verdict.status for verdict in result.verdicts}
     return {"status": result.status, "gates": gates, "metrics": {n: _finite(v) for n, v in result.metrics.items()}}
 

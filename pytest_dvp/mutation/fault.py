@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 from collections import deque
 from collections.abc import Callable
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from vehicle.messages import Command, Observation
 
-Where: TypeAlias = Literal["observation", "command", "time", "task"]
+Where: TypeAlias = Literal["observation", "command", "time", "task", "map", "source"]
 Seen: TypeAlias = Callable[[Observation, "Memory"], Observation]
+Mapped: TypeAlias = Callable[[Any], Any]
 Sent: TypeAlias = Callable[[Command, "Memory"], Command]
 
 
@@ -27,14 +28,15 @@ class Memory:
 
 @dataclasses.dataclass(frozen=True)
 class Fault:
-    """One fault. sees: what it does to an observation; sends: to a command; asks: what a scenario needs for it to
-    matter."""
+    """One fault. sees: what it does to an observation; sends: to a command; maps: to the map that the stack is made
+    with; asks: what a scenario needs for it to matter."""
 
     name: str
     where: Where
     sees: Seen | None = None
     sends: Sent | None = None
     asks: str = ""
+    maps: Mapped | None = None
 
 
 def unchanged(observation: Observation, memory: Memory) -> Observation:

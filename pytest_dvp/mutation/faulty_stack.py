@@ -11,7 +11,7 @@ from vehicle.messages import Command, Observation
 
 
 class FaultyStack:
-    """The stack `inner`, whose observations or commands a fault changes; all else that it offers is its own."""
+    """The stack `inner`, whose observations, commands or map a fault changes; all else that it offers is its own."""
 
     def __init__(self, inner: Any, fault: Fault) -> None:
         self._inner, self._fault, self._memory = inner, fault, Memory()
@@ -37,7 +37,8 @@ def behind(ads: Ads, fault: Fault) -> Any:
     """A factory that makes the stack behind the fault, with the parameters that the stack declares."""
 
     def make(parameters: Any, network: Any, description: Any) -> FaultyStack:
-        return FaultyStack(made_by(ads, (parameters, network, description)), fault)
+        given = network if fault.maps is None else fault.maps(network)
+        return FaultyStack(made_by(ads, (parameters, given, description)), fault)
 
     own = getattr(ads.factory, "parameters", None)
     if own is not None:

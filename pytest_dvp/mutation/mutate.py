@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pytest_dvp.mutation.catalogue import known_faults
 from pytest_dvp.mutation.drives import Drive, Outcome
 from pytest_dvp.mutation.fault import Fault
+from pytest_dvp.mutation.source_mutants import SourceMutant
 
 if TYPE_CHECKING:
     from pytest_dvp.workers.pool import Workers
@@ -102,13 +103,15 @@ def mutate(
     *,
     faults: Sequence[str] = (),
     clean: int = CLEAN_SEEDS,
+    source: Sequence[SourceMutant] = (),
 ) -> Mutation:
     """Drive each scenario with `clean` seeds and no fault, and once with each fault.
 
-    ads: as `--ads` takes it, None for the reference stack; workers: those of `drive_once`; faults: names, none for all.
-    Raises AdsError or ScenarioError (one line).
+    ads: as `--ads` takes it, None for the reference stack; workers: those of `drive_once`; faults: names, none for all;
+    source: changes of the stack's own source besides. Raises AdsError or ScenarioError (one line).
     """
     chosen = [known_faults()[name] for name in faults] or list(known_faults().values())
+    chosen += [Fault(mutant.name, "source") for mutant in source]
     names = [str(path) for path in scenarios]
     clean_drives = {name: [Drive(name, ads=ads, seed=FIRST_SEED + k) for k in range(clean)] for name in names}
     faulty = {

@@ -23,6 +23,8 @@ class Gate:
     options  keyword arguments of the metric
     requirement  id of the requirement that the gate verifies, as the user names it: "SR-12"
     parameters  of a gate between stages: effects, or "effect.key", that it is to validate
+    only_if_logged, only_with  of a bound of clean drives: a column that the stack must state, and the values of the
+             scenario's parameters with which they were driven; it does not apply to another drive
     key      what the gate file calls it where that is not the metric's name: rmse for open_loop_error
     """
 
@@ -38,6 +40,8 @@ class Gate:
     max_difference: float | None = None
     requirement: str = ""
     parameters: tuple[str, ...] = ()
+    only_if_logged: str = ""
+    only_with: Mapping[str, float] | None = None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -10,6 +10,7 @@ from typing import Any
 from openscenario.findings import Finding, nearest
 from pytest_dvp.metrics import Metric, MetricError, find_metric, known_metrics
 from pytest_dvp.metrics.registry import check_options
+from pytest_dvp.verdicts.clean_gates import read_clean
 from pytest_dvp.verdicts.equal_gates import repeated
 from pytest_dvp.verdicts.excited_parameters import wrong_parameters
 from pytest_dvp.verdicts.gate import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
@@ -21,7 +22,7 @@ from vehicle.messages import RoadPoint
 from vehicle.toml_file import TomlError, read_toml
 
 GATE_KEYS = ("metric", "max", "min", "stages", "between", "max_difference", "requirement", "parameters")
-TABLES = ("task", "traffic", "gate")
+TABLES = ("task", "traffic", "gate", "clean")
 TASK_KEYS = ("start", "goal", "lane")
 TRAFFIC_KEYS = ("net", "routes")
 
@@ -50,6 +51,7 @@ class _Reader:
         self.file = file
         self.findings: list[Finding] = []
         self.lines = Lines()
+        self.text = ""
 
     def find(self, code: str, line: int | None, element: str, text: str, **more: str) -> None:
         self.findings.append(Finding(f"dvp.gates.{code}", "error", self.file, line, element, text=text, **more))
@@ -77,6 +79,8 @@ class _Reader:
                 gate = self._gate(table, i)
                 gates += [gate] if gate is not None else []
         self.findings += repeated(gates)
+        if "clean" in data:
+            gates += read_clean(data["clean"], self.text, self.file, self.find)
         return GateFile(task, tuple(gates), self.file, traffic)
 
     def _toml(self, path: Path) -> dict[str, Any]:
@@ -86,7 +90,7 @@ class _Reader:
             unreadable = error.kind == "unreadable"
             self.find(error.kind, error.line, "", f"cannot be read: {error}" if unreadable else str(error))
             return {"gate": []} if unreadable else {}
-        self.lines = locate_lines(text)
+        self.text, self.lines = text, locate_lines(text)
         return data
 
     def _task(self, table: object) -> GateTask | None:

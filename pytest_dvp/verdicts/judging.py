@@ -11,6 +11,7 @@ from pytest_dvp.logs.event_reference import means_event
 from pytest_dvp.logs.log import Log
 from pytest_dvp.metrics import MetricError, MetricValue, compute, find_metric
 from pytest_dvp.metrics.task_outcome import storyboard_events
+from pytest_dvp.verdicts.clean_gates import applies
 from pytest_dvp.verdicts.excited_parameters import unexcited
 from pytest_dvp.verdicts.gate import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.verdicts.gate_file import check_gates, read_gates
@@ -179,13 +180,13 @@ def never_fired(gates: GateFile | Sequence[Gate], log: Log) -> tuple[str, ...]:
 
 
 def _here(gates: GateFile | Sequence[Gate], log: Log) -> list[Gate]:
-    """The gates of one log that apply to its stage; the default ones where all that are given are across stages."""
+    """The gates of one log that apply to it; the default ones where all that are given are across stages."""
     given = gates.gates if isinstance(gates, GateFile) else tuple(gates)
     chosen = [gate for gate in given if gate.between is None]
     if given and not chosen:
         chosen = list(default_gates().gates)
     stage = str(log.meta.get("stage", "dt")).split("-")[0]  # "rw-surrogate" is judged by the gates of "rw"
-    return [gate for gate in chosen if stage in gate.stages]
+    return [gate for gate in chosen if stage in gate.stages and applies(gate, log)]
 
 
 def _storyboard(missed: Sequence[str], log: Log) -> list[Verdict]:

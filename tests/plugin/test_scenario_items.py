@@ -17,8 +17,12 @@ import pytest_dvp.plugin.scenario_strategy  # noqa: F401
 import reports.html  # noqa: F401
 import vehicle.twin  # noqa: F401
 
-DRIVEN = ("overtaking", "pedestrian_crossing")  # by two workers; `make test` drives all six by itself
-NAMES = ("follow", "junction", "overtaking", "pedestrian_crossing", "traffic_light", "urban")
+DRIVEN = ("overtaking", "pedestrian_crossing")  # by two workers; `make test` drives all by itself
+NAMES = (
+    "amber_close", "cut_in", "cyclist", "emergency_stop", "follow", "junction", "merging", "occluded_child",
+    "overtaking", "pedestrian_crossing", "red_ahead", "slope_stop", "stop_and_go", "traffic_light", "urban",
+    "vehicle_from_behind",
+)  # fmt: skip
 SPOILT = "--dvp-set=P.DECISION_PC_d_min=0"  # keeps no distance to an occupied crossing
 
 

@@ -9,12 +9,18 @@ from __future__ import annotations
 import os
 
 from hypothesis import example, given, settings
+from hypothesis.strategies import one_of
 
 from pytest_dvp import Variant, scenario_variants
 from pytest_dvp.plugin.fixtures import Gate, Run
 from scenarios import path
 
 FEW = settings(max_examples=int(os.environ.get("DVP_VARIANTS", "4")), derandomize=True, database=None)
+
+SHORT = (
+    "amber_close", "cut_in", "cyclist", "emergency_stop", "merging", "occluded_child", "red_ahead", "slope_stop",
+    "stop_and_go", "vehicle_from_behind",
+)  # fmt: skip
 
 PEDESTRIAN, OVERTAKING, URBAN = (path(f"{name}.xosc") for name in ("pedestrian_crossing", "overtaking", "urban"))
 
@@ -55,4 +61,10 @@ def test_a_red_light_is_waited_for(run: Run, gate: Gate, variant: Variant) -> No
 @FEW
 @given(variant=scenario_variants("junction.xosc"))
 def test_who_comes_towards_us_is_let_pass(run: Run, gate: Gate, variant: Variant) -> None:
+    gate(run(variant))
+
+
+@FEW
+@given(variant=one_of(*(scenario_variants(f"{name}.xosc") for name in SHORT)))
+def test_a_short_scenario_is_passed_in_all_its_range(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))

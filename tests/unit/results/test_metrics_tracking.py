@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import os
+
 import numpy as np
 import pytest
 from results_logs import drive_straight, track
@@ -12,6 +15,7 @@ from pytest_dvp.metrics import compute
 
 TICKS = np.arange(0.0, 10.01, 0.05)
 N = len(TICKS)
+CASES = int(os.environ.get("DVP_CASES", "200"))
 
 
 def table(x: FloatArray, y: FloatArray, t: FloatArray = TICKS, **more: FloatArray) -> DetectionTable:
@@ -108,3 +112,28 @@ def test_nobody_ahead_is_no_recall() -> None:
     log = drive_straight(2.0, detections=table(TRUE_X, TRUE_Y))
     assert not compute("detection_recall", log).valid
     assert compute("false_tracks", log).value == pytest.approx(N * 0.05)
+
+
+def test_velocity_error_is_that_of_the_vectors() -> None:
+    log = seen(table(TRUE_X, TRUE_Y, vx=np.full(N, 2.3), vy=np.full(N, -0.4)))  # the car goes at (2, 0)
+    assert compute("track_speed_error", log).value == pytest.approx(0.5)
+
+
+def test_size_error_is_one_minus_the_overlap_of_concentric_boxes() -> None:
+    """Against the overlap counted on a grid of points."""
+    rng = np.random.default_rng(12)
+    grid = (np.arange(-6.0, 6.0, 0.01) + 0.005)[:, None]
+    for length, width in rng.uniform(0.5, 8.0, (CASES // 40, 2)):
+        sides = [(np.abs(grid[:, 0]) <= s / 2).sum() for s in (4.0, 2.0, length, width)]
+        both = min(sides[0], sides[2]) * min(sides[1], sides[3])
+        expected = 1.0 - both / (sides[0] * sides[1] + sides[2] * sides[3] - both)
+        log = seen(table(TRUE_X, TRUE_Y, length=np.full(N, length), width=np.full(N, width)))
+        assert compute("track_size_error", log).value == pytest.approx(expected, abs=0.02)
+
+
+def test_kind_error_is_the_share_that_is_called_something_else() -> None:
+    wrong = TICKS > 5.51  # 90 of the 181 instants from 1 s on
+    log = seen(table(TRUE_X, TRUE_Y))
+    kinds = tuple("pedestrian" if w else "vehicle" for w in wrong)
+    log = dataclasses.replace(log, detections=dataclasses.replace(log.detections, kind=kinds))
+    assert compute("kind_error", log).value == pytest.approx(90 / 181, abs=1 / 181)

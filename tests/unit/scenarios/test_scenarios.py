@@ -12,7 +12,11 @@ from lxml import etree
 import scenarios
 
 OF_THE_PAPER = ("overtaking", "pedestrian_crossing", "urban")
-NAMES = (*OF_THE_PAPER, "follow", "traffic_light", "junction")
+MORE = (
+    "amber_close", "cut_in", "cyclist", "emergency_stop", "follow", "junction", "merging", "occluded_child",
+    "red_ahead", "slope_stop", "stop_and_go", "traffic_light", "vehicle_from_behind",
+)  # fmt: skip
+NAMES = (*OF_THE_PAPER, *MORE)
 PARAMETERS = {
     "overtaking": {"ego_speed", "target_position", "target_lateral_offset", "trigger_distance"},
     "pedestrian_crossing": {"ego_speed", "pedestrian_speed", "trigger_distance"},
@@ -20,6 +24,16 @@ PARAMETERS = {
     "follow": {"ego_speed", "lead_speed", "lead_gap", "lead_deceleration", "stop_time"},
     "traffic_light": {"ego_speed", "trigger_distance", "red_time"},
     "junction": {"ego_speed", "oncoming_speed", "oncoming_position"},
+    "amber_close": {"ego_speed", "trigger_distance"},
+    "cut_in": {"ego_speed", "trigger_distance", "cut_in_speed"},
+    "cyclist": {"ego_speed", "cyclist_speed", "cyclist_gap"},
+    "emergency_stop": {"ego_speed", "trigger_distance", "walk_speed"},
+    "merging": {"main_speed", "main_position"},
+    "occluded_child": {"ego_speed", "trigger_distance", "child_speed"},
+    "red_ahead": {"ego_speed", "green_distance"},
+    "slope_stop": {"ego_speed", "red_time"},
+    "stop_and_go": {"jam_speed", "jam_deceleration"},
+    "vehicle_from_behind": {"target_position", "follower_speed"},
 }
 CATALOGUES = ("catalogs/vehicles/vehicle_catalog.xosc", "catalogs/pedestrians/pedestrian_catalog.xosc")
 
@@ -49,6 +63,12 @@ def test_every_parameter_is_declared_with_a_range_around_its_value(name: str) ->
 @pytest.mark.parametrize("name", NAMES)
 def test_ego_is_called_ego(name: str) -> None:
     assert read(f"{name}.xosc").find("Entities/ScenarioObject").get("name") == "Ego"
+
+
+def test_every_file_is_named_here() -> None:
+    folder = scenarios.path("urban.xosc").parent
+    assert {file.stem for file in folder.glob("*.xosc")} == set(NAMES)
+    assert {file.name.removesuffix(".gates.toml") for file in folder.glob("*.gates.toml")} == set(NAMES)
 
 
 @pytest.mark.parametrize("name", OF_THE_PAPER)

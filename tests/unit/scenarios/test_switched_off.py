@@ -46,9 +46,17 @@ def test_follow_fails_by_time_to_collision_when_nothing_is_followed() -> None:
 
 def test_traffic_light_fails_by_running_red_when_lights_are_ignored() -> None:
     result = run(scenarios.path("traffic_light.xosc"), ads=without("light"))
-    assert failures(result) == ["RunsRed", "WaitsAtRed"]
+    assert {"RunsRed", "WaitsAtRed"} <= set(failures(result))
 
 
 def test_junction_fails_by_cutting_in_when_nobody_is_let_pass() -> None:
     result = run(scenarios.path("junction.xosc"), ads=without("junction"))
     assert {"CutsIn", "max_ttc_inverse", "tet"} <= set(failures(result))
+
+
+def test_on_a_slope_the_car_is_held_and_sets_off_without_rolling_back() -> None:
+    """With this noise it once came to rest, rolled back and never stood."""
+    result = run(scenarios.path("slope_stop.xosc"), seed=13)
+    assert failures(result) == []
+    assert result.metrics["creep"] < 0.35
+    assert result.log["v"].min() > -0.3

@@ -1,0 +1,81 @@
+"""Bounds of clean drives: read from the table [clean], and silent about any other drive."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from results_logs import log_of
+
+from pytest_dvp.verdicts.judging import GateError, judge, read_gates
+
+TEXT = """# of a.xosc
+[[gate]]
+metric = "road_departure"
+max = 0
+
+[clean]
+only_if_logged = "ads.position_sigma"
+parameters = { ego_speed = 5.5 }
+[clean.max]
+localization_error = 0.1
+"localization_error statistic=greatest" = 0.3
+[clean.min]
+localization_error = 0.01
+"""
+
+
+def written(tmp_path: Path, text: str = TEXT) -> Path:
+    file = tmp_path / "a.gates.toml"
+    file.write_text(text)
+    return file
+
+
+def statuses(tmp_path: Path, sigma: float = 0.02, error: float = 0.05, **meta: object) -> list[str]:
+    columns = {"on_road": 1.0, "ads.x": np.where(np.arange(1001) % 2 == 0, error, error + 1e-9), "ads.y": 0.0}
+    columns["ads.position_sigma"] = sigma
+    log = log_of(columns=columns, meta={"parameters": {"ego_speed": "5.5"}, **meta})
+    return [verdict.status for verdict in judge(read_gates(written(tmp_path)), log)]
+
+
+def test_each_bound_is_a_gate_with_its_line_and_options(tmp_path: Path) -> None:
+    _, both, greatest = read_gates(written(tmp_path)).gates
+    assert (both.metric, both.min, both.max, both.stages, both.line) == ("localization_error", 0.01, 0.1, ("dt",), 10)
+    assert (greatest.options, greatest.max, greatest.line) == ({"statistic": "greatest"}, 0.3, 11)
+
+
+def test_a_drive_like_the_clean_ones_is_judged_by_them(tmp_path: Path) -> None:
+    assert statuses(tmp_path) == ["PASS", "PASS", "PASS"]
+    assert statuses(tmp_path, error=0.2) == ["PASS", "FAIL", "PASS"]
+    assert statuses(tmp_path, error=0.001) == ["PASS", "FAIL", "PASS"]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"parameters": {"ego_speed": "5.0"}}, {"parameters": {}}, {"stage": "rw-surrogate"}, {"S": {"EGO_mass": "900"}}],
+)
+def test_another_drive_is_not(tmp_path: Path, other: dict[str, object]) -> None:
+    assert statuses(tmp_path, error=0.2, **other) == ["PASS"]
+
+
+def test_nor_is_a_stack_that_does_not_state_the_column(tmp_path: Path) -> None:
+    assert statuses(tmp_path, sigma=float("nan"), error=0.2) == ["PASS"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("localization_error = 0.1", "localisation_error = 0.1", "nearest is 'localization_error'"),
+        ("statistic=greatest", "statistik=greatest", "nearest is 'statistic'"),
+        ("= 0.3", '= "much"', "max must be a finite number"),
+        ('"ads.position_sigma"', "3", "only_if_logged must name a column"),
+        ("5.5 }", '"fast" }', "parameters must be numbers by name"),
+        ("localization_error = 0.01", "localization_error = 0.2", "min 0.2 is greater than max 0.1"),
+        ("[clean.min]", "[clean.least]", "unknown key 'least'"),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+    with pytest.raises(GateError, match=r"a\.gates\.toml:") as told:
+        read_gates(written(tmp_path, TEXT.replace(old, new)))
+    assert said in str(told.value)
