@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import shutil
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from results_logs import drive_straight, log_of
+from results_logs import drive_straight, log_of, times
 
+import scenarios
 from pytest_dvp.logs import detected_tracks
 from pytest_dvp.logs.log_contents import LogEvent
 from pytest_dvp.logs.undefined import Undefined
@@ -23,6 +26,7 @@ from pytest_dvp.verdicts import judging, stage_table, stage_table_text
 from pytest_dvp.verdicts.gate import Gate, GateFile
 from pytest_dvp.verdicts.model_gate import read_model_gate
 from pytest_dvp.verdicts.result_text import _no_verdict
+from pytest_dvp.verdicts.scenario_gates import check_beside
 from pytest_dvp.verdicts.silent_events import storyboard_verdict, without_optional
 from pytest_dvp.verdicts.verdict_changes import GateChange, change_lines
 
@@ -335,3 +339,23 @@ def test_what_is_wrong_with_a_gate_on_a_model_is_told_with_its_key(tmp_path: Any
         ("model_lag", None, 0.1, "v", 8),
         ("model_lag", None, 0.1, "yaw_rate", 8),
     ]
+
+
+@pytest.mark.parametrize(("beyond", "count"), [(-0.5, 0.0), (0.5, 1.0)])
+def test_a_red_light_is_crossed_when_the_front_is_beyond_its_line(beyond: float, count: float) -> None:
+    """The ego comes to a stand half a metre before the line, or behind it."""
+    x = 30.0 + beyond - 2.7 - np.maximum(8.0 - times(), 0.0)
+    line = {"signal": "1", "x": 30.0, "y": 0.0, "heading": 0.0, "width": 3.5}
+    log = log_of(columns={"x": x, "v": 1.0}, meta={"stop_lines": [line]}, events=(LogEvent(0.0, "signal", "1", "red"),))
+    assert compute("red_light", log).value == count
+    assert compute("stop_line", log).value == pytest.approx(beyond)
+
+
+@pytest.mark.parametrize(("goal", "told"), [('{ road = "nope", lane = -1, s = 1.0 }', ["task.goal.road"]), ("", [])])
+def test_places_of_a_gate_file_are_checked_on_the_road_beside_it(tmp_path: Path, goal: str, told: list[str]) -> None:
+    here = Path(scenarios.__file__).parent
+    shutil.copytree(here, tmp_path / "s", ignore=shutil.ignore_patterns("*.py", "__pycache__"))
+    file = tmp_path / "s" / "follow.gates.toml"
+    if goal:
+        file.write_text(f'[task]\ngoal = {goal}\n\n[[gate]]\nmetric = "collision"\nmax = 0\n')
+    assert [finding.element for finding in check_beside(file)] == told

@@ -8,6 +8,7 @@ from itertools import pairwise
 import pytest
 
 from openscenario.storyboard.actions import keep_distance, lateral, speed_profile
+from openscenario.storyboard.plausibility import Plausibility
 
 from .conftest import (
     Make,
@@ -18,6 +19,7 @@ from .conftest import (
     lane_change,
     lane_position,
     log,
+    relative_speed,
     run,
     speed,
     story,
@@ -211,3 +213,33 @@ def test_ways_add_up_along_a_trajectory_and_beyond_its_end(make: Make) -> None:
     steps = [b - c for c, b in pairwise(ways)]
     assert ways[-1] == pytest.approx(30.0, abs=0.11)
     assert (min(steps), max(steps)) == (pytest.approx(0.1, abs=1e-6), pytest.approx(0.1, abs=1e-6))
+
+
+def test_each_step_beyond_a_limit_counts_once(make: Make) -> None:
+    """90 m/s, of which a car of 70 m/s is not able, from 1 s to 3 s in steps of 0.05 s."""
+    do = follow((0.0, 110.0, -1.75), (10.0, 1010.0, -1.75), timing=RELATIVE)
+    board = make(A=at(100.0, 10.0), stories=story(event("e", do, start=group(condition(at_time(1.0))))))
+    board.start()
+    watch = Plausibility(board)
+    for _ in range(60):
+        board.step(0.05)
+        watch.look(0.05)
+    (count,) = [found["count"] for found in watch.findings() if found["field"] == "A.speed"]
+    assert count == pytest.approx(40, abs=1)
+
+
+@pytest.mark.parametrize(("reads", "least"), [(5.0, 2.0), (10.0, 1.0)])
+def test_who_is_slower_than_the_shape_goes_on_with_it_as_it_can(make: Make, reads: float, least: float) -> None:
+    """To 10 m/s with B in 1 s: with 5 m/s^2 it takes 2 s, with 10 m/s^2 as long as the shape."""
+    to = '<RelativeTargetSpeed entityRef="B" value="0" speedTargetValueType="delta" continuous="true"/>'
+    board = make(A=at(100.0, 0.0), B=at(300.0, 10.0), acceleration=reads,
+                 stories=story(event("e", relative_speed(to, "linear", "time", 1.0))))  # fmt: skip
+    run(board, 0.0)
+    a = board.entities["A"]
+    speeds = []
+    for _ in range(250):
+        run(board, 0.01)
+        speeds.append(a.speed)
+    assert speeds[49] == pytest.approx(min(reads, 10.0) * 0.5, rel=0.03)
+    assert speeds[round(100 * least) - 4] < 10.0
+    assert speeds[round(100 * least) + 3] == pytest.approx(10.0)
