@@ -11,15 +11,17 @@ from typing import Any
 
 import numpy as np
 import pytest
-from results_logs import drive_straight, log_of, times
+from results_logs import drive_straight, log_of, times, track
 
 import scenarios
 from pytest_dvp.logs import detected_tracks
-from pytest_dvp.logs.log_contents import LogEvent
+from pytest_dvp.logs.log_contents import DetectionTable, LogEvent
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics import compute
 from pytest_dvp.metrics._ego_box import ego_size
 from pytest_dvp.metrics._polyline import lateral_offsets
+from pytest_dvp.metrics.metric import REQUIRED, MetricError
+from pytest_dvp.metrics.registry import check_options
 from pytest_dvp.metrics.responsibility import safe_lateral, safe_longitudinal
 from pytest_dvp.metrics.signal_similarity import _compare_seen, _on_one_base
 from pytest_dvp.verdicts import judging, stage_table, stage_table_text
@@ -359,3 +361,31 @@ def test_places_of_a_gate_file_are_checked_on_the_road_beside_it(tmp_path: Path,
     if goal:
         file.write_text(f'[task]\ngoal = {goal}\n\n[[gate]]\nmetric = "collision"\nmax = 0\n')
     assert [finding.element for finding in check_beside(file)] == told
+
+
+# --- options and detections
+
+
+def test_options_are_of_the_type_of_their_default() -> None:
+    chosen: Any = SimpleNamespace(name="m", options={"x": 1.0, "word": "a", "names": ("a",), "needed": REQUIRED})
+    good = {"x": 2, "word": "b", "names": ["b", "c"], "needed": 1}
+    check_options(chosen, good)
+    check_options(chosen, {**good, "names": ("b",), "x": 0.5})
+    number, words = "must be a finite number", "must be a list of words"
+    wrong = [("x", "2", number), ("x", True, number), ("x", math.inf, number), ("word", 2, "must be a word"),
+             ("names", "b", words), ("names", [1], words), ("nams", ["b"], "nearest is 'names'")]  # fmt: skip
+    for key, value, text in wrong:
+        with pytest.raises(MetricError, match=text):
+            check_options(chosen, {**good, key: value})
+    with pytest.raises(MetricError, match="needs the option 'needed'"):
+        check_options(chosen, {"x": 2.0})
+
+
+def test_who_is_ahead_and_never_reported_is_missed() -> None:
+    t = times()[::5]
+    flat = np.zeros(0)
+    nothing = DetectionTable(t=flat, kind=(), x=flat, y=flat, yaw=flat, length=flat, width=flat, vx=flat, vy=flat)
+    log = drive_straight(2.0, objects={"car": track(t, 12.0 + 2.0 * t, 0.0, vx=2.0)}, detections=nothing)
+    found = compute("detection_recall", log)
+    assert (found.value, found.object) == (0.0, "car")
+    assert not compute("track_position_error", log).valid

@@ -19,6 +19,7 @@ from openscenario.storyboard.places import RoadPoint
 from openscenario.storyboard.play import turned
 from openscenario.storyboard.positions import on_ground
 from openscenario.storyboard.report import report
+from openscenario.storyboard.routes import wander
 from openscenario.storyboard.signals import Program, programs
 from openscenario.storyboard.trailers import couple, couples, draw, line_up, train, uncouple
 from openscenario.storyboard.values import COMPARISONS, Values, compare, typed
@@ -421,3 +422,24 @@ def test_a_sink_takes_so_many_a_second_of_those_within_its_radius(rate: float | 
     assert crowd.gone == gone
     sink.come_and_go(crowd, 10.5)
     assert crowd.gone == (["a", "b"] if gone else [])
+
+
+# --- routes
+
+ROADS = {"1": 100.0, "2": 50.0, "3": 70.0}
+SIGNS = {("1", -1): 1, ("2", -1): 1, ("3", 1): -1}
+AFTER = {("1", -1): [("2", -1)], ("2", -1): [("3", 1)], ("3", 1): []}
+
+
+@pytest.mark.parametrize(("length", "lanes"), [(90.0, 1), (100.0, 1), (101.0, 2), (150.0, 2), (151.0, 3), (1e6, 3)])
+def test_who_wanders_has_so_many_metres_of_lanes_ahead_of_it(length: float, lanes: int) -> None:
+    """Each from its beginning to its end as its traffic drives, until no other follows."""
+    network = SimpleNamespace(
+        roads={name: SimpleNamespace(length=end) for name, end in ROADS.items()},
+        driving_sign=lambda road, lane, s: SIGNS[road, lane],
+        lane_successors=lambda road, lane: AFTER[road, lane],
+    )
+    board: Any = SimpleNamespace(network=network, random=SimpleNamespace(choice=lambda ways: ways[0]))
+    entity: Any = SimpleNamespace(road="1", lane=-1, s=60.0)
+    found = [(each.road, each.lane, each.s_from, each.s_to) for each in wander(board, entity, length)]
+    assert found == [("1", -1, 0.0, 100.0), ("2", -1, 0.0, 50.0), ("3", 1, 70.0, 0.0)][:lanes]

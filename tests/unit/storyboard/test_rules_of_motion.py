@@ -336,3 +336,31 @@ def test_who_stands_at_the_very_place_does_not_close_in() -> None:
 
     board: Any = SimpleNamespace(network=None)
     assert _closing(board, here(0.0), here(1.0), "euclidianDistance", None)(1.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [(10.0, 10.04, False), (10.0, 10.06, True), (10.0, 9.99, False), (10.0, 9.97, True), (10.0, 10.0, False)],
+)
+def test_what_is_beyond_the_performance_is_told_of_either_sign(before: float, after: float, told: bool) -> None:
+    """In 10 ms: 5 m/s^2 upwards are 0.05 m/s, 2 m/s^2 downwards 0.02 m/s."""
+    warned: list[str] = []
+    entity = SimpleNamespace(name="A", speed=before, max_speed=70.0, max_acceleration=5.0, max_deceleration=2.0)
+
+    class Stepped(Synchronize):
+        __slots__ = ()
+
+        def _go_on(self, dt: float) -> bool:
+            entity.speed = after
+            return False
+
+    action: Any = object.__new__(Stepped)
+    action._entity, action._element, action._told = entity, None, False
+    action._board = SimpleNamespace(warn=lambda element, code, text: warned.append(code))
+    assert not action.step(0.01)
+    entity.speed = before
+    action.step(0.01)
+    assert warned == (["beyond-performance"] if told else [])  # once
+    entity.speed, entity.max_speed = before, 10.02
+    action.step(0.01)
+    assert entity.speed == min(after, 10.02)
