@@ -7,6 +7,9 @@ from __future__ import annotations
 
 import os
 import statistics
+import subprocess
+import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -27,7 +30,7 @@ ESMINI = 415.0  # s/s, median over such a corpus, esmini 3.6
 
 def run() -> list[Row]:
     folder = CORPUS if CORPUS.is_dir() else SHIPPED
-    return [*_read(folder), *_play(folder), *_roads(folder)]
+    return [*_read(folder), *_play(folder), *_roads(folder), *large()]
 
 
 def _scenarios(folder: Path) -> list[Path]:
@@ -86,6 +89,53 @@ def _roads(folder: Path) -> list[Row]:
         Row(f"{name}, all borders each 0.1 m", whole * 1e3, "ms", "<= 40", "pyxodr", 131.0, f"{points} points"),
         *_lookups(network),
     ]
+
+
+CHILD = """
+import sys, time
+from pathlib import Path
+from openscenario.road.opendrive import examine_opendrive
+from openscenario.xml import read_xml
+def of(name):
+    return next(int(row.split()[1]) * 1024 for row in open("/proc/self/status") if row.startswith(name))
+examine_opendrive(sys.argv[2])
+Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew (Linux)
+before, begin = of("VmRSS"), time.process_time()
+kept = read_xml(sys.argv[1]) if sys.argv[3] == "xml" else examine_opendrive(sys.argv[1])
+print(time.process_time() - begin, of("VmHWM") - before)
+"""
+
+
+def large(megabytes: float = 16.0) -> list[Row]:
+    """Time and memory that a file takes for each of its MB, in a process of its own: its XML alone, and as a road.
+
+    The file is a row of roads of 1 km with the elements that an editor writes, of 16 MB.
+    """
+    lane = '<lane id="{0}" type="driving" level="false"><link/><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>'
+    geometry = '<geometry s="{0}.0" x="{0}.0" y="{1}.0" hdg="0.0" length="10.0"><line/></geometry>'
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        big, small = Path(folder, "big.xodr"), Path(folder, "small.xodr")
+        for path, most in ((small, 0.01), (big, megabytes)):
+            size, roads = 0, []
+            while size < most * 1e6:
+                n = len(roads)
+                plan = "\n".join(geometry.format(10 * k, 20 * n) for k in range(100))
+                sides = f"<left>{lane.format(1)}</left><center><lane id='0' type='none'/></center>"
+                roads.append(
+                    f'<road name="" length="1000.0" id="{n}" junction="-1"><link/><planView>\n{plan}</planView>\n'
+                    f'<lanes><laneSection s="0">{sides}<right>{lane.format(-1)}</right></laneSection></lanes></road>\n'
+                )
+                size += len(roads[-1])
+            path.write_text(f'<OpenDRIVE><header revMajor="1" revMinor="6"/>{"".join(roads)}</OpenDRIVE>')
+        size = big.stat().st_size / 1e6
+        for what, name in (("xml", "XML alone"), ("road", "as a road, checked")):
+            words = [sys.executable, "-c", CHILD, str(big), str(small), what]
+            told = subprocess.run(words, capture_output=True, text=True, check=True, cwd=ROOT).stdout.split()
+            seconds, memory = float(told[0]), float(told[1]) / 1e6
+            rows.append(Row(f"a file of {size:.0f} MB, {name}: time for a MB", seconds / size * 1e3, "ms"))
+            rows.append(Row(f"a file of {size:.0f} MB, {name}: memory for a MB", memory / size, "MB"))
+    return rows
 
 
 def _drivable_size(path: Path) -> int:

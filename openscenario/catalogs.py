@@ -13,7 +13,7 @@ from openscenario.findings import ScenarioError, listed, nearest
 from openscenario.model.catalogs import CatalogLocations, CatalogReference
 from openscenario.model.kinds import At
 from openscenario.paths import PathError, Roots
-from openscenario.xml import MAX_BYTES, Document, Node, parse_xml, read_bytes
+from openscenario.xml import Document, Node, parse_xml, read_bytes
 
 KINDS: Final = ("Vehicle", "Controller", "Pedestrian", "MiscObject", "Environment", "Maneuver", "Trajectory", "Route")
 _SHARED_BYTES: Final = 1 << 20  # larger files are not kept in memory
@@ -202,7 +202,7 @@ def read_shared(path: Path) -> Document:
     Raises:
         ScenarioError: no such file, no XML.
     """
-    data = read_bytes(path, str(path), MAX_BYTES)
+    data = read_bytes(path, str(path))
     return _parsed(data, str(path)) if len(data) <= _SHARED_BYTES else parse_xml(data, str(path))
 
 

@@ -19,13 +19,12 @@ from xml.parsers import expat
 import msgspec
 from lxml import etree
 
+from openscenario.file_budget import most_bytes, most_elements
 from openscenario.findings import Finding, ScenarioError
 
-MAX_BYTES: Final = 64 << 20  # the largest public OpenDRIVE files have some 30 MB
 MAX_DEPTH: Final = 128  # OpenSCENARIO nests about 25 deep
 MAX_ATTRIBUTE: Final = 65_536  # characters of one attribute value
 MAX_ATTRIBUTES: Final = 256  # attributes of one element
-MAX_NODES: Final = 2_000_000
 
 _ENCODINGS: Final = re.compile(
     r"utf-?8|utf-?16(-?[lb]e)?|utf-?32(-?[lb]e)?|us-ascii|ascii|latin-?1|iso-?8859-?\d{1,2}|windows-?125\d|cp125\d"
@@ -114,9 +113,10 @@ class Document:
 
 
 def read_xml(
-    path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, texts: frozenset[str] | None = None
+    path: str | os.PathLike[str], *, max_bytes: int | None = None, texts: frozenset[str] | None = None
 ) -> Document:
-    """Reads an XML file into located nodes; `texts`: tags whose texts are wanted (None: of all elements).
+    """Reads an XML file into located nodes; `texts`: tags whose texts are wanted (None: of all elements); `max_bytes`:
+    of the file (None: as `openscenario.file_budget` says).
 
     Raises:
         ScenarioError: no such file, too big, not well formed, wrong encoding, a DOCTYPE, too deep.
@@ -174,8 +174,10 @@ def _escaped(text: str) -> str:
     return text.translate(_ESCAPES)
 
 
-def read_bytes(path: Path, file: str, max_bytes: int) -> bytes:
-    """The bytes of a regular file of at most that size; else ScenarioError."""
+def read_bytes(path: Path, file: str, max_bytes: int | None = None) -> bytes:
+    """The bytes of a regular file of at most that size, None: as in `read_xml`; else ScenarioError."""
+    if max_bytes is None:
+        max_bytes = most_bytes()
     try:
         info = path.stat()
         if not stat.S_ISREG(info.st_mode):
@@ -189,6 +191,7 @@ def read_bytes(path: Path, file: str, max_bytes: int) -> bytes:
                 "the file is too big",
                 f"{info.st_size} bytes",
                 f"up to {max_bytes} bytes",
+                "--max-file-bytes allows more",
             )
         with path.open("rb") as stream:
             return stream.read(max_bytes)
@@ -342,7 +345,7 @@ def _refuse_wide_tags(text: str, file: str) -> bool:
     """
     parts = text.split("<")
     if max(map(len, parts)) < _WIDE:
-        return len(parts) <= MAX_NODES
+        return len(parts) <= most_elements(most_bytes())
     line = 1
     for part in parts:
         tag, ended, _ = part.partition(">")
@@ -365,7 +368,7 @@ def _element_at(text: str, line: int, column: int) -> str:
 def _nodes(root: Any, file: str, odd: bool) -> Node:
     """`odd`: an attribute of the file may be too long, one of too many, or have a namespace."""
     top = _node(root, None, file, odd)
-    parent, count = top, 1
+    parent, count, allowed = top, 1, most_elements(most_bytes())
     open_nodes = [top]
     # one element at a time: lxml reuses its proxies
     events = etree.iterwalk(root, events=("start", "end"))
@@ -386,8 +389,9 @@ def _nodes(root: Any, file: str, odd: bool) -> Node:
         count += 1
         if len(open_nodes) > MAX_DEPTH:
             raise _too_deep(file, open_nodes[-2].line)
-        if count > MAX_NODES:
-            raise _error("xml.too_big", file, node.line, "", f"more than {MAX_NODES} elements")
+        if count > allowed:
+            hint = "--max-file-bytes allows more, in proportion"
+            raise _error("xml.too_big", file, node.line, "", f"more than {allowed} elements", hint=hint)
     return top
 
 

@@ -24,7 +24,7 @@ from openscenario.model.scenario import RoadNetwork
 from openscenario.model.storyboard import Init
 from openscenario.paths import PathError, Roots
 from openscenario.read.context import Context
-from openscenario.xml import MAX_BYTES, Node, parse_xml, read_bytes
+from openscenario.xml import Node, parse_xml, read_bytes
 
 _TOLERANCE: Final = 0.01  # m; lengths in files are rounded
 _HEAD_BYTES: Final = 1 << 16
@@ -133,7 +133,7 @@ def road_facts(path: Path) -> RoadFacts | None:
     Raises:
         ScenarioError: no XML.
     """
-    data = read_bytes(path, str(path), MAX_BYTES)
+    data = read_bytes(path, str(path))
     read: Callable[[bytes, str], RoadFacts | None] = _kept_facts if len(data) <= _SHARED_BYTES else _facts
     return read(data, str(path))
 

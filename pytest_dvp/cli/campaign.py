@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 PLACE = 105  # in `dvp --help`
 READS_NO_LOG = True
+READS_SCENARIOS = True
 
 RUNS = 200
 """Drives where no number is asked for: less than a minute on two cores with the reference stack."""

@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from types import ModuleType
 from typing import Any, NoReturn
 
-from pytest_dvp.cli.shared.arguments import WrongArgument, add_budget, budget_from
+from pytest_dvp.cli.shared.arguments import WrongArgument, add_budget, add_settings, budget_from
 from pytest_dvp.logs.budget import in_force
 from pytest_dvp.text.errors import SettingError, is_users_mistake
 from pytest_dvp.text.spelling import nearest, unknown
@@ -36,7 +36,8 @@ def commands() -> tuple[ModuleType, ...]:
     """The modules of all commands: every file of this folder, in the order of `dvp --help`.
 
     A command's module has `add_arguments(parser)`, `execute(arguments)`, a docstring, and `PLACE`, its place in the
-    help. `READS_NO_LOG = True` leaves out the options that say how large a log may be.
+    help. `READS_NO_LOG = True` leaves out the options that say how large a log may be; `READS_SCENARIOS = True` adds
+    that of files.
     """
     folder = importlib.import_module(str(__package__)).__path__
     names = [module.name for module in pkgutil.iter_modules(folder) if module.name not in NO_COMMANDS]
@@ -87,6 +88,8 @@ def _add_arguments(module: Any, parser: argparse.ArgumentParser) -> None:
     module.add_arguments(parser)
     if not getattr(module, "READS_NO_LOG", False):
         add_budget(parser)
+    elif getattr(module, "READS_SCENARIOS", False):
+        add_settings(parser, ("max-file-bytes",))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

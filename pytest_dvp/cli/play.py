@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 PLACE = 20  # in `dvp --help`
 READS_NO_LOG = True
+READS_SCENARIOS = True
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -10,7 +10,7 @@ import msgspec
 
 from pytest_dvp.verdicts.judging import Status
 
-MOST = 64_000_000  # bytes of a result that is read, about what a scenario may have (openscenario.xml.MAX_BYTES)
+MOST = 64_000_000  # bytes of a result that is read, about what a scenario may have (openscenario.file_budget.BYTES)
 
 
 class ResultFileError(ValueError):

@@ -297,7 +297,7 @@ class RunSpec:
     max_file_bytes: int | None = option(
         "size",
         None,
-        "largest log file; default: 64 GiB, of CSV and .mat 512 MiB",
+        "largest file that is read; default: logs 64 GiB, CSV and .mat 512 MiB, scenarios, roads and catalogues 64 MiB",
         "BYTES",
         unit="B",
         home="reading",

@@ -1,6 +1,6 @@
 """Budget: how large a log may be on disk, and how large it may become when it is unpacked.
 
-Imports the standard library only: the settings read it at start-up.
+Imports nothing but the standard library and what imports no more: the settings read it at start-up.
 """
 
 from __future__ import annotations
@@ -8,8 +8,9 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import os
-import re
 from collections.abc import Iterator, Mapping
+
+from openscenario.file_budget import SIZE_FORM, parse_size
 
 FLOOR = 32 << 20
 """Bytes that any log may unpack to, however small its file: 4 million numbers."""
@@ -24,10 +25,6 @@ TEXT = 512 << 20
 """Bytes of a file that is read as a whole (CSV, .mat): 11 hours of 11 columns at 100 Hz."""
 CONTAINER = 64 << 30
 """Bytes of a file that is read piece by piece (MCAP, bags, MDF): an hour of cameras and LiDAR."""
-
-SIZE_FORM = "a whole number >= 1, or one with a unit: 500MB, 2GiB"
-_SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*(?:([kmgt])(i?)b?|b)?", re.IGNORECASE | re.ASCII)
-_POWERS = {"k": 1, "m": 2, "g": 3, "t": 4}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,18 +44,6 @@ class Budget:
         for name, value in dataclasses.asdict(self).items():
             if value is not None and (not isinstance(value, int) or value < 1):
                 raise ValueError(f"{name} is {value}, expected a whole number >= 1")
-
-
-def parse_size(text: str) -> int:
-    """Bytes of `250000`, `500MB` (10^6), `2GiB` (2^30). Raises ValueError for anything else, and for less than 1."""
-    found = _SIZE.fullmatch(text.strip())
-    if found is None:
-        raise ValueError
-    base = 1024 if found[3] else 1000
-    value = int(float(found[1]) * base ** _POWERS[found[2].lower()]) if found[2] else int(found[1])
-    if value < 1:
-        raise ValueError
-    return value
 
 
 def shown_size(count: int) -> str:
@@ -110,3 +95,15 @@ def budget_in_force(environ: Mapping[str, str] = os.environ) -> Budget:
             except ValueError:
                 raise ValueError(f"environment {name} is {text!r}, expected {SIZE_FORM}") from None
     return Budget(**found)
+
+
+__all__ = [
+    "SIZE_FORM",
+    "Budget",
+    "budget_in_force",
+    "environment_of",
+    "in_force",
+    "parse_size",
+    "shown_apart",
+    "shown_size",
+]
