@@ -159,7 +159,7 @@ def test_pet_of_a_crossing(delay: float) -> None:
 
 
 def test_pet_is_the_least_of_all_pairs_of_instants() -> None:
-    from pytest_dvp.metrics.encroachment import _least_time
+    from pytest_dvp.metrics._encroachment import least_time
 
     rng = np.random.default_rng(4)
     n, met = 40, 0
@@ -172,7 +172,7 @@ def test_pet_is_the_least_of_all_pairs_of_instants() -> None:
             tracks.append(np.column_stack((place, rng.uniform(-3.0, 3.0, n), np.tile((length, width), (n, 1)))))
         touched = overlap(tracks[0][first], tracks[1][second])
         apart = np.abs(t[first] - t[second])[touched]
-        found, _ = _least_time(t, *tracks, 10.0)
+        found, _ = least_time(t, *tracks, 10.0)
         met += len(apart) > 0
         assert found == (pytest.approx(apart.min()) if len(apart) else math.inf)
     assert met > 3
