@@ -22,7 +22,7 @@ from pytest_dvp.metrics._ego_box import ego_size
 from pytest_dvp.metrics._polyline import lateral_offsets
 from pytest_dvp.metrics.metric import REQUIRED, MetricError
 from pytest_dvp.metrics.registry import check_options
-from pytest_dvp.metrics.responsibility import safe_lateral, safe_longitudinal
+from pytest_dvp.metrics.responsibility import _seen, safe_lateral, safe_longitudinal
 from pytest_dvp.metrics.signal_similarity import _compare_seen, _on_one_base
 from pytest_dvp.verdicts import judging, stage_table, stage_table_text
 from pytest_dvp.verdicts.gate import Gate, GateFile
@@ -389,3 +389,47 @@ def test_who_is_ahead_and_never_reported_is_missed() -> None:
     found = compute("detection_recall", log)
     assert (found.value, found.object) == (0.0, "car")
     assert not compute("track_position_error", log).valid
+
+
+@pytest.mark.parametrize(("beyond", "seconds"), [(0.0, 2.0), (10.0, 1.0)])
+def test_only_ghosts_in_the_band_that_is_judged_count(beyond: float, seconds: float) -> None:
+    """One 5 m before the bumper for a second, one 15 m before it for another."""
+    t = np.arange(0.0, 10.01, 0.05)
+    near, far = t[(t > 1.99) & (t < 2.96)], t[(t > 4.99) & (t < 5.96)]
+    stamps = np.concatenate([near, far])
+    x = 2.0 * stamps + 2.7 + np.concatenate([np.full(len(near), 5.0), np.full(len(far), 15.0)])
+    flat = np.zeros(len(stamps))
+    ghosts = DetectionTable(t=stamps, kind=("vehicle",) * len(stamps), x=x, y=flat, yaw=flat, length=flat, width=flat,
+                            vx=flat, vy=flat)  # fmt: skip
+    away = track(t, 500.0, 0.0)
+    found = compute(
+        "false_tracks", drive_straight(2.0, objects={"car": away}, detections=ghosts), reach=30.0, beyond=beyond
+    )
+    assert found.value == pytest.approx(seconds, abs=0.06)
+
+
+@pytest.mark.parametrize(
+    ("other", "along", "across", "rear", "front", "lateral"),
+    [
+        ((20.0, 3.0, 5.0, 0.4), 16.0, 1.25, 10.0, 5.0, (1.0, 0.4)),  # ahead on the left: towards it is +y
+        ((20.0, -3.0, 5.0, 0.4), 16.0, 1.25, 10.0, 5.0, (-1.0, -0.4)),
+        ((-20.0, 0.0, 5.0, 0.4), 16.0, 0.0, 5.0, 10.0, (1.0, 0.4)),  # behind: it is the rear one
+        ((20.0, 0.0, -5.0, 0.0), 16.0, 0.0, 10.0, -5.0, (1.0, 0.0)),  # they meet
+        ((1.0, 0.0, 5.0, 0.0), 0.0, 0.0, 10.0, 5.0, (1.0, 0.0)),  # they overlap
+        ((-0.5, 0.0, 5.0, 0.0), 0.0, 0.0, 5.0, 10.0, (1.0, 0.0)),
+    ],
+)
+def test_what_rss_looks_at(
+    other: tuple[float, ...], along: float, across: float, rear: float, front: float, lateral: tuple[float, float]
+) -> None:
+    """An ego of 4 x 2 m at 10 m/s along x, 1 m/s to the left; another one of 4 x 1.5 m."""
+    x, y, vx, vy = other
+    ego, box = np.array([[0.0, 0.0, 0.0, 4.0, 2.0, 10.0, 1.0]]), np.array([[x, y, 0.0, 4.0, 1.5, vx, vy]])
+    found = [float(value[0]) for value in _seen(ego, box)]
+    assert found == pytest.approx([along, across, rear, front, *lateral])
+
+
+def test_two_that_drive_backwards_are_seen_from_the_other_end() -> None:
+    """Both go against the ego's axis: who is ahead of it follows the ego."""
+    ego, box = np.array([[0.0, 0.0, 0.0, 4.0, 2.0, -3.0, 0.0]]), np.array([[20.0, 0.0, 0.0, 4.0, 2.0, -5.0, 0.0]])
+    assert [float(value[0]) for value in _seen(ego, box)][:4] == pytest.approx([16.0, 0.0, 5.0, 3.0])

@@ -15,10 +15,12 @@ from openscenario.storyboard.actions.speed import _time_over
 from openscenario.storyboard.actions.synchronize import STOP, Synchronize, _corner
 from openscenario.storyboard.actions.traffic import vehicle
 from openscenario.storyboard.actions.traffic import within as in_polygon
+from openscenario.storyboard.actions.trajectory import FollowTrajectory
 from openscenario.storyboard.conditions.distance import _closing
 from openscenario.storyboard.crowd import following, weighted
 from openscenario.storyboard.entity import Entity
 from openscenario.storyboard.motion import lean, move, way
+from openscenario.storyboard.trajectories import Course
 
 
 def mover(before: float, speed: float, *, late: bool = False, **more: Any) -> Any:
@@ -364,3 +366,37 @@ def test_what_is_beyond_the_performance_is_told_of_either_sign(before: float, af
     entity.speed, entity.max_speed = before, 10.02
     action.step(0.01)
     assert entity.speed == min(after, 10.02)
+
+
+def test_where_no_road_leads_the_way_is_straight() -> None:
+    action: Any = object.__new__(Synchronize)
+    here, there = SimpleNamespace(x=3.0, y=-4.0, lateral=None), SimpleNamespace(x=6.0, y=0.0)
+    action._board = SimpleNamespace(ground=SimpleNamespace(network=None))
+    assert action._way(here, there) == pytest.approx(5.0)
+    for along, way_ in ((-40.0, 40.0), (math.nan, 5.0)):
+        ground = SimpleNamespace(
+            network=1, position=lambda e: e, position_of=lambda p: p, distance=lambda a, b, d=along: d
+        )
+        action._board = SimpleNamespace(ground=ground)
+        assert action._way(here, there) == pytest.approx(way_)
+
+
+@pytest.mark.parametrize(("h", "rate"), [(0.0, 3.0), (math.pi, -3.0)])
+def test_on_a_trajectory_one_closes_in_on_what_lies_where_one_faces(h: float, rate: float) -> None:
+    """Along +x with 5 m/s, the other one with 2: who goes rear first moves away from what it faces."""
+
+    def on_line(x: float, vx: float) -> Entity:
+        entity = Entity(model.ScenarioObject(name="A", entity=vehicle("car")), external=False)
+        entity.put(x, 0.0, 0.0, h)
+        entity.vx = vx
+        return entity
+
+    follower: Any = object.__new__(FollowTrajectory)
+    follower._course, follower._s = Course([(0.0, 0.0, 0.0, 0.0), (100.0, 0.0, 0.0, 0.0)]), 10.0
+    entity, other = on_line(10.0, 5.0), on_line(40.0, 2.0)
+    board: Any = SimpleNamespace(network=None)
+    closing_in = _closing(board, entity, other, "longitudinal", "trajectory")
+    assert closing_in(1.0) == 0.0  # it follows none yet
+    entity.lateral = follower
+    assert closing_in(1.0) == pytest.approx(rate)
+    assert closing_in(-1.0) == pytest.approx(-rate)
