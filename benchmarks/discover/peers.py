@@ -17,7 +17,7 @@ import time
 
 import numpy as np
 
-ROWS = 1500  # that gplearn sees
+ROWS = 1500  # of the fitted drive, evenly taken
 
 
 def cases(file: str) -> dict[str, dict[str, dict[str, np.ndarray]]]:
@@ -41,9 +41,11 @@ def _rest(key: str) -> tuple[str, str, str]:
 
 
 def library(x: dict[str, np.ndarray]) -> tuple[list[str], np.ndarray]:
-    """Products of up to three features, scaled to unit size: names and columns (n, m)."""
-    names = [name for name in x if name != "u"]
+    """Products of up to three quantities, and of a memory with up to one: names and columns (n, m)."""
+    names = [name for name in x if name != "u" and "lag" not in name]
+    memories = [name for name in x if "lag" in name]
     terms = [t for n in (1, 2, 3) for t in itertools.combinations_with_replacement(names, n)]
+    terms += [(*more, memory) for memory in memories for more in ((), *((name,) for name in names))]
     columns = [np.prod([x[name] for name in term], axis=0) for term in terms]
     return [" ".join(term) for term in terms], np.column_stack(columns)
 
@@ -74,12 +76,11 @@ def genetic(fit: dict[str, np.ndarray], held: dict[str, np.ndarray], form: str) 
     a, b = (np.column_stack([x[name] for name in names]) for x in (fit, held))
     size = np.sqrt(np.mean(a**2, axis=0)) + 1e-12
     scale = float(np.std(fit["u"])) + 1e-12
-    rows = np.random.default_rng(0).choice(len(a), min(ROWS, len(a)), replace=False)
     search = SymbolicRegressor(
         population_size=600, generations=12, function_set=("add", "sub", "mul"), random_state=0,
         parsimony_coefficient=0.005, feature_names=[f"x{k}" for k in range(len(names))],
     )  # fmt: skip
-    search.fit(a[rows] / size, fit["u"][rows] / scale)
+    search.fit(a / size, fit["u"] / scale)
     guess = search.predict(b / size) * scale
     true = False
     if form:
@@ -113,6 +114,8 @@ def main() -> int:
         if k % parts != part:
             continue
         case, _, form = key.partition("|")
+        every = max(1, len(sides["fit"]["u"]) // ROWS)
+        sides["fit"] = {name: values[::every] for name, values in sides["fit"].items()}
         line: dict[str, object] = {"case": case, "form": form}
         for kind in ("STLSQ", "SSR"):
             begin = time.process_time()

@@ -189,7 +189,9 @@ def headings(columns: Sequence[Column], path: Path | None, rate: FloatArray | No
         if (said and "angle" not in said) or is_command(column.name):
             continue
         stated = find_unit(column.unit) if column.unit not in ("", QUATERNION) else None
-        choices = [False] if column.unit == QUATERNION else [False, True] if path is not None else _by_wraps(column)
+        choices = (
+            [False] if column.unit == QUATERNION else [False, True] if path is not None else degrees_by_wraps(column)
+        )
         for degrees in choices:
             if stated is not None and (stated.si != "rad" or (stated.scale == 1.0) == degrees):
                 continue
@@ -203,13 +205,17 @@ def headings(columns: Sequence[Column], path: Path | None, rate: FloatArray | No
 
 def wraps(column: Column) -> bool:
     """Whether the jumps of a heading tell its unit."""
-    return len(_by_wraps(column)) == 1
+    return len(degrees_by_wraps(column)) == 1
 
 
-def _by_wraps(column: Column) -> list[bool]:
-    """Whether a heading is in degrees, by how it jumps where it wraps; both are possible if it does not."""
-    jump = float(np.max(np.abs(np.diff(column.values))))
-    return [True] if 200.0 < jump <= 361.0 else [False] if 3.5 < jump <= 6.4 else [False, True]
+def degrees_by_wraps(column: Column) -> list[bool]:
+    """Whether a heading is in degrees, by the turn that it jumps where it wraps; both are possible if it does not."""
+    jump, span = float(np.max(np.abs(np.diff(column.values)))), float(np.ptp(column.values))
+    turns = ((True, 360.0), (False, 2.0 * math.pi))
+    return [degrees for degrees, turn in turns if 0.84 * turn < jump <= span < 1.01 * turn] or [
+        False,
+        True,
+    ]
 
 
 def _heading(

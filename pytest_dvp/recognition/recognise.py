@@ -20,7 +20,17 @@ from pytest_dvp.logs.units import find_unit
 from pytest_dvp.recognition.by_products import speed_and_turn
 from pytest_dvp.recognition.columns import Column, pairs_of, together
 from pytest_dvp.recognition.commands import Motion, pedals, steering, wishes
-from pytest_dvp.recognition.drive_motion import DEGREE, SURE, Heading, Path, best_match, headings, paths, wraps
+from pytest_dvp.recognition.drive_motion import (
+    DEGREE,
+    SURE,
+    Heading,
+    Path,
+    best_match,
+    degrees_by_wraps,
+    headings,
+    paths,
+    wraps,
+)
 from pytest_dvp.recognition.grid import Grid, Match, grid_of
 from pytest_dvp.recognition.recognised import Recognised, Recognition
 from pytest_dvp.recognition.unit_choice import UNITS, Choice, Relation, choose
@@ -29,6 +39,7 @@ from pytest_dvp.recognition.words import families, is_command, words_of
 G = 9.80665  # m/s^2, CGPM 1901
 FASTEST = 80.0  # m/s, and
 WIDEST = 0.6  # rad at the road wheel: hardly a car goes further, but its sensors may be noisy
+HAND_WHEEL = 4.0  # the most that the steering's relation costs: a hand wheel of unknown ratio breaks it, two sigmas
 OFFSET = 0.15  # rad between course and heading, from which it is told: the doctor's
 _SPEED, _FORCE, _TURN, _STEER = 0.07, 0.2, 0.15, 0.4
 """Sigmas of logarithms: wheels and clocks are off by some percent; accelerometers stand elsewhere in the car and feel
@@ -119,8 +130,20 @@ class _Search:
                 match = matches[0][1]
                 self.relations.append(_relation(self.turn_name, match, _TURN, {"yaw_rate": -1.0}))
             return
-        for column in (c for c in self.free if "yaw_rate" in _usual(c)):
-            self._heading_by_rate(column)
+        named = [c for c in self.free if "yaw_rate" in _usual(c)]
+        if named:
+            self._heading_by_rate(named[0])
+        else:
+            self._turning_by_heading()
+
+    def _turning_by_heading(self) -> None:
+        """Without positions and turn rate: a column that is called a heading, if its jumps tell its unit."""
+        for column in (c for c in self.free if "angle" in families(c.name, c.unit) and wraps(c)):
+            degrees = degrees_by_wraps(column)[0]
+            angle = np.unwrap(column.values * (DEGREE if degrees else 1.0))
+            self.heading = Heading(column, degrees, 1.0, 0.0, 0.0, Match(1.0, 0.0, 1.0))
+            self.take("yaw", column)
+            self.turn, self.turn_name = self.grid.change(column.t, angle), "d(yaw)/dt"
             return
 
     def _heading_by_rate(self, column: Column) -> None:
@@ -261,7 +284,8 @@ class _Search:
         powers = {"steer": -1.0, self.speed_name: -1.0}
         if self.turn_name == "yaw_rate":
             powers["yaw_rate"] = 1.0
-        return [_relation("turn rate over speed", match, _STEER, powers, self.wheelbase)]
+        told = _relation("turn rate over speed", match, _STEER, powers, self.wheelbase)
+        return [dataclasses.replace(told, far=HAND_WHEEL)]
 
     def _motion(self, choices: dict[str, Choice]) -> list[Recognised]:
         found = []
@@ -284,6 +308,12 @@ class _Search:
                 choice = choices["x"]
                 found.append(Recognised(name, column, choice.unit, evidence=_said(column, texts.get("x", [])),
                                         decided=choice.decided, rival=choice.rival))  # fmt: skip
+        if self.heading is None and self.turn_name == "yaw_rate" and self.turn is not None:
+            rate = choices["yaw_rate"]
+            turns = headings(self.free, None, self.turn * _scale(rate.unit), self.grid) if rate.decided else []
+            if turns:
+                self.heading = turns[0]
+                self.take("yaw", turns[0].column)
         if self.heading is not None:
             found.append(self._yaw(self.heading))
         for name in ("v", "yaw_rate", "ax", "ay"):
@@ -300,8 +330,11 @@ class _Search:
     def _yaw(self, heading: Heading) -> Recognised:
         column = heading.column
         unit = column.unit if column.unit else "deg" if heading.degrees else "rad"
-        text = [f"turns with {'the path' if self.path is not None else 'the yaw rate'} "
-                f"({heading.match.ratio:.2f} times, correlation {abs(heading.match.alike):.2f})"]  # fmt: skip
+        by = "the path" if self.path is not None else "the yaw rate"
+        alike = f"({heading.match.ratio:.2f} times, correlation {abs(heading.match.alike):.2f})"
+        text = [f"turns with {by} {alike}"]
+        if self.path is None and "yaw_rate" not in self.taken:
+            text = [f"jumps by a turn of {'360' if heading.degrees else '2 pi'} where it wraps"]
         sign, offset = heading.sign, 0.0
         if self.path is not None:
             text.append(f"course - yaw = {heading.offset:.2f} rad" if sign > 0 else "it counts clockwise")

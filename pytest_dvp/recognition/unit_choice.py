@@ -19,7 +19,7 @@ UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
     "m/s": (("m/s", 0.0), ("km/h", 0.3), ("mph", 1.0), ("kn", 1.5)),
     "m/s^2": (("m/s^2", 0.0), ("g", 0.3), ("mg", 2.5), ("cm/s^2", 2.5)),
     "rad/s": (("rad/s", 0.0), ("deg/s", 0.1), ("mrad/s", 3.0)),
-    "rad": (("rad", 0.0), ("deg", 0.1), ("mrad", 3.0)),
+    "rad": (("rad", 0.0), ("deg", 0.1)),
 }
 """Units that a column may have, and what each costs: how seldom recorders write it. Chosen, not measured."""
 
@@ -30,7 +30,7 @@ CLEAR = 3.0  # by which every other unit must cost more: 1.7 sigma, or a unit no
 @dataclasses.dataclass(frozen=True, slots=True)
 class Relation:
     """column = ratio * what others tell: `ratio` as found, in the units of the file; sigma of its logarithm. upper: the
-    ratio may be smaller, as for a limit that a car keeps.
+    ratio may be smaller, as for a limit that a car keeps; far: the most that it costs.
 
     powers: of each column's unit in the ratio that is to be expected; constant: in SI.
     """
@@ -41,12 +41,13 @@ class Relation:
     powers: Mapping[str, float]
     constant: float = 1.0
     upper: bool = False
+    far: float = FAR
 
     def cost(self, scales: Mapping[str, float]) -> float:
         """Squared distance of the ratio from what units of these scales give, in sigmas, up to FAR."""
         expected = math.log(self.constant) + sum(power * math.log(scales[name]) for name, power in self.powers.items())
         off = math.log(self.ratio) - expected
-        return min(((max(off, 0.0) if self.upper else off) / self.sigma) ** 2, FAR)
+        return min(((max(off, 0.0) if self.upper else off) / self.sigma) ** 2, self.far)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -73,8 +74,8 @@ def choose(kinds: Mapping[str, str], stated: Mapping[str, str], relations: Seque
     for k, name in enumerate(names):
         others = [(total, them[k]) for total, them in costs if them[k] != units[k]]
         worse, rival = min(others, default=(math.inf, ""))
-        touched = any(name in r.powers and r.cost({n: _scale(u) for n, u in zip(names, units, strict=True)}) < FAR
-                      for r in used)  # fmt: skip
+        scales = {n: _scale(u) for n, u in zip(names, units, strict=True)}
+        touched = any(name in r.powers and r.cost(scales) < r.far for r in used)
         decided = name in stated or (touched and worse - best > CLEAR)
         found[name] = Choice(units[k], decided, "" if decided else rival)
     return found
