@@ -457,8 +457,6 @@ def test_play_has_a_row_of_each_entity_each_twentieth_of_a_second(make: Make, ro
         step = max(dt, 0.05)
         for name, x, way in (("A", 100.0, 1.0), ("B", 200.0, -1.0)):
             mine = [row for row in rows if row.entity == name]
-            assert [row.time for row in mine] == pytest.approx(
-                [max(dt, 0.05) * k for k in range(round(1.0 / max(dt, 0.05)) + 1)]
-            )
+            assert [row.time for row in mine] == pytest.approx([step * k for k in range(round(1.0 / step) + 1)])
             assert [row.x for row in mine] == pytest.approx([x + way * 10.0 * row.time for row in mine], abs=1e-6)
             assert all(row.speed == 10.0 for row in mine)

@@ -274,6 +274,9 @@ def test_only_the_value_that_changed_changes_in_an_effect() -> None:
     text = f'[parameters]\n{car}\n\n[[effect]]\nname = "motor_damping"\nparameters = {{ zero = 0.02 }}\n'
     changed = edited_text(text, parse_model(text).with_effect("motor_damping", {"zero": 0.03}))
     assert changed == text.replace("0.02", "0.03")
+    both = text.replace("zero = 0.02", "full = 0.08, zero = 0.02")
+    changed = edited_text(both, parse_model(both).with_effect("motor_damping", {"full": 0.09, "zero": 0.03}))
+    assert changed == both.replace("0.02", "0.03").replace("0.08", "0.09")
 
 
 # --- what hides what
