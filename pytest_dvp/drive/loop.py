@@ -241,13 +241,12 @@ class Loop:
         """Whether all corners of the ego's box are on drivable lanes."""
         x, y, yaw = float(state[1]), float(state[2]), float(state[4])
         cos, sin = math.cos(yaw), math.sin(yaw)
-        locate, hints = self._network.locate, self._hints
+        locate, hints, on_road = self._network.locate, self._hints, True
         for corner, (u, v) in enumerate(self._corners):
             found = locate(x + cos * u - sin * v, y + sin * u + cos * v, None, hints[corner])
             hints[corner] = found
-            if not found.on_road:  # one is enough, and beside the road a place is looked for everywhere
-                return False
-        return True
+            on_road = on_road and found.on_road
+        return on_road
 
     def _drain(self, t: float) -> None:
         """Transitions, monitors and requests of this tick into the log; requests into the next observation."""
