@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: interop demo demo-gap test lint types contract compiled unit wheel mutants stages real-time nightly conformance reliability bench blind campaigns licences ads-report paper paper-searches paper-kills clean
+.PHONY: interop demo demo-gap test lint types contract compiled unit wheel mutants mutation stages real-time nightly conformance reliability bench blind campaigns licences ads-report paper paper-searches paper-kills clean
 
 # uv installs the same versions in a tenth of the time; where it cannot (another index, no wheel of it), pip does.
 $(STAMP): pyproject.toml constraints.txt
@@ -125,6 +125,14 @@ reliability: $(STAMP)
 # MINUTES=35 ends sooner, and the next call goes on where it was. Figures and survivors stand in docs/quality.md.
 mutants: $(STAMP)
 	nice $(BIN)/python -m scripts.mutants --minutes $${MINUTES:-inf}
+
+# Faults drawn by SEED, the commit that froze the gates, put into the reference stack under the gates that ship, and
+# drives with new seeds; both go on where they were. An hour of CPU; figures stand in docs/mutate.md.
+mutation: $(STAMP)
+	$(BIN)/python -m scripts.shipped_drives clean 0 42
+	$(BIN)/python -m scripts.fault_drives drive $(SEED) --count 120
+	$(BIN)/python -m scripts.fault_drives tell $(SEED)
+	$(BIN)/python -m scripts.shipped_drives fresh 1002 1228
 
 blind: $(STAMP)
 	$(BIN)/python -m scripts.blind_answers $${DVP_SHARED:-../shared}/blind

@@ -47,8 +47,10 @@ OWN_MARGIN = {
     "localization_nees": 1.0,
 }  # fmt: skip
 SHARE = 0.02  # of the value, at least
-WIDER = 2.0  # times as far from the median as the tail asks: of bounds of two thirds of 610 drives, 17 in 704 of the
-# others broke one as they were, and 9 so widened, of which 8 were drives of another course of events (docs/mutate.md)
+WIDER = (
+    2.0  # times as far from the median as the tail asks. Of bounds of two thirds of 610 drives, 17 of 704 tries with
+)
+# the others broke one as they were; 9 did so widened, all of four drives that took another course of events.
 
 
 def bounds(rows: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, float]]:

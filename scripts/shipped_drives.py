@@ -113,7 +113,9 @@ def _finite(value: float | None) -> float | None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=["clean"])
+    parser.add_argument(
+        "what", choices=["clean", "fresh"], help="fresh: seeds after the gates stood, in a file of their own"
+    )
     parser.add_argument("first", type=int)
     parser.add_argument("last", type=int)
     parser.add_argument("--scenario", nargs="+", default=None)

@@ -17,7 +17,7 @@ from pytest_dvp.mutation.fault import Memory
 from pytest_dvp.mutation.faulty_stack import FaultyStack
 from pytest_dvp.mutation.gate_writer import write_gates
 from pytest_dvp.mutation.mutate import Envelope, Proposal
-from vehicle.messages import Command, GnssFix, LidarScan, Observation, Odometry
+from vehicle.messages import Command, GnssFix, LidarScan, Observation, Odometry, Task
 
 STACK = '''
 from vehicle.messages import Command
@@ -121,9 +121,40 @@ def test_what_was_driven_is_not_driven_again(project: Path, capsys: pytest.Captu
     assert [file.stat().st_mtime_ns for file in whole] == before
 
 
+def test_the_source_of_the_stack_is_changed_too(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "2", "--cache", "kept", "--json"]
+    assert main([*asked, "--fault", "drive_cut_2s", "--source", "cruise.py", "--mutants", "6"]) == 1
+    found = [one for one in json.loads(capsys.readouterr().out)["faults"] if one["where"] == "source"]
+    assert len(found) == 6
+    assert all(one["name"].startswith("source cruise.py ") for one in found)
+    assert any(one["escaped"] for one in found)
+
+
+def test_a_map_is_another_one_for_the_stack_alone() -> None:
+    signals = (SimpleNamespace(name="a"), SimpleNamespace(name="b"))
+    network = SimpleNamespace(signals=signals, roads={"1": 1}, lane_width=lambda road, lane, s: 3.0)
+    maps = known_faults()["map_without_lights"].maps
+    narrow = known_faults()["map_lanes_70_percent_wide"].maps
+    assert maps is not None
+    assert narrow is not None
+    assert (maps(network).signals, maps(network).roads) == ((), {"1": 1})
+    assert narrow(network).lane_width("1", -1, 0.0) == pytest.approx(2.1)
+    assert network.signals == signals
+
+
+def test_a_late_task_comes_two_seconds_late() -> None:
+    inner = Recorder()
+    stack = FaultyStack(inner, known_faults()["task_2s_late"])
+    for k in range(60):
+        stack.tick(Observation(t=0.05 * k, task=Task(set_speed=5.0) if k == 3 else None))
+    assert [k for k, seen in enumerate(inner.seen) if seen.task is not None] == [43]
+
+
 @pytest.mark.parametrize(
     ("option", "said"),
     [
+        (["--source", "nowhere.py"], "--source: no file 'nowhere.py'"),
+        (["--mutants", "0"], "--mutants is 0, expected a whole number >= 1"),
         (["--fault", "gnss_frosen"], "gnss_frozen"),
         (["--clean-seeds", "1"], "--clean-seeds is 1, expected a whole number >= 2"),
         (["--jobs", "0"], "--jobs is 0, expected a whole number >= 1"),
