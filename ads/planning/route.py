@@ -9,6 +9,9 @@ from typing import Any, NamedTuple, Protocol
 from vehicle.messages import FloatArray, RoadPoint, Task
 
 FOLLOW_STEP = 2.0  # m
+GONE = 1.0  # m, of a lane at its end: no car goes on in it
+ROOMY = 2.5  # m, in which a car of 1.8 m has 0.35 m to each side; chosen
+JUST_BEFORE = 0.01  # m
 
 
 class Leg(NamedTuple):
@@ -96,7 +99,24 @@ def follow(network: Map, road: str, lane: int, s: float, length: float) -> tuple
         if network.dead_end(after):
             break
         at = after
-    return tuple(leg for leg in legs if leg.s_from != leg.s_to)
+    return tuple(piece for leg in legs if leg.s_from != leg.s_to for piece in _merging(network, leg))
+
+
+def _merging(network: Map, leg: Leg) -> tuple[Leg, ...]:
+    """A leg, on a lane that narrows to nothing only as far as it is wide enough, and then on the lane beside it."""
+    road, lane, s_from, s_to = leg
+    forward = 1.0 if s_to > s_from else -1.0
+    if network.lane_width(road, lane, s_to - forward * JUST_BEFORE) > GONE:
+        return (leg,)
+    s = s_to
+    while forward * (s - s_from) > 0.0 and network.lane_width(road, lane, s) < ROOMY:
+        s -= forward * FOLLOW_STEP
+    beside = (other for other in (lane - 1, lane + 1) if other * lane > 0)
+    there = s_to - forward * JUST_BEFORE
+    for other in beside:
+        if network.lane_type(road, other, there) == "driving" and network.lane_width(road, other, there) >= ROOMY:
+            return (leg._replace(s_to=s), Leg(road, other, s, s_to)) if forward * (s - s_from) > 0.0 else (leg,)
+    return (leg,)
 
 
 def _ends(network: Map, road: str, lane: int, s: float) -> tuple[float, float]:

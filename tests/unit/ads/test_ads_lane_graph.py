@@ -10,6 +10,7 @@ from ads.localization import Estimate
 from ads.parameters import Parameters
 from ads.planning.lane_graph import LaneGraphPlanner
 from ads.planning.navigator import Navigator
+from ads.planning.route import follow
 from openscenario.road.network import RoadNetwork, load_network
 from openscenario.road.route import RouteError
 from vehicle.messages import RoadPoint, Task
@@ -141,3 +142,23 @@ class TestNavigator:
         navigator, here = self.navigator(tmp_path)
         assert not navigator.avoid(navigator.s + 50.0, here)  # still on road 1, which has one lane
         assert not navigator.update(here, True)
+
+
+@pytest.mark.parametrize(("narrow", "other"), [(-1, -2), (-2, -1)])
+def test_a_lane_that_narrows_to_nothing_is_left_while_it_is_wide_enough(
+    tmp_path: Path, narrow: int, other: int
+) -> None:
+    """From 100 m on the lane of 3.5 m loses 0.035 m in a metre: it has 2.5 m at 128.6 m, and nothing at 200 m."""
+    text = road("1", 200.0, 0.0, lanes=2)
+    whole = LANE.format(id=narrow, link="")
+    gone = whole.replace("</lane>", '<width sOffset="100" a="3.5" b="-0.035" c="0" d="0"/></lane>')
+    assert whole in text
+    path = tmp_path / "narrow.xodr"
+    path.write_text(f'<OpenDRIVE><header revMajor="1" revMinor="6"/>{text.replace(whole, gone)}</OpenDRIVE>')
+    net = load_network(path)
+    first, second = follow(net, "1", narrow, 10.0, 400.0)
+    assert (first.lane, second.lane, second.s_to) == (narrow, other, 200.0)
+    assert first.s_to == second.s_from
+    assert 126.0 <= first.s_to <= 128.6
+    assert [leg.lane for leg in follow(net, "1", other, 10.0, 400.0)] == [other]
+    assert [leg.lane for leg in follow(net, "1", narrow, 10.0, 60.0)] == [narrow]
