@@ -147,11 +147,17 @@ def driven(
     motor_share = STEP / (car.torque_lag + controls.value("drive_lag", "tau", 0.0))
     brake_share = STEP / (car.brake_lag + controls.value("brake_lag", "tau", 0.0))
     steer_lag = controls.value("steer_lag", "tau", 0.0)
+    accel_late = round(controls.value("drive_delay", "T", 0.0) / STEP)  # steps of 1 ms: commands come between samples
+    steer_late = round(controls.value("steer_delay", "T", 0.0) / STEP)
+    asked = np.empty((n, 2))
     for k in range(n):
         x, y, yaw, v = bodies.pose
         given[k] = driver.command(k * PERIOD, x, y, yaw, v) if commands is None else commands[k]
-        accel, steer = controls.asked(float(given[k, 0]), float(given[k, 1]), v)
+        asked[k] = controls.asked(float(given[k, 0]), float(given[k, 1]), v)
         for j in range(SUBSTEPS):
+            now = k * SUBSTEPS + j
+            accel = float(asked[max(now - accel_late, 0) // SUBSTEPS, 0])
+            steer = float(asked[max(now - steer_late, 0) // SUBSTEPS, 1])
             motor += motor_share * (car.mass * max(accel, 0.0) - motor)
             brake += brake_share * (car.mass * max(-accel, 0.0) - brake)
             controls.heat(brake / car.mass, v, STEP)

@@ -19,10 +19,10 @@ def apply_loads(drive: float, brake: float, steer: float, step: float, qpos: Flo
     """Fill the generalised forces `joints` and the forces on `bodies` (nbody, 6), and advance the slip of the tyres.
 
     drive, brake: forces [N]; steer: wanted angle [rad]; step [s]. qpos to centre_of_mass: state of MuJoCo, in its own
-    layout. where (6, 4): bodies of wheels and carriers; freedoms of their spin; positions and freedoms of their slides;
-    positions and freedoms of the two steered joints. slip, force, torque, tyre: see `tyres.forces`. car (10,): shares
-    of the drive at the wheels, of the brakes in front, wheel radius of the data sheet [m], coefficient of rolling, wheel
-    radius [m], anti-roll stiffness [N/m], half the air's density times the drag area [kg/m].
+    layout. where (6, 4): bodies of wheels and carriers; freedoms of their spin; positions and freedoms of their
+    slides; positions and freedoms of the two steered joints. slip, force, torque, tyre: see `tyres.forces`. car (10,):
+    shares of the drive at the wheels, of the brakes in front, wheel radius of the data sheet [m], coefficient of
+    rolling, wheel radius [m], anti-roll stiffness [N/m], half the air's density times the drag area [kg/m].
     """
     wheels, carriers, spins, slides, slide_freedoms = where[0], where[1], where[2], where[3], where[4]
     joints[:] = 0.0
