@@ -23,7 +23,7 @@ from pytest_dvp.gap.diagnose.held_out import (
 )
 from pytest_dvp.gap.diagnose.input_scales import implausible_scales, input_map, repeats
 from pytest_dvp.gap.diagnose.least_squares import Intervals, intervals, widen_dead_times, widen_imitated
-from pytest_dvp.gap.diagnose.quiet_effects import is_evident_apart
+from pytest_dvp.gap.diagnose.quiet_effects import changing_instead, is_evident_apart
 from pytest_dvp.gap.diagnose.removal import SearchSpace, lost_held_out, removed_effect, searched
 from pytest_dvp.gap.diagnose.residual_signature import signature
 from pytest_dvp.gap.diagnose.search import (
@@ -80,10 +80,9 @@ def diagnose(
         return diagnose(dict(logs) | dict(held_out), model, effects=effects, twins=twins, tick=tick)
     if target.excused or search.misfit(final):
         tick("rivals over segments")
-        more = rivals_over_segments(search, judges, final)
-        found = dataclasses.replace(
-            found, rivals={n: tuple(dict.fromkeys((*found.rivals.get(n, ()), *more.get(n, ())))) for n in final.names}
-        )
+        for more in (rivals_over_segments(search, judges, final), changing_instead(search, final)):
+            both = {n: (*found.rivals.get(n, ()), *more.get(n, ())) for n in final.names}
+            found = dataclasses.replace(found, rivals={n: tuple(dict.fromkeys(both[n])) for n in final.names})
         target.settle(final.values)
     tick("ladder")
     measured, sure = _measured(search, final, model)

@@ -8,9 +8,9 @@ fitted on and on data held out, and beyond what the remainder imitates, is told.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isfinite, sqrt
+from math import inf, isfinite, sqrt
 
-from pytest_dvp.gap.diagnose.candidates import sizes
+from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, sizes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.held_out import Fold
@@ -66,3 +66,27 @@ def is_evident_apart(search: Search, trial: Trial, name: str, judges: Sequence[F
     """True if the data fitted on and all data held out show the effect so; False without such data."""
     apart = [fold.judge for fold in judges if fold.fitted is None and fold.setup is None]
     return bool(apart) and all(is_evident(search, trial.values, name, data) for data in (search.target, *apart))
+
+
+def changing_instead(search: Search, final: Trial) -> dict[str, tuple[str, ...]]:
+    """Effects that change while driving and that a constant one which they refine does not clearly beat, by its name.
+
+    An assist that grows with speed looks like a smaller steering ratio, and a known remainder may make up for the
+    difference. So the constant has to stand EVIDENT before the other one with its shape in the middle of its range: at
+    an end of it, it may be as good as constant.
+    """
+    lasting = search.target.lasting()
+    now = search.trial(final.names, final.values, target=lasting)
+    found: dict[str, tuple[str, ...]] = {}
+    for name in final.names:
+        rest = tuple(n for n in final.names if n != name)
+        for refiner in search.refiners.values():
+            if refiner.name in rest or not {name, search.contained(name)} & set(refiner.effect.diagnosed.refines):
+                continue
+            look = FirstOrderGain(lasting, search.trial(rest, final.values, target=lasting))
+            shapes = [c for c in refiner.coordinates if c.key.name in SHAPE_KEYS]
+            points = [p for p in refiner.points if all(0.2 < c.to_unit(p[c.name]) < 0.8 for c in shapes)]
+            left = min((left for left, _ in look.remaining_chi2(refiner, points)), default=inf)
+            if left < now.chi2 + EVIDENT**2:
+                found[name] = (*found.get(name, ()), refiner.name)
+    return found
