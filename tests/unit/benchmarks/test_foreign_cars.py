@@ -107,6 +107,11 @@ def test_a_payload_counts_by_what_it_does_to_accelerations() -> None:
 
 
 def test_a_dead_time_need_not_be_a_whole_number_of_samples() -> None:
-    """The steering servo begins to turn the wheels, and so the yaw rate rises, 10 ms later."""
-    early, late = (commanded(1.0, 0.1, 3.0, {"steer_delay": {"T": T}})["yaw_rate"] for T in (0.10, 0.11))
-    assert 0.0 < np.abs(early - late).max() < np.abs(early - np.roll(early, 1))[1:].max()
+    """A step of the steering that arrives 10 ms later: the yaw rate is behind by less than one of its samples of 20 ms
+    changes it by, and by more than nothing."""
+    commands = np.column_stack([np.full(100, 1.0), np.where(np.arange(100) < 60, 0.0, 0.1)])
+    early, late = (
+        driven(HATCH, "rich", 1, {"steer_delay": {"T": T}}, duration=2.0, commands=commands)["yaw_rate"]
+        for T in (0.10, 0.11)
+    )
+    assert 0.3 < np.abs(early - late).max() / np.abs(np.diff(early)).max() < 0.7
