@@ -29,7 +29,7 @@ from vehicle.model.remainder_shape import RemainderShape
 MEMORY = {"x": 1.0, "y": 1.0, "yaw": 1.0, "v": 1.0}  # s, of a model file that does not tell it: three cars in MuJoCo
 OTHER_MEMORY = 0.3  # s, showed 0.7 to 1.7 of these and 0.1 to 0.6 of yaw rate and accelerations
 LONGEST = 250  # samples to which a correlation is followed: 5 s at 50 Hz, a segment
-_DIGITS = 3
+_DIGITS = 3  # significant: a tenth of a per cent, where another drive differs by tens of them
 
 
 class LastingRemainder:
