@@ -33,6 +33,7 @@ def main() -> int:
     parser.add_argument("--seed", required=True, type=_seed, metavar="HEX", help=rule)
     parser.add_argument("--cases", type=int, default=200)
     parser.add_argument("--part", default="0/1", metavar="K/N", help="every Nth case, from the Kth on")
+    parser.add_argument("--no-bare", action="store_true", help="leave out the bare cars, which take minutes each")
     parser.add_argument("--json", type=Path, default=Path("runs/foreign_cars/answers.jsonl"), metavar="F")
     parser.add_argument("--resume", action="store_true", help="go on with the answers that F has")
     parser.add_argument("--out", type=Path, metavar="F", help="write the page")
@@ -45,7 +46,7 @@ def main() -> int:
     args.json.parent.mkdir(parents=True, exist_ok=True)
     wanted = cases(args.seed)[: args.cases]
     for k, case in enumerate(wanted):
-        if case.key in known or k % parts != part:
+        if case.key in known or k % parts != part or (args.no_bare and case.category == "bare"):
             continue
         line = ask(case, args.json.parent / f"twins-{args.seed}")
         lines.append(line)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.foreign_cars.car import CARS, data_sheet
+from benchmarks.foreign_cars.car import CARS, WHEEL_MASS, ForeignCar, data_sheet
 from benchmarks.foreign_cars.case import Case
 from benchmarks.foreign_cars.drive import LEVELS, NOISE, driven, make_log
 from benchmarks.foreign_cars.hidden import Values, sensed
@@ -60,14 +60,37 @@ def detectable(case: Case) -> bool:
     return any(int(np.count_nonzero(np.abs(a[n] - b[n]) > scale * NOISE[n])) >= LASTING for n in signals)
 
 
+def effective(car: ForeignCar, hidden: Values) -> dict[str, dict[str, float]]:
+    """The hidden values as the catalogue means them, by accelerations: on a straight, the car in MuJoCo shows by how
+    much less a force accelerates it with a payload (which presses the tyres flatter, too, and leaves the wheels alone);
+    air slows down turning wheels as well."""
+    found = {name: dict(values) for name, values in hidden.items()}
+    if "mass" in hidden:
+        gains = [_rate(car, 2.0, each) - _rate(car, 0.7, each) for each in ({}, hidden)]
+        found["mass"]["ratio"] = gains[0] / gains[1]
+    if "aero_drag" in hidden:
+        found["aero_drag"]["k"] *= car.mass / (car.mass + 2.0 * WHEEL_MASS)  # four discs of this mass, rolling
+    return found
+
+
+def _rate(car: ForeignCar, wanted: float, hidden: Values) -> float:
+    """Acceleration [m/s^2] that a car shows on a straight when `wanted` is asked for."""
+    commands = np.column_stack([np.full(200, wanted), np.zeros(200)])
+    log = driven(car, "rich", 1, hidden, duration=4.0, commands=commands)
+    return float(np.polyfit(log["t"][50:], log["v"][50:], 1)[0])
+
+
 def total(hidden: Values, twin: VehicleModel) -> dict[str, dict[str, float]]:
     """What a diagnosis that starts from the twin should find: where the twin has the effect already, its value and the
-    hidden one together. Gains multiply, limits take the smaller one, all else adds."""
+    hidden one together. Gains multiply, limits take the smaller one, all else adds. A cap on the torque is one on the
+    acceleration that the twin's mass leaves of it."""
     found = {name: dict(values) for name, values in hidden.items()}
     for applied in twin.effects:
         for name, value in found.get(applied.name, {}).items():
             own, neutral = applied.values[name], applied.effect.key(name).neutral
             found[applied.name][name] = min(value, own) if isinf(neutral) else value * own if neutral else value + own
+        if applied.name == "mass" and "drive_torque_limit" in found:
+            found["drive_torque_limit"]["limit"] /= applied.values["ratio"]
     return found
 
 
@@ -84,7 +107,7 @@ def ask(case: Case, folder: Path) -> dict[str, Any]:
     if case.name and not detectable(case):
         return line | {"verdict": "UNDETECTABLE", "effects": []}
     twin, _ = matched(case.car, folder)
-    line["total"] = total(case.truth, twin)
+    line["total"] = total(effective(car, case.truth), twin)
     seed = case.drive_seed
     logs: dict[str, Log] = {"rich.csv": make_log(car, "rich", seed, case.noise, case.truth)}
     held_out = {"town.csv": make_log(car, "town", seed + OTHER_RUN, case.noise, case.truth)}

@@ -8,11 +8,11 @@ import numpy as np
 
 from benchmarks.foreign_cars.car import GRAVITY, WHEELS, ForeignCar, mjcf
 from benchmarks.foreign_cars.hidden import Controls, Values, changed, sensed
-from benchmarks.foreign_cars.tyres import FloatArray, forces
+from benchmarks.foreign_cars.loads import apply_loads
+from benchmarks.foreign_cars.tyres import FloatArray
 from pytest_dvp.logs.log import Log
 
 PERIOD, STEP, SUBSTEPS = 0.02, 0.001, 20  # s
-SERVO, SERVO_DAMPING = 4000.0, 120.0  # N m/rad, N m s/rad: of the steering
 AIR = 0.6  # kg/m^3, half the density
 NOISE = {"x": 0.02, "y": 0.02, "yaw": 0.005, "v": 0.03, "yaw_rate": 0.005, "ax": 0.1, "ay": 0.1}
 LEVELS = {"none": 0.0, "low": 0.5, "mid": 1.0, "high": 2.0}
@@ -81,18 +81,23 @@ class Bodies:
         self.car, self._sheet = car, sheet
         self.model: Any = mujoco.MjModel.from_xml_string(mjcf(car))
         self.data: Any = mujoco.MjData(self.model)
-        m = self.model
+        m, d = self.model, self.data
         self._chassis = m.body("chassis").id
-        self._wheels = [m.body(f"wheel_{n}").id for n in WHEELS]
-        self._carriers = [m.body(f"carrier_{n}").id for n in WHEELS]
-        self._spin = [int(m.joint(f"spin_{n}").dofadr[0]) for n in WHEELS]
-        self._slide = [(int(m.joint(f"slide_{n}").qposadr[0]), int(m.joint(f"slide_{n}").dofadr[0])) for n in WHEELS]
-        self._steer = [
-            (int(m.joint(f"steer_{n}").qposadr[0]), int(m.joint(f"steer_{n}").dofadr[0])) for n in WHEELS[:2]
-        ]
-        self._slip, self._force, self._torque = np.zeros((4, 2)), np.zeros((4, 3)), np.zeros((4, 3))
+        self._spin = np.array([m.joint(f"spin_{n}").dofadr[0] for n in WHEELS], dtype=np.int64)
+        slides, steered = [m.joint(f"slide_{n}") for n in WHEELS], [m.joint(f"steer_{n}") for n in WHEELS[:2]]
+        places = [[j.qposadr[0] for j in slides], [j.dofadr[0] for j in slides],
+                  [*(j.qposadr[0] for j in steered), *(j.dofadr[0] for j in steered)]]  # fmt: skip
+        bodies = [[m.body(f"wheel_{n}").id for n in WHEELS], [m.body(f"carrier_{n}").id for n in WHEELS]]
         load = 0.25 * (car.mass + car.payload) * GRAVITY
-        self._shape = np.array([car.wheel_radius, car.friction, *car.lateral, *car.longitudinal, load])
+        shape = np.array([car.wheel_radius, car.friction, *car.lateral, *car.longitudinal, load])
+        # MuJoCo keeps its arrays in place, so that the loads are worked out on them without a copy.
+        self._loads = (
+            d.qpos, d.qvel, d.xpos, d.xmat, d.cvel, d.subtree_com, d.qfrc_applied, d.xfrc_applied,
+            np.array([*bodies, self._spin, *places], dtype=np.int64), self._chassis, np.zeros((4, 2)), np.zeros((4, 3)),
+            np.zeros((4, 3)), shape,
+            np.array([*car.drive, car.brake_front, sheet.wheel_radius, car.rolling, car.wheel_radius, car.anti_roll,
+                      AIR * car.drag_area]),
+        )  # fmt: skip
         mujoco.mj_forward(self.model, self.data)
 
     @property
@@ -109,30 +114,7 @@ class Bodies:
 
     def load(self, drive: float, brake: float, steer: float) -> None:
         """Forces for the next step: of drive and brakes [N], the servo towards an angle [rad], tyres and air."""
-        d, car = self.data, self.car
-        d.qfrc_applied[:] = 0.0
-        spin = self.spin
-        brakes = (0.5 * car.brake_front,) * 2 + (0.5 - 0.5 * car.brake_front,) * 2
-        radius = self._sheet.wheel_radius
-        for k, dof in enumerate(self._spin):
-            held = brake * brakes[k] * radius * np.tanh(spin[k] / 0.25)
-            rolls = car.rolling * self._force[k, 2] * car.wheel_radius * np.tanh(spin[k] / 0.5)
-            d.qfrc_applied[dof] = drive * car.drive[k] * radius - held - rolls
-        for place, dof in self._steer:
-            d.qfrc_applied[dof] = SERVO * (steer - d.qpos[place]) - SERVO_DAMPING * d.qvel[dof]
-        for left, right in ((0, 1), (2, 3)):
-            twist = car.anti_roll * (d.qpos[self._slide[left][0]] - d.qpos[self._slide[right][0]])
-            d.qfrc_applied[self._slide[left][1]] -= twist
-            d.qfrc_applied[self._slide[right][1]] += twist
-        centre = d.xpos[self._wheels]
-        turning = d.cvel[self._wheels]
-        arm = centre - d.subtree_com[self._chassis]
-        velocity = turning[:, 3:] + np.cross(turning[:, :3], arm)
-        forces(centre, d.xmat[self._carriers], velocity, spin, self._slip, STEP, self._shape, self._force, self._torque)
-        d.xfrc_applied[self._wheels, :3] = self._force
-        d.xfrc_applied[self._wheels, 3:] = self._torque
-        wind = d.qvel[:2]
-        d.xfrc_applied[self._chassis, :2] = -AIR * car.drag_area * float(np.hypot(*wind)) * wind
+        apply_loads(drive, brake, steer, STEP, *self._loads)
 
     def shown(self) -> tuple[float, ...]:
         """x, y of the ground point of the rear axle, yaw, wheel speed, yaw rate, ax, ay at the centre of gravity."""
@@ -165,11 +147,17 @@ def driven(
     motor_share = STEP / (car.torque_lag + controls.value("drive_lag", "tau", 0.0))
     brake_share = STEP / (car.brake_lag + controls.value("brake_lag", "tau", 0.0))
     steer_lag = controls.value("steer_lag", "tau", 0.0)
+    accel_late = round(controls.value("drive_delay", "T", 0.0) / STEP)  # steps of 1 ms: commands come between samples
+    steer_late = round(controls.value("steer_delay", "T", 0.0) / STEP)
+    asked = np.empty((n, 2))
     for k in range(n):
         x, y, yaw, v = bodies.pose
         given[k] = driver.command(k * PERIOD, x, y, yaw, v) if commands is None else commands[k]
-        accel, steer = controls.asked(float(given[k, 0]), float(given[k, 1]), v)
+        asked[k] = controls.asked(float(given[k, 0]), float(given[k, 1]), v)
         for j in range(SUBSTEPS):
+            now = k * SUBSTEPS + j
+            accel = float(asked[max(now - accel_late, 0) // SUBSTEPS, 0])
+            steer = float(asked[max(now - steer_late, 0) // SUBSTEPS, 1])
             motor += motor_share * (car.mass * max(accel, 0.0) - motor)
             brake += brake_share * (car.mass * max(-accel, 0.0) - brake)
             controls.heat(brake / car.mass, v, STEP)

@@ -63,7 +63,6 @@ class Controls:
 
     def __init__(self, hidden: Values) -> None:
         self._hidden = hidden
-        self._old: list[tuple[float, float]] = []
         self._disc = 0.0
         self._stuck: float | None = None
         self._angle = 0.0
@@ -73,10 +72,7 @@ class Controls:
         return self._hidden.get(name, {}).get(key, otherwise)
 
     def asked(self, accel: float, steer: float, speed: float) -> tuple[float, float]:
-        """Acceleration and angle that reach the actuators, once a command (50 Hz)."""
-        self._old.append((accel, steer))
-        steer = self._old[max(0, len(self._old) - 1 - round(self.value("steer_delay", "T", 0.0) / 0.02))][1]
-        accel = self._old[max(0, len(self._old) - 1 - round(self.value("drive_delay", "T", 0.0) / 0.02))][0]
+        """Acceleration and angle that are asked of the actuators, once a command (50 Hz)."""
         accel *= self.value("drive_gain", "g", 1.0) if accel > 0.0 else self.value("brake_gain", "g", 1.0)
         accel = min(accel, self.value("drive_torque_limit", "limit", np.inf))
         if accel < 0.0:

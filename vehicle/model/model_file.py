@@ -22,6 +22,7 @@ from vehicle.model.effect import Effect
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.errors import ModelError, nearest_name
 from vehicle.model.remainder import read_remainder, remainder_text
+from vehicle.model.remainder_shape import TABLES, read_shape, shape_text
 from vehicle.model.vehicle_model import BASES, AppliedEffect, Interval, VehicleModel, check_base
 from vehicle.toml_file import TomlError, parse_toml, read_toml
 
@@ -133,13 +134,22 @@ def _model(data: Mapping[str, Any], text: str, file: str, extra: Mapping[str, Ef
             raise ModelError("effect stands twice", file=file, line=line, key="effect.name", found=applied.name)
         effects.append(applied)
     try:
-        left = read_remainder(_table(data, "remainder", file, lines))
+        stated_remainder = _table(data, "remainder", file, lines)
+        left = read_remainder({key: value for key, value in stated_remainder.items() if key not in TABLES})
+        shape = read_shape(stated_remainder)
     except ModelError as error:
         line = lines.find("remainder", error.key.split(".")[0])
         raise error.at(file, line, f"remainder.{error.key}") from error
     given = frozenset((*stated, *parameters))
     return VehicleModel(
-        base=base, inputs=inputs, car=car, effects=tuple(effects), name=name, remainder=left, given=given
+        base=base,
+        inputs=inputs,
+        car=car,
+        effects=tuple(effects),
+        name=name,
+        remainder=left,
+        remainder_shape=shape,
+        given=given,
     )
 
 
@@ -287,7 +297,8 @@ def model_text(model: VehicleModel) -> str:
             out.append(f"{name} = {_toml_number(value)}  # {unit}")
     out += ["", "[parameters]"]
     out += [f"{name} = {_toml_number(value)}  # {units[name]}" for name, value in values.items()]
-    tables = ["\n".join(out), *(effect_text(applied) for applied in model.effects), remainder_text(model.remainder)]
+    tables = ["\n".join(out), *(effect_text(applied) for applied in model.effects)]
+    tables += [remainder_text(model.remainder), shape_text(model.remainder_shape)]
     return "\n\n".join(table.rstrip() for table in tables if table) + "\n"
 
 

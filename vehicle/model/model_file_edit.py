@@ -11,6 +11,7 @@ from vehicle.model.effect import Effect
 from vehicle.model.errors import ModelError
 from vehicle.model.model_file import effect_text, model_text, parse_model
 from vehicle.model.remainder import remainder_text
+from vehicle.model.remainder_shape import shape_text
 from vehicle.model.vehicle_model import AppliedEffect, VehicleModel
 
 _HEAD = re.compile(r"\s*\[\[\s*effect\s*\]\]")
@@ -38,7 +39,7 @@ def edited_text(text: str, model: VehicleModel, *, extra: Mapping[str, Effect] |
         for nth, name in enumerate(old):
             if name in new and new[name] != old[name]:
                 _effect(document["effect"][nth], new[name])
-        other_remainder = model.remainder != given.remainder
+        other_remainder = (model.remainder, model.remainder_shape) != (given.remainder, given.remainder_shape)
         if other_remainder and "remainder" in document:
             del document["remainder"]
         changed = tomlkit.dumps(document)
@@ -51,7 +52,8 @@ def edited_text(text: str, model: VehicleModel, *, extra: Mapping[str, Effect] |
         if name not in old:
             changed = f"{changed.rstrip()}\n\n{effect_text(applied)}"
     if other_remainder:
-        changed = f"{_without_comment(changed).rstrip()}\n\n{remainder_text(model.remainder)}".rstrip() + "\n"
+        said_again = f"{remainder_text(model.remainder)}\n{shape_text(model.remainder_shape)}"
+        changed = f"{_without_comment(changed).rstrip()}\n\n{said_again}".rstrip() + "\n"
     try:
         return changed if parse_model(changed, extra=extra) == model else None
     except ModelError:

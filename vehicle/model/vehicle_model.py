@@ -14,6 +14,7 @@ from vehicle.model.effect import Effect
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.errors import ModelError, nearest_name
 from vehicle.model.remainder import Remainder
+from vehicle.model.remainder_shape import RemainderShape
 
 Base: TypeAlias = Literal["kinematic_bicycle", "dynamic_bicycle"]
 __all__ = ["BASES", "AppliedEffect", "Base", "Inputs", "Interval", "VehicleModel", "check_base"]
@@ -50,8 +51,8 @@ class AppliedEffect:
 class VehicleModel:
     """A car and the effects that act on it, in the order of its file.
 
-    remainder: what the model is known not to explain. given: keys of [inputs] and [parameters] that its file states,
-    the others being defaults (None: there is no file).
+    remainder: what the model is known not to explain; remainder_shape: how that repeats itself. given: keys of
+    [inputs] and [parameters] that its file states, the others being defaults (None: there is no file).
     """
 
     base: Base
@@ -60,6 +61,7 @@ class VehicleModel:
     effects: tuple[AppliedEffect, ...] = ()
     name: str = ""
     remainder: Remainder = field(default_factory=dict)
+    remainder_shape: RemainderShape = field(default_factory=RemainderShape)
     given: frozenset[str] | None = field(default=None, compare=False, repr=False)
 
     @property

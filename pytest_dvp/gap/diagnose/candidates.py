@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import inf, isinf
 from typing import TypeAlias
 
@@ -137,6 +137,11 @@ def _strength(c: Coordinate, value: float) -> float:
     if c.key.neutral == inf:
         return 1.0 - c.to_unit(value)
     return abs(c.to_unit(value) - c.to_unit(c.key.neutral)) if not isinf(c.key.neutral) else 0.0
+
+
+def sizes(coordinates: Sequence[Coordinate]) -> Sequence[Coordinate]:
+    """Those that say how much, not how; of an effect that only says how (a lag) all."""
+    return [c for c in coordinates if c.key.name not in SHAPE_KEYS] or coordinates
 
 
 def is_worth_naming(key: Key, value: float) -> bool:

@@ -14,6 +14,7 @@ from pytest_dvp.gap.compare.compared_model import ModelSubject, command_at_stamp
 from pytest_dvp.gap.compare.segments import CHANNELS, Residuals, cut, measured_array, residuals, restarted
 from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.gap.diagnose.known_remainder import MARGIN, Left, expected
+from pytest_dvp.gap.diagnose.lasting_remainder import LastingRemainder
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -76,6 +77,9 @@ class Experiment:
         self.sigma = np.hypot(self.noise, MARGIN * expected(model.remainder, log, self.measured))
         self._whitening = coloured
         self._begins = first_rows(log.t, self.segments.starts)
+        self._lasting = LastingRemainder(
+            log, self.measured, model.remainder, model.remainder_shape, self.noise, coloured, self._begins
+        )
         counts = self._residuals(output).count
         self.count = int(counts.sum())
         self.independent = float(counts @ coloured.independent)
@@ -101,13 +105,17 @@ class Experiment:
         """Residuals (n, 8) in the channels' units, in units of sigma and freed of what neighbouring noise repeats."""
         return self._whitening.scaled(self.sigma).of(rest, self._begins)
 
-    def exact(self, values: Values) -> FloatArray:
-        """Residuals (n * 8,) in units of the noise, as `whitened`, of a model that is integrated in far smaller steps.
+    def freed(self, rest: FloatArray) -> FloatArray:
+        """Residuals (n, 8) in the channels' units, in units of the noise and of what the known remainder does anew."""
+        return self._lasting.freed(rest)
 
-        Where the two differ, the error is one of the integration and not of the physics.
+    def exact(self, values: Values) -> FloatArray:
+        """Residuals (n, 8) in the channels' units of a model that is integrated in far smaller steps.
+
+        Where they differ from the others, the error is one of the integration and not of the physics.
         """
         output = self._exact.run(values, starts=self.segments.starts, states=self.segments.states)
-        return self.white(self._residuals(output).values)
+        return self._residuals(output).values
 
     def settle(self, values: Values) -> None:
         """From now on the segments begin where the model with these values would have had them begin."""
@@ -120,9 +128,13 @@ class Experiment:
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
 class ExperimentSet:
-    """Several experiments with one model, judged together."""
+    """Several experiments with one model, judged together.
+
+    lasts: the model's known remainder counts as an error that lasts (`lasting_remainder`), not as more noise.
+    """
 
     experiments: tuple[Experiment, ...]
+    lasts: bool = False
 
     @property
     def count(self) -> int:
@@ -151,13 +163,19 @@ class ExperimentSet:
 
     def whitened(self, values: Values) -> FloatArray:
         """Residuals (N,) of all experiments in units of their noise, one after the other."""
-        if len(self.experiments) == 1:
-            return self.experiments[0].whitened(values)
-        return np.concatenate([e.whitened(values) for e in self.experiments])
+        found = [self._white(e, e.residuals(values).values) for e in self.experiments]
+        return found[0] if len(found) == 1 else np.concatenate(found)
 
     def exact(self, values: Values) -> FloatArray:
         """Residuals (N,) of all experiments in units of their noise, by small steps; see Experiment.exact."""
-        return np.concatenate([e.exact(values) for e in self.experiments])
+        return np.concatenate([self._white(e, e.exact(values)) for e in self.experiments])
+
+    def lasting(self) -> ExperimentSet:
+        """The same experiments; the known remainder is an error that lasts."""
+        return dataclasses.replace(self, lasts=True)
+
+    def _white(self, e: Experiment, rest: FloatArray) -> FloatArray:
+        return e.freed(rest) if self.lasts else e.white(rest)
 
     def settle(self, values: Values) -> None:
         """See Experiment.settle."""
@@ -181,7 +199,7 @@ class ExperimentSet:
         sums: dict[str, list[float]] = {}
         for e in self.experiments:
             rest = e.residuals(values)
-            squares = (e.white(rest.values).reshape(-1, len(CHANNELS)) ** 2).sum(axis=0)
+            squares = (self._white(e, rest.values).reshape(-1, len(CHANNELS)) ** 2).sum(axis=0)
             for name in e.channels:
                 k = CHANNELS.index(name)
                 if rest.count[k]:

@@ -20,6 +20,8 @@ from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect import Key
 
 Residual: TypeAlias = Callable[[FloatArray], FloatArray]
+Intervals: TypeAlias = dict[tuple[str, str], tuple[float, float]]
+"""(effect, key) -> lower and upper end, in the unit of the value."""
 
 _JUMPS = (0.25, 0.5, 0.75, 1.0)  # samples
 STEP = 0.006  # of a coordinate's range, for derivatives
@@ -27,6 +29,7 @@ _BEYOND = 0.25  # of its range, how far outside a coordinate may go if the equat
 _LONGEST = 0.35  # of its range, in one step
 _NORMAL = 2.5  # standard deviations of a 95 % interval: segments are few, and drift of the position ties neighbours;
 # 1.96 held the truth in 86 % of generated logs
+IMITATED = 4.3  # root mean squares of a 95 % interval: Student's t of two drives, that fitted on and that held out
 _ZOOM = (0.02, 0.005, 0.0015)
 _VALLEY = 0.0025  # of the range, from one valley of a rough error to the next
 VALLEYS = np.arange(-0.05, 0.05 + _VALLEY / 2, _VALLEY)  # around a value, where each is looked into
@@ -230,6 +233,20 @@ def widen_dead_times(
             ends.append(value + side * reach)
         low, high = sure[c.name]
         wide[c.name] = (max(min(low, ends[0]), c.key.minimum), max(high, ends[1]))
+    return wide
+
+
+def widen_imitated(found: Fit, sure: Intervals, imitates: Mapping[str, Mapping[str, float]]) -> Intervals:
+    """Intervals with what the known remainder of a twin imitates added, squares with squares.
+
+    imitates: effect -> key -> root mean square over the drives that a twin was learnt from, in the unit of the value.
+    """
+    wide = {}
+    for c in found.coordinates:
+        value, (low, high) = found.values[c.name], sure[c.name]
+        more = IMITATED * imitates.get(c.effect, {}).get(c.key.name, 0.0)
+        wide[c.name] = (max(value - float(np.hypot(value - low, more)), c.key.minimum),
+                        value + float(np.hypot(high - value, more)))  # fmt: skip
     return wide
 
 

@@ -12,6 +12,7 @@ from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import square
+from pytest_dvp.gap.diagnose.quiet_effects import quiet
 from pytest_dvp.gap.diagnose.search import PRACTICAL, PRICE, Search, SearchResult, Tick
 from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER, REMAINDER_ONLY
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -39,6 +40,8 @@ class SearchSpace:
         search = Search(self.target, self.tried, nuisance=self.nuisance, start=self.start, fixed=fixed,
                         refiners=self.refiners, tick=self.tick)  # fmt: skip
         found = search.run()
+        if self.target.excused and not found.final.names and (hidden := quiet(search, found.final)):
+            found = dataclasses.replace(found, final=hidden)
         rivals = dict(found.rivals)
         return search, dataclasses.replace(found, final=search.refined(found.final, rivals), rivals=rivals)
 

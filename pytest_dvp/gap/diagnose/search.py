@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, Candidate, Point, is_worth_naming
+from pytest_dvp.gap.diagnose.candidates import Candidate, Point, is_worth_naming, sizes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, intervals
@@ -254,11 +254,15 @@ class Search:
         return found
 
     def misfit(self, now: Trial) -> bool:
-        """True if more is left than noise, in all or in one channel."""
-        if now.chi2 > MISFIT * self.count:
+        """True if more is left than noise, in all or in one channel; of a twin with a known remainder, more than that
+        does anew (`lasting_remainder`): by how much it drifts is no measure of what is missing."""
+        if not self.target.excused:
+            channels = self.target.by_channel(now.values)
+            return now.chi2 > MISFIT * self.count or max(channels.values(), default=0.0) > CHANNEL_MISFIT
+        lasting = self.target.lasting()
+        if square(lasting.whitened(now.values)) > MISFIT * self.count:
             return True
-        limit = EXCUSED_MISFIT if self.target.excused else CHANNEL_MISFIT
-        return max(self.target.by_channel(now.values).values(), default=0.0) > limit
+        return max(lasting.by_channel(now.values).values(), default=0.0) > EXCUSED_MISFIT
 
     def _within_noise(self, now: Trial) -> bool:
         """True if no channel is off by more than its sensor is, or than the twin's known remainder allows."""
@@ -296,7 +300,7 @@ class Search:
     def _matters(self, trial: Trial, name: str, target: ExperimentSet) -> bool:
         """True if the effect is as large as one needs to be to be worth a name, or small but clearly to be seen."""
         mine = [c for c in trial.fit.coordinates if c.effect == name]
-        if any(is_worth_naming(c.key, trial.values[c.name]) for c in _sizes(mine)):
+        if any(is_worth_naming(c.key, trial.values[c.name]) for c in sizes(mine)):
             return True
         off = target.whitened(trial.values | {c.name: c.key.neutral for c in mine})
         others = [k for k, c in enumerate(trial.fit.coordinates) if c.effect != name]
@@ -313,7 +317,7 @@ class Search:
         if any(c.is_at_limit(trial.values[c.name]) for c in mine):
             return False
         sure = intervals(trial.fit, target.starts() if target else self.starts)
-        if not any(_certain(c, trial.values[c.name], sure[c.name]) for c in _sizes(mine)):
+        if not any(_certain(c, trial.values[c.name], sure[c.name]) for c in sizes(mine)):
             return False
         return self._matters(trial, name, target or self.target)
 
@@ -444,11 +448,6 @@ class Search:
             best = self._plainer(best, vague[-1])
             if refill and self.misfit(best):
                 best = self._grown(best, [], barred)
-
-
-def _sizes(coordinates: Sequence[Coordinate]) -> Sequence[Coordinate]:
-    """Those that say how much, not how; of an effect that only says how (a lag) all."""
-    return [c for c in coordinates if c.key.name not in SHAPE_KEYS] or coordinates
 
 
 def _certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool:

@@ -7,8 +7,8 @@ still the best name for what was seen, and is said as no more than that.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
-from math import isinf
+from collections.abc import Collection, Mapping, Sequence
+from math import isfinite, isinf
 
 from pytest_dvp.doctor.excitation import excitation
 from pytest_dvp.gap.compare.segments import CHANNELS
@@ -36,12 +36,14 @@ BEYOND = 1e-6  # of a range, for rounding
 @dataclasses.dataclass(frozen=True, slots=True)
 class Evidence:
     """What the search and its judges said of the named effects, by name: gains on held-out data (chi^2/N), opinions of
-    the second engine, and how values change while driving; scales: what speaks against the fitted input scales."""
+    the second engine, and how values change while driving; scales: what speaks against the fitted input scales;
+    evident: effects that both data show beyond the known remainder (`quiet_effects`)."""
 
     held_out: Mapping[str, float]
     opinions: Mapping[str, Opinion]
     dependence: Mapping[str, Dependence]
     scales: Sequence[str] = ()
+    evident: Collection[str] = ()
 
 
 def with_standing(
@@ -60,6 +62,8 @@ def with_standing(
         if reached and all(name in one.out_of_reach for one in reached)
     }
     left = _Left(search, final)
+    model = search.target.experiments[0].model
+    present = {a.name: a.values for a in model.effects}
     found = []
     for e in named:
         if e.action == "remove" or e.name not in final.names:
@@ -72,10 +76,11 @@ def with_standing(
         changes = evidence.dependence.get(e.name)
         doubts = [
             *([f"these data cannot tell it from {', '.join(e.rivals)}"] if e.rivals else []),
-            *_held_out(search, final, e.name, evidence.held_out),
+            *_held_out(search, final, e.name, evidence.held_out, evidence.evident),
             *([f"this drive can hardly show it: {missed[e.name]}"] if e.name in missed else []),
             *([f"regression without simulation votes for {opinion.instead}"] if opinion.instead else []),
-            *_implausible(e, known[e.name]),
+            *_implausible(e, known[e.name], present.get(e.name, {})),
+            *_imitated(e, known[e.name], present.get(e.name, {}), search.target.excused),
             *left.doubts(e.name),
             *evidence.scales,
             *([f"its {changes.key} changes with {changes.quantity.replace('_', ' ')}"] if changes else []),
@@ -90,12 +95,14 @@ def with_standing(
     return tuple(found)
 
 
-def _held_out(search: Search, final: Trial, name: str, gains: Mapping[str, float]) -> list[str]:
+def _held_out(
+    search: Search, final: Trial, name: str, gains: Mapping[str, float], evident: Collection[str]
+) -> list[str]:
     """Whether data that an effect was not fitted on gain by it. Where these do not excite it, it must at least not hang
     on a single part of the drive."""
     level = max(1.0, final.chi2 / search.count)
     gain = gains.get(name)
-    if gain is not None and search.target.excused and gain < ABOVE_REMAINDER:
+    if gain is not None and search.target.excused and gain < ABOVE_REMAINDER and name not in evident:
         return [REMAINDER_ONLY]
     if gain is not None and gain > ROUNDING * level:
         return []
@@ -103,16 +110,31 @@ def _held_out(search: Search, final: Trial, name: str, gains: Mapping[str, float
     return [] if spread >= SPREAD else ["only one part of the drive shows it, and no data held out"]
 
 
-def _implausible(e: NamedEffect, effect: Effect) -> list[str]:
-    """Values farther from doing nothing than the range that is met in practice."""
+def _implausible(e: NamedEffect, effect: Effect, given: Mapping[str, float]) -> list[str]:
+    """Values farther from doing nothing than the range that is met in practice. given: values that the model has
+    already; of these the change counts, for what a car has and what is new in it may add up to more."""
     found = []
     for name, estimate in e.parameters.items():
         key = effect.key(name)
-        if name not in SHAPE_KEYS and not _plausible(key, estimate.value):
+        value = estimate.value
+        if name in given and isfinite(key.neutral) and isfinite(given[name]):
+            value = value / given[name] * key.neutral if key.neutral else value - given[name]
+        if name not in SHAPE_KEYS and not _plausible(key, value):
             found.append(
                 f"{name} = {estimate.value:.3g} is outside what is usual, {key.low:g} to {key.high:g} {key.unit}"
             )
     return [text.removesuffix(" -") for text in found]
+
+
+def _imitated(e: NamedEffect, effect: Effect, given: Mapping[str, float], excused: bool) -> list[str]:
+    """Whether the known remainder of a twin could be all that is seen: no interval is clear of what the twin has."""
+    if not excused:
+        return []
+    named = [name for name in e.parameters if name not in SHAPE_KEYS] or list(e.parameters)  # a lag only says how
+    for name in named:
+        if not e.parameters[name].low <= given.get(name, effect.key(name).neutral) <= e.parameters[name].high:
+            return []
+    return ["the twin's known remainder imitates as much"]
 
 
 def _plausible(key: Key, value: float) -> bool:
@@ -127,17 +149,22 @@ def _plausible(key: Key, value: float) -> bool:
 
 
 class _Left:
-    """What is left over in each channel, and what each effect explains there."""
+    """What is left over in each channel, and what each effect explains there; beside a known remainder as an error
+    that lasts (`lasting_remainder`)."""
 
     def __init__(self, search: Search, final: Trial) -> None:
         self._search, self._final = search, final
-        self._rest = _by_channel(final.fit.residual)
+        self._rest = self._of(final)
         counts = [e.residuals(final.values).count for e in search.target.experiments]
         self._count = {name: sum(int(count[k]) for count in counts) for k, name in enumerate(CHANNELS)}
 
+    def _of(self, trial: Trial) -> dict[str, float]:
+        target = self._search.target
+        return _by_channel(target.lasting().whitened(trial.values) if target.excused else trial.fit.residual)
+
     def doubts(self, name: str) -> list[str]:
         """Channels that the effect acts on in which much is left over beside what it explains."""
-        less = _by_channel(self._search.without(self._final, name).fit.residual)
+        less = self._of(self._search.without(self._final, name))
         gains = {c: max(less[c] - self._rest[c], 0.0) for c in less}
         total = sum(gains.values())
         found = []

@@ -8,6 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
 from pytest_dvp.gap.diagnose.linear_algebra import square
+from pytest_dvp.gap.diagnose.quiet_effects import is_evident_apart
 from pytest_dvp.gap.diagnose.search import PRACTICAL, Search, SearchResult
 from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -85,7 +86,10 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
         fragments = [
             n
             for n in final.names
-            if search.target.excused and fitted[n] < LITTLE and gains.get(n, fitted[n]) < fragment
+            if search.target.excused
+            and fitted[n] < LITTLE
+            and gains.get(n, fitted[n]) < fragment
+            and not is_evident_apart(search, final, n, judges)
         ]
         worst = min(idle or fragments or gains, key=lambda n: gains.get(n, fitted[n]), default="")
         sure = not idle and not fragments

@@ -14,8 +14,10 @@ from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, Step
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.gap.diagnose.held_out import Fold, folds, refit_on_fold, step
+from pytest_dvp.gap.diagnose.imitation import imitation
 from pytest_dvp.gap.diagnose.input_scales import input_map, repeats
 from pytest_dvp.gap.diagnose.known_remainder import measured_remainder
+from pytest_dvp.gap.diagnose.lasting_remainder import measured_memory
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from pytest_dvp.gap.diagnose.linear_algebra import square
 from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
@@ -26,7 +28,7 @@ from pytest_dvp.gap.extend.perception import judge_perception
 from pytest_dvp.gap.words.comparison import NOTHING_LEFT
 from pytest_dvp.logs.log import Log
 from vehicle.model.errors import ModelError, nearest_name
-from vehicle.model.remainder import Remainder
+from vehicle.model.remainder_shape import RemainderShape
 
 if TYPE_CHECKING:
     from vehicle.model.effect import Effect
@@ -99,7 +101,7 @@ def extend(
         wrong = worse_together(steps)
     extended = _extended(model, final, sure, remove, wanted, tuple(fitted_on))
     return Extension(
-        model=dataclasses.replace(extended, remainder=_remainder(search, final, judges)),
+        model=_with_remainder(extended, search, final, logs, held_out or {}, judges, effects),
         effects=named,
         refitted={name: value for name, value in sure.items() if name[0] not in add},
         ladder=ladder,
@@ -110,14 +112,29 @@ def extend(
     )
 
 
-def _remainder(search: Search, final: Trial, judges: Sequence[Fold]) -> Remainder:
-    """What the new model does not explain of the logs fitted on, and of those held out."""
-    fitted = [e.left(final.values) for e in search.target.experiments]
-    held_out = [
-        e.left(refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
+def _with_remainder(
+    model: VehicleModel, search: Search, final: Trial, logs: Mapping[str, Log], held_out: Mapping[str, Log],
+    judges: Sequence[Fold], effects: Sequence[Effect],
+) -> VehicleModel:  # fmt: skip
+    """The new model with what it does not explain of the logs fitted on and of those held out: how much, for how long,
+    and which values of effects that imitates."""
+    from vehicle.model.effect_catalogue import catalogue
+
+    fitted = [(e, final.values) for e in search.target.experiments]
+    apart = [
+        (e, refit_on_fold(search, fold, final).values) for fold in judges if fold.fitted is None
         for e in fold.judge.experiments
     ]  # fmt: skip
-    return measured_remainder([fitted, held_out])
+    remainder = measured_remainder([[e.left(values) for e, values in group] for group in (fitted, apart)])
+    if not remainder:
+        return dataclasses.replace(model, remainder={}, remainder_shape=RemainderShape())
+    parts = ((e.log.t, e.residuals(values).values, e.segments.starts) for e, values in (*fitted, *apart))
+    shape = RemainderShape(memory=measured_memory(parts, remainder))
+    model = dataclasses.replace(model, remainder=remainder, remainder_shape=shape)
+    groups = [experiment_set(each, model, extra=effects) for each in (logs, held_out) if each]
+    known = {**catalogue(), **{e.name: e for e in effects}}
+    tried = candidates(model, known.values(), ay="ay" in search.target.channels, refined=True)
+    return dataclasses.replace(model, remainder_shape=dataclasses.replace(shape, imitates=imitation(groups, tried)))
 
 
 def _wanted(model: VehicleModel, add: Sequence[str], effects: Sequence[Effect]) -> list[Effect]:

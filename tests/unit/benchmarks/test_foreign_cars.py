@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="mujoco is not installed (extra foreign)")
 
-from benchmarks.foreign_cars.ask import total
+from benchmarks.foreign_cars.ask import effective, total
 from benchmarks.foreign_cars.car import CARS, data_sheet
 from benchmarks.foreign_cars.case import cases
 from benchmarks.foreign_cars.drive import driven
@@ -93,3 +93,25 @@ def test_what_is_hidden_adds_to_what_the_twin_has_already() -> None:
     assert found["drive_gain"]["g"] == pytest.approx(0.72)
     assert found["brake_limit"]["limit"] == 3.0
     assert found["mass"] == {"ratio": 1.2}
+    capped = parse_model(f'{data_sheet(HATCH)}[[effect]]\nname = "mass"\n[effect.parameters]\nratio = 0.8\n')
+    assert total({"drive_torque_limit": {"limit": 2.0}}, capped)["drive_torque_limit"]["limit"] == pytest.approx(2.5)
+
+
+def test_a_payload_counts_by_what_it_does_to_accelerations() -> None:
+    """A quarter more weight on wheels that weigh 3.7 % of the car as turning mass: 1.287/1.037 = 1.241; tyres pressed
+    flatter by 3 mm of 285 take 1 to 2 % of that."""
+    assert effective(HATCH, {"mass": {"ratio": 1.25}})["mass"]["ratio"] == pytest.approx(1.225, abs=0.012)
+    drag = effective(HATCH, {"aero_drag": {"k": 0.002}})["aero_drag"]["k"]
+    assert drag == pytest.approx(0.002 / 1.037, rel=1e-3)
+    assert effective(HATCH, {"gyro_bias": {"b": 0.01}}) == {"gyro_bias": {"b": 0.01}}
+
+
+def test_a_dead_time_need_not_be_a_whole_number_of_samples() -> None:
+    """A step of the steering that arrives 10 ms later: the yaw rate is behind by less than one of its samples of 20 ms
+    changes it by, and by more than nothing."""
+    commands = np.column_stack([np.full(100, 1.0), np.where(np.arange(100) < 60, 0.0, 0.1)])
+    early, late = (
+        driven(HATCH, "rich", 1, {"steer_delay": {"T": T}}, duration=2.0, commands=commands)["yaw_rate"]
+        for T in (0.10, 0.11)
+    )
+    assert 0.3 < np.abs(early - late).max() / np.abs(np.diff(early)).max() < 0.7

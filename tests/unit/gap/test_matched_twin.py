@@ -75,6 +75,7 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (veto, held_out):
         monkeypatch.setattr(module, "fold_excites", lambda *_: True)
         monkeypatch.setattr(module, "refit_on_fold", lambda search, fold, trial, without="": trial)
+    monkeypatch.setattr(veto, "is_evident_apart", lambda *_: False)
 
 
 def judged(search: Found) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from vehicle.model.model_file_edit import edited_text
 from vehicle.model.remainder import CHANNEL_UNITS, REGIME_NAMES
 
 CAR = '[parameters]\nwheelbase = 2.5\n\n[[effect]]\nname = "steer_delay"\nparameters.T = 0.1\n'
+SHAPE = "[remainder.memory]\nyaw_rate = 0.16\n[remainder.imitates]\ndrive_gain.g = 0.005\nsteer_assist.g = 0.1\n"
 LEFT = "[remainder]\nyaw_rate.turn_in = 0.012\nax.braking = 0.21\n"
 
 
@@ -21,6 +22,32 @@ def test_it_is_read_and_written_back() -> None:
     model = parse_model(CAR + LEFT)
     assert model.remainder == {"yaw_rate": {"turn_in": 0.012}, "ax": {"braking": 0.21}}
     assert parse_model(model_text(model)) == model
+
+
+def test_its_shape_is_read_and_written_back() -> None:
+    model = parse_model(CAR + LEFT + SHAPE)
+    assert model.remainder_shape.memory == {"yaw_rate": 0.16}
+    assert model.remainder_shape.imitates == {"drive_gain": {"g": 0.005}, "steer_assist": {"g": 0.1}}
+    assert parse_model(model_text(model)) == model
+    edited = edited_text(CAR + LEFT + SHAPE, dataclasses.replace(model, remainder={"v": {"launch": 0.05}}))
+    assert edited is not None
+    assert (edited.count("[remainder.memory]"), edited.count("[remainder.imitates]")) == (1, 1)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("memory.yawrate = 0.1", r"remainder\.memory\.yawrate: unknown channel .* did you mean 'yaw_rate'"),
+        ("memory.yaw_rate = 0.0", r"remainder\.memory\.yaw_rate: value not allowed \(found 0; allowed: more than 0 s"),
+        ("memory = 1", r"remainder\.memory: must be a table"),
+        ("imitates.drive_gain = 1", r"remainder\.imitates\.drive_gain: must be a table of the effect's keys"),
+        ("imitates.drive_gain.g = -1", r"remainder\.imitates\.drive_gain\.g: value not allowed"),
+        ("imitates.drive_gain.g = 'x'", r"remainder\.imitates\.drive_gain\.g: must be a number"),
+    ],
+)
+def test_what_is_wrong_in_its_shape_is_one_line(text: str, says: str) -> None:
+    with pytest.raises(ModelError, match=says):
+        parse_model(f"{CAR}[remainder]\n{text}\n", "m.toml")
 
 
 def test_a_file_keeps_its_comments_when_only_the_remainder_changes() -> None:
