@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 GAP    := runs/reality-gap
 TWIN   := scenarios/models/surrogate.toml
 
-.PHONY: interop demo demo-gap test lint types contract compiled unit wheel mutants mutation stages real-time nightly conformance reliability bench blind campaigns licences ads-report paper paper-searches paper-kills clean
+.PHONY: interop demo demo-gap demo-campaign test lint types contract compiled unit wheel mutants mutation stages real-time nightly conformance reliability bench blind campaigns licences ads-report paper paper-searches paper-kills clean
 
 # uv installs the same versions in a tenth of the time; where it cannot (another index, no wheel of it), pip does.
 $(STAMP): pyproject.toml constraints.txt
@@ -22,6 +22,12 @@ $(STAMP): pyproject.toml constraints.txt
 demo: $(STAMP)
 	$(BIN)/dvp run scenarios/overtaking.xosc scenarios/pedestrian_crossing.xosc scenarios/urban.xosc
 	@$(MAKE) --no-print-directory demo-gap
+	@$(MAKE) --no-print-directory demo-campaign
+
+# A stack that looks only 2.6 m to each side: where in the ranges of the scenario it fails, as a picture, and one small
+# scenario for each kind of failure. A campaign that finds failures exits with 1, which is what it is for here.
+demo-campaign: $(STAMP)
+	$(BIN)/dvp campaign scenarios/overtaking.xosc --out runs/campaign --runs 60 --set P.LIDAR_abs_y_max=2.6 || test $$? -eq 1
 
 # The surrogate drives with an effect hidden in it (edit $(GAP)/hidden.toml and run again); from its logs alone the twin
 # learns which, and the error on the drive that nothing was fitted on falls.

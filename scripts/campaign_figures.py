@@ -20,7 +20,7 @@ import numpy as np
 from scipy.stats import norm
 
 from pytest_dvp.campaigns.campaign import Campaign
-from pytest_dvp.campaigns.crew import Crew
+from pytest_dvp.campaigns.crew import LocalCrew
 from pytest_dvp.campaigns.critical_search import search
 from pytest_dvp.campaigns.measured_probability import counted_probability
 from pytest_dvp.campaigns.one_drive import drive
@@ -46,7 +46,7 @@ def campaign(stack: str, seconds: float) -> Iterator[Campaign]:
         gates = Path(folder) / "collision.gates.toml"
         gates.write_text(GATES, encoding="utf-8")
         settings = RunSpec(ads=f"{STACKS}:{stack}", gates=gates, duration=seconds, stack_process="off", rootdir=ROOT)
-        with Store(Path(folder) / "out", writes=True) as store, Crew(1, drive) as crew:
+        with Store(Path(folder) / "out", writes=True) as store, LocalCrew(1, drive) as crew:
             yield Campaign(space_of(shipped("follow.xosc"), settings), settings, store, crew, keep="none")
 
 

@@ -7,16 +7,18 @@ import hashlib
 import json
 import subprocess
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-from pytest_dvp.campaigns.crew import Crew
 from pytest_dvp.campaigns.one_drive import Drive
 from pytest_dvp.campaigns.parameter_space import Shares, Space
 from pytest_dvp.campaigns.store import Row, Store
 from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.text.names import REFERENCE
+
+if TYPE_CHECKING:
+    from pytest_dvp.workers.job import Job
 
 NEAREST = 5  # passes nearest to a failure whose logs are kept
 UNKEYED = ("log_dir", "rootdir", "passed", "single_file", "require_real", "stack_process", "wall_limit", "tick_limit")
@@ -25,6 +27,14 @@ FILES = ("model", "gates", "effects", "ads", "library")
 """Options that name files: the key holds the bytes of those, not where they lie."""
 KEEP = ("failures", "all", "none")
 """Which logs are kept: those of failures and of the NEAREST passes, all, or none."""
+
+
+class Crew(Protocol):
+    """Who drives: processes of this machine (`crew.py`) or the workers of a scheduler (`cluster_crew.py`)."""
+
+    def rows(self, drives: Iterable[Drive]) -> Iterator[Row]:
+        """The row of each drive, in the order in which they end."""
+        ...
 
 
 @dataclasses.dataclass
@@ -63,7 +73,7 @@ class Campaign:
         self.space, self.settings, self.store, self.keep, self.tick = space, settings, store, keep, tick
         self._crew = crew
         self.options = run_options(space, settings)
-        self.base = base_key(space, self.options)
+        self.base = base_key(str(space.scenario), self.options)
         self.progress = Progress()
         self._commit = commit_of(settings.rootdir)
         passed = (row.objective for row in store.rows([self.base]) if row.log and not row.failed)
@@ -139,24 +149,32 @@ def run_options(space: Space, settings: RunSpec) -> dict[str, Any]:
     return told
 
 
-def base_key(space: Space, options: Mapping[str, Any]) -> str:
+def base_key(scenario: str, options: Mapping[str, Any]) -> str:
     """Hash of all that decides a drive but its parameters: scenario and what lies beside it, stack, model, effects,
     gates, libraries, options, and the sources of this package."""
-    from pytest_dvp.workers.job import Job, file_digest
+    from pytest_dvp.workers.job import file_digest
+
+    job = job_of(scenario, options)
+    ads = str(options["ads"])
+    plain = {name: repr(value) for name, value in options.items() if name not in (*UNKEYED, *FILES)}
+    plain["ads"] = "" if ads == REFERENCE or job.ads else ads
+    plain["effects"] = repr([file_digest(str(file)) for file in options["effects"]])
+    return hashlib.sha256(json.dumps([job.key, plain], sort_keys=True).encode()).hexdigest()[:40]
+
+
+def job_of(scenario: str, options: Mapping[str, Any]) -> Job:
+    """The files of a drive and its seed, as what simulates on other machines knows them."""
+    from pytest_dvp.workers.job import Job
 
     ads = str(options["ads"])
-    job = Job(
-        str(space.scenario),
+    return Job(
+        scenario,
         model=_text(options["model"]),
         gates=_text(options["gates"]),
         library=tuple(str(folder) for folder in options["library"]),
         ads=ads if ads.rpartition(":")[0].endswith(".py") else None,
         seed=int(options["seed"]),
     )
-    plain = {name: repr(value) for name, value in options.items() if name not in (*UNKEYED, *FILES)}
-    plain["ads"] = "" if ads == REFERENCE or job.ads else ads
-    plain["effects"] = repr([file_digest(str(file)) for file in options["effects"]])
-    return hashlib.sha256(json.dumps([job.key, plain], sort_keys=True).encode()).hexdigest()[:40]
 
 
 def commit_of(folder: Path) -> str:

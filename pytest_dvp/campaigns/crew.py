@@ -16,14 +16,14 @@ from pytest_dvp.workers.pool import end_with_parent
 AHEAD = 2  # drives handed out for each process: one is driven while the next is on its way
 
 
-class Crew:
+class LocalCrew:
     """`count` processes; 1 drives in this process. `work`: what a drive gives."""
 
     def __init__(self, count: int, work: Callable[[Drive], Row]) -> None:
         self.count, self._work = count, work
         self._pool: ProcessPoolExecutor | None = None
 
-    def __enter__(self) -> Crew:
+    def __enter__(self) -> LocalCrew:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:

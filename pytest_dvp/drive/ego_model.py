@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
 from collections.abc import Sequence
@@ -28,7 +29,7 @@ def fitted_model(
     size, not that car.
     """
     file = path if path is not None else shipped("models/tabby_evo.toml")
-    model = read_model(file, extra=effects_of_files(effects))
+    model, digest = _read(file, effects)
     vehicle = ego.entity
     assert isinstance(vehicle, Vehicle)
     box, car = vehicle.bounding_box, model.car
@@ -40,7 +41,6 @@ def fitted_model(
     }
     wheelbase = vehicle.axles.front_axle.position_x if vehicle.axles.front_axle else car.wheelbase
     mass = vehicle.mass or _guessed_mass(model, body)
-    digest = hashlib.sha256(file.read_bytes()).hexdigest()
     about: dict[str, Any] = {"name": model.name or file.stem, "file": file.name, "sha256": digest, "scaled": False}
     if effects:
         about["effects"] = {part.name: hashlib.sha256(part.read_bytes()).hexdigest() for part in effects}
@@ -48,6 +48,20 @@ def fitted_model(
         return model.with_car(body), about
     about.update(scaled=True, wheelbase=wheelbase, mass=mass, to=vehicle.name)
     return _scaled(model, vehicle, body, wheelbase, mass), about
+
+
+def _read(file: Path, effects: Sequence[Path]) -> tuple[VehicleModel, str]:
+    """The model of a file, and the digest of the file."""
+    if effects or not file.is_file():  # what reads it says what is missing
+        return read_model(file, extra=effects_of_files(effects)), hashlib.sha256(file.read_bytes()).hexdigest()
+    stat = file.stat()
+    return _unchanged(file, stat.st_mtime_ns, stat.st_size)
+
+
+@functools.lru_cache(maxsize=4)
+def _unchanged(file: Path, changed: int, size: int) -> tuple[VehicleModel, str]:
+    """Models are immutable, and the variants of one scenario share theirs."""
+    return read_model(file), hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def with_model_text(model: VehicleModel, about: dict[str, Any]) -> dict[str, Any]:

@@ -241,12 +241,13 @@ class Loop:
         """Whether all corners of the ego's box are on drivable lanes."""
         x, y, yaw = float(state[1]), float(state[2]), float(state[4])
         cos, sin = math.cos(yaw), math.sin(yaw)
-        locate, hints, on_road = self._network.locate, self._hints, True
+        locate, hints = self._network.locate, self._hints
         for corner, (u, v) in enumerate(self._corners):
             found = locate(x + cos * u - sin * v, y + sin * u + cos * v, None, hints[corner])
             hints[corner] = found
-            on_road = on_road and found.on_road
-        return on_road
+            if not found.on_road:  # one is enough, and beside the road a place is looked for everywhere
+                return False
+        return True
 
     def _drain(self, t: float) -> None:
         """Transitions, monitors and requests of this tick into the log; requests into the next observation."""

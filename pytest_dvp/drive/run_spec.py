@@ -319,6 +319,26 @@ class RunSpec:
     no_diagnosis: bool = option(
         "flag", False, "do not diagnose a model that does not match (a diagnosis takes seconds)", home="pytest"
     )
+    campaign: bool = option(
+        "flag",
+        False,
+        "drive many variants of each scenario in place of one on each stage; RUNS/campaign-NAME holds the map",
+        home="pytest",
+        stages=("dt",),
+    )
+    campaign_runs: int = option("int", 200, "number of drives of a campaign", "N", 1, home="pytest", stages=("dt",))
+    campaign_method: str = option(
+        "str",
+        "sobol",
+        "how the drives of a campaign are chosen: sobol, random, grid, rare or a searcher (docs/campaigns.md)",
+        "NAME",
+        home="pytest",
+        stages=("dt",),
+    )
+    shard: str | None = option(
+        "str", None, "part I of N of a campaign, for CI jobs side by side; `dvp campaign --merge` puts them together",
+        "I/N", home="pytest", stages=("dt",),
+    )  # fmt: skip
     rootdir: Path = option(
         "path",
         None,

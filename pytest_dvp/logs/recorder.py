@@ -113,7 +113,7 @@ class LogRecorder:
 
     def mark(self) -> tuple[int, ...]:
         """Where `since` begins: how much of each kind is recorded."""
-        return tuple(len(kept) for kept in self._kept())
+        return tuple(map(len, self._kept()))
 
     def since(self, mark: tuple[int, ...]) -> tuple[Recorded, tuple[int, ...]]:
         """What was recorded since `mark`, and the mark from which to go on."""

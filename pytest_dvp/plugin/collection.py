@@ -58,6 +58,8 @@ class ScenarioFile(pytest.File):
             if self.named:
                 raise self.CollectError(f"{self.path}:{sight.line}: {sight.what}: it has no storyboard that could run")
             return []
+        if settings.campaign:
+            return self._campaign(settings, sight.line)
         if sight.what == DISTRIBUTION:
             return list(self._cases(settings, sight.line))
         try:
@@ -67,6 +69,27 @@ class ScenarioFile(pytest.File):
         items = [*self._stages(settings, sight.line), *self._across(settings, sight.line)]
         self._check_ids([item.name for item in items])
         return items
+
+    def _campaign(self, settings: RunSpec, line: int) -> list[ScenarioItem]:
+        """One item that drives many variants; skipped where nothing varies, unless the user names the file."""
+        from openscenario.findings import ScenarioError
+        from pytest_dvp.plugin.campaign_item import NAME, campaign_of, nothing_varies
+
+        try:
+            reason = nothing_varies(self.path, settings)
+        except ScenarioError as error:
+            raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
+        except SettingError as error:
+            raise self.CollectError(str(error)) from None
+        if reason and self.named:
+            raise self.CollectError(reason)
+        item = ScenarioItem.from_parent(self, name=NAME, callobj=campaign_of(self.path))
+        item.dvp_stage, item.dvp_line = "dt", line
+        item.add_marker("dt")
+        if reason:
+            item.add_marker(pytest.mark.skip(reason=reason))
+        self._check_ids([item.name])
+        return [item]
 
     def _check_ids(self, names: Sequence[str]) -> None:
         """Raises CollectError for a node id of this file that is none of its items: pytest names none of them."""

@@ -219,6 +219,7 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     # A worker of xdist has a terminal reporter as well, which nobody sees; the controller has the reports of all.
     if hasattr(config, "workerinput"):
         return
+    _campaign_summary(terminalreporter)
     reports = [
         report
         for group in terminalreporter.stats.values()
@@ -247,6 +248,22 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
                 session_summary.append_table(Path(step_summary), cases)
             except OSError as error:  # the verdicts stand, whatever becomes of their table
                 terminalreporter.write_line(f"GITHUB_STEP_SUMMARY {step_summary}: cannot be written: {error.strerror}")
+
+
+def _campaign_summary(terminalreporter: Any) -> None:
+    """Print a line of what each campaign found."""
+    every = (report for group in terminalreporter.stats.values() for report in group)
+    lines = [
+        f"{report.nodeid}: {told}"
+        for report in every
+        if getattr(report, "when", None) == "call"
+        for name, told in report.user_properties
+        if name == "dvp_campaign"
+    ]
+    if lines:
+        terminalreporter.write_sep("=", "dvp campaigns")
+        for line in lines:
+            terminalreporter.write_line(line)
 
 
 def _suit_hypothesis(items: list[pytest.Item]) -> None:

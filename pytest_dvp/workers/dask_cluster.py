@@ -61,7 +61,7 @@ class Cluster:
         except Exception as error:  # whatever it is that listens there may answer anything
             raise SettingError(f"--scheduler {self.address}: {_unreachable(error, self.connect)}") from None
         deadline = time.monotonic() + self.connect
-        while not self._workers():
+        while not self.worker_count():
             if time.monotonic() > deadline:
                 self._close()
                 raise SettingError(
@@ -72,7 +72,7 @@ class Cluster:
         if lacking := self._without():
             self._close()
             raise SettingError(f"--scheduler {self.address}: {lacking} has no pytest-dvp; {ALIKE}")
-        self._home = self._task("home", dict(installed()))
+        self.home = self.task("home", dict(installed()))
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
@@ -89,7 +89,7 @@ class Cluster:
         for future, _ in waiting.values():
             future.add_done_callback(ended.put)
         while waiting:
-            future = self._patiently(lambda seconds: ended.get(timeout=seconds))
+            future = self.patiently(lambda seconds: ended.get(timeout=seconds))
             _, keys = waiting.pop(str(future.key))
             answers = self._answers(future, jobs[keys[0]])
             for key, answer in zip(keys, answers, strict=True):
@@ -116,12 +116,12 @@ class Cluster:
         parcels = {parcel.name: parcel for each in needed.values() for parcel in each}
         # those of before that nobody needs any more are let go
         self._parcels = {
-            name: self._parcels.get(name) or self._task("files", parcel.contents()) for name, parcel in parcels.items()
+            name: self._parcels.get(name) or self.task("files", parcel.contents()) for name, parcel in parcels.items()
         }
         alike: dict[tuple[str, ...], list[str]] = {}  # those with the same files go as one message
         for key, each in needed.items():
             alike.setdefault(tuple(parcel.name for parcel in each), []).append(key)
-        share = -(-len(jobs) // max(1, self._workers()))
+        share = -(-len(jobs) // max(1, self.worker_count()))
         found: dict[str, tuple[Future[Any], list[str]]] = {}
         for names, keys in alike.items():
             most = min(TOGETHER, share) if all(jobs[key].log for key in keys) else 1
@@ -129,12 +129,12 @@ class Cluster:
             futures = self.client.map(
                 worked, [[order(jobs[key], key) for key in each] for each in tasks],
                 key=[self._key(jobs[each[0]].title) for each in tasks], pure=False,
-                what=what, home=self._home, parcels=[self._parcels[name] for name in names],
+                what=what, home=self.home, parcels=[self._parcels[name] for name in names],
             )  # fmt: skip
             found.update({str(future.key): (future, each) for future, each in zip(futures, tasks, strict=True)})
         return found
 
-    def _task(self, title: str, given: dict[str, Any]) -> Future[Any]:
+    def task(self, title: str, given: dict[str, Any]) -> Future[Any]:
         """Data as a task: unlike data that is scattered, they can be made anew when the worker that has them dies."""
         import dask
 
@@ -144,8 +144,11 @@ class Cluster:
     def _key(self, title: str) -> str:
         return f"dvp-{self._session}-{next(self._count)}-{title}"
 
-    def _patiently(self, get: Callable[[float], Got]) -> Got:
-        """What `get(seconds)` gives; TimeoutError and queue.Empty are waited out, as long as there are workers."""
+    def patiently(self, get: Callable[[float], Got]) -> Got:
+        """What `get(seconds)` gives; TimeoutError and queue.Empty are waited out, as long as there are workers.
+
+        Raises TuneError if the connection has gone, or no worker is left.
+        """
         since = time.monotonic()
         while True:
             try:
@@ -153,8 +156,8 @@ class Cluster:
             except (TimeoutError, queue.Empty):
                 now = time.monotonic()
                 if self.client.status != "running":
-                    raise self._lost() from None
-                if self._workers():
+                    raise self.lost() from None
+                if self.worker_count():
                     since = now
                 elif now - since > self.patience:
                     text = (
@@ -166,16 +169,16 @@ class Cluster:
         from distributed import KilledWorker
 
         if future.cancelled():
-            raise self._lost()
+            raise self.lost()
         try:
-            return list(self._patiently(lambda seconds: future.result(timeout=seconds)))
+            return list(self.patiently(lambda seconds: future.result(timeout=seconds)))
         except TuneError:
             raise
         except KilledWorker as error:
             times, last = error.allowed_failures + 1, error.last_worker.address
             text = f"{times} workers died while they had {first.title}, the last one {last}; {AGAIN}"
         except CancelledError:
-            raise self._lost() from None
+            raise self.lost() from None
         except Exception as error:
             # Not of the job, whose errors come as text: of a process in which it could not even begin.
             cause = error.__cause__ or error
@@ -193,13 +196,15 @@ class Cluster:
             lacking.append("the scheduler")
         return ", ".join(lacking)
 
-    def _workers(self) -> int:
+    def worker_count(self) -> int:
+        """How many worker processes the scheduler has now; 0 if it is not reached."""
         try:
             return len(self.client.scheduler_info()["workers"])
         except (OSError, CancelledError, RuntimeError):  # the connection ends just now
             return 0
 
-    def _lost(self) -> TuneError:
+    def lost(self) -> TuneError:
+        """What is raised when the connection has gone."""
         return TuneError(f"scheduler {self.address}: the connection was lost; {AGAIN}")
 
     def _close(self) -> None:

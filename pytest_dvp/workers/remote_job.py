@@ -40,18 +40,25 @@ def worked(
 
     what: a job gives; home: what is `installed` where the orders come from; parcels: the files that they need.
     """
+    where, refused, below = this_worker(home)
+    if refused:
+        return [{"where": where, "refused": refused} for _ in orders]
+    root = put_down(parcels, below / "dvp-files")
+    return [{"where": where, **_done(each, what, root, below)} for each in orders]
+
+
+def this_worker(home: Mapping[str, str]) -> tuple[str, str, Path]:
+    """Where this worker process is, why it must not work ("" if it may), and a folder of its own.
+
+    home: what is `installed` where the orders come from.
+    """
     from distributed import get_worker
 
     worker = get_worker()
-    where = f"{worker.address} on {platform.node()}"
     refused = first_difference(home, installed())
     if not refused and worker.state.nthreads > 1:
         refused = f"it has {worker.state.nthreads} threads, start it with {ONE_THREAD}"
-    if refused:
-        return [{"where": where, "refused": refused} for _ in orders]
-    below = Path(worker.local_directory)
-    root = put_down(parcels, below / "dvp-files")
-    return [{"where": where, **_done(each, what, root, below)} for each in orders]
+    return f"{worker.address} on {platform.node()}", refused, Path(worker.local_directory)
 
 
 def _done(order: Mapping[str, Any], what: Callable[[Job], dict[str, Any]], root: Path, below: Path) -> dict[str, Any]:

@@ -73,7 +73,7 @@ class Mirror:
 
     def show(self, t: float, rows: FloatArray) -> FloatArray:
         """The motion since the last tick as it is at `t` [s]: `rows` (n, 12) moved on by their latency, never empty."""
-        for row in rows:
+        for row in rows if self._shown else ():  # of a twin, which is never late, nothing was shown ahead
             while self._shown and self._shown[0][0] < row[0] - SAME:
                 self._shown.popleft()
             if self._shown and abs(self._shown[0][0] - row[0]) <= SAME:

@@ -46,6 +46,7 @@ class Plant:
         """Put the car at `state`: steering at rest there, drive and brake without force, delay lines empty."""
         car = self.model.car
         self._bus = bus_of(self.model)
+        self._clock = self._bus["t"]  # a view: asking the record for its field by name costs ten times as much
         bus = self._bus[0]
         values: dict[str, float] = {
             "t": state.t,
@@ -135,7 +136,7 @@ class Plant:
     @property
     def time(self) -> float:
         """Time now [s]."""
-        return float(self._bus[0]["t"])
+        return float(self._clock[0])
 
     @property
     def until_row(self) -> int:

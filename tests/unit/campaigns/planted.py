@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pytest_dvp.campaigns.campaign import Campaign
-from pytest_dvp.campaigns.crew import Crew
+from pytest_dvp.campaigns.crew import LocalCrew
 from pytest_dvp.campaigns.one_drive import Drive
 from pytest_dvp.campaigns.parameter_space import space_of
 from pytest_dvp.campaigns.sampling import sample
@@ -65,7 +65,7 @@ def deadly(order: Drive) -> Row:
 def campaign(folder: Path, store: Store, work: Callable[[Drive], Row] = corner, names: str = "ab") -> Campaign:
     """The campaign of `work` in a store; the scenario lies in `folder`."""
     settings = RunSpec()
-    return Campaign(space_of(scenario(folder, names), settings), settings, store, Crew(1, work))
+    return Campaign(space_of(scenario(folder, names), settings), settings, store, LocalCrew(1, work))
 
 
 def main() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from pytest_dvp.campaigns.campaign import Campaign
-from pytest_dvp.campaigns.crew import Crew
+from pytest_dvp.campaigns.crew import LocalCrew
 from pytest_dvp.campaigns.one_drive import Drive
 from pytest_dvp.campaigns.sampling import sample
 from pytest_dvp.campaigns.store import Row, Store, StoreError
@@ -102,7 +102,7 @@ def test_a_drive_that_ends_its_worker_costs_no_other_and_workers_change_nothing(
     points = [(0.2, 0.3), (0.97, 0.1), (0.4, 0.5), (0.6, 0.1), (0.85, 0.98)]
     found = []
     for count, work in ((2, planted.deadly), (1, planted.corner)):
-        with Store(tmp_path / str(count), writes=True) as store, Crew(count, work) as crew:
+        with Store(tmp_path / str(count), writes=True) as store, LocalCrew(count, work) as crew:
             one = planted.campaign(tmp_path, store)
             found.append(Campaign(one.space, one.settings, store, crew).rows(points, "sample"))
     assert [row.verdict for row in found[0]] == ["PASS", "ERROR", "PASS", "PASS", "FAIL"]

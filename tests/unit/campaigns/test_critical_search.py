@@ -13,6 +13,7 @@ sys.path[:0] = [str(Path(__file__).parent)]
 import planted  # noqa: E402
 
 from pytest_dvp.campaigns.critical_search import apart, search  # noqa: E402
+from pytest_dvp.campaigns.hypothesis_search import search_by_hypothesis  # noqa: E402
 from pytest_dvp.campaigns.one_drive import Drive  # noqa: E402
 from pytest_dvp.campaigns.store import Row, Store  # noqa: E402
 
@@ -42,6 +43,31 @@ def test_both_of_two_rare_faults_are_found_in_a_third_of_what_chance_needs_for_o
     assert len(rows) == 260
     assert found(rows) == {0, 1}
     assert min(k for k, row in enumerate(rows) if row.failed) < 128
+
+
+def ball(order: Drive) -> Row:
+    point = [float(order.parameters[name]) for name in "abc"]
+    return planted.row(order, math.dist(point, CENTRES[0]) - 2.0 * RADIUS)  # 0.7 % of the cube
+
+
+def test_a_bandit_finds_a_ball_sooner_than_chance(tmp_path: Path) -> None:
+    first = []
+    for seed in range(20, 29):
+        with Store(tmp_path / str(seed), writes=True) as store:
+            rows = search(planted.campaign(tmp_path, store, ball, "abc"), "bandit", 150, seed)
+        first.append(next((k for k, row in enumerate(rows) if row.failed), 150))
+    assert sorted(first)[4] < 96  # ln 2 / 0.0072, the median of chance
+
+
+def test_hypothesis_asks_for_as_many_points_as_it_may_and_for_the_same_again(tmp_path: Path) -> None:
+    ways = []
+    for _ in range(2):
+        with Store(tmp_path / "out", writes=True) as store:
+            ways.append(
+                [row.key for row in search_by_hypothesis(planted.campaign(tmp_path, store, ball, "abc"), 60, 3)]
+            )
+    assert ways[0] == ways[1]
+    assert 50 <= len(set(ways[0])) <= 60  # it may ask twice for the same point
 
 
 def test_a_vacuous_drive_is_no_goal(tmp_path: Path) -> None:

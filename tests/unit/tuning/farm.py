@@ -47,6 +47,14 @@ class Farm:
             worker.kill()
             worker.wait()
 
+    def restarted(self) -> None:
+        """Another scheduler at the same address; the workers of the first one have gone with it."""
+        self.dismissed()
+        self._scheduler.kill()
+        self._scheduler.wait()
+        self._scheduler = self._begun("dask_scheduler", ["--port", self.address.rpartition(":")[2]])
+        self._said(self._scheduler, "Scheduler at:")
+
     def close(self) -> None:
         self.dismissed()
         self._scheduler.kill()

@@ -1,0 +1,66 @@
+"""`pytest --dvp-campaign`: one item a scenario that drives many of its variants, whole or in parts."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from pytest_dvp.cli.command_line import main
+
+WORDS = ("good.xosc", "--dvp-campaign", "--dvp-duration", "5")
+
+
+@pytest.fixture(autouse=True)
+def one_core(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No further processes, which would take longer to begin than these drives."""
+    monkeypatch.setattr(os, "cpu_count", lambda: 1)
+
+
+def keys(folder: Path) -> set[str]:
+    with sqlite3.connect(folder / "campaign.sqlite") as file:
+        return {key for (key,) in file.execute("SELECT key FROM runs")}
+
+
+def test_a_campaign_is_one_item_and_goes_on(project: pytest.Pytester) -> None:
+    folder = project.path / "runs" / "campaign-good"
+    for runs in (2, 3):
+        result = project.runpytest_inprocess(*WORDS, "--dvp-campaign-runs", str(runs))
+        result.assert_outcomes(passed=1)
+        result.stdout.fnmatch_lines([f"good.xosc::campaign: {runs} drives: 0 failed, {runs} passed; map: *"])
+        assert len(keys(folder)) == runs
+    assert (folder / "map.html").is_file()
+
+
+def test_the_parts_of_a_campaign_are_the_whole(project: pytest.Pytester) -> None:
+    words = (*WORDS, "--dvp-campaign-runs", "3")
+    project.runpytest_inprocess(*words).assert_outcomes(passed=1)
+    for part in (1, 2):
+        project.runpytest_inprocess(*words, "--dvp-shard", f"{part}/2").assert_outcomes(passed=1)
+    runs = project.path / "runs"
+    parts = [runs / f"campaign-good-{part}-of-2" for part in (1, 2)]
+    assert main(["campaign", *map(str, parts), "--merge", "--out", str(runs / "both")]) == 0
+    assert keys(runs / "both") == keys(runs / "campaign-good")
+
+
+def test_a_drive_that_fails_fails_the_item_with_a_reproducer(project: pytest.Pytester) -> None:
+    (project.path / "good.gates.toml").write_text('[[gate]]\nmetric = "max_jerk"\nmax = 0.001\n')
+    result = project.runpytest_inprocess(*WORDS, "--dvp-campaign-runs", "2")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["good.xosc: 2 drives: 2 failed, 0 passed; map: *", "*replay: dvp run *"])
+    assert "Traceback" not in result.stdout.str()
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--dvp-campaign-method", "sobel"], "*method: unknown value 'sobel', did you mean 'sobol'?*"),
+        (["--dvp-shard", "3/2"], "*--dvp-shard: found '3/2', expected a part between 1 and 2*"),
+    ],
+)
+def test_a_wrong_option_is_one_line(project: pytest.Pytester, more: list[str], said: str) -> None:
+    result = project.runpytest_inprocess(*WORDS, *more)
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines([said])
