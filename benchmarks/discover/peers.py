@@ -85,7 +85,7 @@ def genetic(fit: dict[str, np.ndarray], held: dict[str, np.ndarray], form: str) 
     true = False
     if form:
         term = np.prod([held[name] for name in split(form)], axis=0)
-        true = bool(np.std(guess) > 0) and abs(np.corrcoef(term, guess)[0, 1]) ** 2 > 0.99
+        true = bool(np.std(guess) > 0 and abs(np.corrcoef(term, guess)[0, 1]) ** 2 > 0.99)
     text = str(search._program)
     for k in reversed(range(len(names))):
         text = text.replace(f"x{k}", names[k])
