@@ -163,7 +163,7 @@ FOUND = """
   problem is the task of an entity `Ego`: its start, its goal (lanelet or middle of a shape) and, as the end of the run,
   the last time step. Speed signs are limits. Traffic lights, occupancy sets, environment obstacles and further planning
   problems are read over, with a warning. Against commonroad-io, middles of lanes differ by less than 5 cm on bends of
-  60 m, and states of obstacles by less than 1 mm (`tests/interop/test_commonroad_io.py`).
+  60 m, and states of obstacles by at most 6 mm and 6 mrad (`tests/interop/test_commonroad_io.py`).
 - **Versions before 1.0** are refused. A missing `description` or `author` of the header is a warning.
 
 ## Weather and the state of the road
