@@ -89,8 +89,8 @@ def warm_up() -> None:
 
 
 def run_tests(checkout: Path, tests: Sequence[str], *, seconds: float, keep: bool = False) -> tuple[str, str]:
-    """Run test files in a forked process until one fails: "survived" if all pass, else "killed", or "killed by time"
-    after that many seconds of CPU (or ten times as many of any time). And the test file that failed, "" if none did.
+    """Run tests in a forked process until one fails: "survived" if all pass, else "killed", or "killed by time"
+    after that many seconds of CPU (or ten times as many of any time). And the test that failed, "" if none did.
 
     keep: write byte code, for runs of the originals.
     """
@@ -119,7 +119,7 @@ def run_tests(checkout: Path, tests: Sequence[str], *, seconds: float, keep: boo
 
 
 class _FirstFailure:
-    """A plugin of pytest that writes the file of the first failed test, or of what could not be imported, to a file."""
+    """A plugin of pytest that writes the name of the first failed test, or of what could not be imported, to a file."""
 
     def __init__(self, place: Path) -> None:
         self._place = place
@@ -132,7 +132,26 @@ class _FirstFailure:
 
     def _write(self, report: Any) -> None:
         if report.failed and not self._place.read_text(encoding="utf-8"):
-            self._place.write_text(report.nodeid.partition("::")[0], encoding="utf-8")
+            self._place.write_text(report.nodeid, encoding="utf-8")
+
+
+def enter(checkout: Path, keep: bool) -> None:
+    """Make this process one that reads all modules of ours from a checkout and writes nothing to its streams.
+
+    keep: write byte code.
+    """
+    os.chdir(checkout)
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(nothing, stream)
+    for name in [name for name in sys.modules if name.partition(".")[0] in OWN]:
+        del sys.modules[name]
+    sys.path[:] = [str(checkout), *(entry for entry in sys.path if Path(entry or ".").resolve() != ROOT)]
+    sys.dont_write_bytecode = not keep
+    os.environ["PYTHONPATH"] = str(checkout)
+    os.environ.pop("PYTEST_CURRENT_TEST", None)
+    if not keep:
+        os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
 
 
 def _be_a_test_run(checkout: Path, tests: Sequence[str], seconds: float, keep: bool, failed: Path) -> None:
@@ -141,18 +160,7 @@ def _be_a_test_run(checkout: Path, tests: Sequence[str], seconds: float, keep: b
         os.setpgid(0, 0)
         limit = int(seconds) + 1
         resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
-        os.chdir(checkout)
-        nothing = os.open(os.devnull, os.O_RDWR)
-        for stream in (0, 1, 2):
-            os.dup2(nothing, stream)
-        for name in [name for name in sys.modules if name.partition(".")[0] in OWN]:
-            del sys.modules[name]
-        sys.path[:] = [str(checkout), *(entry for entry in sys.path if Path(entry or ".").resolve() != ROOT)]
-        sys.dont_write_bytecode = not keep
-        os.environ["PYTHONPATH"] = str(checkout)
-        os.environ.pop("PYTEST_CURRENT_TEST", None)
-        if not keep:
-            os.environ["PYTHONDONTWRITEBYTECODE"] = "1"
+        enter(checkout, keep)
         plain = ["-p", "no:cacheprovider", "-p", "no:randomly", "-W", "ignore::pytest.PytestAssertRewriteWarning"]
         options = ["-x", "-q", "--tb=no", *plain, "--rootdir", str(checkout)]
         status = int(pytest.main([*options, *tests], plugins=[_FirstFailure(failed)]))

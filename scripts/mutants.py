@@ -1,9 +1,10 @@
 """Mutation test of what names, judges and drives:  python -m scripts.mutants [--minutes 35] [--size 600]
 
-Takes a sample of mutants from a fixed seed (mutant_sample.py), judges each by the tests of its file (mutant_tests.py),
-and prints how many were killed, with a 95 % interval, and the survivors. Each verdict is kept in runs/mutants as soon
-as it is there, and is used again as long as neither the mutated file nor a test that judged it has changed. So a run
-that was cut short goes on where it was.
+Takes a sample of mutants from a fixed seed (mutant_sample.py), judges each by the tests that execute its line
+(mutant_coverage.py, mutant_session.py; of compiled code those of its file, mutant_tests.py), and prints how many were
+killed, with a 95 % interval, and the survivors. Each verdict is kept in runs/mutants as soon as it is there, and is
+used again as long as neither the mutated file nor a test that judged it has changed. So a run that was cut short goes
+on where it was.
 """
 
 from __future__ import annotations
@@ -18,17 +19,19 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 from scripts.decision_constants import MovedConstant, moved_constants
+from scripts.mutant_coverage import Coverage, Tests, candidates
 from scripts.mutant_run import Checkout, run_tests, warm_up
 from scripts.mutant_sample import FOLDERS, ROOT, SEED, SIZE, Mutant, sample
-from scripts.mutant_tests import ROOMS, judges, times
+from scripts.mutant_session import Session
+from scripts.mutant_tests import judges
 
 KEPT = ROOT / "runs" / "mutants"
+BUDGET = 10.0  # s of CPU, of the tests that judge one mutant
 _SLOWER = 3.0  # times as long as without a mutant, and
-_COMPILING = 90.0  # s more, because most folders compile code: beyond that a mutant counts as endless
+_COMPILING = 30.0  # s more, because most folders compile code: beyond that a mutant counts as endless
 
 
 @dataclass(frozen=True)
@@ -63,18 +66,14 @@ def key(mutant: Mutant | MovedConstant) -> str:
     return digest(mutant.operator, str(mutant.occurrence), mutant.path)
 
 
-def verdict(row: Mapping[str, str] | None, tests: Sequence[str]) -> str:
+def verdict(row: Mapping[str, str] | None, tests: Tests) -> str:
     """What an earlier run has found, "" if a test has changed since then: for a mutant that was killed the one that
     killed it, for a survivor any."""
     if row is None:
         return ""
-    judges = tests if row["verdict"] == "survived" else [row["by"]] if row["by"] else []
-    return row["verdict"] if digest(*judges) == row["tests"] else ""
-
-
-def seconds(tests: Sequence[str]) -> float:
-    """CPU time after which a mutant counts as endless."""
-    return _COMPILING + _SLOWER * sum(times().get(name, 10.0) for name in tests)
+    by = row["by"].partition("::")[0]
+    files = tests.files if row["verdict"] == "survived" else [by] if by else []
+    return row["verdict"] if digest(*files) == row["tests"] else ""
 
 
 def difference(mutant: Mutant | MovedConstant) -> list[str]:
@@ -84,65 +83,53 @@ def difference(mutant: Mutant | MovedConstant) -> list[str]:
     return [line for line in lines if line[:1] in "+-" and line[:3] not in ("+++", "---")]
 
 
-def judge(chosen: Sequence[Mutant | MovedConstant], minutes: float, place: Path) -> list[Judged]:
-    """Judge the mutants in their order until the time is over; those judged before cost nothing."""
-    verdicts = KEPT / "verdicts.jsonl"
+def judge(chosen: Sequence[Mutant | MovedConstant], minutes: float, place: Path, budget: float) -> list[Judged]:
+    """Judge the mutants in their order until the time is over; those judged before cost nothing.
+
+    budget: CPU time of the tests that judge one mutant [s].
+    """
     KEPT.mkdir(parents=True, exist_ok=True)
+    verdicts = KEPT / "verdicts.jsonl"
     known: dict[str, dict[str, str]] = {}
     if verdicts.exists():
         rows = [json.loads(line) for line in verdicts.read_text(encoding="utf-8").splitlines() if line.endswith("}")]
         known = {row["key"]: row for row in rows}
+    warm_up()
+    checkout = Checkout(place)
+    files = sorted({file for folder in {mutant.folder for mutant in chosen} for file in candidates(folder)})
+    session = Session(checkout, files)
+    covered = Coverage(KEPT / "coverage.jsonl", files, session)
     ends = time.monotonic() + 60.0 * minutes
-    checkout: Checkout | None = None
-    passed = KEPT / "sound.txt"
-    sound = set(passed.read_text(encoding="utf-8").split()) if passed.exists() else set()
     judged = []
     for mutant in chosen:
-        tests = judges(mutant.path, mutant.folder)
+        tests = covered.tests(mutant.path, mutant.line, budget)
+        seen = bool(tests.items)
+        if not seen:  # compiled code executes no lines
+            names = tuple(judges(mutant.path, mutant.folder, covered.seconds))
+            tests = Tests(names, sum(covered.seconds.get(name, 10.0) for name in names))
         result = verdict(known.get(key(mutant)), tests)
         if not result:
             if time.monotonic() > ends:
                 continue
-            if checkout is None:
-                warm_up()
-                checkout = Checkout(place)
-            for test in tests:
-                if (state := _state(test)) not in sound:
-                    if run_tests(checkout.place, [test], seconds=600.0, keep=True)[0] != "survived":
-                        raise SystemExit(f"{test} fails without any change")
-                    sound.add(state)
-                    _add_line(passed, state)
-            checkout.keep_machine_code()
             begun = time.monotonic()
+            limit = _COMPILING + _SLOWER * tests.seconds
+            checkout.keep_machine_code()
             with checkout.changed(mutant):
-                result, by = run_tests(checkout.place, tests, seconds=seconds(tests))
-            judging = tests if result == "survived" else [by] if by else []
+                found = session.judge(mutant.path, mutant.line, tests.items, limit) if seen else None
+                way = "swapped" if found else "imported"
+                result, by = found or run_tests(checkout.place, tests.items, seconds=limit)
+            judging = tests.files if result == "survived" else [by.partition("::")[0]] if by else []
             row = {"key": key(mutant), "verdict": result, "by": by, "tests": digest(*judging), "mutant": mutant.name}
             _add_line(verdicts, json.dumps(row))
-            print(f"{time.monotonic() - begun:7.1f} s  {result:15} {mutant.name}  {by}", flush=True)
+            print(f"{time.monotonic() - begun:7.1f} s  {way:9}{result:15} {mutant.name}  {by}", flush=True)
         judged.append(Judged(mutant, result))
+    session.end()
     return judged
 
 
 def _add_line(path: Path, line: str) -> None:
     with path.open("a", encoding="utf-8") as out:
         out.write(line + "\n")
-
-
-@cache
-def _sources() -> bytes:
-    """Digest of all modules that a test may use."""
-    digest = hashlib.sha256()
-    for room in ROOMS:
-        for path in sorted((ROOT / room).rglob("*.py")):
-            digest.update(path.read_bytes())
-    return digest.digest()
-
-
-@cache
-def _state(test: str) -> str:
-    """Digest of a test file and of all modules: a test that has passed in this state need not be run again."""
-    return hashlib.sha256(_sources() + test.encode() + (ROOT / test).read_bytes()).hexdigest()[:20]
 
 
 def table(judged: Sequence[Judged]) -> list[str]:
@@ -166,13 +153,14 @@ def main() -> int:
     parser.add_argument("--constants", action="store_true", help="move each constant that decides, not the sample")
     parser.add_argument("--part", default="0/1", help="K/N: each Nth mutant from the Kth on, for several processes")
     parser.add_argument("--place", default="checkout", help="name of the copy of the checkout, one for each run")
+    parser.add_argument("--budget", type=float, default=BUDGET, help="s of CPU, of the tests that judge one mutant")
     options = parser.parse_args()
     os.environ.setdefault("DVP_SHARED", str(ROOT.parent / "shared"))
     every = list(moved_constants()) if options.constants else sample(options.size, options.seed)
     chosen = [mutant for mutant in every if mutant.path.startswith(options.only)]
     first, step = map(int, options.part.split("/"))
     chosen = chosen[first::step]
-    judged = judge(chosen, options.minutes, KEPT / options.place)
+    judged = judge(chosen, options.minutes, KEPT / options.place, options.budget)
     print(f"\n{len(judged)} of {len(chosen)} mutants judged (seed {options.seed})")
     print("" if options.constants else "\n".join(table(judged)), end="\n\n")
     for one in judged:

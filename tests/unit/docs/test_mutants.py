@@ -6,10 +6,12 @@ import subprocess
 import sys
 from collections import Counter
 from math import sqrt
+from pathlib import Path
+from typing import Any
 
 import pytest
 
-from scripts import mutant_tests
+from scripts import mutant_coverage, mutant_session, mutant_tests
 from scripts.decision_constants import MovedConstant
 from scripts.fixed_mutants import FIXED
 from scripts.mutant_sample import FOLDERS, ROOT, Mutant, mutants, stratified
@@ -73,8 +75,66 @@ def test_a_moved_constant_changes_its_number_alone() -> None:
 def test_tests_that_import_a_module_by_its_name_judge_it_first(monkeypatch: pytest.MonkeyPatch) -> None:
     near, quick, slow = (f"tests/unit/gap/test_{name}.py" for name in ("iso18571", "regimes", "diagnose"))
     monkeypatch.setattr(mutant_tests, "importers", dict)
-    monkeypatch.setattr(mutant_tests, "times", lambda: {quick: 0.1, near: 5.0, slow: 60.0})
-    assert mutant_tests.judges("pytest_dvp/gap/compare/iso18571.py", "pytest_dvp/gap") == [near, quick]
+    seconds = {quick: 0.1, near: 5.0, slow: 60.0}
+    assert mutant_tests.judges("pytest_dvp/gap/compare/iso18571.py", "pytest_dvp/gap", seconds) == [near, quick]
+
+
+SOURCE = """A = 3
+def f(a, b=2):
+    if a:
+        b = (a +
+             4)
+    return b
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "executed"), [(1, {3, 4, 5, 6}), (2, {3, 4, 5, 6}), (3, {3}), (4, {4, 5}), (5, {4, 5}), (6, {6})]
+)
+def test_a_mutant_is_judged_by_tests_that_execute_its_statement(line: int, executed: set[int]) -> None:
+    """What runs when the module is imported, a default value too, shows wherever one of its functions runs."""
+    assert mutant_coverage._executed_with(SOURCE, line) == executed
+
+
+def test_the_fastest_files_that_execute_a_line_judge_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "x.py").write_text(SOURCE)
+    monkeypatch.setattr(mutant_coverage, "ROOT", tmp_path)
+    monkeypatch.setattr(mutant_coverage, "state", str)
+    monkeypatch.setattr(mutant_coverage, "_shares", lambda file: file == "shared")
+    ran = {
+        "slow": [("slow::a", 9.0, False, [3, 4])],
+        "quick": [("quick::a", 0.1, False, [3, 6]), ("quick::b", 0.2, False, [3, 4]), ("quick::c", 0.1, True, [3, 4])],
+        "shared": [("shared::a", 0.5, False, [3, 4]), ("shared::b", 0.5, False, [6])],
+    }
+
+    class Measuring:
+        def measure(self, file: str) -> list[dict[str, object]]:
+            return [dict(zip(("item", "seconds", "failed", "lines"), (*row[:3], {"x.py": row[3]}), strict=True))
+                    for row in ran[file]]  # fmt: skip
+
+    found = mutant_coverage.Coverage(tmp_path / "kept.jsonl", list(ran), Measuring())  # type: ignore[arg-type]
+    assert found.tests("x.py", 4, 10.0).items == ("quick::b", "shared::a", "shared::b")
+    assert found.tests("x.py", 4, 11.0).items == ("quick::b", "shared::a", "shared::b", "slow::a")
+    assert found.tests("x.py", 4, 0.1).files == ["quick"]
+    again = mutant_coverage.Coverage(tmp_path / "kept.jsonl", list(ran), None)  # type: ignore[arg-type]
+    assert again.tests("x.py", 4, 10.0) == found.tests("x.py", 4, 10.0)
+
+
+def test_a_function_has_the_code_of_the_mutant_and_what_runs_at_import_is_left_alone(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path, space = tmp_path / "x.py", dict[str, Any]()
+    exec(compile(SOURCE, str(path), "exec", dont_inherit=True), space)  # noqa: S102
+    functions = {(str(path), "f", 2): [space["f"]]}
+    for line, old, new, swapped in ((2, "b=2", "b=3", False), (1, "3", "4", False), (5, "4)", "5)", True)):
+        path.write_text(SOURCE.replace(old, new))
+        swap = mutant_session._swap("x.py", line, functions)
+        assert (swap is not None) is swapped
+        if swap is not None:
+            assert space["f"](1) == 5
+            swap()
+            assert space["f"](1) == 6
 
 
 @pytest.mark.parametrize(("killed", "count"), [(540, 600), (0, 10), (10, 10), (7, 9)])

@@ -1,0 +1,149 @@
+"""Which tests execute a line: chosen to judge a mutant there, those of the fastest files first.
+
+What a test executes is measured once (`Session.measure`) and kept in runs/mutants as long as neither a module of ours
+nor the test's file has changed. Where tests of a file share something (a fixture of the module, a cached function),
+only the first one that uses it executes the code behind it. So in such files each test counts as executing all that
+any of them does.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from scripts.mutant_sample import ROOT
+from scripts.mutant_session import Session, outermost
+from scripts.mutant_tests import HOMES, ROOMS, imports
+
+_SHARING = ("cache", 'scope="module"', 'scope="session"', 'scope="class"')
+
+
+@dataclass(frozen=True)
+class Tests:
+    """Tests that judge a mutant, in their order, and the CPU time [s] that they take together."""
+
+    items: tuple[str, ...]
+    seconds: float
+
+    @property
+    def files(self) -> list[str]:
+        """The files that they are in."""
+        return list(dict.fromkeys(name.partition("::")[0] for name in self.items))
+
+
+class Coverage:
+    """What each test executes, measured where it is not known.
+
+    path: file that keeps it.
+    """
+
+    def __init__(self, path: Path, files: Sequence[str], session: Session) -> None:
+        kept: dict[str, list[dict[str, Any]]] = {}
+        if path.exists():
+            for line in path.read_text(encoding="utf-8").splitlines():
+                row = json.loads(line)
+                kept[row["state"]] = row["tests"]
+        self._files: dict[str, list[dict[str, Any]]] = {}
+        for file in files:
+            tests = kept.get(state(file))
+            if tests is None:
+                tests = session.measure(file)
+                failed = [row["item"] for row in tests if row["failed"]]
+                if failed:
+                    print(
+                        f"{len(failed)} of {file} fail without any change, and judge nothing: {failed[0]}", flush=True
+                    )
+                with path.open("a", encoding="utf-8") as out:
+                    out.write(json.dumps({"state": state(file), "file": file, "tests": tests}) + "\n")
+            self._files[file] = tests
+
+    @property
+    def seconds(self) -> Mapping[str, float]:
+        """CPU time of each test file [s]."""
+        return {file: sum(row["seconds"] for row in tests) for file, tests in self._files.items()}
+
+    def tests(self, path: str, line: int, budget: float) -> Tests:
+        """Tests that execute a line: of the files where they take least, until `budget` [s of CPU] is used up."""
+        lines = _executed_with((ROOT / path).read_text(encoding="utf-8"), line)
+        chosen: list[tuple[float, list[str]]] = []
+        for file, tests in self._files.items():
+            passed = [row for row in tests if not row["failed"]]
+            near = [row for row in passed if not lines.isdisjoint(row["lines"].get(path, ()))]
+            if near and _shares(file):
+                near = passed
+            if near:
+                chosen.append((sum(row["seconds"] for row in near), [row["item"] for row in near]))
+        items: list[str] = []
+        spent = 0.0
+        for seconds, names in sorted(chosen):
+            if not items or spent + seconds <= budget:
+                items += names
+                spent += seconds
+        return Tests(tuple(items), spent)
+
+
+def candidates(folder: str) -> list[str]:
+    """Test files that may judge a mutant of a folder: unit tests of its home, and others that import some of it."""
+    package = folder.replace("/", ".")
+    found = []
+    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+        name = path.relative_to(ROOT).as_posix()
+        uses = name.startswith("tests/unit/") and any(module.startswith(package) for module in imports(path))
+        if uses or name.startswith(HOMES[folder]):
+            found.append(name)
+    return found
+
+
+@cache
+def state(test: str) -> str:
+    """Digest of a test file and of all modules: a test that has passed in this state need not be run again."""
+    return hashlib.sha256(_sources() + test.encode() + (ROOT / test).read_bytes()).hexdigest()[:20]
+
+
+@cache
+def _sources() -> bytes:
+    digest = hashlib.sha256()
+    for room in ROOMS:
+        for path in sorted((ROOT / room).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.digest()
+
+
+@cache
+def _shares(file: str) -> bool:
+    """Whether tests of a file share something, by their file or by what they import from a file beside them."""
+    source = (ROOT / file).read_text(encoding="utf-8")
+    beside = [path.read_text(encoding="utf-8") for path in (ROOT / file).parent.glob("*.py")
+              if not path.name.startswith("test_") and path.stem in source]  # fmt: skip
+    return any(word in text for text in (source, *beside) for word in _SHARING)
+
+
+def _executed_with(source: str, line: int) -> frozenset[int]:
+    """Lines of which at least one is executed when the line is: of its statement; of the body of its function for a
+    line of a function's head; of all functions for what runs when the module is imported."""
+    tree = ast.parse(source)
+    place = outermost(tree, line)
+    if place is None:
+        every = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+        return frozenset(number for node in every for number in _lines(node.body))
+    _, function = place
+    spans = [_span(node) for node in ast.walk(function) if isinstance(node, ast.stmt) and node is not function]
+    around = [span for span in spans if line in span]
+    return frozenset(min(around, key=len)) if around else _lines(function.body)
+
+
+def _span(node: ast.stmt) -> range:
+    """Lines of a statement, without those of a block in it."""
+    blocks: Iterable[ast.stmt] = getattr(node, "body", []) or []
+    last = min((block.lineno for block in blocks), default=(node.end_lineno or node.lineno) + 1)
+    return range(node.lineno, max(last, node.lineno + 1))
+
+
+def _lines(body: Sequence[ast.stmt]) -> frozenset[int]:
+    return frozenset(number for node in body for number in range(node.lineno, (node.end_lineno or node.lineno) + 1))
