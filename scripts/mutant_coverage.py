@@ -59,8 +59,11 @@ class Coverage:
                     print(
                         f"{len(failed)} of {file} fail without any change, and judge nothing: {failed[0]}", flush=True
                     )
-                with path.open("a", encoding="utf-8") as out:
-                    out.write(json.dumps({"state": state(file), "file": file, "tests": tests}) + "\n")
+                if tests:
+                    with path.open("a", encoding="utf-8") as out:
+                        out.write(json.dumps({"state": state(file), "file": file, "tests": tests}) + "\n")
+                else:  # it is measured again next time
+                    print(f"{file}: no test ended within the time, and none judges", flush=True)
             self._files[file] = tests
 
     @property

@@ -31,7 +31,7 @@ from _pytest.runner import runtestprotocol
 from scripts.mutant_run import Checkout, enter
 from scripts.mutant_sample import FOLDERS
 
-MEASURING = 12.0  # s of CPU for the tests of one file; what comes later judges no mutant
+MEASURING = 90.0  # s of CPU for the tests of one file, part of it to compile; what comes later judges no mutant
 Functions = Mapping[tuple[str, str, int], list[FunctionType]]  # by file, qualified name and first line
 
 
