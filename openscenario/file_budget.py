@@ -15,18 +15,22 @@ BYTES: Final = 64 << 20  # the largest public OpenDRIVE files have some 30 MB
 ELEMENTS: Final = 2_000_000  # in that many bytes; the densest public files have an element in 40 bytes
 SIZE_FORM: Final = "a whole number >= 1, or one with a unit: 500MB, 2GiB"
 _SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*(?:([kmgt])(i?)b?|b)?", re.IGNORECASE | re.ASCII)
+_LONGEST = 64  # characters of a size; Python refuses numbers of thousands of digits
 _POWERS = {"k": 1, "m": 2, "g": 3, "t": 4}
 
 
 def parse_size(text: str) -> int:
-    """Bytes of `250000`, `500MB` (10^6), `2GiB` (2^30). Raises ValueError for anything else, and for less than 1."""
+    """Bytes of `250000`, `500MB` (10^6), `2GiB` (2^30).
+
+    Raises ValueError, whose text is what is allowed, for anything else, and for less than 1.
+    """
     found = _SIZE.fullmatch(text.strip())
-    if found is None:
-        raise ValueError
+    if found is None or len(text) > _LONGEST:
+        raise ValueError(SIZE_FORM)
     base = 1024 if found[3] else 1000
     value = int(float(found[1]) * base ** _POWERS[found[2].lower()]) if found[2] else int(found[1])
     if value < 1:
-        raise ValueError
+        raise ValueError(SIZE_FORM)
     return value
 
 
@@ -37,8 +41,8 @@ def most_bytes() -> int:
         return BYTES
     try:
         return parse_size(text)
-    except ValueError:
-        raise ValueError(f"environment {VARIABLE} is {text!r}, expected {SIZE_FORM}") from None
+    except ValueError as error:
+        raise ValueError(f"environment {VARIABLE} is {text!r}, expected {error}") from None
 
 
 def most_elements(bytes_allowed: int) -> int:

@@ -120,21 +120,23 @@ class _Reader:
 
     def error(self, node: Node, code: str, text: str, found: str = "", allowed: str = "") -> ScenarioError:
         """An error at an element."""
+        text = text if ROOT.casefold() in text.casefold() else f"CommonRoad: {text}"
         return ScenarioError([Finding(code, "error", self._file, node.line, node.path, found, allowed, "", text)])
 
-    def number(self, node: Node, text: str) -> float:
-        """A finite number."""
+    def number(self, node: Node, text: str, name: str = "") -> float:
+        """A finite number, the text of an element or of its attribute `name`."""
         try:
             value = float(text)
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise self.error(node, "value.not_a_number", "no finite number", text.strip() or "nothing", "a number")
+            said = f"{name or node.tag} is no finite number"
+            raise self.error(node, "value.not_a_number", said, text.strip() or "nothing", "a number")
         return value
 
     def positive(self, node: Node, name: str) -> float:
         """An attribute above 0."""
-        value = self.number(node, node.get(name))
+        value = self.number(node, node.get(name), name)
         if value <= 0.0:
             raise self.error(node, "value.out_of_range", f"{name} must be above 0", node.get(name), "more than 0")
         return value

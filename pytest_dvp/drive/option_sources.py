@@ -15,7 +15,7 @@ from typing import Any
 from pytest_dvp.drive.assignments import parse_assignments
 from pytest_dvp.drive.option import Setting
 from pytest_dvp.drive.run_spec import RunSpec
-from pytest_dvp.logs.budget import SIZE_FORM, parse_size
+from pytest_dvp.logs.budget import parse_size
 from pytest_dvp.logs.unfinished_run import told_of
 from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.flags import is_on
@@ -45,8 +45,8 @@ def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
     if setting.kind == "size":
         try:
             return parse_size(text)
-        except ValueError:
-            raise SettingError(f"{origin} is {text!r}, expected {SIZE_FORM}") from None
+        except ValueError as error:
+            raise SettingError(f"{origin} is {text!r}, expected {error}") from None
     if setting.kind == "path":
         return possible_folder(base / text, origin)
     if setting.kind == "file":

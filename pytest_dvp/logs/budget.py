@@ -1,6 +1,6 @@
 """Budget: how large a log may be on disk, and how large it may become when it is unpacked.
 
-Imports nothing but the standard library and what imports no more: the settings read it at start-up.
+Imports the standard library only: the settings read it at start-up.
 """
 
 from __future__ import annotations
@@ -9,8 +9,6 @@ import contextlib
 import dataclasses
 import os
 from collections.abc import Iterator, Mapping
-
-from openscenario.file_budget import SIZE_FORM, parse_size
 
 FLOOR = 32 << 20
 """Bytes that any log may unpack to, however small its file: 4 million numbers."""
@@ -44,6 +42,17 @@ class Budget:
         for name, value in dataclasses.asdict(self).items():
             if value is not None and (not isinstance(value, int) or value < 1):
                 raise ValueError(f"{name} is {value}, expected a whole number >= 1")
+
+
+def parse_size(text: str) -> int:
+    """Bytes of `250000`, `500MB` (10^6), `2GiB` (2^30).
+
+    Raises ValueError, whose text is what is allowed, for anything else, and for less than 1.
+    """
+    # here, because a session without scenarios loads nothing of openscenario (tests/plugin/test_load.py)
+    from openscenario.file_budget import parse_size as size
+
+    return size(text)
 
 
 def shown_size(count: int) -> str:
@@ -92,18 +101,6 @@ def budget_in_force(environ: Mapping[str, str] = os.environ) -> Budget:
         if text:
             try:
                 found[field.name] = parse_size(text)
-            except ValueError:
-                raise ValueError(f"environment {name} is {text!r}, expected {SIZE_FORM}") from None
+            except ValueError as error:
+                raise ValueError(f"environment {name} is {text!r}, expected {error}") from None
     return Budget(**found)
-
-
-__all__ = [
-    "SIZE_FORM",
-    "Budget",
-    "budget_in_force",
-    "environment_of",
-    "in_force",
-    "parse_size",
-    "shown_apart",
-    "shown_size",
-]
