@@ -20,7 +20,9 @@ from pytest_dvp.logs.unfinished_run import told_of
 from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.flags import is_on
 from pytest_dvp.text.names import REFERENCE
-from pytest_dvp.text.spelling import unknown
+from pytest_dvp.text.spelling import misspelt, unknown
+
+_NO_SETTINGS = ("DVP_SHARED",)  # where our own tests look for material beside the checkout: nearly DVP_SHARD
 
 
 def convert(setting: Setting, raw: object, origin: str, base: Path) -> Any:
@@ -142,6 +144,12 @@ def _number(setting: Setting, text: str, origin: str) -> int | float:
     if not math.isfinite(value) or (setting.least is not None and value < setting.least):
         raise SettingError(f"{origin} is {text}, expected {what} >= {setting.least:g}")
     return value
+
+
+def misspelt_variable(settings: Iterable[Setting]) -> str | None:
+    """The first environment variable that is nearly one of the settings' and none, with the one meant."""
+    names = (name for name in os.environ if name.startswith("DVP_") and name not in _NO_SETTINGS)
+    return misspelt(names, [setting.environment for setting in settings])
 
 
 def possible_folder(path: Path, origin: str) -> Path:

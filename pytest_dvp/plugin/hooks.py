@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from pytest_dvp.drive.option import LISTS, STAGES, Setting
-from pytest_dvp.drive.option_sources import environment_lookup, from_sources, taken_for_root
+from pytest_dvp.drive.option_sources import environment_lookup, from_sources, misspelt_variable, taken_for_root
 from pytest_dvp.drive.run_spec import PLUGIN_SETTINGS, SETTINGS, SIMULATED, RunSpec
 from pytest_dvp.gap.diagnosis_switch import diagnosis
 from pytest_dvp.logs.budget import in_force
@@ -308,7 +308,7 @@ def _settings(config: pytest.Config) -> RunSpec:
     known = [setting.ini for setting in ALL]
     for wrong in (
         misspelt((name for name in _ini_names(config) if name.startswith("dvp_")), known),
-        misspelt((name for name in os.environ if name.startswith("DVP_")), [s.environment for s in ALL]),
+        misspelt_variable(ALL),
     ):
         if wrong:
             raise pytest.UsageError(wrong)

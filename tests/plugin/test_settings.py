@@ -94,6 +94,14 @@ def test_a_misspelt_ini_key_names_the_right_one(pytester: pytest.Pytester) -> No
     result.stderr.fnmatch_lines(["*unknown setting 'dvp_sed', did you mean 'dvp_seed'?"])
 
 
+def test_the_place_of_shared_material_is_no_misspelt_setting(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("DVP_SHARED", str(pytester.path))  # nearly DVP_SHARD
+    pytester.makepyfile("def test_plain(): pass")
+    assert pytester.runpytest_subprocess().ret == pytest.ExitCode.OK
+
+
 def test_a_misspelt_variable_names_the_right_one(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DVP_SED", "7")
     result = pytester.runpytest_inprocess()

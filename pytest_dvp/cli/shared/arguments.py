@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pytest_dvp.drive.ini_file import NAMES, find_ini
 from pytest_dvp.drive.option import LISTS, Setting
-from pytest_dvp.drive.option_sources import environment_lookup, from_sources
+from pytest_dvp.drive.option_sources import environment_lookup, from_sources, misspelt_variable
 from pytest_dvp.drive.run_spec import BUDGET, PLUGIN_SETTINGS, SETTINGS, RunSpec
 from pytest_dvp.logs.budget import Budget
 from pytest_dvp.text.errors import SettingError
@@ -60,7 +60,7 @@ def settings_from(arguments: argparse.Namespace, ini: Collection[str] = ("librar
     file = None if getattr(arguments, "no_ini", False) else find_ini(here)
     known = SETTINGS + PLUGIN_SETTINGS
     for wrong in (
-        misspelt((name for name in os.environ if name.startswith("DVP_")), [setting.environment for setting in known]),
+        misspelt_variable(known),
         misspelt((name for name in (file.keys if file else ()) if name.startswith("dvp_")), [one.ini for one in known]),
     ):
         if wrong:
