@@ -129,10 +129,10 @@ def _metrics(entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
         cells = []
         for entry in entries:
             pairs = entry["held_out"]["likeness"]
-            cells.append([_alike(pairs["dt-rw"], name), _alike(pairs["pe-rw"], name), ""])
+            cells.append([_alike(pairs["dt-rw"], name), _alike(pairs.get("pe-rw", {}), name), ""])
         rows.append({"name": f"MNCC {name} to RW", "unit": "", "cells": cells, "paper": _three(TENTH[name], 4)})
     for name in DRIVE:
-        cells = [[_mean(entry["held_out"]["metrics"][s].get(name)) for s in STAGES] for entry in entries]
+        cells = [[_mean(entry["held_out"]["metrics"].get(s, {}).get(name)) for s in STAGES] for entry in entries]
         paper = _three(TENTH[name], 3) if name in TENTH else ["", "", ""]
         rows.append({"name": name, "unit": UNITS[name], "cells": cells, "paper": paper})
     return rows

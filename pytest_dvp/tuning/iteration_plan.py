@@ -28,6 +28,7 @@ class Plan:
     P, S        knobs with their candidates
     budget_P, budget_S         simulations, and replays of logs, of each tuning
     proving_ground  manoeuvres that the car drives when a diagnosis leaves something open, beside those it advises
+    stages      that are driven: dt and rw, and pe unless a plan leaves it out
     structure   whether the missing effects are looked for before anything is tuned
     """
 
@@ -54,6 +55,7 @@ class Plan:
     library: tuple[Path, ...] = ()
     proving_ground: tuple[str, ...] = ()
     ads: str | None = None
+    stages: tuple[str, ...] = STAGES
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -87,11 +89,14 @@ class Drive:
 
 def drives(
     plan: Plan, state: State, variants: tuple[Variant, ...], seeds: tuple[int, ...], logs: Path,
-    stages: tuple[str, ...] = STAGES,
+    stages: tuple[str, ...] | None = None,
 ) -> list[Drive]:  # fmt: skip
-    """A drive for each stage, variant and seed; logs are named by the hash of what they depend on."""
+    """A drive for each stage, variant and seed; logs are named by the hash of what they depend on.
+
+    stages  those to drive; None: those of the plan
+    """
     found = []
-    for stage in stages:
+    for stage in stages or plan.stages:
         for variant in variants:
             for seed in seeds:
                 job = Job(

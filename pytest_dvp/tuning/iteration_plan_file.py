@@ -6,7 +6,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.tuning.iteration_plan import MOUNTS, Plan
+from pytest_dvp.tuning.iteration_plan import MOUNTS, STAGES, Plan
 from pytest_dvp.tuning.objective import ALIGNMENT
 from pytest_dvp.tuning.searchers import search_names
 from pytest_dvp.tuning.toml_reader import Reader
@@ -14,7 +14,7 @@ from pytest_dvp.tuning.toml_reader import Reader
 _TOP = ("iterate", "scenario", "held_out", "parameters", "term", "constraint")
 _ITERATE = (
     "model", "preset", "vehicle", "seeds", "held_out_seeds", "last_seeds", "other_seeds", "iterations", "search",
-    "seed", "budget_P", "budget_S", "structure", "library", "proving_ground", "ads",
+    "seed", "budget_P", "budget_S", "structure", "library", "proving_ground", "ads", "stages",
 )  # fmt: skip
 
 
@@ -61,6 +61,7 @@ class _PlanReader(Reader):
             library=tuple(self.file(name, "folder") for name in self.words(head, "library")),
             proving_ground=self.manoeuvres(head),
             ads=None if self.ads is None else self.ads.word,
+            stages=self.stages(head),
         )
         plan = dataclasses.replace(plan, **changes)
         self.whole_plan(plan)
@@ -75,6 +76,12 @@ class _PlanReader(Reader):
         except ValueError as error:
             self.fail("proving_ground", str(error))
         return names
+
+    def stages(self, head: dict[str, Any]) -> tuple[str, ...]:
+        names = set(self.words(head, "stages") or STAGES)
+        if not {"dt", "rw"} <= names <= set(STAGES):
+            self.fail("stages", f"stages is {sorted(names)}, expected dt and rw, and pe if it is to be driven")
+        return tuple(stage for stage in STAGES if stage in names)
 
     def whole_plan(self, plan: Plan) -> None:
         if not plan.variants:

@@ -60,7 +60,9 @@ def bounds(first: HeldOutScore, last: HeldOutScore) -> list[Bound]:
     """Every row of it. Of MNCC, lag and gain the mean drive of each stage decides, of all else the mean over held-out
     drives; the worst variant, or drive, stands beside it."""
     rows = []
-    for pair in ("dt-rw", "pe-rw"):
+    driven = [stage for stage in STAGES if stage in last.gap.metrics]
+    pairs = [pair for pair in ("dt-rw", "pe-rw") if set(pair.split("-")) <= set(driven)]
+    for pair in pairs:
         for name, least in LIKENESS.items():
             now, then = last.gap.ensemble.get(pair, {}), first.gap.ensemble.get(pair, {})
             shown = f"{TENTH[name][0 if pair == 'dt-rw' else 2]:.4f}"  # its DT and its RW column
@@ -75,11 +77,13 @@ def bounds(first: HeldOutScore, last: HeldOutScore) -> list[Bound]:
                 rows.append(_row(title, pair, now.get(key), then.get(key), text, most + 1e-9, ""))
     for name, (most, unit) in DRIVE.items():
         for k, stage in enumerate(STAGES):
+            if stage not in driven:
+                continue
             shown = f"{TENTH[name][k]:g}" if name in TENTH else ""
             now_row, then_row = last.gap.metrics[stage][name], first.gap.metrics[stage].get(name)
             rows.append(_row(name, stage, now_row, then_row, f"<= {most:g} {unit}", most, shown))
     rows.append(_position(first, last))
-    rows += [_equivalent(name, pair, first, last) for pair in ("dt-rw", "pe-rw") for name in EQUIVALENT]
+    rows += [_equivalent(name, pair, first, last) for pair in pairs for name in EQUIVALENT]
     return rows
 
 

@@ -65,6 +65,46 @@ def test_one_drive_that_did_not_excite_it_is_enough(logs: Mapping[str, Log], str
         assert judge_between([gate("steer_delay")], PAIR, mixed)[0].status == "INCONCLUSIVE"
 
 
+TWIN = """
+[model]
+base = "dynamic_bicycle"
+[inputs]
+steer = "steer_cmd"
+longitudinal = "accel_cmd"
+[parameters]
+wheelbase = 2.36
+mass = 730.0
+"""
+LATE = """
+[[effect]]
+name = "steer_delay"
+[effect.parameters.T]
+value = 0.2
+unit = "s"
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "named"),
+    [
+        ("", ""),
+        (LATE, "steer_delay"),
+        (LATE.replace('"steer_delay"', '"steer_delay"\nfitted_on = ["a log"]'), ""),
+        ("yaw_inertia = 2000.0\n", "yaw_inertia"),
+        ("cornering_stiffness_rear = 90000.0\n" + LATE, "cornering_stiffness_rear"),
+    ],
+    ids=["data sheet", "said", "learnt", "no maker prints it", "both"],
+)
+def test_model_stands_for_what_the_twin_claims_without_evidence(
+    straight: Mapping[str, Log], more: str, named: str
+) -> None:
+    """On a drive without steering, a delay of it that nobody has fitted is a claim."""
+    twin = dataclasses.replace(straight["dt"], meta={**straight["dt"].meta, "model": {"toml": TWIN + more}})
+    (verdict,) = judge_between([gate("model")], PAIR, {**straight, "dt": twin})
+    assert verdict.status == ("INCONCLUSIVE" if named else "PASS")
+    assert f"{named} (needs " in verdict.reason if named else not verdict.reason
+
+
 def test_a_gate_that_fails_stays_a_failure(straight: Mapping[str, Log]) -> None:
     assert judge_between([gate("steer_delay", bound=-2.0)], PAIR, straight)[0].status == "FAIL"
 
