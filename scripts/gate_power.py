@@ -166,11 +166,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--draw", metavar="SEED", help="hexadecimal: draw 60 wrong twins instead of those that ship")
     parser.add_argument("--cars", type=int, default=CARS, help="drives of the car")
     parser.add_argument("--repeats", type=int, help="pairs of the car and the right twin; default 200, of a draw 100")
+    parser.add_argument("--wrong", type=int, default=60, help="wrong twins that a draw holds")
+    parser.add_argument("--first", type=int, help=f"seed of the first drive of the car; default {CHOSEN}, {FRESH}")
     parser.add_argument("--only", choices=("right", "wrong"), help="this half; the other one by another process")
     parser.add_argument("--runs", type=Path, default=ROOT / "runs" / "gate-power")
     arguments = parser.parse_args(argv)
-    first = CHOSEN if arguments.draw is None else FRESH
-    twins = little_and_much() if arguments.draw is None else drawn(int(arguments.draw, 16), 60)
+    first = arguments.first or (CHOSEN if arguments.draw is None else FRESH)
+    twins = little_and_much() if arguments.draw is None else drawn(int(arguments.draw, 16), arguments.wrong)
     count = arguments.repeats or (200 if arguments.draw is None else 100)
     drives = Drives(arguments.runs)
     name = "chosen" if arguments.draw is None else f"draw-{arguments.draw}"
