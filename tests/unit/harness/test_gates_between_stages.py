@@ -28,6 +28,7 @@ WHOLE_DRIVE = (
     "heading_error",
     "track_position_error",
     "track_latency",
+    "track_speed_error",
 )  # whom it meets, it meets later
 LIMIT = 20.0  # s
 over_can = pytest.mark.skipif(os.environ.get("DVP_STAGES") != "all", reason="a second car, on CAN: make stages")
