@@ -349,16 +349,23 @@ class _Search:
     def _controls(self, choices: dict[str, Choice]) -> list[Recognised]:
         """Wanted values, steering and pedals, by the motion in SI units."""
         v, turn = self.speed, self.turn
+        unsure = []
         if v is not None and not self._in_metres():
             v = v * _scale(choices[self.speed_name].unit)
+            unsure += [] if choices[self.speed_name].decided else ["v"]
         if turn is not None and self.turn_name == "yaw_rate":
             turn = turn * _scale(choices["yaw_rate"].unit)
+            unsure += [] if choices["yaw_rate"].decided else ["yaw_rate"]
         measured = tuple(column for column, _ in self.taken.values())
         motion = Motion(self.grid, v, turn, self.wheelbase, measured)
         found = wishes(self.free, motion)
         keys = {one.column.key for one in found}
         rest = [c for c in self.free if c.key not in keys]
-        found += steering(rest, motion, [one.column for one in found])
+        steers = steering(rest, motion, [one.column for one in found])
+        if unsure:  # its scale was measured in units that are themselves left open
+            doubt = f"it follows {' and '.join(unsure)}, whose unit is not decided"
+            steers = [s if s.column.unit else dataclasses.replace(s, decided=False, rival=doubt) for s in steers]
+        found += steers
         keys |= {one.column.key for one in found}
         return [*found, *pedals([c for c in rest if c.key not in keys], motion)]
 
