@@ -63,7 +63,7 @@ class Coverage:
                     with path.open("a", encoding="utf-8") as out:
                         out.write(json.dumps({"state": state(file), "file": file, "tests": tests}) + "\n")
                 else:  # it is measured again next time
-                    print(f"{file}: no test ended within the time, and none judges", flush=True)
+                    print(f"{file}: no test could be measured, and none judges", flush=True)
             self._files[file] = tests
 
     @property

@@ -145,6 +145,7 @@ def _outcomes(items: Sequence[pytest.Item]) -> Iterator[tuple[pytest.Item, float
 def _measure(items: Sequence[pytest.Item], out: int) -> None:
     here = Path.cwd()
     cover = coverage.Coverage(data_file=None, config_file=False, include=[f"{here}/{f}/*" for f in FOLDERS])
+    cover.set_option("run:disable_warnings", ["no-data-collected"])  # which pytest's settings make an error
     cover.start()
     cover.switch_context("0")
     for number, (item, seconds, failed) in enumerate(_outcomes(items)):

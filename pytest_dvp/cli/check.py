@@ -160,11 +160,21 @@ def _with_gates(paths: Sequence[Path], settings: RunSpec) -> list[Path]:
 def _checker(
     path: Path, effects: Mapping[str, Effect], options: Mapping[str, Any]
 ) -> Callable[[Path, RunSpec], Findings]:
-    # Whatever is none of the known kinds was named by a user as a scenario: its reader says what is wrong with it.
-    kind = kind_of(path) or _NAMED.get(path.suffix.lower(), "scenario")
+    kind = kind_of(path) or _named(path)
     if kind == "log":
         return partial(_log, options=options)
     return partial(_model, effects=effects) if kind == "model" else CHECKERS[kind]
+
+
+def _named(path: Path) -> Kind:
+    """What a user means by a file that says nothing of itself but its ending: a model, a log of any format, or else a
+    scenario, whose reader says what is wrong with it."""
+    from pytest_dvp.logs.formats.log_format import log_formats
+
+    ending = path.suffix.lower()
+    if ending == ".toml":
+        return "model"
+    return "log" if any(ending in each.endings for each in log_formats()) else "scenario"
 
 
 def _scenario(path: Path, settings: RunSpec) -> Findings:
@@ -301,7 +311,6 @@ def _one(path: Path, code: str, kind: type[Exception], read: Callable[[], object
 
 
 # What a user names himself is taken for this by its ending, whatever is in it.
-_NAMED: dict[str, Kind] = {".toml": "model", **dict.fromkeys((".csv", ".tsv", ".txt", ".mat"), "log")}
 CHECKERS: dict[Kind, Callable[[Path, RunSpec], Findings]] = {
     "scenario": _scenario,
     "road": _road,

@@ -60,6 +60,16 @@ def test_what_has_no_place_in_its_file_leaves_no_gap(tmp_path: Path, capsys: pyt
     assert capsys.readouterr().out == "empty.xosc:1: error xml.empty: the file is empty\n"
 
 
+@pytest.mark.parametrize("ending", [".dat", ".txt", ".mat", ".tsv", ".mf4"])
+def test_a_named_file_with_the_ending_of_a_log_is_read_as_one(
+    tmp_path: Path, check: Callable[..., Any], ending: str
+) -> None:
+    (tmp_path / f"drive{ending}").write_text("nothing of the kind")
+    code, found = check(f"drive{ending}")
+    assert code == 1
+    assert {each["code"].partition(".")[0] for each in found} == {"log"}  # and not that it is no XML
+
+
 def test_allowed_roads_are_listed_as_one_counts(scenario: Write, check: Callable[..., Any]) -> None:
     path = scenario(('roadId="1"', 'roadId="99"'))
     road = path.with_name("straight.xodr")
