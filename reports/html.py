@@ -61,7 +61,7 @@ def render_run_report(result: Mapping[str, Any], *, library: str | None = None, 
     stride = 1
     while True:
         data = scene(run, ttc.get("series"), stride)
-        data |= {"figure": figure, "marks": [row.mark() for row in table if row.t is not None]}
+        data |= {"figure": figure, "marks": [row.mark() for row in table if row.t is not None and not row.is_folded]}
         slim = compact(data)
         if len(embed(slim)) <= MAX_DATA_BYTES or stride >= 64:
             break

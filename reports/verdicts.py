@@ -9,7 +9,7 @@ from typing import Any
 
 SEVERITY = {"ERROR": 0, "FAIL": 1, "INCONCLUSIVE": 2, "PASS": 3, "NOT ASKED": 4}
 HARM = {"collision": 1, "road_departure": 2}  # what a reader must learn first, however far the others missed
-_RUN_ITSELF, _ANY_OTHER = 0, 3
+_RUN_ITSELF, _ANY_OTHER, _CLEAN = 0, 3, 4
 
 STATUS_SIGNS = {"PASS": "✓", "FAIL": "✗", "INCONCLUSIVE": "?", "ERROR": "!"}
 
@@ -33,12 +33,18 @@ class Row:
     share: float | None  # of the bound, as the verdict tells it
     requirement: str = ""  # id of what the gate verifies, as its file names it
     reason: str = ""  # why there is no value: the same for all rows that share it
+    clean: bool = False  # a bound that clean drives keep, no requirement
     order: tuple[int, int, float] = (0, _ANY_OTHER, math.inf)  # `urgency`
 
     @property
     def used(self) -> float | None:
         """Share of the bound that is used up, 1 = at the bound; None where a share has no meaning (bound 0, counts)."""
         return None if self.value is None or self.is_count else self.share
+
+    @property
+    def is_folded(self) -> bool:
+        """A bound of clean drives that holds: there are dozens, and a reader need not know them."""
+        return self.clean and self.status == "PASS"
 
     @property
     def is_count(self) -> bool:
@@ -72,14 +78,15 @@ def urgency(verdict: Mapping[str, Any]) -> tuple[int, int, float]:
     """Sort key of a verdict, the worst first; the order of every text, table and page.
 
     By status; of what did not pass first the run itself (a fault, a dry run: it explains the others), then harm: a
-    collision, a road departure; then by what is left of the bound as a share, negative for a miss: margins of different
-    units have nothing else in common.
+    collision, a road departure; bounds of clean drives after all others. Then by what is left of the bound as a share,
+    negative for a miss: margins of different units have nothing else in common.
     """
     status = str(verdict.get("status", "ERROR"))
     passed, order, metric = status == "PASS", SEVERITY.get(status, 0), verdict.get("metric", "-")
     if not metric and not passed:
         return order, _RUN_ITSELF, -math.inf
-    return order, _ANY_OTHER if passed else HARM.get(str(metric), _ANY_OTHER), _left(verdict, passed=passed)
+    other = _CLEAN if verdict.get("clean") is True else _ANY_OTHER
+    return order, other if passed else HARM.get(str(metric), other), _left(verdict, passed=passed)
 
 
 def _left(verdict: Mapping[str, Any], *, passed: bool) -> float:
@@ -111,8 +118,12 @@ def headline(status: str, table: Sequence[Row]) -> str:
             return f"{len(bad)} of {len(table)} gates were not judged: {worst.reason}."
         count = f"{len(bad)} of {len(table)} gates did not pass." if len(table) > 1 else "The gate did not pass."
         return f"{count} Worst: {_moment(worst)}"
-    counted = "The gate passed." if len(table) == 1 else f"All {len(table)} gates passed."
-    closest = next((row for row in table if row.used is not None), None)
+    asked = [row for row in table if not row.clean]
+    counted = "The gate passed." if len(asked) == 1 else f"All {len(asked)} gates passed."
+    if len(asked) < len(table):
+        bounds = len(table) - len(asked)
+        counted = f"{counted[:-1]}, and so did {bounds} bound{'' if bounds == 1 else 's'} of clean drives."
+    closest = next((row for row in asked if row.used is not None), None)
     if closest is None:
         return counted if status == "PASS" else f"{counted} Status: {status}."
     return f"{counted} Closest to failing: {_moment(closest)}"
@@ -190,5 +201,6 @@ def _row(verdict: Mapping[str, Any]) -> Row:
         share=_told_share(verdict),
         requirement=str(verdict.get("requirement") or ""),
         reason=str(verdict.get("reason") or ""),
+        clean=verdict.get("clean") is True,
         order=urgency(verdict),
     )

@@ -432,14 +432,16 @@ def table(result: RunResult, only: Sequence[str] | None = None, optional: Sequen
     """The verdicts of a run as text, worst first, and where its report is; `only` those metrics decide, and the
     `optional` events need not fire."""
     from pytest_dvp.text.printable import clean
-    from pytest_dvp.verdicts.result_text import on_condition, page_of
+    from pytest_dvp.verdicts.result_text import on_condition, page_of, without_clean
     from pytest_dvp.verdicts.silent_events import missed
     from pytest_dvp.verdicts.statuses import worst_first
 
     plain = result.as_dict()
     said = f"{plain['scenario']} [{plain['stage']}]: {plain['status']}"
     lines = [clean(f"{said} after {plain['simulated']:.2f} s simulated, ended by {plain['ended']}")]
-    lines += [f"  {v['status']:<12} {_told(v)}" for v in worst_first(plain["verdicts"])]
+    shown, held_bounds = without_clean(worst_first(plain["verdicts"]))
+    lines += [f"  {v['status']:<12} {_told(v)}" for v in shown]
+    lines += [f"  {'PASS':<12} {held_bounds}"] if held_bounds else []
     beside = [note for note in plain["notes"] if note.startswith(BESIDE_VERDICTS)]
     loud = (BESIDE_VERDICTS[0], NOT_WRITTEN)
     lines += [clean(f"  {'!! ' if note.startswith(loud) else ''}{note}") for note in beside]

@@ -14,7 +14,7 @@ from typing import Any
 
 from pytest_dvp.text.names import NOT_ASKED
 from pytest_dvp.text.printable import clean
-from pytest_dvp.verdicts.result_text import NOT_WRITTEN, Result, conditions, gathered, page_of, reason
+from pytest_dvp.verdicts.result_text import NOT_WRITTEN, Result, conditions, gathered, page_of, reason, without_clean
 from pytest_dvp.verdicts.stage_table_text import table_lines
 from reports.verdicts import SEVERITY as ORDER
 from reports.verdicts import urgency
@@ -35,7 +35,11 @@ def lines(results: Sequence[Result], limit: int = MAX_LINES) -> list[str]:
     """The terminal section: one line a gate, worst margin first, at most `limit`, the last one an action."""
     judged = [verdict["status"] for case in results for verdict in case["verdicts"]]
     rows = sorted(
-        ((urgency(verdict), case, verdict) for case in results for verdict in gathered(case["verdicts"])),
+        (
+            (urgency(verdict), case, verdict)
+            for case in results
+            for verdict in gathered(without_clean(case["verdicts"])[0])
+        ),
         key=lambda row: (*row[0], row[1]["nodeid"], row[2]["gate"]),
     )
     tally = ", ".join(f"{judged.count(status)} {status}" for status in ORDER if status in judged) or "nothing judged"

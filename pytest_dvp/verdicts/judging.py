@@ -54,6 +54,7 @@ class Verdict:
     short    one line for a summary; message: the same with margin and the place of the gate, file:line
     reason   why there is no value, the same text for all gates that share it
     requirement  id of the requirement that the gate verifies, if its file names one
+    clean    True for a bound that clean drives keep, the table [clean] of a gate file: no requirement
     """
 
     gate: str
@@ -73,6 +74,7 @@ class Verdict:
     used: float | None = None
     reason: str = ""
     requirement: str = ""
+    clean: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON-able data."""
@@ -266,7 +268,8 @@ def _verdict(gate: Gate, status: Status, value: MetricValue | None, reason: str)
         short += f" ({_printable(value.object)})" if value.object else ""
         message = f"{short}, margin {_pair(margin, 0.0, unit)[0]}{_suffix(unit)}"
     place = f"{gate.file}:{gate.line}" if gate.line is not None else gate.file
-    message += f", gate {place}" if place else ", default gate"
+    kind = "gate" if gate.only_with is None else "clean bound"
+    message += f", {kind} {place}" if place else ", default gate"
     return Verdict(
         gate=_label(gate, unit),
         metric=gate.metric,
@@ -285,6 +288,7 @@ def _verdict(gate: Gate, status: Status, value: MetricValue | None, reason: str)
         used=used,
         reason="" if number is not None else _printable(reason),
         requirement=gate.requirement,
+        clean=gate.only_with is not None,
     )
 
 
@@ -306,6 +310,10 @@ def _name(gate: Gate) -> str:
     if gate.between is not None:
         signal = f"({gate.options['signal']})" if "signal" in gate.options else ""
         return _printable(f"{gate.metric}{signal}{' difference' if gate.max_difference is not None else ''}")
+    if gate.only_with is not None and gate.options:  # several bounds of one metric differ by these alone
+        options = ", ".join(f"{key}={value:g}" if isinstance(value, float) else f"{key}={value}"
+                            for key, value in gate.options.items())  # fmt: skip
+        return _printable(f"{gate.metric}({options})")
     if "model" not in gate.options:
         return gate.metric
     model = Path(str(gate.options["model"])).name

@@ -63,6 +63,20 @@ def gathered(verdicts: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     return out
 
 
+def without_clean(verdicts: Iterable[Mapping[str, Any]]) -> tuple[list[Mapping[str, Any]], str]:
+    """The verdicts without bounds of clean drives that hold, and one phrase for those, "" for none.
+
+    There are dozens of them, and as long as they hold they say nothing that a reader must know.
+    """
+    shown, held = [], []
+    for verdict in verdicts:
+        (held if verdict.get("clean") and verdict["status"] == "PASS" else shown).append(verdict)
+    if not held:
+        return shown, ""
+    near = reason(min(held, key=urgency)).split(" at t=")[0]
+    return shown, f"{len(held)} bound{'' if len(held) == 1 else 's'} of clean drives; nearest: {near}"
+
+
 def asked_verdicts(result: Result, metrics: Sequence[str] | None = None) -> list[Mapping[str, Any]]:
     """The verdicts that decide: all, or those on these metrics with what no choice leaves out.
 
@@ -94,14 +108,21 @@ def failure(result: Result, metrics: Sequence[str] | None = None) -> str | None:
         return None
     lines = [reason(bad[0]) if bad else _no_verdict(status, missing, result["verdicts"], measured)]
     lines += [f"  {clean(line)}" for line in str(result.get("error") or "").splitlines()]
-    for verdict in gathered(bad):
+    told = gathered(bad)
+    broken = [verdict for verdict in told if verdict.get("clean")]
+    for verdict in told[: len(told) - max(len(broken) - FEW, 0)]:  # bounds of clean drives come last
         lines.append(f"  {verdict['status']} {clean(verdict['message'])}")
+    if len(broken) > FEW:
+        lines.append(f"  ... and {len(broken) - FEW} more bounds that clean drives keep")
     lines += [f"  {clean(line)}" for line in result.get("explanation", ())]
-    passed = sum(v["status"] == "PASS" for v in verdicts)
+    passed = [v for v in verdicts if v["status"] == "PASS"]
+    of_clean = [v for v in verdicts if v.get("clean")]
+    kept = f", {sum(v in passed for v in of_clean)} of {len(of_clean)} bounds of clean drives" if of_clean else ""
+    gates = len(verdicts) - len(of_clean)
     lines += [
         f"  {clean(note)}" for note in result.get("notes", ()) if note.startswith(BESIDE_VERDICTS) or DIFFERENT in note
     ]
-    lines.append(f"  {passed} of {len(verdicts)} gates passed; {conditions(result)}")
+    lines.append(f"  {sum(not v.get('clean') for v in passed)} of {gates} gates passed{kept}; {conditions(result)}")
     if result.get("ended"):
         lines.append(f"  ended by {clean(result['ended'])} at t={result['simulated']:.2f} s")
     if page := page_of(result):

@@ -12,7 +12,8 @@ PLACE = 10  # on the page of a run, from the top
 
 def values(run: Run) -> dict[str, Any]:
     """The rows of the table, and the sign of each status."""
-    return {"rows": run.rows, "signs": STATUS_SIGNS}
+    shown = [row for row in run.rows if not row.is_folded]
+    return {"rows": shown, "folded": [row for row in run.rows if row.is_folded], "signs": STATUS_SIGNS}
 
 
 TEMPLATE = """\
@@ -35,5 +36,19 @@ TEMPLATE = """\
     {% endfor %}
     </tbody>
   </table>
+  {% if folded %}<details><summary>{{ folded | length }} bounds that clean drives of this stack keep also hold; nearest: {{ folded[0].name }} {{ folded[0].value | short }} {{ folded[0].unit }} (must be {{ folded[0].limit }})</summary>
+  <table class="verdicts stacked">
+    <tbody>
+    {% for row in folded %}
+    <tr class="{{ row.status | lower }}">
+      {% include 'verdict.html' %}
+      <td class="num" data-label="worst at">{% if row.t is not none %}<button class="jump" data-t="{{ row.t }}" data-object="{{ row.object }}">{{ "%.2f" | format(row.t) }} s</button>{% endif %}</td>
+      <td data-label="object">{{ row.object }}</td>
+      <td class="place" data-label="set in">{{ row.place }}</td>
+    </tr>
+    {% if row.message and row.status != "PASS" %}<tr class="message {{ row.status | lower }}"><td></td><td colspan="8">{{ row.message }}</td></tr>{% endif %}
+    {% endfor %}
+    </tbody>
+  </table></details>{% endif %}
 </section>
 """  # noqa: E501

@@ -52,6 +52,16 @@ def test_headline_of_a_pass_names_the_closest() -> None:
     )
 
 
+def test_bounds_of_clean_drives_come_after_the_gates_and_are_not_what_nearly_failed() -> None:
+    table = rows([verdict("habit", 0.99, 1.0, clean=True), verdict("rmse", 0.1, 0.4)])
+    assert [(row.metric, row.is_folded) for row in table] == [("rmse", False), ("habit", True)]
+    assert headline("PASS", table) == (
+        "The gate passed, and so did 1 bound of clean drives. Closest to failing: rmse 0.1 m (must be ≤ 0.4)."
+    )
+    broken = rows([verdict("habit", 9.0, 1.0, "FAIL", clean=True), verdict("rmse", 0.5, 0.4, "FAIL")])
+    assert [(row.metric, row.is_folded) for row in broken] == [("rmse", False), ("habit", False)]
+
+
 def test_headline_of_a_failure_names_the_worst() -> None:
     table = rows([verdict("jerk", 9.0, 4.0, "FAIL", unit="m/s^3"), verdict("rmse", 0.1, 0.4)])
     assert headline("FAIL", table) == "1 of 2 gates did not pass. Worst: jerk 9 m/s³ (must be ≤ 4)."

@@ -9,6 +9,7 @@ import pytest
 from results_logs import log_of
 
 from pytest_dvp.verdicts.judging import GateError, judge, read_gates
+from pytest_dvp.verdicts.result_text import without_clean
 
 TEXT = """# of a.xosc
 [[gate]]
@@ -49,6 +50,25 @@ def test_a_drive_like_the_clean_ones_is_judged_by_them(tmp_path: Path) -> None:
     assert statuses(tmp_path) == ["PASS", "PASS", "PASS"]
     assert statuses(tmp_path, error=0.2) == ["PASS", "FAIL", "PASS"]
     assert statuses(tmp_path, error=0.001) == ["PASS", "FAIL", "PASS"]
+
+
+def test_a_verdict_says_that_it_is_of_a_clean_bound_and_which_of_them(tmp_path: Path) -> None:
+    columns = {"on_road": 1.0, "ads.x": 0.2, "ads.y": 0.0, "ads.position_sigma": 0.02}
+    log = log_of(columns=columns, meta={"parameters": {"ego_speed": "5.5"}})
+    verdicts = judge(read_gates(written(tmp_path)), log)
+    assert [(verdict.name, verdict.clean) for verdict in verdicts] == [
+        ("road_departure", False), ("localization_error", True), ("localization_error(statistic=greatest)", True),
+    ]  # fmt: skip
+    assert verdicts[1].message.endswith(f"clean bound {tmp_path / 'a.gates.toml'}:10")
+
+
+def test_bounds_of_clean_drives_that_hold_are_one_phrase() -> None:
+    gate = {"status": "PASS", "metric": "a", "short": "a 1 <= 2 at t=1.00 s", "margin": 1.0, "bound": 2.0, "used": 0.5}
+    near = {**gate, "metric": "b", "short": "b 9 <= 10 at t=3.00 s", "used": 0.9, "clean": True}
+    far = {**near, "short": "b 1 <= 10", "used": 0.1}
+    broken = {**near, "status": "FAIL", "used": 1.2}
+    assert without_clean([gate, far, broken, near]) == ([gate, broken], "2 bounds of clean drives; nearest: b 9 <= 10")
+    assert without_clean([gate]) == ([gate], "")
 
 
 @pytest.mark.parametrize(
