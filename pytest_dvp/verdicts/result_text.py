@@ -68,7 +68,8 @@ def without_clean(verdicts: Iterable[Mapping[str, Any]]) -> tuple[list[Mapping[s
 
     There are dozens of them, and as long as they hold they say nothing that a reader must know.
     """
-    shown, held = [], []
+    shown: list[Mapping[str, Any]] = []
+    held: list[Mapping[str, Any]] = []
     for verdict in verdicts:
         (held if verdict.get("clean") and verdict["status"] == "PASS" else shown).append(verdict)
     if not held:
