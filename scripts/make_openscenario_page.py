@@ -181,7 +181,8 @@ log, with the numbers that hold from then on. Parts that the action leaves out s
   LiDAR sees as far as its echo is as strong as that from its reach in clear air: R exp(extinction R) = reach.
   `vehicle/sensors/air.py` names the sources.
 - **Material of a lane.** `friction` of an OpenDRIVE `material` below 1 is the coefficient of that lane from its
-  `sOffset` on, for the twin and for the others; a `frictionScaleFactor` below 1 multiplies it.
+  `sOffset` on, for the twin and for the others; a `frictionScaleFactor` below 1 multiplies it. In `dvp play`, where
+  nobody but the storyboard moves anybody, it limits nobody.
 - **Wind** blows towards `direction` in the map frame. Along the car, k u |u| with the speed u through the air takes the
   place of k v |v|: k is that of the effect `aero_drag`, or 0.3 ρ A / (2 m) with A = 0.81 width height. A car with tyres
   is also pushed to the side, by 2.2 ρ A / (2 m) times air speed and crosswind. `vehicle/model/wind.py` names sources.

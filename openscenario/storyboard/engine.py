@@ -60,7 +60,8 @@ class Storyboard:
     """A scenario under way on a road network.
 
     `external`: names of entities that something else moves (the ego in the closed loop): after Init, actions on
-    them become `requests`. `acted`: the actions that acted in the last step, with whom each of them acted on.
+    them become `requests`. `lane_friction`: whether the material of a lane limits those that drive on it. `acted`: the
+    actions that acted in the last step, with whom each of them acted on.
     Raises ScenarioError if the scenario holds an element that cannot run.
     """
 
@@ -72,11 +73,13 @@ class Storyboard:
         external: Collection[str] = (),
         seed: int = 0,
         reading: Reading = USUAL,
+        lane_friction: bool = True,
     ) -> None:
         self.scenario = scenario
         self.reading = reading
         self.network = network
         self.ground = Ground(network)
+        self._lane_friction = lane_friction
         self.random = random.Random(seed)
         self.time = 0.0
         self.dt = 0.0
@@ -179,7 +182,8 @@ class Storyboard:
         for entity in self._movers:
             entity.speed_before = entity.speed
             entity.moved = entity.late = False
-        self.ground.spread_friction(self._movers, self.world.friction)
+        if self._lane_friction:
+            self.ground.spread_friction(self._movers, self.world.friction)
         if self._active:
             self._step_actions(dt)
         if self._crowd is not None:

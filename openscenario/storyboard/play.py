@@ -52,9 +52,11 @@ def play(
 ) -> Played:
     """Run a scenario until its stop trigger or for `duration` [s], in steps of `dt` [s].
 
+    Everybody does what the storyboard says, as a perfect controller would: the material of a lane, which is of the road
+    and not of the storyboard, limits nobody here.
     Raises ScenarioError if the scenario holds an element that cannot run.
     """
-    board = Storyboard(scenario, network, seed=seed, reading=reading)
+    board = Storyboard(scenario, network, seed=seed, reading=reading, lane_friction=False)
     board.start()
     board.settle()
     watch = Plausibility(board)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from openscenario.road.network import RoadNetwork, load_network
+from openscenario.storyboard.play import play
 
 from .conftest import XODR, Make, event, lane_position, run, speed, story, teleport
 
@@ -71,3 +72,11 @@ def test_the_friction_of_a_lane_holds_from_its_place_on(icy: RoadNetwork) -> Non
     assert found == [1.0, 1.0, 0.2, 0.2]
     assert icy.lane_friction("1", 1, 500.0) == 1.0
     assert icy.states_friction
+
+
+def test_play_does_what_the_storyboard_says_whatever_the_lane_is_made_of(make: Make, icy: RoadNetwork) -> None:
+    """From 20 m/s with 8 m/s^2: after 1 s on the icy lane 12 m/s, where a run allows 18.04 m/s."""
+    brake = event("brake", speed(0.0, "linear", "rate", 8.0))
+    board = make(A=[teleport(lane_position(400.0)), speed(20.0)], stories=story(brake), on=icy)
+    (last,) = [row for row in play(board.scenario, icy, duration=1.0).rows if row.time == 1.0]
+    assert last.speed == pytest.approx(12.0, abs=0.1)
