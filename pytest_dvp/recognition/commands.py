@@ -23,6 +23,7 @@ NORMALISED = 1.02  # largest size of a command from -1 to 1
 DEGREES = 180.0 / math.pi
 PLAIN = 1.4  # times the road wheel by the curvature: understeer, slipping tyres and a ratio that is not the nominal one
 RATIOS = (8.0, 30.0)  # of a steering gear, from the quickest car to a lorry
+FIRM = 0.95  # correlation with the turn rate, from which an estimated ratio or scale of the steering is decided
 LEAD = 0.05  # s by which a wanted speed comes before the measured one
 
 
@@ -132,8 +133,7 @@ def _scaled(column: Column, match: Match, wanted: bool, wheelbase: float | None)
         if 1.0 / 2.0 < gear < 2.0:  # the file states an angle: what is more is for the diagnosis
             return Recognised(name, column, column.unit, sign=sign, evidence=(text,))
         if RATIOS[0] < gear < RATIOS[1]:
-            told = (text, "the hand wheel: its ratio is an estimate, put in the car's")
-            return Recognised(name, column, column.unit, sign=sign, ratio=round(gear, 1), evidence=told)
+            return _hand_wheel(name, column, column.unit, match, gear, text)
     for unit, factor in (("rad", 1.0), ("deg", DEGREES)):
         fits = 1.0 / PLAIN < per_radian / factor < PLAIN
         if fits and not (unit == "rad" and hits > 0.02 and size <= NORMALISED):
@@ -144,10 +144,19 @@ def _scaled(column: Column, match: Match, wanted: bool, wheelbase: float | None)
     for unit, factor in (("deg", DEGREES), ("rad", 1.0)):
         gear = per_radian / factor
         if RATIOS[0] < gear < RATIOS[1]:
-            told = (text, "the hand wheel: its ratio is an estimate, put in the car's")
-            return Recognised(name, column, unit, sign=sign, ratio=round(gear, 1), evidence=told)
+            return _hand_wheel(name, column, unit, match, gear, text)
     return Recognised(name, column, "rad", sign=sign, scale=float(f"{1.0 / per_radian:.3g}"), decided=False,
                       evidence=(text,), rival="no usual unit: its scale is an estimate")  # fmt: skip
+
+
+def _hand_wheel(name: str, column: Column, unit: str, match: Match, gear: float, text: str) -> Recognised:
+    """A steering column behind a gear, whose ratio is known as well as the column is alike to the turn rate."""
+    told = (text, "the hand wheel: its ratio is an estimate, put in the car's")
+    firm = abs(match.alike) > FIRM
+    rival = "" if firm else "it follows the turn rate too loosely for its ratio"
+    return Recognised(
+        name, column, unit, sign=match.sign, ratio=round(gear, 1), evidence=told, decided=firm, rival=rival
+    )
 
 
 def pedals(columns: Sequence[Column], motion: Motion) -> list[Recognised]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ ONE_ANGLE = 0.9  # mean resultant length from which course minus heading is one 
 DEGREE = math.pi / 180.0
 DERIVED = 0.004  # of the speed: positions that fit it so well were integrated from it; tyres and clocks differ by more
 COURSE_WINDOW = 0.8  # s: as the doctor's
+MOST_UNNAMED = 14  # columns whose names say nothing, of which any two are tried as a position: 91 pairs
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -81,7 +83,56 @@ def paths(columns: Sequence[Column], grid: Grid) -> list[Path]:
         if path is not None:
             off = _off_unit(path, columns, rates, grid)
             found.append(dataclasses.replace(path, agreement=path.agreement - off))
+    if not found:
+        found = _unnamed_paths(columns, grid, means, turns)
     return sorted(found, key=lambda p: (-round(p.agreement - 0.5 * _reckoned(p), 1), p.is_fix))
+
+
+def _unnamed_paths(
+    columns: Sequence[Column], grid: Grid, means: Mapping[tuple[str, str], FloatArray], turns: Sequence[FloatArray]
+) -> list[Path]:
+    """Positions whose names say nothing: any two columns that make the speed and the turn of others, with a heading.
+
+    The heading also tells which of the two is x: in the other order it would turn against the path.
+    """
+    found = []
+    for first, second in _making_a_speed(columns, grid, means):
+        for x, y in ((first, second), (second, first)):
+            others = [values for key, values in means.items() if key not in (x.key, y.key)]
+            path = _path(x, y, grid, others, turns)
+            if path is None or path.agreement < SURE + ALIKE:
+                continue
+            told = headings([c for c in columns if c not in (x, y)], path, None, grid)
+            if told and told[0].sign > 0.0:
+                found.append(path)
+    return found
+
+
+def _making_a_speed(
+    columns: Sequence[Column], grid: Grid, means: Mapping[tuple[str, str], FloatArray]
+) -> Iterator[tuple[Column, Column]]:
+    """Two columns without telling names whose way over time is another column, in any unit."""
+    plain = [c for c in columns if c.key in means and not families(c.name, c.unit) and not is_command(c.name)]
+    plain = plain[:MOST_UNNAMED]
+    changes = {c.key: grid.change(c.t, c.values) for c in plain}
+    speeds = {
+        c.key: np.abs(means[c.key])
+        for c in columns
+        if c.key in means and (not (said := families(c.name, c.unit)) or said & {"speed", "wheel"})
+    }
+    for a, b in itertools.combinations(plain, 2):
+        way = np.hypot(changes[a.key], changes[b.key])
+        others = [values for key, values in speeds.items() if key not in (a.key, b.key)]
+        if a.topic == b.topic and any(_together(way, values) > SURE for values in others):
+            yield a, b
+
+
+def _together(a: FloatArray, b: FloatArray) -> float:
+    """Correlation of two (n,) where both are known, without any lag; 0 where they say nothing."""
+    known = np.isfinite(a) & np.isfinite(b)
+    if np.count_nonzero(known) < 50 or not (np.ptp(a[known]) > 0.0 and np.ptp(b[known]) > 0.0):
+        return 0.0
+    return float(np.corrcoef(a[known], b[known])[0, 1])
 
 
 def _off_unit(path: Path, columns: Sequence[Column], rates: Sequence[FloatArray], grid: Grid) -> float:

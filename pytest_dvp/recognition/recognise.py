@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -34,13 +34,23 @@ from pytest_dvp.recognition.drive_motion import (
 from pytest_dvp.recognition.grid import Grid, Match, grid_of
 from pytest_dvp.recognition.recognised import Recognised, Recognition
 from pytest_dvp.recognition.unit_choice import UNITS, Choice, Relation, choose
-from pytest_dvp.recognition.words import families, is_command, words_of
+from pytest_dvp.recognition.words import Family, families, is_command, words_of
 
 G = 9.80665  # m/s^2, CGPM 1901
 FASTEST = 80.0  # m/s, and
 WIDEST = 0.6  # rad at the road wheel: hardly a car goes further, but its sensors may be noisy
-HAND_WHEEL = 4.0  # the most that the steering's relation costs: a hand wheel of unknown ratio breaks it, two sigmas
+HAND_WHEEL = (
+    2.5  # the most that the steering's relation costs: below CLEAR, for a hand wheel of unknown ratio breaks it
+)
+FIRM = 0.95  # correlation from which a column without a telling name can be decided, and
+APART = 0.02  # by which every other column must be less alike: turn rate and steering are 0.995 alike on a smooth drive
+NEAR_UNIT = 0.25  # of the logarithm of its size: accelerometers stand elsewhere in the car and feel its roll
 OFFSET = 0.15  # rad between course and heading, from which it is told: the doctor's
+_FAMILY: dict[str, set[Family]] = {
+    "yaw": {"angle"}, "v": {"speed", "wheel"}, "yaw_rate": {"rate", "angle"},
+    "ax": {"accel"}, "ay": {"accel"}, "steer": {"steer"}, "steer_cmd": {"steer"}, "steer_cmd_norm": {"steer"},
+}  # fmt: skip
+"""What the name of a column must be able to mean for a signal; positions are known by their names or by a heading."""
 _SPEED, _FORCE, _TURN, _STEER = 0.07, 0.2, 0.15, 0.4
 """Sigmas of logarithms: wheels and clocks are off by some percent; accelerometers stand elsewhere in the car and feel
 its roll; a steering ratio or understeer changes the curvature by as much as the last."""
@@ -68,6 +78,7 @@ class _Search:
         self.turn_name = ""
         self.speed: FloatArray | None = None  # as column v gives it, else [units of position/s]
         self.speed_name = ""
+        self.unit_of_way = "m"
 
     def run(self) -> Recognition:
         self._positions()
@@ -78,9 +89,51 @@ class _Search:
         self._forces()
         found: list[Recognised] = []
         choices = self._units()
+        self.unit_of_way = choices["x"].unit if "x" in choices else "m"
         found += self._motion(choices)
         found += self._controls(choices)
-        return Recognition(tuple(found), tuple(self.remarks))
+        used = {one.column.key for one in found}
+        return Recognition(tuple(self._as_firm_as_known(one, used) for one in found), tuple(self.remarks))
+
+    def _as_firm_as_known(self, one: Recognised, used: Collection[tuple[str, str]]) -> Recognised:
+        """What a column's name does not say is decided by geometry: a path that a heading goes with, and for what is
+        nearly proportional to its turning (turn rate, lateral acceleration, steering) if it stands out from the rest.
+
+        used: keys of all columns that are a signal.
+        """
+        family = _FAMILY.get(one.name)
+        if family is None or one.column.way or family & families(one.column.name, one.column.unit):
+            return one
+        geometry = self.path is not None and self.heading is not None
+        if geometry and (one.name in ("yaw", "v") or self._stands_out(one, used)):
+            return one
+        rival = " or ".join(filter(None, [one.rival, "something else: its name does not say what it is"]))
+        return dataclasses.replace(one, decided=False, rival=rival)
+
+    def _stands_out(self, one: Recognised, used: Collection[tuple[str, str]]) -> bool:
+        """Whether no column that is not yet a signal could be this one as well."""
+        own = self._likeness(one.name, one.column)
+        rest = [c for c in self.columns if c.key not in used and c.unit != QUATERNION]
+        return own > FIRM and all(self._likeness(one.name, c) < own - APART for c in rest)
+
+    def _likeness(self, name: str, column: Column) -> float:
+        """How alike a column is to what a signal has to be by the path; 0 if its size is that of no unit."""
+        assert self.path is not None
+        v, turn = self.path.speed, self.turn
+        if turn is None:
+            return 0.0
+        values = self.grid.mean(column)
+        if name.startswith("steer"):
+            return abs(self.grid.match(values * v, turn).alike)
+        metres = _scale(self.unit_of_way)
+        kind, target = {
+            "yaw_rate": ("rad/s", turn),
+            "ax": ("m/s^2", metres * self.grid.slope(v)),
+            "ay": ("m/s^2", metres * v * turn),
+        }[name]
+        match = self.grid.match(values, target)
+        sizes = [abs(math.log(match.ratio * _scale(unit))) for unit, _ in UNITS[kind] if math.isfinite(match.ratio)]
+        return abs(match.alike) if min(sizes, default=math.inf) < NEAR_UNIT else 0.0
 
     def take(self, name: str, column: Column, match: Match | None = None) -> None:
         self.taken[name] = (column, match)

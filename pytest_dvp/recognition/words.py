@@ -20,16 +20,22 @@ _OTHER = {
     "cov", "covariance", "error", "err", "index", "id", "seq", "count", "checksum", "status", "mode", "valid",
     "quality", "satellites", "sats", "hdop", "pdop", "battery", "soc", "rpm", "power", "time", "mag", "jerk",
 }  # fmt: skip
+_SIDEWAYS = {"y", "vy", "lateral", "lat", "quer", "seitlich"}
 _FAMILIES: dict[str, set[Family]] = {}
 for _family, _words in {
     "position": "x y px py pos position east north easting northing ost nord lat latitude lon lng long longitude utm "
     "loc enu xpos ypos posx posy",
-    "angle": "yaw heading head psi theta phi hdg course cog track orientation azimuth bearing",
-    "rate": "gyro gyr ang gyroz gz w wz omega yawrate psidot angular r dpsi yawr rate turn angvel avz",
-    "speed": "v vx vel velocity speed spd encoder enc u velo vlon vlong sog groundspeed kph kmh mph",
-    "accel": "a ax ay acc accel acceleration along alat along along accx accy g imu accelerometer xl",
-    "steer": "steer steering delta df d str swa hwa eps steerangle wheelangle steeringangle rwa sas kuersi",
-    "pedal": "throttle gas brake pedal accelerator tps app brk bremse",
+    "angle": "yaw heading head psi theta phi hdg course cog track orientation azimuth bearing gierwinkel "
+    "kurswinkel cap",
+    "rate": "gyro gyr ang gyroz gz w wz omega yawrate psidot angular r dpsi yawr rate turn angvel avz gierrate "
+    "giergeschwindigkeit drehrate lacet",
+    "speed": "v vx vel velocity speed spd encoder enc u velo vlon vlong sog groundspeed kph kmh mph geschwindigkeit "
+    "fahrgeschwindigkeit tempo geschw vitesse",
+    "accel": "a ax ay acc accel acceleration along alat accx accy imu accelerometer xl gforce force glat glong "
+    "beschleunigung laengsbeschleunigung querbeschleunigung laengsbeschl querbeschl beschl",
+    "steer": "steer steering delta df d str swa hwa eps steerangle wheelangle steeringangle rwa sas kuersi lenkwinkel "
+    "lenkradwinkel lenkung volant braquage",
+    "pedal": "throttle gas brake pedal accelerator tps app brk bremse gaspedal",
     "wheel": "wheel ws fl fr rl rr whl",
 }.items():
     for _word in _words.split():
@@ -77,7 +83,9 @@ def families(name: str, unit: str = "") -> set[Family]:
     elif said & {"acc", "accel", "acceleration", "ax", "ay", "accelerometer", "xl"}:
         found = {"accel"}
     elif said & {"v", "vx", "vel", "velocity", "speed", "spd", "encoder"}:
-        found = {"other"} if said & {"y", "vy", "lateral", "lat"} else {"speed"}
+        found = {"other"} if said & _SIDEWAYS else {"speed"}
+    elif "speed" in found and said & _SIDEWAYS:
+        found = {"other"}
     elif said & {"yaw", "heading", "psi", "hdg"}:
         found = {"angle"}
     elif len(found) > 1:  # `vicon x`, `imu x`: the more particular word is not known; numbers decide among them

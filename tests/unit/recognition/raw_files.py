@@ -214,6 +214,13 @@ def headless(path: Path, d: Columns) -> None:
     np.savetxt(path, rows, delimiter=",", fmt="%.9g")
 
 
+def nameless(path: Path, d: Columns) -> None:
+    """Numbers and nothing else, positions and heading among them, in km/h and degrees."""
+    rows = np.column_stack([d["t"], d["y"], d["x"], d["v"] * KMH, _wrapped(d["yaw"]), d["yaw_rate"] * DEG, d["ay"],
+                            d["ax"], d["steer_cmd"] * DEG])  # fmt: skip
+    np.savetxt(path, rows, delimiter=";", fmt="%.9g")
+
+
 def bars(path: Path, d: Columns) -> None:
     rows = np.column_stack([np.arange(len(d["t"])), d["t"], d["x"] * 100.0, d["y"] * 100.0, d["yaw"] * DEG,
                             d["v"], d["yaw_rate"], d["steer_cmd"] * DEG])  # fmt: skip
@@ -281,7 +288,7 @@ FILES = (
     ),
     RawFile("wheels.csv", wheels, ("x", "y", "v", "yaw_rate", "ay", "steer")),
     RawFile("blanks.txt", blanks, ("x", "y", "yaw", "v", "steer")),
-    RawFile("headless.csv", headless, ("v", "yaw_rate", "ay", "ax", "steer")),
+    RawFile("nameless.csv", nameless, ("x", "y", "yaw", "v", "yaw_rate", "ay", "ax", "steer")),
     RawFile("bars.txt", bars, (*MOTION, "steer")),
     RawFile("dates.csv", dates, ("v", "yaw_rate", "ay", "steer")),
     RawFile("race_car.csv", race_car, ("v", "yaw_rate", "ay", "ax", "throttle_cmd", "steer"), mirrored=True),

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from raw_files import FILES, WHEELBASE, RawFile, truth
+from raw_files import FILES, WHEELBASE, RawFile, headless, truth
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.logs.log_error import LogError
@@ -69,6 +69,13 @@ def test_what_the_data_cannot_decide_is_left_to_the_user(tmp_path: Path) -> None
     assert all(line.startswith('unit = "?"  # one of ') for line in units)
     with pytest.raises(LogError, match="no unit; add unit = one of m/s, km/h"):
         read_log(log, mapping=mapping)
+
+
+def test_without_names_and_positions_nothing_is_decided(tmp_path: Path) -> None:
+    """Turn rate, lateral acceleration and steering are nearly proportional: which is which, only geometry tells."""
+    text = mapped(tmp_path, RawFile("headless.csv", headless, ()))[1].read_text()
+    assert "# by the data: " not in text
+    assert "its name does not say what it is" in text
 
 
 def test_the_least_model_drives_by_what_the_log_has(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
