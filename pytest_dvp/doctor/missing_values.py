@@ -14,6 +14,8 @@ from pytest_dvp.logs.signals import SIGNALS
 SHARE = 0.02  # of the time
 LONGEST = 0.5  # [s]; three of the channel's own intervals if that is more
 _HOLE = 1.5  # own intervals: between two samples of a slower channel there is nothing, and nothing is missing
+_JITTER = 0.1  # share of a channel's intervals that are no multiples of its usual one, from which it has none
+_BETWEEN = (1.15, 1.85)  # times the usual interval: neither one sample nor two
 _WATCHED = tuple(name for name in SIGNALS if name not in ("t", "z", "gear", "on_road") and not name.startswith("ads."))
 
 
@@ -55,7 +57,7 @@ def _hole(t: FloatArray, seen: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Ho
     span = float(t[-1] - t[0])
     if len(at) < 8 or span <= 0.0:
         return Hole(1.0, float(t[0]), float(t[-1])) if span > 0.0 else None
-    usual = float(np.median(np.diff(t[at])))
+    usual = _usual(np.diff(t[at]))
     # Before the first and after the last value there may be rows as well.
     rows, edges = np.concatenate([[0], at, [len(t) - 1]]), np.concatenate([[t[0]], t[at], [t[-1]]])
     lasts = np.diff(edges)
@@ -67,3 +69,13 @@ def _hole(t: FloatArray, seen: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Ho
     if share <= SHARE and lasts[longest] <= max(LONGEST, 3.0 * usual):
         return None
     return Hole(share, float(edges[longest]), float(edges[longest + 1]))
+
+
+def _usual(intervals: FloatArray) -> float:
+    """The interval [s] of a channel; of one whose samples come unevenly, as behind an operating system, a long one.
+
+    There the median is no step of a grid, and what exceeds it by half is not a sample that was lost.
+    """
+    usual = float(np.median(intervals))
+    odd = (intervals > _BETWEEN[0] * usual) & (intervals < _BETWEEN[1] * usual)
+    return float(np.quantile(intervals, 0.95)) if odd.mean() > _JITTER else usual

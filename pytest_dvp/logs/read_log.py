@@ -52,8 +52,11 @@ def kind_of(path: Path) -> str:
         for one in log_formats():
             if one.folder and (path / one.folder).is_file():
                 return one.kind
+        several = len([each for each in path.iterdir() if each.suffix.lower() == ".csv"]) > 1
+        hint = f"; several files of one drive become one log by `dvp join {path}/*.csv --out drive.csv`"
         raise LogError(
-            f"{path}: a folder, but neither a run (log.mcap) nor a ROS 2 bag (metadata.yaml)", "log.unreadable"
+            f"{path}: a folder, but neither a run (log.mcap) nor a ROS 2 bag (metadata.yaml){hint if several else ''}",
+            "log.unreadable",
         )
     if not path.exists():
         raise LogError(f"{path}: no such log", "log.unreadable")

@@ -32,5 +32,6 @@ def starting_model(names: Collection[str], wheelbase: float, mass: float | None)
 def _drives(names: Collection[str]) -> str:
     for pair in (("throttle_cmd", "brake_cmd"), ("throttle_cmd", "brake_pressure"), ("throttle_cmd",), ("speed_cmd",)):
         if all(name in names for name in pair):
-            return f'"{" + ".join(pair)}"'
+            effect = ', with [[effect]] name = "speed_controller" below' if pair == ("speed_cmd",) else ""
+            return f'"{" + ".join(pair)}"{effect}'
     return ""

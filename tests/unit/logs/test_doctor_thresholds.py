@@ -88,12 +88,12 @@ def test_two_percent_of_the_time_may_be_missing(places: int, told: list[str]) ->
 
 @pytest.mark.parametrize(("late", "told"), [(0.4, []), (0.6, ["log.missing_values"])])
 def test_between_two_samples_of_a_slower_channel_nothing_is_missing(late: float, told: list[str]) -> None:
-    """A channel of 1 Hz whose samples come `late` [s] late by turns, in 30 of 100 s: intervals of 1.4 or 1.6 s. A hole
-    is longer than one and a half of its own, 1 s."""
+    """A channel of 1 Hz with samples `late` [s] late by turns, in 18 of 100 s: intervals of 1.4 or 1.6 s. A hole is
+    longer than one and a half of its own, 1 s. With a tenth of them uneven it would be a channel without a clock."""
     t = np.arange(5001) * STEP
     v = np.full(len(t), np.nan)
     at = np.arange(100.0)
-    at[30:60:2] += late
+    at[30:48:2] += late
     v[np.round(at / STEP).astype(int)] = at
     findings = Findings()
     check_missing(Log({"t": t, "v": v}), "log.csv", findings)
@@ -175,3 +175,17 @@ def test_wheels_that_lock_on_a_slippery_road_are_no_wrong_unit(grips: float, tol
     findings = Findings()
     check_speed(motion, "log.csv", findings)
     assert [(f.code, f.severity == "warning") for f in findings.found] == [(told, told == "log.wheel_slip")]
+
+
+@pytest.mark.parametrize(("jitter", "lost"), [(0.0, False), (0.4, False), (0.0, True)])
+def test_an_uneven_channel_among_others_lacks_nothing(jitter: float, lost: bool) -> None:
+    """A pose at 33 Hz whose stamps scatter, in the rows of four files: only samples that were lost are missing."""
+    rng = np.random.default_rng(5)
+    at = 0.03 * (np.arange(1000) + jitter * rng.uniform(-1.0, 1.0, 1000))
+    at = np.delete(at, np.arange(10, 990, 10)) if lost else at
+    others = np.sort(rng.uniform(0.0, 30.0, 3000))
+    t = np.union1d(at, others)
+    x = np.where(np.isin(t, at), 1.0 + t, np.nan)
+    findings = Findings()
+    check_missing(Log({"t": t, "x": x}), "drive.csv", findings)
+    assert [each.code for each in findings.in_order()] == (["log.missing_values"] if lost else [])
