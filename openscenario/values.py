@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from datetime import datetime
+import re
+from datetime import datetime, timedelta
 from typing import Final
 
 LARGEST: Final = 1e12  # no figure of a scenario, in SI units, is larger; what is larger is a slip or an attack
 LARGEST_COUNT: Final = 2**53
+_MIDNIGHT: Final = re.compile(r"(\d{4}-\d\d-\d\d)T24:00:00(?:\.0+)?((?:Z|[-+]\d\d:\d\d)?)")  # xsd:dateTime
 UNSIGNED_SHORT: Final = 65_535
 UNSIGNED_INT: Final = 2**32 - 1
 
@@ -67,10 +69,25 @@ def to_bool(text: str) -> bool:
 def to_moment(text: str) -> str:
     """The text itself, if it is a date and time in ISO 8601. Raises BadValue for any other."""
     try:
-        datetime.fromisoformat(text.strip())
+        moment(text)
     except ValueError:
         raise BadValue("value.not_a_moment", "not a date and time", "like 2026-01-31T18:30:00") from None
     return text
+
+
+def moment(text: str) -> datetime:
+    """The date and time that a text in ISO 8601 says; `24:00:00`, as XML has it, is the start of the next day.
+
+    Raises ValueError for a text that is none, or beyond the year 9999.
+    """
+    written = text.strip()
+    midnight = _MIDNIGHT.fullmatch(written)
+    if midnight is None:
+        return datetime.fromisoformat(written)
+    try:
+        return datetime.fromisoformat(f"{midnight[1]}T00:00:00{midnight[2]}") + timedelta(days=1)
+    except OverflowError:
+        raise ValueError("beyond the year 9999") from None
 
 
 def check_type(text: str, kind: str) -> None:

@@ -200,7 +200,16 @@ def read_bytes(path: Path, file: str, max_bytes: int | None = None) -> bytes:
         raise _error("path.not_found", file, None, "", f"cannot be read: {reason}") from None
 
 
-def _text(data: bytes, file: str) -> str:
+def decoded(head: bytes) -> str:
+    """The start of a file as text, for a look at what it is; what cannot be decoded there is replaced."""
+    try:
+        return head.decode(_encoding(head, ""), "replace")
+    except (ScenarioError, LookupError):
+        return head.decode("utf-8", "replace")
+
+
+def _encoding(data: bytes, file: str) -> str:
+    """The encoding that a byte order mark, the declaration or the first bytes tell."""
     encoding = next((name for bom, name in _BOMS if data.startswith(bom)), "")
     if not encoding:
         declared = _DECLARED.match(data[:512])
@@ -213,6 +222,11 @@ def _text(data: bytes, file: str) -> str:
             raise _error(
                 "xml.bad_encoding", file, 1, "", "unknown encoding", encoding, "UTF-8, UTF-16, ISO-8859-1, ..."
             )
+    return encoding
+
+
+def _text(data: bytes, file: str) -> str:
+    encoding = _encoding(data, file)
     try:
         text = data.decode(encoding)
     except (UnicodeDecodeError, LookupError) as error:
@@ -367,7 +381,8 @@ def _element_at(text: str, line: int, column: int) -> str:
 
 def _nodes(root: Any, file: str, odd: bool) -> Node:
     """`odd`: an attribute of the file may be too long, one of too many, or have a namespace."""
-    top = _node(root, None, file, odd)
+    own = _namespace(root)
+    top = _node(root, None, file, odd, own)
     parent, count, allowed = top, 1, most_elements(most_bytes())
     open_nodes = [top]
     # one element at a time: lxml reuses its proxies
@@ -380,7 +395,7 @@ def _nodes(root: Any, file: str, odd: bool) -> Node:
             continue
         tag = element.tag
         if odd or not isinstance(tag, str) or tag[0] == "{":
-            node = _node(element, parent, file, odd)
+            node = _node(element, parent, file, odd, own)
         else:
             node = Node(tag, element.sourceline or 0, dict(element.items()), element.text or "", parent)
         parent.children.append(node)
@@ -395,14 +410,21 @@ def _nodes(root: Any, file: str, odd: bool) -> Node:
     return top
 
 
-def _node(element: Any, parent: Node | None, file: str, odd: bool) -> Node:
+def _namespace(element: Any) -> str:
+    """The namespace of an element with its braces; empty for none."""
+    tag = str(element.tag)
+    return tag[: tag.index("}") + 1] if tag[0] == "{" else ""
+
+
+def _node(element: Any, parent: Node | None, file: str, odd: bool, own: str) -> Node:
+    """`own`: the namespace of the root, in which a prefix distinguishes nothing."""
     tag = element.tag
     if not isinstance(tag, str):  # an entity reference that was not resolved
         line = element.sourceline or 1
         raise _error("xml.entity_forbidden", file, line, "", "an entity reference is refused")
     if tag[0] == "{":
         local = tag[tag.index("}") + 1 :]
-        tag = f"{element.prefix}:{local}" if element.prefix else local
+        tag = f"{element.prefix}:{local}" if element.prefix and not tag.startswith(own or "}") else local
     attributes: dict[str, str] = dict(element.items())
     if attributes and max(map(len, attributes.values())) > MAX_ATTRIBUTE:
         name, value = max(attributes.items(), key=lambda item: len(item[1]))

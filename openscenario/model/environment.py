@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from openscenario.model.declarations import File, ParameterDeclaration, Properties
 from openscenario.model.entities import BoundingBox
 from openscenario.model.enums import CloudState, FractionalCloudCover, PrecipitationType, Wetness
-from openscenario.model.kinds import DateTime, Element, Length, NonNegative, Radian, xml
+from openscenario.model.kinds import DateTime, Element, Length, NonNegative, Radian, WindSpeed, xml
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class Wind(Element):
     """Direction [rad] the wind blows to, speed [m/s]."""
 
     direction: Radian
-    speed: NonNegative
+    speed: WindSpeed
 
 
 @dataclass(frozen=True, slots=True)

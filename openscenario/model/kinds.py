@@ -115,6 +115,8 @@ TransitionTime: TypeAlias = Annotated[
     float, Quantity("s", low=0.0, rule="data_type.non_negative_transition_time_in_light_state_action")
 ]
 Speed: TypeAlias = Annotated[float, Quantity("m/s", low=-1e4, high=1e4)]
+# an integration step of 1 ms still holds there, three times the speed of sound; tornadoes reach 140 m/s
+WindSpeed: TypeAlias = Annotated[float, Quantity("m/s", low=0.0, high=1e3)]
 MaxSpeed: TypeAlias = Annotated[float, Quantity("m/s", low=0.0)]
 Acceleration: TypeAlias = Annotated[float, Quantity("m/s^2")]
 MaxAcceleration: TypeAlias = Annotated[float, Quantity("m/s^2", low=0.0)]

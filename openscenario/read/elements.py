@@ -114,7 +114,7 @@ class ElementReader:
                     whole = False
                     values[attribute.field] = None
                     continue
-                text = resolved
+                text = self._meant(attribute, raw, resolved, at)
             try:
                 values[attribute.field] = attribute.convert(text)
             except BadValue as error:
@@ -146,6 +146,15 @@ class ElementReader:
         except BrokenParameter:
             pass  # its declaration has the finding
         return None
+
+    def _meant(self, attribute: AttributePlan, raw: str, resolved: str, at: At) -> str:
+        """The name that a reference to a parameter means: `parameterRef="$v"` is often written for `v` itself."""
+        names = [name for name, _ in self.context.names.get("parameter", ())]
+        if attribute.ref != "parameter" or resolved in names or raw[1:] not in names:
+            return resolved
+        text = "a parameter is named here without the $ that stands for its value"
+        self.context.warning("param.name", at, f"@{attribute.name}", text, found=raw)
+        return raw[1:]
 
     def _declarations(
         self,

@@ -24,12 +24,12 @@ from openscenario.model.scenario import RoadNetwork
 from openscenario.model.storyboard import Init
 from openscenario.paths import PathError, Roots
 from openscenario.read.context import Context
-from openscenario.xml import Node, parse_xml, read_bytes
+from openscenario.xml import Node, decoded, parse_xml, read_bytes
 
 _TOLERANCE: Final = 0.01  # m; lengths in files are rounded
 _HEAD_BYTES: Final = 1 << 16
-_ROOT: Final = re.compile(rb"\s*<([\w.:-]+)")
-_ASIDE: Final = re.compile(rb"\A\xef\xbb\xbf|<\?.*?\?>|<!--.*?-->", re.DOTALL)  # what may stand before the root
+_ROOT: Final = re.compile(r"\s*<([\w.:-]+)")
+_ASIDE: Final = re.compile(r"<\?.*?\?>|<!--.*?-->", re.DOTALL)  # what may stand before the root
 _SHARED_BYTES: Final = 1 << 20  # facts of larger files are not kept
 
 
@@ -48,6 +48,8 @@ def with_road(network: RoadNetwork | None, roots: Roots, context: Context) -> Ro
     if network is None or network.logic is None:
         return network
     logic = network.logic
+    if not logic.filepath.strip():  # a name that leads to no file: as if the element were not there
+        return dataclasses.replace(network, logic=None)
     try:
         path = roots.find_road(logic.filepath)
     except PathError as error:
@@ -108,11 +110,11 @@ def _is_no_road(network: RoadNetwork, path: Path, context: Context) -> bool:
     """True, and noted once at the LogicFile, if the file it names is of another kind: no road of it could be found."""
     try:
         with path.open("rb") as file:
-            head = _ASIDE.sub(b"", file.read(_HEAD_BYTES))
+            head = _ASIDE.sub("", decoded(file.read(_HEAD_BYTES)))
     except OSError:
         return False  # reading the road reports it
     root = _ROOT.match(head)
-    name = root[1].decode("utf-8", "replace") if root else ""
+    name = root[1] if root else ""
     if network.logic is None or name.rpartition(":")[2] in ("OpenDRIVE", COMMONROAD) or (not root and not head.strip()):
         return False
     context.error(

@@ -250,9 +250,9 @@ def _missing(reading: Reading, sections: Mapping[str, Node], tag: str) -> None:
     later = _SECTIONS[_SECTIONS.index(tag) + 1 :]
     following = next((name for name in later if name in sections), "")
     at = reading.at(sections.get(following), following)
-    reading.context.error(
-        "xml.valid_schema", at, "", "a required element is missing before this one", allowed=f"<{tag}>"
-    )
+    # without catalogues nothing is missing that an actor needs: what refers to one has an error of its own
+    note = reading.context.warning if tag == "CatalogLocations" else reading.context.error
+    note("xml.valid_schema", at, "", "a required element is missing before this one", allowed=f"<{tag}>")
 
 
 def _parameters(

@@ -190,10 +190,13 @@ def check_vocabulary(attributes: Attributes, root: Node) -> None:
 
 def _element(attributes: Attributes, node: Node, known: frozenset[str]) -> None:
     allowed, hint = attributes.advice(node.tag, known)
-    severity: Severity = "error" if ":" in node.tag or (allowed and _slip(node.tag, known)) else "warning"
+    # an element with a prefix is of another namespace: a tool's own, unless it stands for a part of the file
+    foreign, included = ":" in node.tag, node.tag.endswith(":include")
+    wrong = included if foreign else allowed and _slip(node.tag, known)
+    severity: Severity = "error" if wrong else "warning"
     text = "unknown element here"
     above = "" if node.parent is None else node.parent.tag
-    repair = "" if ":" in node.tag or above in OF_THE_WAY else "it is left out"
+    repair = "" if included or above in OF_THE_WAY else "it is left out"
     details = Told(found=node.tag, allowed=allowed, hint=hint, repair=repair, severity=severity)
     attributes.report(_CODE, node, text, **details)
 

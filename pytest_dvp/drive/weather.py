@@ -5,11 +5,13 @@ Friction and weather are independent unless the file couples them: rain alone do
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
-from datetime import datetime, timedelta
+from datetime import timedelta
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
+from openscenario.values import moment
 from vehicle.messages import Light
 from vehicle.sensors.air import extinction_of_fog, extinction_of_precipitation
 from vehicle.sensors.light import EFFICACY, clear_sky, glare_angle, is_dark, sun_place, sunlight
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 NOMINAL: Final = 1.0
 """Friction coefficient [-] of a road with a frictionScaleFactor of 1: dry asphalt has 0.9 to 1.1."""
 LATITUDE: Final = 50.0  # deg, where the road does not say where on the earth it lies: the middle of Europe
-OKTAS: Final = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight")
+OKTAS: Final = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 COVERED: Final = ("overcast", "rainy")  # states of the clouds that let no sun through
 
 
@@ -110,8 +112,9 @@ class Weather:
             illuminance = clear_sky(sun.elevation) if stated is None else stated
             self.light = sunlight(sun.azimuth, sun.elevation, illuminance, self._cover)
         elif self._time is not None:
-            now = datetime.fromisoformat(self._time.date_time.strip())
-            now += timedelta(seconds=t - self._since if self._time.animation else 0.0)
+            now = moment(self._time.date_time)
+            with contextlib.suppress(OverflowError):  # on the last day of the year 9999 it stays what it was
+                now += timedelta(seconds=t - self._since if self._time.animation else 0.0)
             hour = now.hour + now.minute / 60.0 + now.second / 3600.0
             azimuth, elevation = sun_place(now.timetuple().tm_yday, hour, self._latitude)
             self.light = sunlight(azimuth, elevation, clear_sky(elevation), self._cover)
@@ -132,5 +135,6 @@ class Weather:
 def _cover(weather: model.Weather) -> float:
     """Share of the sky that clouds cover."""
     if weather.fractional_cloud_cover is not None:
-        return OKTAS.index(weather.fractional_cloud_cover.removesuffix("Oktas")) / 8.0
+        # nine: the sky cannot be seen, so it lets no more sun through than eight (WMO code table 2700)
+        return min(1.0, OKTAS.index(weather.fractional_cloud_cover.removesuffix("Oktas")) / 8.0)
     return 1.0 if weather.cloud_state in COVERED else 0.0

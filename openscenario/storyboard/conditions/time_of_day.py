@@ -13,13 +13,14 @@ from openscenario.storyboard.registry import Scope, condition
 from openscenario.storyboard.triggers import Test
 from openscenario.storyboard.unsupported import Unsupported
 from openscenario.storyboard.values import COMPARISONS
+from openscenario.values import moment
 
 
 def _seconds(text: str) -> float:
-    moment = datetime.fromisoformat(text.strip())
-    if moment.tzinfo is None:
-        moment = moment.replace(tzinfo=UTC)
-    return (moment - datetime(2000, 1, 1, tzinfo=UTC)) / timedelta(seconds=1)
+    when = moment(text)
+    if when.tzinfo is None:
+        when = when.replace(tzinfo=UTC)
+    return (when - datetime(2000, 1, 1, tzinfo=UTC)) / timedelta(seconds=1)
 
 
 @condition(model.TimeOfDayCondition)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from openscenario.model import Environment, Fog, Precipitation, RoadCondition, TimeOfDay
+from openscenario.model import Environment, Fog, Precipitation, RoadCondition, Sun, TimeOfDay
 from openscenario.model import Weather as Air
 from openscenario.model.kinds import At
 from pytest_dvp import run
@@ -25,7 +25,7 @@ from vehicle.sensors.air import (
     extinction_of_precipitation,
     lidar_range,
 )
-from vehicle.sensors.light import is_dark
+from vehicle.sensors.light import is_dark, sunlight
 from vehicle.sensors.suite import default_sensors
 
 Write = Callable[..., Path]
@@ -220,3 +220,21 @@ def test_what_of_the_weather_changes_nothing_is_said(scenario: Write) -> None:
     assert [note.partition("no effect here: ")[2] for note in notes if "no effect here" in note] == [
         "DomeImage of an environment (nothing is drawn from the scenario while it runs)"
     ]
+
+
+@pytest.mark.parametrize(("oktas", "direct"), [("zero", 1.0), ("four", 0.5), ("eight", 0.0), ("nine", 0.0)])
+def test_clouds_let_through_what_they_do_not_cover(oktas: str, direct: float) -> None:
+    """Nine oktas: the sky cannot be seen (WMO code table 2700)."""
+    weather = Weather()
+    air = Air(fractional_cloud_cover=f"{oktas}Oktas", sun=Sun(azimuth=0.0, elevation=1.0, illuminance=1e5))  # type: ignore[arg-type]
+    weather.look(environment(weather=air), 0.0)
+    assert weather.light is not None
+    assert weather.light == sunlight(0.0, 1.0, 1e5, 1.0 - direct)
+
+
+def test_the_last_second_of_the_calendar_lasts() -> None:
+    weather = Weather()
+    day = TimeOfDay(animation=True, date_time="9999-12-31T23:59:59", at=AT)
+    weather.look(environment(time_of_day=day), 0.0)
+    weather.look(environment(time_of_day=day), 60.0)
+    assert weather.light is not None

@@ -145,6 +145,24 @@ def test_the_nearest_name_is_offered(tmp_path: Path) -> None:
     assert "did you mean 'driving'?" in finding.message
 
 
+def test_an_element_of_another_namespace_is_left_out_with_a_warning(tmp_path: Path) -> None:
+    """Even if it is called nearly as one of the standard's."""
+    own = '<v:data xmlns:v="urn:vendor"/><v:road xmlns:v="urn:vendor" id="x"/>'
+    found = examine_opendrive(write(tmp_path, *one(PLAIN), own))[1]
+    assert [(each.severity, each.found) for each in found] == [("warning", "v:data"), ("warning", "v:road")]
+
+
+def test_a_file_whose_elements_have_the_prefix_of_its_namespace_is_read(tmp_path: Path) -> None:
+    path = write(tmp_path, *one(PLAIN))
+    start = path.read_text().index("<OpenDRIVE")
+    text = path.read_text()[start:].replace("</", "\0").replace("<", "<x:").replace("\0", "</x:")
+    path.write_text(text.replace("<x:OpenDRIVE", '<x:OpenDRIVE xmlns:x="http://code.asam.net/x"', 1))
+    network, found = examine_opendrive(path)
+    assert found == ()
+    assert network is not None
+    assert len(network.roads) == 1
+
+
 def test_an_element_of_a_tools_own_is_left_out_with_a_warning(tmp_path: Path) -> None:
     path = write(tmp_path, *one(PLAIN), "<weatherStation/>")
     (finding,) = examine_opendrive(path)[1]
