@@ -24,6 +24,7 @@ from openscenario.model.scenario import RoadNetwork
 from openscenario.model.storyboard import Init
 from openscenario.paths import PathError, Roots
 from openscenario.read.context import Context
+from openscenario.road.single_sides import complete_sides
 from openscenario.xml import Node, decoded, parse_xml, read_bytes
 
 _TOLERANCE: Final = 0.01  # m; lengths in files are rounded
@@ -175,6 +176,7 @@ def _open_ends(roads: list[Node]) -> Iterator[tuple[str, bool]]:
 def _sections(road: Node) -> Iterator[tuple[float, frozenset[int]]]:
     layers = road.findall("lanes")
     for lanes in [each for each in layers if each.get("layer") != "temporary"] or layers:
+        complete_sides(lanes)
         for section in lanes.findall("laneSection"):
             numbers = {int(lane.get("id")) for side in section.children for lane in side.findall("lane")}
             yield float(section.get("s")), frozenset(numbers)

@@ -29,6 +29,7 @@ from openscenario.road.object_reader import read_objects, read_signals
 from openscenario.road.plan_reader import MAX_LENGTH, read_cubics, read_geometries, read_shapes
 from openscenario.road.repairs import LENIENT, Roads, forbids, judged, repaired
 from openscenario.road.rules import check_network
+from openscenario.road.single_sides import complete_sides
 from openscenario.road.vocabulary import check_vocabulary
 from openscenario.xml import Node, read_xml
 
@@ -187,6 +188,8 @@ def _read_header(
 
 def _read_road(attributes: Attributes, node: Node) -> Road:
     _one_layer(attributes, node)
+    for lanes_node in node.findall("lanes"):
+        complete_sides(lanes_node)
     parts = by_tag(node)
     _only_one(attributes, parts, _ONCE)
     for name in ("planView", "lanes"):
