@@ -40,9 +40,11 @@ HT, HA, HW, HIMU, HYAW, HSLOW = range(HOLD)
 """Input that the filter holds: time, acceleration, yaw rate, time of the last IMU row, density of the yaw's noise,
 slow part of the sigma of the last fix [m]."""
 
-COUNTS = 6  # as named below
-STREAK, REJECTED, ACCEPTED, SINCE, OFF_X, OFF_Y = range(COUNTS)
-"""Of GNSS fixes: rejected in a row, rejected and accepted in all, since when the row, last rejected innovation [m]."""
+COUNTS = 12  # as named below
+(STREAK, REJECTED, ACCEPTED, SINCE, OFF_X, OFF_Y, FIX_NIS, FIXES, YAW_NIS, YAWS, WHEEL_NIS, WHEELS) = range(COUNTS)
+"""Of GNSS fixes: rejected in a row, rejected and accepted in all, since when the row, last rejected innovation [m].
+Then of positions, headings and wheel speeds, rejected ones too: the sum of their squared innovations over the variance
+that the filter expects (per degree of freedom, so 1 on average: Bar-Shalom et al. 2001, 5.4.2), and how many."""
 
 GATE_2 = 13.82  # chi-square, 2 degrees of freedom, 99.9 %
 GATE_1 = 10.83  # chi-square, 1 degree of freedom, 99.9 %
@@ -173,6 +175,12 @@ def correct_gnss(
         for k in (Y, YAW, GY):
             sxy += hx[i] * p[i, k] * hy[k]
     distance = (syy * dx * dx - 2.0 * sxy * dx * dy + sxx * dy * dy) / (sxx * syy - sxy * sxy)
+    counts[FIX_NIS] += 0.5 * distance
+    counts[FIXES] += 1.0
+    if row[6] > 0.0:
+        turned = wrap_angle(row[5] - m[YAW])
+        counts[YAW_NIS] += turned * turned / (p[YAW, YAW] + row[6] * row[6])
+        counts[YAWS] += 1.0
     if distance > GATE_2:
         reject(p, row[0], dx, dy, counts)
         return
@@ -189,15 +197,21 @@ def correct_gnss(
 
 
 @compiled
-def correct_wheels(m: FloatArray, p: FloatArray, row: FloatArray, hold: FloatArray, noise: FloatArray) -> None:
+def correct_wheels(
+    m: FloatArray, p: FloatArray, row: FloatArray, hold: FloatArray, noise: FloatArray, counts: FloatArray
+) -> None:
     """Take an odometry row (ROW,) into mean `m` (STATES,) and covariance `p` (STATES, STATES), in place.
 
-    `hold` (HOLD,) and `noise` (NOISES,) are those of the filter; units as there. Standing still shows the bias of the
-    yaw rate; without an IMU the steering gives the yaw rate.
+    `hold` (HOLD,), `noise` (NOISES,) and `counts` (COUNTS,) are those of the filter; units as there. Standing still
+    shows the bias of the yaw rate; without an IMU the steering gives the yaw rate.
     """
     h = np.zeros(STATES)
     h[V], h[K] = 1.0 + m[K], m[V]
-    correct(m, p, h, row[2] - (1.0 + m[K]) * m[V], row[3] * row[3], GATE_WHEELS)
+    faster = row[2] - h[V] * m[V]
+    expected = h[V] * h[V] * p[V, V] + 2.0 * h[V] * h[K] * p[V, K] + h[K] * h[K] * p[K, K] + row[3] * row[3]
+    counts[WHEEL_NIS] += faster * faster / expected
+    counts[WHEELS] += 1.0
+    correct(m, p, h, faster, row[3] * row[3], GATE_WHEELS)
     if row[0] - hold[HIMU] > IMU_SILENCE:
         hold[HW], hold[HA], hold[HYAW] = row[4], 0.0, noise[STEER_NOISE]
     elif abs(row[2]) < STANDING and abs(m[V]) < 2.0 * STANDING:
@@ -225,7 +239,7 @@ def digest(
         hold[HSLOW] = noise[SLOW_SHARE] * row[4]
         correct_gnss(m, p, row, lever, noise, counts)
     elif row[1] == ODO:
-        correct_wheels(m, p, row, hold, noise)
+        correct_wheels(m, p, row, hold, noise, counts)
     else:
         hold[HW], hold[HA], hold[HIMU], hold[HYAW] = row[2], row[3], row[0], noise[GYRO_NOISE]
 

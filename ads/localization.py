@@ -8,7 +8,24 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ads.ekf import COUNTS, GNSS, HA, HOLD, HW, IMU, NOISES, ODO, REJECTED, ROW, STATES, B, advance
+from ads.ekf import (
+    COUNTS,
+    FIX_NIS,
+    GNSS,
+    HA,
+    HOLD,
+    HW,
+    IMU,
+    NOISES,
+    ODO,
+    REJECTED,
+    ROW,
+    STATES,
+    WHEEL_NIS,
+    YAW_NIS,
+    B,
+    advance,
+)
 from ads.transforms import Pose, TransformTree, moved, sensor_frames
 from vehicle.messages import FloatArray, GnssFix, Imu, Observation, VehicleDescription
 
@@ -16,6 +33,7 @@ UNKNOWN_SPEED = 15.0  # m/s, sigma before the wheels have spoken
 SHORTEST_WINDOW = 0.05  # s
 LONGEST_WINDOW = 0.5  # s; a measurement later than this is dropped
 TURNING_TIME = 0.1  # s over which the change of the yaw rate is smoothed
+NIS = (("nis_gnss", FIX_NIS), ("nis_heading", YAW_NIS), ("nis_wheels", WHEEL_NIS))  # name; place of the sum in COUNTS
 CAPACITY = 512  # rows; at 400 rows/s and the longest window there is room to spare
 
 
@@ -72,7 +90,9 @@ class EkfLocalizer:
 
     `heading_hint(x, y)` gives the yaw [rad] to start with where the GNSS has none; the map knows the lane's direction,
     and None off the road stands for 0. `mean` and `covariance` are the filter's state at the last tick, `frames` the
-    transform tree of then.
+    transform tree of then. `consistency`, by the names of NIS: mean normalised squared innovation (1 is expected) of
+    the positions, headings and wheel speeds that the last tick took for good; of a kind of which it took none, of the
+    last tick that did.
     """
 
     def __init__(
@@ -96,6 +116,7 @@ class EkfLocalizer:
         self._started = False
         self._speed: float | None = None
         self._counts = np.zeros(COUNTS)
+        self.consistency: dict[str, float] = {}
         self.mean = np.zeros(STATES)
         self.covariance = np.zeros((STATES, STATES))
         self._mounts = sensor_frames(vehicle)
@@ -128,6 +149,7 @@ class EkfLocalizer:
                 return None
             self._start(fixes[0])
         self._collect(observation)
+        counted = self._counts.copy()
         self._n = advance(
             self._mean,
             self._cov,
@@ -143,6 +165,10 @@ class EkfLocalizer:
             self.covariance,
             self._hold_now,
         )
+        counted = self._counts - counted
+        for name, place in NIS:
+            if counted[place + 1] > 0.0:
+                self.consistency[name] = float(counted[place] / counted[place + 1])
         x, y, yaw, v, bias = self.mean[: B + 1].tolist()
         w = float(self._hold_now[HW]) - bias
         p = self.covariance

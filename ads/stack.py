@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Final, Literal
 
 from ads.control.longitudinal import ComfortSpeedControl, SpeedControl, allowed_speed
 from ads.control.pedals import Pedals, PiPedals
 from ads.control.spline import SPEED, X, Y, project
 from ads.control.steering import LqrSteering, Steering
+from ads.input_stamps import InputStamps
 from ads.localization import EkfLocalizer, Localizer
 from ads.map_monitor import View
 from ads.parameters import Parameters
@@ -54,6 +56,7 @@ class Stack:
         self.speed_control: SpeedControl = speed_control or ComfortSpeedControl(vehicle, TICK)
         self.pedals: Pedals = pedals or PiPedals(vehicle)
         self.trace: dict[str, float] = {}
+        self._stamps = InputStamps()
         self.detections: tuple[Detection, ...] = ()
         self._path: FloatArray | None = None
         self._shape: FloatArray | None = None
@@ -77,7 +80,7 @@ class Stack:
 
     def tick(self, observation: Observation) -> Command:
         """One step of the stack. Call it every TICK seconds with all that arrived since the last call."""
-        t = observation.t
+        t, stamps = observation.t, self._stamps.update(observation)
         navigator, planner = self.navigator, self.planner
         if observation.task is not None:
             navigator.assign(observation.task)
@@ -90,7 +93,7 @@ class Stack:
             self.detections = self.perception.update(observation, estimate)
         new = navigator.update(estimate, planner.may_replan())
         decision = planner.step(estimate, navigator, new, self.detections, observation.signals)
-        path, index, s = decision.path, navigator.index, navigator.s
+        path, index, s, monitor = decision.path, navigator.index, navigator.s, navigator.monitor
         if path is not self._path:
             self._path, self._shape = path, path[:, X : Y + 1].copy()
         accel, standing = self.speed_control.step(estimate, path, index, s, decision.limits, decision.brake)
@@ -104,6 +107,9 @@ class Stack:
             "position_sigma": estimate.position_sigma,
             "path_error": float(project(path, estimate.x, estimate.y, index, 10)[2]),
             "target_speed": allowed_speed(float(path[index, SPEED]), estimate.v, decision.limits),
+            "lane_width": math.nan if monitor is None else 2.0 * monitor.room(s).half_width,
+            **stamps,
+            **(self.localizer.consistency if isinstance(self.localizer, EkfLocalizer) else {}),
             **planner.trace,
         }
         return Command(t, steer, accel, throttle, brake)

@@ -13,8 +13,9 @@ from __future__ import annotations
 import argparse
 import contextlib
 import random
+import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from pytest_dvp.drive.stack_host import find_ads
@@ -98,9 +99,15 @@ def far(row: dict[str, Any], ranges: dict[str, Envelope]) -> tuple[float, str]:
     return max(away, default=(0.0, ""))
 
 
-def tell(seed: str) -> list[dict[str, Any]]:
-    """One row a fault: family, description, whether it was noticed and where, and how far it went from clean drives."""
-    ranges = envelopes()
+def tell(seed: str, without: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """One row a fault: family, description, whether it was noticed and where, and how far it went from clean drives.
+
+    without: metrics that do not tell whether a fault changed a drive; that it was noticed, each gate tells.
+    """
+    ranges = {
+        scenario: {name: one for name, one in found.items() if name.split()[0] not in without}
+        for scenario, found in envelopes().items()
+    }
     of: dict[int, list[dict[str, Any]]] = {}
     for row in stored(STORE / f"faults_{seed}.jsonl"):
         of.setdefault(row["fault"], []).append(row)
@@ -108,10 +115,11 @@ def tell(seed: str) -> list[dict[str, Any]]:
     for k, rows in sorted(of.items()):
         by = next((row for row in rows if row["failed"]), None)
         worst = max((*far(row, ranges[row["scenario"]]), row["scenario"]) for row in rows)
+        told_by = [gate for row in rows for gate in row["failed"] if re.split(r"[ (]", gate)[0] not in without]
         told.append(
             {"fault": k, "where": rows[0]["where"], "told": rows[0]["told"], "drives": len(rows),
              "noticed": by is not None, "by": f"{by['scenario']}: {by['failed'][0]}" if by else "",
-             "changed": by is not None or worst[0] > 0.0, "worst": f"{worst[2]}: {worst[1]} {worst[0]:.3g}"}
+             "changed": bool(told_by) or worst[0] > 0.0, "worst": f"{worst[2]}: {worst[1]} {worst[0]:.3g}"}
         )  # fmt: skip
     return told
 
@@ -122,20 +130,20 @@ def main() -> None:
     parser.add_argument("seed")
     parser.add_argument("--count", type=int, default=120)
     parser.add_argument("--drives", type=int, default=10**9, help="at most so many in this call")
+    parser.add_argument("--without", nargs="+", default=(), help="metrics that do not tell whether a drive changed")
     asked = parser.parse_args()
     if asked.what == "drive":
         drive_all(asked.seed, asked.count, asked.drives)
         return
-    rows = tell(asked.seed)
+    rows = tell(asked.seed, asked.without)
     for row in rows:
         if row["changed"] and not row["noticed"]:
             print(f"escaped: {row['fault']} {row['where']}: {row['told']}: farthest {row['worst']}")
     for family in ("observation", "command", "map", "time", "source", ""):
         some = [row for row in rows if row["where"].startswith(family)]
         changed = [row for row in some if row["changed"]]
-        print(
-            f"{family or 'all'}: {sum(row['noticed'] for row in some)} of {len(changed)} that changed, of {len(some)}"
-        )
+        noticed = sum(row["noticed"] for row in changed)
+        print(f"{family or 'all'}: {noticed} of {len(changed)} that changed, of {len(some)}")
 
 
 if __name__ == "__main__":

@@ -96,6 +96,16 @@ _ADS = (
     Signal("ads.v", "m/s", "body", "speed as the ADS estimates it", keeps_value=True),
     Signal("ads.path_error", "m", "body", "lateral offset to its path as the ADS sees it", keeps_value=True),
     Signal("ads.target_speed", "m/s", "body", "speed the ADS aims at", keeps_value=True),
+    Signal("ads.lane_width", "m", "", "width of its lane as the ADS takes the map to say", keeps_value=True),
+    Signal("ads.age_gnss", "s", "", "age of the newest GNSS message that the ADS got", keeps_value=True),
+    Signal("ads.age_odometry", "s", "", "age of the newest odometry message that the ADS got", keeps_value=True),
+    Signal("ads.age_imu", "s", "", "age of the newest IMU message that the ADS got", keeps_value=True),
+    Signal("ads.age_lidar", "s", "", "age of the newest LiDAR scan that the ADS got", keeps_value=True),
+    Signal("ads.age_camera", "s", "", "age of the newest camera frame that the ADS got", keeps_value=True),
+    Signal("ads.disordered", "-", "", "messages so far that were not newer than those before", keeps_value=True),
+    Signal("ads.nis_gnss", "-", "", "normalised squared innovation of its GNSS positions", keeps_value=True),
+    Signal("ads.nis_heading", "-", "", "normalised squared innovation of its GNSS headings", keeps_value=True),
+    Signal("ads.nis_wheels", "-", "", "normalised squared innovation of its wheel speeds", keeps_value=True),
     Signal("ads.solve_time", "s", "", "CPU time of its solver; only recorded when asked for", keeps_value=True),
 )
 
