@@ -60,7 +60,7 @@ class RoadNetwork:
         self.tables = make_tables(file.roads, stations(self._branches))
         self._ids = tuple(road.id for road in file.roads)
         self._numbers = {road.id: number for number, road in enumerate(file.roads)}
-        self._index = search.make_index(self.tables)
+        self.index = search.make_index(self.tables)
 
     def lane_pose(self, road: str, lane: int, s: float, offset: float = 0.0) -> Pose:
         """Pose `offset` [m] left of a lane's middle at s [m]; lane 0 is the centre lane.
@@ -127,7 +127,7 @@ class RoadNetwork:
         """
         road, lane, s, t, offset, heading, inside = search.locate(
             self.tables,
-            self._index,
+            self.index,
             float(x),
             float(y),
             _NAN if z is None else float(z),

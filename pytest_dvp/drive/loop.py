@@ -16,7 +16,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import msgspec
+import numpy as np
 
+from openscenario.road.footprint import Footprint
 from openscenario.road.route import RouteError
 from openscenario.storyboard.plausibility import Plausibility
 from pytest_dvp.drive.command_range import CommandRange
@@ -82,12 +84,12 @@ class Loop:
         self._task: Task | None = ready.task.message()
         d = ready.vehicle.description
         ahead, behind, side = d.center_x + 0.5 * d.length, d.center_x - 0.5 * d.length, 0.5 * d.width
-        self._corners = ((ahead, side), (behind, side), (behind, -side), (ahead, -side))
+        corners = ((ahead, side), (behind, side), (behind, -side), (ahead, -side))
+        self._footprint = Footprint(ready.network, np.array(corners))
         terrain = Terrain(ready.network)
         self._terrain = None if terrain.flat else terrain
         self._weather = Weather(ready.network.geo_reference)
         self._monitors = {each.name: each.value for each in ready.scenario.monitor_declarations}
-        self._hints: list[RoadPosition | None] = [None] * 4
         self._here: RoadPosition | None = None
         self._lights: tuple[dict[str, str], tuple[SignalState, ...]] = ({}, ())
         self._transitions = 0
@@ -175,7 +177,7 @@ class Loop:
 
     def _lane_friction(self, state: FloatArray) -> float:
         """Friction coefficient [-] of the lane under the reference point; 1 beside the road."""
-        place = self._network.locate(float(state[1]), float(state[2]), float(state[4]), self._here)
+        place = self._here = self._network.locate(float(state[1]), float(state[2]), float(state[4]), self._here)
         return self._network.lane_friction(place.road, place.lane, place.s) if place.on_road else 1.0
 
     def _place(self, state: FloatArray) -> None:
@@ -221,33 +223,12 @@ class Loop:
         return rows
 
     def _held(self, state: FloatArray) -> dict[str, float]:
-        held = {"on_road": 1.0 if self._on_road(state) else 0.0}
-        held |= self._road_here(state) | self._gate_log.output
+        on_road, width, limit = self._footprint.under(float(state[1]), float(state[2]), float(state[4]))
+        held = {"on_road": 1.0 if on_road else 0.0, "lane_width": width, "speed_limit": limit}
+        held |= self._gate_log.output
         if self._mirror.latency > SAME:
             held |= {"mirror_error": self._mirror.error, "mirror_latency": self._mirror.latency}
         return held
-
-    def _road_here(self, state: FloatArray) -> dict[str, float]:
-        """Width [m] and speed limit [m/s] of the lane under the reference point; NaN where there is none."""
-        place = self._network.locate(float(state[1]), float(state[2]), float(state[4]), self._here)
-        self._here = place
-        width = limit = math.nan
-        if place.on_road:
-            width = self._network.lane_width(place.road, place.lane, place.s) or math.nan
-            limit = self._network.lane_speed(place.road, place.lane, place.s)
-        return {"lane_width": width, "speed_limit": limit if math.isfinite(limit) else math.nan}
-
-    def _on_road(self, state: FloatArray) -> bool:
-        """Whether all corners of the ego's box are on drivable lanes."""
-        x, y, yaw = float(state[1]), float(state[2]), float(state[4])
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        locate, hints = self._network.locate, self._hints
-        for corner, (u, v) in enumerate(self._corners):
-            found = locate(x + cos * u - sin * v, y + sin * u + cos * v, None, hints[corner])
-            hints[corner] = found
-            if not found.on_road:  # one is enough, and beside the road a place is looked for everywhere
-                return False
-        return True
 
     def _drain(self, t: float) -> None:
         """Transitions, monitors and requests of this tick into the log; requests into the next observation."""

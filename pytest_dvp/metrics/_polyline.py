@@ -8,6 +8,22 @@ from machine_code import compiled
 from pytest_dvp.logs.log_contents import FloatArray
 
 
+WINDOW = 32  # segments before and behind the nearest one that are looked at while no other can come near
+RETRY = 64  # points until a window is looked for again, where the last one did not help; both chosen by measuring
+SLACK = 1e-6  # m, far above what rounding does to a distance on a road
+
+
+@compiled
+def least_outside(x: float, y: float, line: FloatArray, low: int, high: int, longest: float) -> float:
+    """A distance [m] that no segment of `line` (m, 2) beside those of low to high - 1 comes nearer to a point than."""
+    least = np.inf
+    for k in range(line.shape[0]):
+        if k <= low or k >= high:
+            dx, dy = x - line[k, 0], y - line[k, 1]
+            least = min(least, dx * dx + dy * dy)
+    return np.sqrt(least) - longest
+
+
 @compiled
 def lateral_offsets(x: FloatArray, y: FloatArray, line: FloatArray) -> FloatArray:
     """Signed offset [m] of n points to the nearest point of a polyline (m, 2); positive to its left.
@@ -25,17 +41,17 @@ def lateral_offsets(x: FloatArray, y: FloatArray, line: FloatArray) -> FloatArra
     if longest == 0.0:
         return result
     guess = 0
+    # As seen from (at_x, at_y) [m], all segments but those of low to high - 1 are at least `outside` [m] away.
+    at_x, at_y, outside, low, high, retry = 0.0, 0.0, -np.inf, 0, m - 1, 0
     for i in range(n):
-        best, offset = np.inf, np.nan
+        best, nearest, offset = np.inf, np.inf, np.nan
         # The last nearest segment first: it gives a bound that skips almost all others.
-        k = guess
-        first = True
-        while k < m - 1:
-            here = k
-            k = 0 if first else k + 1
-            first = False
+        k, end = -1, m - 1
+        while k < end:
+            here = guess if k < 0 else k
+            k += 1
             dx, dy = x[i] - line[here, 0], y[i] - line[here, 1]
-            spare = np.sqrt(dx * dx + dy * dy) - np.sqrt(best) - longest
+            spare = np.sqrt(dx * dx + dy * dy) - nearest - longest
             if spare > 0.0:
                 # Each segment comes at most `longest` nearer, so this many more cannot be the nearest either.
                 k += int(min(spare / longest, float(m)))
@@ -49,10 +65,16 @@ def lateral_offsets(x: FloatArray, y: FloatArray, line: FloatArray) -> FloatArra
             rx, ry = dx - clipped * ex, dy - clipped * ey
             distance2 = rx * rx + ry * ry
             if distance2 < best:
-                best = distance2
+                best, nearest = distance2, np.sqrt(distance2)
                 guess = here
                 beyond = (here == 0 and along < 0.0) or (here == m - 2 and along > 1.0)
                 side = 1.0 if ex * dy - ey * dx >= 0.0 else -1.0
-                offset = np.nan if beyond else side * np.sqrt(distance2)
+                offset = np.nan if beyond else side * nearest
+            if k == 0 and outside - np.hypot(x[i] - at_x, y[i] - at_y) > nearest + SLACK:
+                k, end = low, high
         result[i] = offset
+        if end == m - 1 and i >= retry and m > 4 * WINDOW:
+            low, high = max(0, guess - WINDOW), min(m - 1, guess + WINDOW + 1)
+            at_x, at_y, retry = x[i], y[i], i + RETRY
+            outside = least_outside(at_x, at_y, line, low, high, longest)
     return result

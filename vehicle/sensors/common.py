@@ -58,6 +58,16 @@ class Noise:
         self._normal: list[float] = []
         self._uniform: list[float] = []
 
+    def normals(self, count: int) -> list[float]:
+        """The next `count` numbers of the standard normal distribution, in the order in which `normal` gives them."""
+        kept = self._normal
+        if len(kept) < count:
+            return [self.normal() for _ in range(count)]
+        taken = kept[-count:]
+        del kept[-count:]
+        taken.reverse()
+        return taken
+
     def normal(self) -> float:
         """One number of the standard normal distribution."""
         if not self._normal:
@@ -96,14 +106,16 @@ class Clock:
     def __init__(self, timing: Timing, start: float) -> None:
         self._start, self._period, self._count = start, 1.0 / timing.rate, 0
         self._next = start
+        self.earliest = start - TIME_SLACK  # s, before which `due` is False
 
     def due(self, t: float) -> bool:
         """True once for each measurement that is due at `t` [s]; overdue ones are skipped."""
-        if t < self._next - TIME_SLACK:
+        if t < self.earliest:
             return False
         while self._next <= t + TIME_SLACK:
             self._count += 1
             self._next = self._start + self._count * self._period
+        self.earliest = self._next - TIME_SLACK
         return True
 
 

@@ -50,11 +50,15 @@ class RunningGnss:
         self._dy = gnss.drift * self._noise.normal()
         self._sigma = sqrt(gnss.sigma**2 + gnss.drift**2)
 
-    def measure(self, row: Sequence[float]) -> None:
-        """Take a trace row (TRACE_COLUMNS); measures if it is time."""
+    def measure_all(self, rows: Sequence[Sequence[float]]) -> None:
+        """Take trace rows (TRACE_COLUMNS), oldest first; measures at those at which it is time."""
+        clock = self._clock
+        for row in rows:
+            if not row[0] < clock.earliest and clock.due(row[0]):
+                self._measure(row)
+
+    def _measure(self, row: Sequence[float]) -> None:
         t = row[0]
-        if not self._clock.due(t):
-            return
         gnss, normal = self._gnss, self._noise.normal
         self._dx = self._keep * self._dx + self._renew * normal()
         self._dy = self._keep * self._dy + self._renew * normal()

@@ -49,20 +49,24 @@ class RunningImu:
         self._cos, self._sin = cos(unit.mount.yaw), sin(unit.mount.yaw)
         self._last_t, self._last_r = t, 0.0
 
-    def measure(self, row: Sequence[float]) -> None:
-        """Take a trace row (TRACE_COLUMNS); measures if it is time."""
-        t, r = row[0], row[8]
-        gap = t - self._last_t
-        turn = (r - self._last_r) / gap if gap > 0.0 else 0.0  # rad/s^2
-        self._last_t, self._last_r = t, r
-        if not self._clock.due(t):
-            return
-        unit, normal = self._unit, self._noise.normal
-        lx, ly = unit.mount.x, unit.mount.y
-        ax = row[9] - turn * ly - r * r * lx
-        ay = row[10] + turn * lx - r * r * ly
-        seen_x = self._cos * ax + self._sin * ay + self._bias_x + unit.accel_sigma * normal()
-        seen_y = -self._sin * ax + self._cos * ay + self._bias_y + unit.accel_sigma * normal()
-        rate = r + self._bias_r + unit.gyro_sigma * normal()
-        if self._noise.uniform() >= unit.timing.dropout:
-            self._line.send(t, Imu(t, seen_x, seen_y, rate))
+    def measure_all(self, rows: Sequence[Sequence[float]]) -> None:
+        """Take trace rows (TRACE_COLUMNS), oldest first; measures at those at which it is time."""
+        unit, noise, clock, send = self._unit, self._noise, self._clock, self._line.send
+        lx, ly, cosine, sine, dropout = unit.mount.x, unit.mount.y, self._cos, self._sin, unit.timing.dropout
+        last_t, last_r = self._last_t, self._last_r
+        for row in rows:
+            t, r = row[0], row[8]
+            gap = t - last_t
+            turn = (r - last_r) / gap if gap > 0.0 else 0.0  # rad/s^2
+            last_t, last_r = t, r
+            if not clock.due(t):
+                continue
+            ax = row[9] - turn * ly - r * r * lx
+            ay = row[10] + turn * lx - r * r * ly
+            noise_x, noise_y, noise_r = noise.normals(3)
+            seen_x = cosine * ax + sine * ay + self._bias_x + unit.accel_sigma * noise_x
+            seen_y = -sine * ax + cosine * ay + self._bias_y + unit.accel_sigma * noise_y
+            rate = r + self._bias_r + unit.gyro_sigma * noise_r
+            if noise.uniform() >= dropout:
+                send(t, Imu(t, seen_x, seen_y, rate))
+        self._last_t, self._last_r = last_t, last_r

@@ -41,14 +41,16 @@ class RunningOdometry:
         self._line: Line[Odometry] = Line(odometry.timing)
         self.arrived = self._line.arrived
 
-    def measure(self, row: Sequence[float]) -> None:
-        """Take a trace row (TRACE_COLUMNS); measures if it is time."""
-        t = row[0]
-        if not self._clock.due(t):
-            return
-        o, normal = self._odometry, self._noise.normal
-        noise = o.sigma * normal()
-        v = o.scale * row[5] + noise if row[5] != 0.0 else 0.0
-        steer = row[11] + o.steer_offset + o.steer_sigma * normal()
-        if self._noise.uniform() >= o.timing.dropout:
-            self._line.send(t, Odometry(t, v, steer))
+    def measure_all(self, rows: Sequence[Sequence[float]]) -> None:
+        """Take trace rows (TRACE_COLUMNS), oldest first; measures at those at which it is time."""
+        clock, o, noise = self._clock, self._odometry, self._noise
+        for row in rows:
+            t = row[0]
+            if t < clock.earliest or not clock.due(t):
+                continue
+            noise_v, noise_steer = noise.normals(2)
+            error = o.sigma * noise_v
+            v = o.scale * row[5] + error if row[5] != 0.0 else 0.0
+            steer = row[11] + o.steer_offset + o.steer_sigma * noise_steer
+            if noise.uniform() >= o.timing.dropout:
+                self._line.send(t, Odometry(t, v, steer))

@@ -114,8 +114,7 @@ class RunningSensors:
         self._further = {
             name: sensor.start(t, each) for (name, sensor), each in zip(suite.further.items(), seeds[5:], strict=True)
         }
-        self._moving = [s.measure for s in (self._gnss, self._odometry, self._imu) if s]
-        self._moving += [s.measure for s in self._further.values()]
+        self._moving = [s.measure_all for s in (self._gnss, self._odometry, self._imu) if s]
         self._row = row
         self.feed([row])
 
@@ -124,9 +123,11 @@ class RunningSensors:
 
         `place`: the row from which LiDAR and camera look around, where it is not the last of `rows`.
         """
-        for measure in self._moving:
+        for measure_all in self._moving:
+            measure_all(rows)
+        for sensor in self._further.values():
             for row in rows:
-                measure(row)
+                sensor.measure(row)
         if rows:
             self._row = rows[-1] if place is None else place
 
