@@ -39,9 +39,8 @@ from pytest_dvp.recognition.words import Family, families, is_command, words_of
 G = 9.80665  # m/s^2, CGPM 1901
 FASTEST = 80.0  # m/s, and
 WIDEST = 0.6  # rad at the road wheel: hardly a car goes further, but its sensors may be noisy
-HAND_WHEEL = (
-    2.5  # the most that the steering's relation costs: below CLEAR, for a hand wheel of unknown ratio breaks it
-)
+HAND_WHEEL = 2.5
+"""The most that the steering's relation costs: below CLEAR, for a hand wheel of unknown ratio breaks the relation."""
 FIRM = 0.95  # correlation from which a column without a telling name can be decided, and
 APART = 0.02  # by which every other column must be less alike: turn rate and steering are 0.995 alike on a smooth drive
 NEAR_UNIT = 0.25  # of the logarithm of its size: accelerometers stand elsewhere in the car and feel its roll
