@@ -166,7 +166,7 @@ campaigns: $(STAMP)
 	$(BIN)/python -m scripts.campaign_figures cost
 	$(BIN)/python -m scripts.campaign_figures chance 3000
 	for NAME in gaussian_process descent cross_entropy; do $(BIN)/python -m scripts.campaign_figures search $$NAME; done
-	$(BIN)/python -m scripts.campaign_figures coverage 200
+	$(BIN)/python -m scripts.campaign_figures coverage 200 910000
 
 licences: $(STAMP)
 	$(BIN)/python -m scripts.third_party_licences > THIRD_PARTY_LICENCES.md

@@ -1,6 +1,6 @@
 """Measures the figures of docs/campaigns.md: cost of a drive, searchers against chance, coverage of the intervals.
 
-    python -m scripts.campaign_figures cost | coverage [REPEATS] | chance [DRIVES] | search NAME [SEEDS]
+    python -m scripts.campaign_figures cost | coverage [REPEATS] [FIRST_SEED] | chance [DRIVES] | search NAME [SEEDS]
 
 `make campaigns` runs all of them. `chance` drives evenly drawn variants of the planted fault; `search` says after how
 many drives a searcher finds it, beside the median of chance, ln 2 / p.
@@ -96,13 +96,14 @@ def corner(size: int, p: float) -> Judge:
     return lambda u: (1.0 - p ** (1.0 / size)) - u.min(axis=1)
 
 
-def coverage(repeats: int = 100) -> None:
+def coverage(repeats: int = 200, first_seed: int = 0) -> None:
     """How often the interval holds a known probability, and how many drives plain counting needs for the same error."""
     problems: tuple[Callable[[int, float], Judge], ...] = (half_space, two_sides, corner)
     for problem in problems:
         for size in (2, 5):
-            for p in (1e-2, 1e-3, 1e-4, 1e-5):
-                found = [rare_probability(problem(size, p), size, RUNS, seed) for seed in range(repeats)]
+            for p in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
+                seeds = range(first_seed, first_seed + repeats)
+                found = [rare_probability(problem(size, p), size, RUNS, seed) for seed in seeds]
                 holds = float(np.mean([each.low <= p <= each.high for each in found]))
                 error = math.sqrt(np.mean([(each.estimate / p - 1.0) ** 2 for each in found]))
                 gain = (1.0 - p) / p / error**2 / RUNS

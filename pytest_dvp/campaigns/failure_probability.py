@@ -71,10 +71,13 @@ def weighted(weights: FloatArray, failed: FloatArray, undecided: FloatArray, run
     spent, with those that shaped the distribution drawn from.
 
     The weighted mean is divided by nothing, so it is unbiased. Its interval is symmetric in the logarithm, with
-    Student's t for as many degrees of freedom as there are effective failures: a few heavy weights are few draws.
+    Student's t for as many degrees of freedom as there are effective failures: a few heavy weights are few draws. Its
+    upper end is that with one more failure, as heavy as the heaviest, as in the interval of Clopper and Pearson:
+    weights are skewed, and the rare heavy ones that were not drawn leave no trace in the spread.
     """
     low_estimate, low, _ = _log_interval(weights * failed)
-    _, _, high = _log_interval(weights * np.maximum(failed, undecided))
+    worst = weights * np.maximum(failed, undecided)
+    _, _, high = _log_interval(np.append(worst, worst.max(initial=0.0)))
     count = int(failed.sum())
     if count == 0:
         # What was drawn from may have missed the failures: only the plain bound of the draws with weights holds.

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytest_dvp.campaigns.failure_probability import Probability, weighted
 from pytest_dvp.logs.log_contents import FloatArray
@@ -34,8 +35,11 @@ every direction, as a normal distribution fitted to few points does not."""
 PRIOR = 2.0
 """Effective points, for each variable, that count for a spread of 1 in the fit of a covariance: a direction along which
 the failures are not bounded keeps its declared spread, which few points, copies in a chain, show too small."""
-REFITS, REFIT = 2, 0.15  # rounds of weighted draws to which the mixture is fitted again; share of the budget of each
-LEADING = 0.35  # share of the budget for the levels
+REFITS, REFIT = 2, 0.1  # rounds of weighted draws to which the mixture is fitted again; share of the budget of each
+LEADING = 0.3  # share of the budget for the levels
+ELSEWHERE = 0.15  # share of the budget to look for failures in other directions than those found
+COMMON = 0.25  # share of what was found that lies within APART of a point of a region that counts as found
+APART = 0.5  # cosine of the angle to what was found, below which a direction is another one
 COMPONENTS = 4  # most distributions of the mixture; the criterion of Schwarz chooses how many
 
 
@@ -82,12 +86,23 @@ def rare_probability(judge: Judge, size: int, budget: int, seed: int) -> Probabi
 
     rng = np.random.default_rng(seed)
     level = max(round(LEADING * budget / 4), 10)
-    at, values, spent = _levels(judge, size, level, round(LEADING * budget), rng)
+    at = rng.standard_normal((level, size))
+    start = at, _decided(judge(np.asarray(norm.cdf(at))))
+    found = _levels(judge, start, level, round(LEADING * budget) - level, rng)
+    spent = level + found.spent
+    at, values = found.at, found.values
     order = np.argsort(values, kind="stable")
     # Where no level reached a failure, what came nearest leads; the defensive share keeps the answer honest.
     kept = order[: max(int((values < 0.0).sum()), level // 10, size + 2)]
     # The points of a chain together are about as good as its head alone.
     points, weights = at[kept], np.full(len(kept), max(SHARE * level, 2.0) / len(kept))
+    other, more = _elsewhere(
+        judge, found, at[kept], max(float(values[kept].max()), 0.0), round(ELSEWHERE * budget), rng
+    )
+    spent += more
+    if len(other):
+        points = np.vstack([points, other])
+        weights = np.concatenate([weights, np.full(len(other), max(SHARE * level, 2.0) / len(other))])
     mixture = fitted(points, weights, rng)
 
     def drawn(count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -98,7 +113,7 @@ def rare_probability(judge: Judge, size: int, budget: int, seed: int) -> Probabi
     for turn in range(REFITS):
         count = max(round(REFIT * budget), 10)
         if turn == 0:
-            at, ratio = _all_directions(at[kept], mixture, count, rng)
+            at, ratio = _all_directions(points, mixture, count, rng)
             objectives = judge(np.asarray(norm.cdf(at)))
         else:
             at, ratio, objectives = drawn(count)
@@ -152,21 +167,33 @@ def _ratio(points: FloatArray, mixture: Mixture) -> FloatArray:
     return np.asarray(np.exp(declared - both))
 
 
+@dataclasses.dataclass(frozen=True)
+class _Reached:
+    """Points (n, d) in standard deviations and objectives (n,) without unit of the last level; the same of all that
+    was driven; and how many drives that took."""
+
+    at: FloatArray
+    values: FloatArray
+    all_at: FloatArray
+    all_values: FloatArray
+    spent: int
+
+
 def _levels(
-    judge: Judge, size: int, level: int, budget: int, rng: np.random.Generator
-) -> tuple[FloatArray, FloatArray, int]:
-    """Points (n, d) in standard deviations and objectives (n,) without unit of the last level, and drives spent.
+    judge: Judge, start: tuple[FloatArray, FloatArray], level: int, budget: int, rng: np.random.Generator
+) -> _Reached:
+    """From the first level `start`, points (n, d) and their objectives (n,), to the failures.
 
     Source: Au and Beck, Probabilistic Engineering Mechanics 16 (2001); the walk is Papaioannou, Betz, Zwirglmaier,
     Straub, MCMC algorithms for subset simulation, same journal 41 (2015), section 4.
     """
     from scipy.stats import norm
 
-    at = rng.standard_normal((level, size))
-    values = _decided(judge(np.asarray(norm.cdf(at))))
-    spent, walk = level, WALK
+    at, values = start
+    all_at, all_values = [at], [values]
+    spent, walk = 0, WALK
     for _ in range(MOST_LEVELS):
-        if (values < 0.0).mean() >= 2.0 * SHARE or spent + level > budget:
+        if (values < 0.0).mean() >= 2.0 * SHARE or spent + level > budget or not np.isfinite(values).any():
             break
         order = np.argsort(values, kind="stable")[: max(round(SHARE * level), 2)]
         threshold = max(float(values[order[-1]]), 0.0)
@@ -176,6 +203,8 @@ def _levels(
             steps = walk * heads + math.sqrt(1.0 - walk * walk) * rng.standard_normal(heads.shape)
             tried = _decided(judge(np.asarray(norm.cdf(steps))))
             spent += len(steps)
+            all_at.append(steps)
+            all_values.append(tried)
             taken = tried <= threshold
             heads = np.where(taken[:, None], steps, heads)
             head_values = np.where(taken, tried, head_values)
@@ -184,7 +213,39 @@ def _levels(
             spread = math.sqrt(1.0 - walk * walk) * math.exp(0.5 * (float(taken.mean()) - 0.44))
             walk = math.sqrt(1.0 - min(spread, 0.99) ** 2)
         at, values = np.vstack(chains), np.concatenate(chain_values)
-    return at, values, spent
+    return _Reached(at, values, np.vstack(all_at), np.concatenate(all_values), spent)
+
+
+def _elsewhere(
+    judge: Judge, found: _Reached, known: FloatArray, near: float, budget: int, rng: np.random.Generator
+) -> tuple[FloatArray, int]:
+    """Points (m, d) in standard deviations that lie in other directions than the `known` ones (n, d) and come as near
+    to a failure, with an objective of at most `near`; and the drives that it took to look for them.
+
+    The levels are walked once more, from all that was driven, with what lies within APART of a known point forbidden:
+    of two regions of failures, one dies out in the levels by chance, as a lineage does.
+    """
+    from scipy.stats import norm
+
+    towards = known / np.maximum(np.sqrt((known**2).sum(axis=1)), 1e-9)[:, None]
+    # A lineage of which little is left does not count as found: its region is looked for anew.
+    common = (towards @ towards.T > APART).mean(axis=1) >= COMMON
+    towards = towards[common] if common.any() else towards
+
+    def beside(at: FloatArray) -> NDArray[np.bool_]:
+        lengths = np.maximum(np.sqrt((at**2).sum(axis=1)), 1e-9)
+        return np.asarray((at @ towards.T).max(axis=1) < APART * lengths)
+
+    def barred(u: FloatArray) -> FloatArray:
+        values = judge(u)
+        return np.where(beside(np.asarray(norm.ppf(u))), values, np.inf)
+
+    level = max(budget // 4, 10)
+    values = np.where(beside(found.all_at), found.all_values, np.inf)
+    first = np.argsort(values, kind="stable")[:level]
+    reached = _levels(barred, (found.all_at[first], values[first]), level, budget, rng)
+    alike = reached.values <= near
+    return reached.at[alike], reached.spent
 
 
 def _decided(values: FloatArray) -> FloatArray:
