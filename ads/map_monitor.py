@@ -100,6 +100,8 @@ class MapMonitor:
         self.signals = _signals(network, self.spans, path)
         self._areas = {str(c.id): np.asarray(c.outline, dtype=np.float64)[:, :2] for c in network.crosswalks}
         self._at = 0
+        self._room: Room | None = None
+        self._room_s = math.nan
 
     def view(self, s: float, states: Mapping[str, str] | None = None) -> View:
         """What lies ahead of arc length `s` [m] of the path; `states` of the signals by id, as last heard."""
@@ -137,6 +139,12 @@ class MapMonitor:
 
     def room(self, s: float) -> Room:
         """Room at arc length `s` [m]; no side width where there is no drivable lane or a junction."""
+        if s != self._room_s:  # the behaviour asks for the same place twice a tick
+            self._room, self._room_s = self._room_at(s), s
+        assert self._room is not None
+        return self._room
+
+    def _room_at(self, s: float) -> Room:
         for span in self.spans:
             if s <= span.s_to or span is self.spans[-1]:
                 break

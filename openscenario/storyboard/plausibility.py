@@ -83,7 +83,7 @@ class Plausibility:
 
     def look(self, dt: float) -> None:
         """Compare each entity with what it was before the last step of `dt` [s]."""
-        constraints = self._constraints() if dt > 0.0 else {}
+        constraints = self._constraints() if dt > 0.0 and self._board.acted else {}
         for name, entity in self._board.entities.items():
             if entity.external or not entity.active or entity.drawn_by is not None:
                 self._seen.pop(name, None)
@@ -115,7 +115,7 @@ class Plausibility:
         self, entity: Entity, before: _Seen, now: _Seen, dt: float, constraints: tuple[_Constraint, ...]
     ) -> None:
         own = able = performance(entity)
-        along = [each for each in constraints if not each.lateral]
+        along = [each for each in constraints if not each.lateral] if constraints else []
         if self._board.reading == "standard":  # class SpeedProfileAction (1.3): they have precedence over Performance
             for each in along:
                 own = first(each.limits, own)
@@ -125,7 +125,8 @@ class Plausibility:
         if able.up == able.down == math.inf:
             change = abs(now.speed - before.speed)
             self._note(entity, "speed_jump", change, START, START)
-        self._aside(entity, before, now, dt, [each for each in constraints if each.lateral])
+        if constraints:
+            self._aside(entity, before, now, dt, [each for each in constraints if each.lateral])
         way = math.hypot(now.x - before.x, now.y - before.y)
         explained = max(abs(before.speed), abs(now.speed)) * dt
         self._note(entity, "position", way, explained + JUMP, explained)

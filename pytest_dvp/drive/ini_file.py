@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import configparser
 import dataclasses
+import functools
 import shlex
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -61,7 +62,8 @@ def find_ini(start: Path) -> IniFile | None:
         for name in NAMES:
             file = folder / name
             if file.is_file():
-                keys = _keys(file)
+                stat = file.stat()
+                keys = _keys(file, stat.st_mtime_ns, stat.st_size)
                 if keys is not None:
                     return IniFile(file, keys)
     return None
@@ -84,8 +86,12 @@ def changes_a_run(words: Sequence[str], stage: str) -> bool:
     return any(str(ini.keys.get(setting.ini, setting.default)) != str(setting.default) for setting in left_out)
 
 
-def _keys(file: Path) -> Mapping[str, object] | None:
-    """The keys of the table or section for pytest; None if the file does not configure pytest."""
+@functools.lru_cache(maxsize=8)
+def _keys(file: Path, changed: int, size: int) -> Mapping[str, object] | None:
+    """The keys of the table or section for pytest; None if the file does not configure pytest.
+
+    Kept while the file stays as it is: a campaign asks for them in each drive.
+    """
     try:
         text = file.read_text(encoding="utf-8-sig")
         found = _of_toml(file, text) if file.suffix == ".toml" else _of_ini(file, text)

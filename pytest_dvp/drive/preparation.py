@@ -291,7 +291,21 @@ def _gates(request: Request) -> tuple[GateFile, Path]:
     if path is None:
         beside = request.path.with_name(f"{request.path.stem}.gates.toml")
         path = beside if beside.is_file() else None
-    return (read_gates(shown(path)), path.parent) if path is not None else (default_gates(), request.path.parent)
+    if path is None:
+        return default_gates(), request.path.parent
+    if not path.is_file():  # what reads it says what is missing
+        return read_gates(shown(path)), path.parent
+    stat = path.stat()
+    gates = _unchanged_gates(path.absolute(), shown(path), stat.st_mtime_ns, stat.st_size)
+    if any("model" in gate.options for gate in gates.gates):  # whether that file is there may have changed
+        gates = read_gates(shown(path))
+    return gates, path.parent
+
+
+@functools.lru_cache(maxsize=4)
+def _unchanged_gates(path: Path, name: str, changed: int, size: int) -> GateFile:
+    """Gates are immutable, and the variants of one scenario share theirs."""
+    return read_gates(name)
 
 
 def _of_the_scenario(request: Request) -> dict[str, str]:

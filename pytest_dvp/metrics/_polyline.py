@@ -7,7 +7,6 @@ import numpy as np
 from machine_code import compiled
 from pytest_dvp.logs.log_contents import FloatArray
 
-
 WINDOW = 32  # segments before and behind the nearest one that are looked at while no other can come near
 RETRY = 64  # points until a window is looked for again, where the last one did not help; both chosen by measuring
 SLACK = 1e-6  # m, far above what rounding does to a distance on a road
@@ -21,7 +20,7 @@ def least_outside(x: float, y: float, line: FloatArray, low: int, high: int, lon
         if k <= low or k >= high:
             dx, dy = x - line[k, 0], y - line[k, 1]
             least = min(least, dx * dx + dy * dy)
-    return np.sqrt(least) - longest
+    return float(np.sqrt(least)) - longest
 
 
 @compiled
