@@ -1,0 +1,425 @@
+"""When what was found is called a law, a stand-in or nothing: each bound tried from both sides, on made-up fits."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pytest_dvp.gap.discover import discover as module
+from pytest_dvp.gap.discover.discover import _decides, _Discovery, _Fitted, _natural
+from pytest_dvp.gap.discover.law import Law
+from pytest_dvp.gap.discover.scan import Scan, _averaged
+from pytest_dvp.gap.discover.term import POINTS, Form, Term
+
+AT = {point.name: point for point in POINTS}
+BRAKED = Form(("a-",))
+
+
+def a_term(point: str = "brake", *gate: str) -> Term:
+    return Term(AT[point], Form(gate or ("a-",)))
+
+
+def a_fit(left: float, judged: float, *terms: Term) -> _Fitted:
+    return _Fitted(terms, None, left, judged)
+
+
+class Stub(_Discovery):
+    """A search whose fits and rivals are given. ladder: (left, judged) of the best fit of each round."""
+
+    def __init__(self, base: tuple[float, float], ladder: list[tuple[float, float]], **given: Any) -> None:
+        self.told: list[str] = []
+        self.tick = self.told.append
+        self.points = POINTS
+        self.target: Any = SimpleNamespace(name="target")
+        self.judge: Any = SimpleNamespace(name="judge")
+        self.base, self.ladder = base, list(ladder)
+        self.given = {"known": [], "forms": ((), ()), "elsewhere": ("brake",), "more": "", "gains": [9.0, 5.0, 7.0],
+                      "chance": 1.0} | given  # fmt: skip
+
+    def _chi2(self, data: Any, terms: Any) -> float:
+        return self.base[data is self.judge]
+
+    def _scan(self, found: Any) -> Any:
+        gains = np.array(self.given["gains"])
+        scan = SimpleNamespace(gains=gains, chance=self.given["chance"], best=np.array([0.5, 0.6, 0.7]))
+        return scan, [a_term("brake", "a-"), a_term("drag", "v"), a_term("steer", "d")]
+
+    def _fitted(self, terms: Any) -> _Fitted:
+        left, judged = self.ladder[len(terms) - 1]
+        worse = 0.0 if terms[-1].form == BRAKED else 0.3
+        return _Fitted(terms, None, left + worse, judged + worse)
+
+    def _known_rivals(self) -> Any:
+        return self.given["known"]
+
+    def _other_forms(self, now: Any, rivals: Any) -> Any:
+        self.rivals = rivals
+        return self.given["forms"]
+
+    def _elsewhere(self, now: Any) -> Any:
+        return self.given["elsewhere"]
+
+    def _where_it_belongs(self, now: Any, elsewhere: Any) -> Any:
+        return now
+
+    def _still_explained(self, terms: Any) -> str:
+        return str(self.given["more"])
+
+    def _terms(self, now: Any, same: Any) -> Any:
+        return now.terms
+
+
+def asked(base: tuple[float, float], *ladder: tuple[float, float], **given: Any) -> Law:
+    return Stub(base, list(ladder), **given).run()
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(1.149, "NO_LAW"), (1.151, "LAW")])
+def test_below_fifteen_percent_beyond_the_noise_there_is_nothing_to_discover(left: float, verdict: str) -> None:
+    law = asked((left, 2.0), (1.0, 1.0))
+    assert law.verdict == verdict
+    assert ("nothing is left to discover" in law.reasons[0]) if verdict == "NO_LAW" else law.reasons == ()
+
+
+def test_a_term_explains_more_than_chance() -> None:
+    assert asked((3.0, 3.0), (1.0, 1.0), chance=8.9).verdict == "LAW"
+    law = asked((3.0, 3.0), (1.0, 1.0), chance=9.1)
+    assert (law.verdict, law.reasons) == ("NO_LAW", ("no term explains more than a shifted residual does by chance",))
+    assert asked((3.0, 3.0), gains=[0.0, -1.0, 0.0]).verdict == "NO_LAW"
+    assert (law.before, law.after) == ((3.0, 3.0), (3.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("first", "found"), [((2.79, 2.79), True), ((2.81, 2.7), False), ((2.7, 2.81), False), ((2.79, 2.9), False)]
+)
+def test_a_term_takes_a_tenth_of_the_error_on_both_sides(first: tuple[float, float], found: bool) -> None:
+    law = asked((3.0, 3.0), first, (2.75, 2.75), (2.7, 2.7))
+    text = "no term explains a tenth of the error on the held-out data, too"
+    assert (law.reasons[0] == text) is not found
+
+
+@pytest.mark.parametrize(("second", "terms"), [((1.6, 1.6), 2), ((1.81, 1.6), 1), ((1.6, 1.81), 1), ((1.79, 1.79), 2)])
+def test_so_does_the_last_one(second: tuple[float, float], terms: int) -> None:
+    law = asked((3.0, 3.0), (2.0, 2.0), second, (1.59, 1.59))
+    assert len(law.terms) == terms
+
+
+@pytest.mark.parametrize(("left", "terms"), [(1.051, 2), (1.049, 1)])
+def test_when_what_is_left_is_noise_no_further_term_is_looked_for(left: float, terms: int) -> None:
+    assert len(asked((1.2, 1.2), (left, 1.1), (1.0, 1.0), (1.0, 1.0)).terms) == terms
+
+
+def test_a_law_has_three_terms_at_most() -> None:
+    stub = Stub((10.0, 10.0), [(7.0, 7.0), (5.0, 5.0), (3.0, 3.0), (1.0, 1.0)])
+    assert len(stub.run().terms) == 3
+    assert "term 3: fitting 2 of 3" in stub.told
+    assert len(stub.rivals) == 2
+    assert all(rival.left == 3.3 for rival in stub.rivals)
+
+
+@pytest.mark.parametrize(("after", "enough"), [((2.59, 2.59), True), ((2.61, 2.5), False), ((2.5, 2.61), False)])
+def test_a_law_takes_a_fifth_of_the_error_on_both_sides(after: tuple[float, float], enough: bool) -> None:
+    law = asked((3.0, 3.0), after, (9.0, 9.0))
+    assert (law.verdict == "STAND_IN") is enough
+    assert enough or "a law takes away 20% of both" in law.reasons[0]
+
+
+@pytest.mark.parametrize(("left", "judged", "proven"), [(1.05, 1.05, True), (1.051, 1.0, False), (1.0, 1.051, False)])
+def test_a_form_is_proven_only_if_noise_is_left_on_both_sides(left: float, judged: float, proven: bool) -> None:
+    law = asked((3.0, 3.0), (left, judged), (9.0, 9.0))
+    assert (law.verdict == "LAW") is proven
+    assert proven or "it leaves more than noise" in law.reasons[0]
+    assert (law.decides == "") is proven
+
+
+@pytest.mark.parametrize(("judged", "shown"), [(1.101, True), (1.099, False)])
+def test_held_out_data_must_show_the_error(judged: float, shown: bool) -> None:
+    law = asked((3.0, judged), (1.0, 1.0))
+    assert (law.verdict == "LAW") is shown
+    assert shown or "hardly show the error" in law.reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("left", "judged", "rivals", "credible"),
+    [(1.2, 1.09, False, True), (1.2, 1.11, False, True), (1.04, 1.09, True, True), (1.04, 1.11, False, True),
+     (1.2, 1.59, True, False), (1.2, 1.61, False, False)],
+)  # fmt: skip
+def test_what_is_known_goes_first_if_it_does_as_well(left: float, judged: float, rivals: bool, credible: bool) -> None:
+    """Of an error of 2 the law leaves 0 (credible) or 0.5; a rival that leaves 0.1 more is as good, unless only the
+    law leaves nothing but noise."""
+    law = asked((3.0, 3.0), (1.0, 1.0) if credible else (1.5, 1.5), (9.0, 9.0),
+                known=[("the effect mass of the catalogue", left, judged)])  # fmt: skip
+    assert (law.verdict == "NO_LAW") is rivals
+    assert not rivals or "explained as well by the effect mass of the catalogue" in law.reasons[0]
+
+
+def test_what_speaks_against_a_form_makes_it_a_stand_in() -> None:
+    fine = ((3.0, 3.0), (1.0, 1.0))
+    assert asked(*fine).reasons == ()
+    assert asked(*fine, forms=(("v v",), ("v d", "d"))).reasons == ("these data cannot tell its form from v d, d",)
+    assert asked(*fine, elsewhere=("brake", "accel", "drag")).verdict == "LAW"
+    law = asked(*fine, elsewhere=("steer", "fy_front"))
+    assert law.reasons == ("these data cannot tell whether it acts on steering path or tyres",)
+    assert law.points == ("steer", "fy_front")
+    assert asked(*fine, elsewhere=("fy_rear", "fy_front")).verdict == "LAW"
+    more = asked(*fine, more="v (drag)")
+    assert (more.verdict, more.reasons) == (
+        "STAND_IN", ("something is left that follows v (drag), so the form is near the true one at best",)
+    )  # fmt: skip
+    assert more.decides.startswith("series of braking")
+
+
+def test_of_each_form_and_point_the_best_is_fitted_and_two_dozen_in_all() -> None:
+    tried = [Term(AT["brake"], Form((), ("a-",), "lag"), tau=tau) for tau in (0.1, 0.5)]
+    tried += [Term(AT[point], Form(("v",) * n)) for point in ("drag", "brake") for n in range(1, 20)]
+    gains = np.arange(1.0, len(tried) + 1.0)
+    chosen = _Discovery._shortlist(Stub((1.0, 1.0), []), SimpleNamespace(gains=gains), tried)  # type: ignore[arg-type]
+    assert chosen == list(range(len(tried) - 1, len(tried) - 25, -1))
+    few = np.array([3.0, 4.0, 0.0, 1.0, *[-1.0] * (len(tried) - 4)])
+    assert _Discovery._shortlist(Stub((1.0, 1.0), []), SimpleNamespace(gains=few), tried) == [1, 3]  # type: ignore[arg-type]
+
+
+def test_a_factor_costs_four_thousandths_of_what_is_left() -> None:
+    assert a_fit(2.0, 9.0, a_term("drag", "v", "v"), a_term()).cost == pytest.approx(2.0 * 1.012)
+
+
+@pytest.mark.parametrize(("gain", "told"), [(25.1, "d (steer)"), (24.9, "")])
+def test_what_is_left_follows_a_term_if_it_gains_more_than_white_noise_gives(gain: float, told: str) -> None:
+    stub = Stub((3.0, 3.0), [], gains=[1.0, 2.0, gain])
+    settled: list[Any] = []
+    stub.target = SimpleNamespace(settle=settled.append)
+    law = (a_term("drag", "v"),)
+    assert _Discovery._still_explained(stub, law) == told
+    assert settled[0]["term_force_0", "g1"] == 1.0
+
+
+class Moved(Stub):
+    """A search in which a law does at each point what is given: chi^2/N by (point, sign of c)."""
+
+    def __init__(self, left: dict[tuple[str, float], float]) -> None:
+        super().__init__((3.0, 3.0), [])
+        self.left = left
+
+    def _fitted(self, terms: Any) -> _Fitted:
+        last = terms[-1]
+        return _Fitted(terms, None, self.left.get((last.point.name, float(np.sign(last.c))), 9.0), 1.0)
+
+
+def test_the_same_form_at_another_point_is_as_good_within_two_hundredths() -> None:
+    now = a_fit(1.0, 1.0, a_term("drag", "v"), Term(AT["brake"], BRAKED, c=2.0))
+    moved = Moved({("drag", -1.0): 1.019, ("accel", 1.0): 1.021, ("v", 1.0): 1.01, ("steer", 1.0): 1.0})
+    assert _Discovery._elsewhere(moved, now) == ("brake", "drag", "v")
+    much = a_fit(4.0, 1.0, Term(AT["brake"], BRAKED, c=2.0))
+    assert _Discovery._elsewhere(Moved({("drag", 1.0): 4.079, ("accel", 1.0): 4.081}), much) == ("brake", "drag")
+
+
+def test_a_law_moves_with_its_size_to_where_a_person_would_look_for_it() -> None:
+    now = a_fit(1.0, 1.0, a_term("drag", "v"), Term(AT["drag"], BRAKED, c=2.0))
+    for sign in (1.0, -1.0):
+        found = _Discovery._where_it_belongs(Moved({("brake", sign): 1.0}), now, ("drag", "brake"))
+        assert found.terms[0] == now.terms[0]
+        assert found.terms[1].point.name == "brake"
+        assert found.terms[1].coefficient == pytest.approx(sign * now.terms[1].coefficient)
+    assert _Discovery._where_it_belongs(Moved({}), now, ("drag",)) is now
+    there = a_fit(1.0, 1.0, Term(AT["brake"], BRAKED))
+    assert _Discovery._where_it_belongs(Moved({}), there, ("brake",)) is there
+    steered = a_fit(1.0, 1.0, a_term("steer", "d"))
+    assert _Discovery._where_it_belongs(Moved({}), steered, ("steer", "drag")) is steered
+
+
+@pytest.mark.parametrize(
+    ("gate", "point"), [(("v", "a+"), "accel"), (("[drive]",), "accel"), (("a-", "v"), "brake"),
+                        (("[brake]",), "brake"), (("v", "v"), "drag")],
+)  # fmt: skip
+def test_a_force_is_looked_for_where_what_it_is_made_of_acts(gate: tuple[str, ...], point: str) -> None:
+    assert _natural(Term(AT["drag"], Form(gate))) == point
+    assert _natural(Term(AT["drag"], Form((), gate, "lag"))) == point
+
+
+@pytest.mark.parametrize(
+    ("names", "drive"),
+    [(("a-", "d"), "series of braking"), (("[brake]",), "series of braking"), (("d", "a+"), "steady circles"),
+     (("|d|",), "steady circles"), (("ay",), "steady circles"), (("|ay|",), "steady circles"),
+     (("r",), "steady circles"), (("tanh(r)",), "steady circles"), (("a+",), "acceleration from"),
+     (("[drive]",), "acceleration from"),
+     (("v", "ax"), "long stretches")],
+)  # fmt: skip
+def test_the_drive_that_tells_more_follows_from_what_the_law_is_made_of(names: tuple[str, ...], drive: str) -> None:
+    assert _decides(a_fit(1.0, 1.0, Term(AT["drag"], Form(names)))).startswith(drive)
+    assert _decides(a_fit(1.0, 1.0, a_term("drag", "v"), Term(AT["drag"], Form((), names, "lag")))).startswith(drive)
+
+
+class Data:
+    """Whitened residuals by the law: eight channels of so many rows, each term adds its row of `does`."""
+
+    def __init__(self, does: dict[str, Any], rows: int, rest: Any = 0.0, sample: float = 0.1) -> None:
+        self.does, self.size, self.sample = does, 8 * rows, sample
+        self.rest = np.zeros(self.size) + rest
+        self.count = self.size
+
+    def whitened(self, values: dict[tuple[str, str], float]) -> Any:
+        found = self.rest.copy()
+        for effect in sorted({effect for effect, _ in values}):
+            gate = int(values[effect, "g1"])
+            found += values[effect, "c"] * self.does[gate]
+        return found
+
+
+def test_forms_that_do_the_same_are_told_apart_from_those_that_do_nearly_as_well() -> None:
+    rng = np.random.default_rng(1)
+    mine, apart = rng.normal(size=(2, 320))
+    apart -= (apart @ mine) / (mine @ mine) * mine
+    apart *= np.sqrt((mine @ mine) / (apart @ apart))
+
+    def like(correlation: float) -> Any:
+        return correlation * mine + np.sqrt(1.0 - correlation**2) * apart
+
+    does = {1: mine, 4: like(0.9981), 5: like(0.9979), 6: mine, 8: like(0.9), 9: mine}
+    stub = Stub((3.0, 3.0), [])
+    stub.target = Data(does, 40)
+
+    def one(left: float, point: str, name: str) -> _Fitted:
+        return a_fit(left, 1.0, Term(AT[point], Form((name,))))
+
+    now = one(1.0, "drag", "v")
+    rivals = [one(1.009, "drag", "a+"), one(1.009, "drag", "a-"), one(1.011, "drag", "ax"),
+              one(1.0, "yaw_moment", "|ay|"), one(1.0, "accel", "r"), one(1.0, "drag", "v")]  # fmt: skip
+    assert _Discovery._other_forms(stub, now, rivals) == (("a+",), ("a-", "|ay|"))
+    much = one(4.0, "drag", "v")
+    assert _Discovery._other_forms(stub, much, [one(4.039, "drag", "a+"), one(4.041, "drag", "ax")]) == (("a+",), ())
+
+
+def test_a_term_is_asked_to_first_order_how_much_it_would_take_away() -> None:
+    """Means over five rows. One term explains some of what is left, one shows nowhere, one runs mad, one gives no
+    value, and one is strong but not yet mad."""
+    rng = np.random.default_rng(2)
+    rest, row, strong = rng.normal(size=(3, 8 * 602))
+    rest *= 3.0
+    does = {1: 10.0 * row, 4: np.full(8 * 602, 1e-4), 5: np.full(8 * 602, 2.1e7), 8: np.full(8 * 602, np.nan),
+            6: 1.9e7 * strong / np.abs(strong).max()}  # fmt: skip
+    does[4][::2] = 0.0
+    data = Data(does, 602, rest)
+    told: list[str] = []
+    laws = [(a_term("drag", name),) for name in ("v", "a+", "a-", "|ay|", "ax")]
+    scale = laws[0][0].coefficient
+    scan = Scan(data, {}, laws, told.append)  # type: ignore[arg-type]
+    assert told == ["term 0 of 5"]
+    row = (scale * does[1]).reshape(602, 8)[:600].reshape(120, 5, 8).mean(axis=1).ravel()
+    left = rest.reshape(602, 8)[:600].reshape(120, 5, 8).mean(axis=1).ravel()
+    assert _averaged(rest) == pytest.approx(left)
+    assert scan.best[:4] == pytest.approx([-(row @ left) / (row @ row), 0.0, 0.0, 0.0], rel=1e-4)
+    assert scan.gains[:4] == pytest.approx([5.0 * (row @ left) ** 2 / (row @ row), 0.0, 0.0, 0.0], rel=1e-4)
+    assert scan.gains[4] > 0.0
+    shifts = np.unique(np.linspace(6, 114, 60).astype(int))
+    chances = []
+    for s in shifts:
+        rolled = np.roll(left.reshape(120, 8), s, axis=0).ravel()
+        chances.append(max(5.0 * (c @ rolled) ** 2 / (c @ c) for c in scan.columns[[0, 4]].astype(float)))
+    assert scan.chance == pytest.approx(np.quantile(chances, 0.99), rel=1e-4)
+    assert scan.likeness(0, 0) == pytest.approx(1.0, rel=1e-5)
+    assert scan.likeness(0, 4) == pytest.approx(abs(np.corrcoef(scan.columns[[0, 4]])[0, 1]), abs=0.01)
+    assert scan.likeness(0, 2) == 0.0
+
+
+@pytest.mark.parametrize(("rows", "judged"), [(65, True), (64, False)])
+def test_chance_needs_more_than_two_shifts_of_three_seconds(rows: int, judged: bool) -> None:
+    rest = np.random.default_rng(3).normal(size=8 * rows)
+    data = Data({1: rest.copy()}, rows, rest)
+    scan = Scan(data, {}, [(a_term("drag", "v"),)], lambda text: None)  # type: ignore[arg-type]
+    assert np.isfinite(scan.chance) == judged
+
+
+@pytest.mark.parametrize(("size", "shows"), [(1.05, True), (0.95, False)])
+def test_a_term_shows_if_its_square_is_a_ten_thousandth_of_the_noise(size: float, shows: bool) -> None:
+    """N/5 means of a column that is 0.01 everywhere have a sum of squares of 1e-4 N/5."""
+    rest = np.random.default_rng(4).normal(size=8 * 100)
+    term = a_term("drag", "v")
+    data = Data({1: np.full(800, size * 0.01 / term.coefficient)}, 100, rest)
+    scan = Scan(data, {}, [(term,)], lambda text: None)  # type: ignore[arg-type]
+    assert bool(scan.gains[0] > 0.0) is shows
+
+
+def test_the_best_form_is_compared_by_cost_and_what_is_known_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rivals of a law: the model's own values if it has effects, and what a search of the catalogue ends with."""
+    coordinate = SimpleNamespace(name="mass", coordinates=())
+    monkeypatch.setattr(module, "candidates", lambda *args, **given: [coordinate])
+    monkeypatch.setattr(module, "input_map", lambda model: ((), {("input", "scale"): 1.0}))
+    trials = {(): ((), 4.0), ("mass",): (("mass",), 6.0), ("mass", "drag"): (("mass", "drag"), 8.0)}
+    for names, words in (((), []), (("mass",), ["the effect mass of the catalogue"]),
+                         (("mass", "drag"), ["the effects mass, drag of the catalogue"])):  # fmt: skip
+        seen: list[Any] = []
+
+        def search(target: Any, every: Any, names: Any = names, seen: list[Any] = seen, **given: Any) -> Any:
+            final = SimpleNamespace(names=names, chi2=trials[names][1], values={"v": 2.0})
+
+            def trial(own: Any, start: Any) -> Any:
+                seen.append((own, start))
+                return SimpleNamespace(names=own, chi2=10.0, values={"v": 1.0})
+
+            return SimpleNamespace(trial=trial, run=lambda: SimpleNamespace(final=final))
+
+        monkeypatch.setattr(module, "Search", search)
+        stub = Stub((3.0, 3.0), [])
+        stub.known = {}
+        stub.model = SimpleNamespace(effects=[SimpleNamespace(name="mass", values={"factor": 1.1})])  # type: ignore[assignment]
+        stub.target = SimpleNamespace(channels=("v",), count=4)
+        stub.judge = SimpleNamespace(count=2, whitened=lambda values: np.array([values["v"], 1.0]))
+        found = _Discovery._known_rivals(stub)
+        assert found[0] == ("the model with its own values fitted again", 2.5, 1.0)
+        assert seen == [(("mass",), {("input", "scale"): 1.0, ("mass", "factor"): 1.1})]
+        assert [entry[0] for entry in found[1:]] == words
+        assert [entry[1:] for entry in found[1:]] == [(trials[names][1] / 4.0, 2.5)] * len(words)
+        stub.model = SimpleNamespace(effects=[])  # type: ignore[assignment]
+        assert [entry[0] for entry in _Discovery._known_rivals(stub)] == words
+
+
+def test_a_law_is_fitted_in_si_units_with_what_its_form_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: dict[str, Any] = {}
+
+    def fit(target: Any, coordinates: Any, start: Any, *, fixed: Any, stop: Any) -> Any:
+        asked.update(coordinates={c.name: c.key for c in coordinates}, start=start, fixed=fixed, stop=stop)
+        return SimpleNamespace(values={name: 2.0 * value for name, value in start.items()}, chi2=30.0)
+
+    monkeypatch.setattr(module, "fit", fit)
+    stub = Stub((3.0, 4.0), [])
+    stub.target = SimpleNamespace(count=20)
+    law = (Term(AT["drag"], Form((), ("v",), "lag"), c=3.0, tau=0.5),
+           Term(AT["steer"], Form(("(v - v0)+",)), c=-2.0, v0=9.0), Term(AT["brake"], Form(("v",)), c=0.0))  # fmt: skip
+    found = _Discovery._fitted(stub, law)
+    drag, steer, brake = "term_force_0", "term_command_1", "term_force_2"
+    assert asked["start"] == pytest.approx({(drag, "c"): 0.03, (drag, "tau"): 0.5, (steer, "c"): -0.004,
+                                            (steer, "v0"): 9.0, (brake, "c"): 0.0})  # fmt: skip
+    keys = asked["coordinates"]
+    assert set(keys) == set(asked["start"])
+    assert (keys[drag, "c"].low, keys[drag, "c"].high) == (pytest.approx(-0.12), pytest.approx(0.12))
+    assert (keys[brake, "c"].low, keys[brake, "c"].high) == (pytest.approx(-4e-9), pytest.approx(4e-9))
+    tau, v0 = keys[drag, "tau"], keys[steer, "v0"]
+    assert (tau.low, tau.high, tau.neutral, tau.minimum) == (0.05, 100.0, 0.0, 0.02)
+    assert (v0.low, v0.high, v0.neutral, v0.minimum) == (0.0, 30.0, np.inf, 0.0)
+    assert (asked["stop"].rounds, asked["stop"].enough) == (6, pytest.approx(1e-4 * 20))
+    assert asked["fixed"][drag, "h1"] == 1.0
+    assert [(t.c, t.tau, t.v0) for t in found.terms] == [
+        (pytest.approx(6.0), 1.0, 5.0), (pytest.approx(-4.0), 1.0, 18.0), (pytest.approx(0.0), 1.0, 5.0),
+    ]  # fmt: skip
+    assert (found.left, found.judged) == (1.5, 4.0)
+
+
+def test_intervals_are_those_of_coefficients_and_other_words_belong_to_the_last(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    law = (a_term("drag", "v"), a_term("steer", "d"))
+    sure = {("term_force_0", "c"): (1.0, 2.0), ("term_command_1", "c"): (3.0, 4.0)}
+    monkeypatch.setattr(module, "intervals", lambda fit, starts: sure if (fit, starts) == ("fit", [0, 8]) else {})
+    stub = Stub((3.0, 3.0), [])
+    stub.target = SimpleNamespace(starts=lambda: [0, 8])
+    found = _Discovery._terms(stub, _Fitted(law, "fit", 1.0, 1.0), ("v v",))  # type: ignore[arg-type]
+    assert [(f.term, f.low, f.high, f.same) for f in found] == [(law[0], 1.0, 2.0, ()), (law[1], 3.0, 4.0, ("v v",))]
+
+
+def test_the_error_is_counted_per_sample() -> None:
+    data = SimpleNamespace(whitened=lambda values: np.array([1.0, 2.0, 3.0]), count=7)
+    assert _Discovery._chi2(Stub((1.0, 1.0), []), data, ()) == pytest.approx(2.0)  # type: ignore[arg-type]
+    empty = SimpleNamespace(whitened=lambda values: np.array([1.0, 2.0]), count=0)
+    assert _Discovery._chi2(Stub((1.0, 1.0), []), empty, ()) == pytest.approx(5.0)  # type: ignore[arg-type]
