@@ -97,12 +97,13 @@ def _noise(rest: FloatArray, distance: FloatArray, blocks: IntArray) -> tuple[Fl
         step = np.zeros(2)
         own = np.flatnonzero(free)
         if len(own):
-            step[own] = np.linalg.solve(information[np.ix_(own, own)], each.sum(axis=0)[own])
+            # at one distance alone the two cannot be told apart, and the shortest step does
+            step[own] = np.linalg.lstsq(information[np.ix_(own, own)], each.sum(axis=0)[own], rcond=None)[0]
         moved = np.maximum(theta + step, 0.0)
         done = float(np.abs(moved - theta).max()) < 1e-7
         theta = moved
         if done:
             break
-    bread: FloatArray = np.linalg.inv(information).astype(np.float64)
+    bread: FloatArray = np.linalg.pinv(information).astype(np.float64)
     spread = _clustered(bread, each, blocks)
     return theta * scale, spread * scale
