@@ -1,0 +1,85 @@
+"""A car whose residuals are linear in the values of its effects, so that what a search must find follows by hand."""
+
+from __future__ import annotations
+
+import dataclasses
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
+from pytest_dvp.gap.diagnose.search import Search
+from pytest_dvp.logs.log_contents import FloatArray
+from vehicle.model.effect_catalogue import find_effect
+from vehicle.model.model_file import parse_model
+
+ROWS, SEGMENTS = 1000, 50
+MODEL = parse_model("[model]\nname = 'car'\n[parameters]\nwheelbase = 2.5\ncg_to_front_axle = 1.2\nmass = 1200.0\n")
+NEUTRAL = {(name, key.name): key.neutral for name in ("drive_gain", "brake_gain", "mass", "steer_ratio", "steer_offset",
+           "gyro_bias", "rolling_resistance", "aero_drag", "viscous_resistance", "brake_fade", "steer_asymmetry",
+           "brake_limit") for key in find_effect(name).parameters}  # fmt: skip
+_BASIS = np.linalg.qr(np.random.default_rng(0).normal(size=(ROWS, 12)))[0].T
+NOISE = np.where(np.random.default_rng(1).random(ROWS) < 0.5, 1.0, -1.0)
+NOISE = NOISE - _BASIS.T @ (_BASIS @ NOISE)
+NOISE *= np.sqrt(ROWS / (NOISE @ NOISE))
+
+
+def direction(k: int, other: int = 0, share: float = 0.0) -> FloatArray:
+    """A vector (ROWS,) of length 1, at right angles to those of other numbers and to the noise; share: of `other`."""
+    return np.asarray(np.sqrt(1.0 - share**2) * _BASIS[k] + share * _BASIS[other])
+
+
+@dataclasses.dataclass(eq=False)
+class World:
+    """does: (effect, key) -> what one unit of it adds to the residual (ROWS,); hidden: values of the car."""
+
+    does: dict[tuple[str, str], FloatArray]
+    hidden: dict[tuple[str, str], float] = dataclasses.field(default_factory=dict)
+    noise: FloatArray = dataclasses.field(default_factory=lambda: NOISE)
+    excused: bool = False
+    lasts: bool = False
+    channels: dict[str, float] | None = None
+    other: World | None = None
+    count: int = ROWS
+    sample: float = 0.02
+
+    def __post_init__(self) -> None:
+        self.settled: list[Any] = []
+        self.model: Any = SimpleNamespace(effects=[], remainder_shape=SimpleNamespace(imitates={}))
+        self.experiments = [SimpleNamespace(model=self.model)]
+
+    def whitened(self, values: Any) -> FloatArray:
+        found = self.noise.copy()
+        for key, row in self.does.items():
+            found += (values.get(key, NEUTRAL[key]) - self.hidden.get(key, NEUTRAL[key])) * row
+        return found
+
+    def lasting(self) -> Any:
+        return self.other or self
+
+    def settle(self, values: Any) -> None:
+        self.settled.append(dict(values))
+
+    def starts(self) -> Any:
+        return np.arange(0, ROWS, ROWS // SEGMENTS)
+
+    def by_segment(self, whitened: FloatArray) -> FloatArray:
+        return np.asarray((whitened**2).reshape(SEGMENTS, -1).sum(axis=1))
+
+    def by_channel(self, values: Any) -> dict[str, float]:
+        left = self.whitened(values)
+        return self.channels if self.channels is not None else {"v": float(left @ left) / self.count}
+
+    def rmse(self, values: Any) -> dict[str, float]:
+        return {"v": float(np.sqrt(np.mean(self.whitened(values) ** 2)))}
+
+
+def tried(*names: str) -> tuple[Candidate, ...]:
+    """Candidates of these effects."""
+    return candidates(MODEL, [find_effect(name) for name in names], refined=True)
+
+
+def a_search(world: World, *names: str, refiners: tuple[str, ...] = ()) -> Search:
+    """A search for these effects in a world."""
+    return Search(world, tried(*names), refiners=tried(*refiners))  # type: ignore[arg-type]
