@@ -18,7 +18,7 @@ ROWS, SEGMENTS = 1000, 50
 MODEL = parse_model("[model]\nname = 'car'\n[parameters]\nwheelbase = 2.5\ncg_to_front_axle = 1.2\nmass = 1200.0\n")
 NEUTRAL = {(name, key.name): key.neutral for name in ("drive_gain", "brake_gain", "mass", "steer_ratio", "steer_offset",
            "gyro_bias", "rolling_resistance", "aero_drag", "viscous_resistance", "brake_fade", "steer_asymmetry",
-           "brake_limit") for key in find_effect(name).parameters}  # fmt: skip
+           "brake_limit", "body_roll") for key in find_effect(name).parameters}  # fmt: skip
 _BASIS = np.linalg.qr(np.random.default_rng(0).normal(size=(ROWS, 12)))[0].T
 NOISE = np.where(np.random.default_rng(1).random(ROWS) < 0.5, 1.0, -1.0)
 NOISE = NOISE - _BASIS.T @ (_BASIS @ NOISE)

@@ -13,7 +13,7 @@ import pytest
 
 from pytest_dvp.gap.diagnose.chance_gain import _pieces, _surrogates, chance_gain
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
-from pytest_dvp.gap.diagnose.least_squares import Coordinate
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from pytest_dvp.gap.diagnose.search import Search, _certain
 from pytest_dvp.gap.diagnose.trial import Trial
 from tests.unit.gap.linear_world import NOISE, ROWS, World, a_search, direction, tried
@@ -300,3 +300,178 @@ def test_luck_gains_what_the_best_effect_explains_of_surrogates() -> None:
     assert fitted == pytest.approx(np.quantile((free @ other) ** 2 / (other @ other), 0.95) / ROWS)
     nothing = Chance({DRIVE: direction(0)}, noise=np.zeros(ROWS))
     assert chance_gain(nothing, {}, tried("drive_gain"), draws=3) == 0.0  # type: ignore[arg-type]
+
+
+class Given(Search):
+    """A search in which a set leaves a given chi^2, whatever its values; vague: effects whose value means nothing."""
+
+    leaves: dict[frozenset[str], float]
+    vague: tuple[str, ...] = ()
+
+    def trial(self, names: Any, start: Any, **options: Any) -> Trial:  # type: ignore[override]
+        rows = np.full(50, self.leaves.get(frozenset(names), 9e3) / 50.0)
+        parts = tuple(Coordinate(name, self.known[name].effect.parameters[0]) for name in names)
+        fit = Fit(parts, {}, np.zeros(1), float(rows.sum()), np.zeros((len(parts), 1)))
+        return Trial(tuple(names), dict(start), fit, rows)
+
+    def is_credible(self, trial: Trial, name: str, target: Any = None) -> bool:
+        return name not in self.vague
+
+    def misfit(self, now: Trial) -> bool:
+        return now.chi2 > 1300.0
+
+    def _matters(self, trial: Trial, name: str, target: Any) -> bool:
+        return True
+
+    def _scan(self, now: Trial, names: Any) -> Any:
+        sets = {name: frozenset((*now.names, name)) for name in names if name not in now.names}
+        return sorted((self.leaves.get(each, 9e3), name, {}) for name, each in sets.items())
+
+
+def given(leaves: dict[str, float], *names: str, refiners: tuple[str, ...] = (), excused: bool = False,
+          channels: float = 3.0, vague: tuple[str, ...] = ()) -> Given:  # fmt: skip
+    """leaves: chi^2 by names with a blank between."""
+    world = World({}, excused=excused, channels={"v": channels})
+    found = Given(world, tried(*names), refiners=tried(*refiners))  # type: ignore[arg-type]
+    found.leaves, found.vague = {frozenset(key.split()): value for key, value in leaves.items()}, vague
+    return found
+
+
+def refined(search: Given, *names: str) -> tuple[tuple[str, ...], dict[str, tuple[str, ...]]]:
+    rivals: dict[str, tuple[str, ...]] = dict.fromkeys(names, ())
+    return search.refined(search.trial(names, {}), rivals).names, rivals
+
+
+def fading(constant: float, fade: float, both: float | None = None, **options: Any) -> Given:
+    leaves = {"": 3000.0, "brake_gain": constant, "brake_fade": fade}
+    leaves["brake_gain brake_fade"] = both if both is not None else min(constant, fade)
+    return given(leaves, "brake_gain", refiners=("brake_fade",), **options)
+
+
+@pytest.fixture
+def one_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To first order, one point of each effect is as good as any."""
+    monkeypatch.setattr(FirstOrderGain, "__init__", lambda self, target, now: None)
+    monkeypatch.setattr(FirstOrderGain, "remaining_chi2", lambda self, candidate, points: [(1.0, points[0])])
+
+
+@pytest.mark.usefixtures("one_point")
+def test_what_changes_while_driving_takes_the_place_of_a_constant_that_it_beats() -> None:
+    assert refined(fading(1200.0, 1100.0), "brake_gain")[0] == ("brake_fade",)
+    assert refined(fading(1200.0, 1201.0), "brake_gain") == (("brake_gain",), {"brake_gain": ("brake_fade",)})
+    assert refined(fading(1200.0, 1300.0), "brake_gain") == (("brake_gain",), {"brake_gain": ()})
+    assert refined(fading(1200.0, 1300.0, 1000.0), "brake_gain")[0] == ("brake_gain", "brake_fade")
+    price = 1e-3 * ROWS
+    assert refined(fading(1200.0, 1200.0 - 1.01 * price), "brake_gain")[0] == ("brake_fade",)
+    assert refined(fading(1200.0, 1200.0 - 0.9 * price), "brake_gain")[0] == ("brake_gain",)
+
+
+@pytest.mark.usefixtures("one_point")
+def test_within_the_noise_a_single_constant_is_not_refined_and_nothing_needs_it() -> None:
+    assert refined(fading(1000.0, 900.0, channels=0.9), "brake_gain")[0] == ("brake_gain",)
+    assert refined(fading(1000.0, 900.0, channels=1.1), "brake_gain")[0] == ("brake_fade",)
+    assert refined(fading(1000.0, 900.0, channels=0.9, excused=True), "brake_gain")[0] == ("brake_fade",)
+    assert refined(fading(1000.0, 900.0))[0] == ()
+    leaves = {"": 9e3, "brake_gain": 5e3, "drive_gain": 5e3, "brake_gain drive_gain": 1000.0, "brake_fade": 900.0,
+              "drive_gain brake_fade": 890.0, "brake_gain drive_gain brake_fade": 890.0}  # fmt: skip
+    two = given(leaves, "brake_gain", "drive_gain", refiners=("brake_fade",), channels=0.9)
+    assert "brake_fade" in refined(two, "brake_gain", "drive_gain")[0]
+
+
+@pytest.mark.usefixtures("one_point")
+def test_beside_a_known_remainder_a_gap_that_tells_nothing_is_no_reason_to_refine() -> None:
+    assert refined(fading(1200.0, 1190.0, excused=True), "brake_gain") == (
+        ("brake_gain",),
+        {"brake_gain": ("brake_fade",)},
+    )
+    assert refined(fading(1200.0, 1100.0, excused=True), "brake_gain")[0] == ("brake_fade",)
+
+
+@pytest.mark.usefixtures("one_point")
+@pytest.mark.parametrize(("left", "looked"), [(1310.0, True), (1290.0, False)])
+def test_beside_other_effects_a_change_is_looked_for_only_where_something_is_left(left: float, looked: bool) -> None:
+    leaves = {"": 3000.0, "drive_gain": left, "brake_fade": 2900.0, "drive_gain brake_fade": 1000.0}
+    search = given(leaves, "drive_gain", refiners=("brake_fade",))
+    assert refined(search, "drive_gain")[0] == (("drive_gain", "brake_fade") if looked else ("drive_gain",))
+
+
+@pytest.mark.usefixtures("one_point")
+def test_a_change_must_pay_and_mean_something() -> None:
+    assert refined(fading(1200.0, 1100.0, vague=("brake_fade",)), "brake_gain")[0] == ("brake_gain",)
+    worth = fading(1200.0, 2950.0, 1190.0)  # alone it gains 1.7 % of what is left, beside the constant 0.8 %
+    assert refined(worth, "brake_gain")[0] == ("brake_gain",)
+
+
+def test_a_simpler_effect_takes_the_place_of_one_that_contains_it_if_it_does_as_well() -> None:
+    for more, name in ((40.0, "steer_ratio"), (60.0, "steer_asymmetry")):
+        leaves = {"steer_asymmetry": 1000.0, "steer_ratio": 1000.0 + more, "": 3000.0}
+        search = given(leaves, "steer_asymmetry", "steer_ratio")
+        assert search._simplified(search.trial(("steer_asymmetry",), {})).names == (name,)
+    both = given({"steer_asymmetry steer_ratio": 1000.0}, "steer_asymmetry", "steer_ratio")
+    start = both.trial(("steer_asymmetry", "steer_ratio"), {})
+    assert both._simplified(start) is start
+
+
+def test_effects_whose_values_mean_nothing_go_the_last_named_first() -> None:
+    leaves = {"": 2000.0, "drive_gain": 1500.0, "brake_gain": 1800.0, "mass": 1900.0, "drive_gain brake_gain": 1250.0,
+              "drive_gain mass": 1200.0, "brake_gain mass": 1400.0, "drive_gain brake_gain mass": 1000.0}  # fmt: skip
+    names = ("drive_gain", "brake_gain", "mass")
+    search = given(leaves, *names, vague=("brake_gain", "mass"))
+    whole = search.trial(names, {})
+    assert search._drop_implausible(whole).names == ("drive_gain",)
+    assert given(leaves, *names)._drop_implausible(whole).names == names
+    first = given(leaves, *names, vague=("drive_gain",))
+    assert first._drop_implausible(whole).names == ("brake_gain", "mass")
+
+
+@pytest.mark.usefixtures("one_point")
+def test_a_plainer_form_may_take_its_place() -> None:
+    """A body that rolls details a delay of the steering's answer; without either more is left."""
+    (roll,) = tried("body_roll")
+    plain = roll.effect.diagnosed.details
+    assert plain
+    leaves = {"": 1500.0, "body_roll": 1000.0, plain: 1200.0}
+    search = given(leaves, "body_roll", plain)
+    assert search._plainer(search.trial(("body_roll",), {}), "body_roll").names == (plain,)
+    poor = given({**leaves, plain: 1600.0}, "body_roll", plain)
+    assert poor._plainer(poor.trial(("body_roll",), {}), "body_roll").names == ()
+    alone = given({"": 1500.0, "body_roll": 1000.0}, "body_roll")
+    assert alone._plainer(alone.trial(("body_roll",), {}), "body_roll").names == ()
+
+
+def test_effects_are_added_one_by_one_and_what_came_second_is_remembered() -> None:
+    leaves = {"": 3000.0, "drive_gain": 1800.0, "brake_gain": 2000.0, "mass": 2500.0, "drive_gain brake_gain": 1400.0,
+              "drive_gain mass": 1700.0, "drive_gain brake_gain mass": 1390.0}  # fmt: skip
+    search = given(leaves, "drive_gain", "brake_gain", "mass")
+    turns: list[Trial] = []
+    assert search._grown(search.trial((), {}), turns).names == ("drive_gain", "brake_gain")
+    assert [t.names for t in turns] == [("brake_gain",), ("drive_gain", "mass")]
+    assert search._grown(search.trial((), {}), [], ["drive_gain"]).names[0] == "brake_gain"
+
+
+def test_where_much_is_left_the_search_begins_again_from_what_came_second() -> None:
+    """The first choice leads to 1,500; the second to 1,000, which leaves no more than noise."""
+    leaves = {"": 3000.0, "drive_gain": 1800.0, "brake_gain": 2000.0, "mass": 2500.0, "drive_gain brake_gain": 1780.0,
+              "drive_gain mass": 1790.0, "brake_gain mass": 1000.0, "drive_gain brake_gain mass": 995.0}  # fmt: skip
+    search = given(leaves, "drive_gain", "brake_gain", "mass")
+    assert search.run().final.names == ("brake_gain", "mass")
+    leaves |= {"drive_gain": 1250.0}
+    fine = given(leaves, "drive_gain", "brake_gain", "mass")
+    assert fine.run().final.names == ("drive_gain",)
+
+
+def test_pairs_of_effects_of_tyres_are_tried_together() -> None:
+    names = [e for e in ("tyre_saturation", "tyre_relaxation", "understeer", "cornering_compliance") if tried(e)]
+    tyres = [c.name for c in tried(*names) if c.effect.tyres and not c.detail]
+    if len(tyres) < 2:
+        pytest.skip("the catalogue has fewer than two plain effects of tyres")
+    a, b = tyres[:2]
+    leaves = {frozenset(pair): 2000.0 for pair in ((x, y) for x in tyres for y in tyres if x < y)}
+    search = given({"": 2000.0, **{" ".join(k): v for k, v in leaves.items()}}, *names)
+    search.leaves[frozenset((a, b))] = 1000.0
+    (found,) = search._pairs(search.trial((), {}))
+    assert set(found.names) == {a, b}
+    search.leaves[frozenset((a, b))] = 1950.0
+    assert search._pairs(search.trial((), {})) == []
+    search.leaves[frozenset((a, b))], search.vague = 1000.0, (b,)
+    assert search._pairs(search.trial((), {})) == []
