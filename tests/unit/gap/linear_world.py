@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 
 from pytest_dvp.gap.diagnose.candidates import Candidate, candidates
+from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from pytest_dvp.gap.diagnose.search import Search
+from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect_catalogue import find_effect
 from vehicle.model.model_file import parse_model
 
 ROWS, SEGMENTS = 1000, 50
+DRIVE, BRAKE = ("drive_gain", "g"), ("brake_gain", "g")
 MODEL = parse_model("[model]\nname = 'car'\n[parameters]\nwheelbase = 2.5\ncg_to_front_axle = 1.2\nmass = 1200.0\n")
 NEUTRAL = {(name, key.name): key.neutral for name in ("drive_gain", "brake_gain", "mass", "steer_ratio", "steer_offset",
            "gyro_bias", "rolling_resistance", "aero_drag", "viscous_resistance", "brake_fade", "steer_asymmetry",
@@ -83,3 +86,26 @@ def tried(*names: str) -> tuple[Candidate, ...]:
 def a_search(world: World, *names: str, refiners: tuple[str, ...] = ()) -> Search:
     """A search for these effects in a world."""
     return Search(world, tried(*names), refiners=tried(*refiners))  # type: ignore[arg-type]
+
+
+def a_trial(chi2: float, *names: str, segments: Any = None, values: Any = None, fitted: int = 1) -> Trial:
+    """A set of effects that leaves so much, evenly over all segments."""
+    coordinates = tuple(Coordinate(name, find_effect(name).parameters[0]) for name in names)[:fitted]
+    fit = Fit(coordinates, {}, np.zeros(1), chi2, np.zeros((len(coordinates), 1)))
+    rows = np.full(SEGMENTS, chi2 / SEGMENTS) if segments is None else segments
+    return Trial(names, values or {}, fit, rows)
+
+
+class Applied:
+    """A model with effects that have the values given, all other things of `linear_world`."""
+
+    def __init__(self, **values: float) -> None:
+        self.effects = [SimpleNamespace(name=n, effect=find_effect(n), values={find_effect(n).parameters[0].name: v})
+                        for n, v in values.items()]  # fmt: skip
+
+
+class Having(World):
+    """A world whose model has gains of 0.9, which the car lacks or not."""
+
+    def whitened(self, values: Any) -> Any:
+        return super().whitened({DRIVE: 0.9, BRAKE: 0.9} | dict(values))
