@@ -1,9 +1,9 @@
-"""Which tests execute a line: chosen to judge a mutant there, those of the fastest files first.
+"""Which tests execute a line: chosen to judge a mutant there, the fastest first.
 
 What a test executes is measured once (`Session.measure`) and kept in runs/mutants as long as neither a module of ours
 nor the test's file has changed. Where tests of a file share something (a fixture of the module, a cached function),
 only the first one that uses it executes the code behind it. So in such files each test counts as executing all that
-any of them does.
+any of them does, and they are run together or not at all.
 """
 
 from __future__ import annotations
@@ -72,16 +72,16 @@ class Coverage:
         return {file: sum(row["seconds"] for row in tests) for file, tests in self._files.items()}
 
     def tests(self, path: str, line: int, budget: float) -> Tests:
-        """Tests that execute a line: of the files where they take least, until `budget` [s of CPU] is used up."""
+        """Tests that execute a line: those that take least, until `budget` [s of CPU] is used up."""
         lines = _executed_with((ROOT / path).read_text(encoding="utf-8"), line)
         chosen: list[tuple[float, list[str]]] = []
         for file, tests in self._files.items():
             passed = [row for row in tests if not row["failed"]]
             near = [row for row in passed if not lines.isdisjoint(row["lines"].get(path, ()))]
             if near and _shares(file):
-                near = passed
-            if near:
-                chosen.append((sum(row["seconds"] for row in near), [row["item"] for row in near]))
+                chosen.append((sum(row["seconds"] for row in passed), [row["item"] for row in passed]))
+            else:
+                chosen += [(row["seconds"], [row["item"]]) for row in near]
         items: list[str] = []
         spent = 0.0
         for seconds, names in sorted(chosen):
