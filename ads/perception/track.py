@@ -247,4 +247,7 @@ def correct_track(track: FloatArray, row: FloatArray, sensor_x: float, sensor_y:
     track[UNSEEN] = 0.0
     track[SCORE] += 0.3 * (row[6] - track[SCORE])
     if surely_moving(track):
-        track[TYAW] += 0.3 * wrap_angle(math.atan2(track[VY], track[VX]) - track[TYAW])
+        course = math.atan2(track[VY], track[VX])
+        if math.cos(course - track[TYAW]) < 0.0:  # turned round at once: on the way it would lie across the road, and
+            track[TYAW] += math.pi  # stay so where the motion, first told by a camera's ranges, proves to be none
+        track[TYAW] = wrap_angle(track[TYAW] + 0.3 * wrap_angle(course - track[TYAW]))

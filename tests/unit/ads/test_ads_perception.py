@@ -15,9 +15,10 @@ from ads.localization import Estimate
 from ads.parameters import Parameters
 from ads.perception.assignment import assign
 from ads.perception.camera import SEEN, camera_objects
-from ads.perception.fusion import BOTH, CAMERA, LIDAR, fuse
+from ads.perception.fusion import BOTH, CAMERA, LIDAR, VEHICLE, fuse
 from ads.perception.lidar import ground_plane, lidar_boxes
 from ads.perception.pipeline import ClusterDetector, TrackingPerception
+from ads.perception.track import AA, CC, TRACK, TYAW, VX, begin, correct_track
 from ads.transforms import Pose, sensor_frames
 from vehicle.messages import CameraBox, CameraFrame, LidarScan, Observation
 from vehicle.sensors import Mount, default_sensors
@@ -325,3 +326,18 @@ class TestTracking:
     def test_without_sensors_there_is_nothing(self):
         perception = TrackingPerception(Parameters(), TABBY)
         assert perception.update(Observation(0.0), Estimate(0.0, 0, 0, 0, 0, 0, 0, 0.1, 0.01)) == ()
+
+
+def test_a_track_turns_round_without_lying_across_the_road() -> None:
+    """A camera's ranges may show a parked car moving towards the ego for a second. A body that points the other way is
+    turned round at once: turned step by step it would stay across the road where the motion proves to be none."""
+    row = np.array([30.0, 0.0, 0.0, 4.0, 1.75, VEHICLE, 0.9, 0.5, CAMERA, 0.06])
+    track = np.zeros(TRACK)
+    begin(track, row, (0.0, 0.0, 0.0), 1)
+    track[[VX, AA, CC]] = -6.0, 0.5, 0.1
+    yaws = []
+    for _ in range(10):
+        correct_track(track, row, 0.0, 0.0)
+        yaws.append(track[TYAW])
+    assert math.cos(yaws[0]) < -0.99  # it did take the motion for true
+    assert np.abs(np.sin(yaws)).max() < 0.2
