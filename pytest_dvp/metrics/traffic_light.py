@@ -1,7 +1,8 @@
-"""Red lights: lines crossed, and how near to a line or beyond it the ego came while it was red."""
+"""Red lights: lines crossed, how near to a line or beyond it the ego came while it was red, and when it set off."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,6 +15,7 @@ from pytest_dvp.metrics._ego_box import ego_size
 from pytest_dvp.metrics.metric import Measured, metric
 
 BACK = 50.0  # m before the line from which on a red light is the ego's
+ROLLING = 0.5  # m/s; faster has set off
 
 
 @metric(name="red_light", unit="-", bigger_is_worse=True)
@@ -59,6 +61,34 @@ def stop_line(log: Log) -> Measured:
     return Measured(best, when, who)
 
 
+@metric(name="start_up_delay", unit="s", bigger_is_worse=True, note="faster than {slow} m/s")
+def start_up_delay(log: Log, *, slow: float = ROLLING) -> Measured:
+    """Longest time from a light turning green until an ego that waits for it is faster than `slow` [m/s].
+
+    It waits if it is slower than `slow` when the light turns green, with its front before the line, by 50 m at most; an
+    ego that never sets off counts until the end of the log. Lines and phases as in `red_light`. Source: start-up
+    response time, Transportation Research Board, Highway Capacity Manual (2016), chapter 19, of which the first vehicle
+    is meant. Undefined if the ego waited for no light that turned green.
+    """
+    best, when, who = -1.0, None, ""
+    v = np.abs(log["v"])
+    for name, t, ahead, beside, _ in _lights(log):
+        phases = sorted((e for e in log.events if e.kind == "signal" and e.element == name), key=lambda e: e.t)
+        for before, event in itertools.pairwise(phases):
+            k = int(np.searchsorted(t, event.t - 1e-6))
+            if is_green(before.text) or not is_green(event.text) or k >= len(t):
+                continue
+            if not (beside[k] and -BACK < ahead[k] < 0.0 and v[k] < slow):
+                continue
+            off = np.flatnonzero(v[k:] > slow)
+            delay = float(t[k + off[0]] if len(off) else t[-1]) - event.t
+            if delay > best:
+                best, when, who = delay, event.t, name
+    if when is None:
+        raise Undefined("the ego waited for no traffic light that turned green")
+    return Measured(best, when, who)
+
+
 def _lights(log: Log) -> Iterator[tuple[str, FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]]]:
     """Of each light with a line and a state: t, how far the ego's front is beyond the line, whether beside it, red."""
     lines = log.meta.get("stop_lines")
@@ -96,3 +126,10 @@ def is_red(state: str) -> bool:
     if len(lamps) >= 2:
         return lamps[0] in ("on", "true", "1") and not any(lamp in ("on", "true", "1") for lamp in lamps[1:])
     return "red" in word and "amber" not in word and "yellow" not in word
+
+
+def is_green(state: str) -> bool:
+    """Whether a state of a signal lets traffic go: "green", or "off;off;on", lamps from top to bottom."""
+    word = state.strip().lower()
+    lamps = [lamp.strip() for lamp in word.split(";")]
+    return lamps[-1] in ("on", "true", "1") if len(lamps) >= 3 else "green" in word

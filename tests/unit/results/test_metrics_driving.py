@@ -139,6 +139,32 @@ def test_a_light_that_turns_red_behind_the_ego_is_not_its_own() -> None:
     assert compute("red_light", at_light(4.0, (0.0, "green"), (7.5, "red"))).value == 0.0
 
 
+@pytest.mark.parametrize(
+    ("phases", "found"),
+    [
+        (((0.0, "red"), (4.0, "green")), 1.5),
+        (((0.0, "on;off;off"), (3.0, "on;on;off"), (3.5, "off;off;on")), 2.0),
+        (((0.0, "red"), (2.0, "green"), (2.5, "green")), 3.5),  # told twice
+        (((0.0, "red"), (6.5, "green")), None),  # it ran the light
+        (((0.0, "green"), (3.0, "red")), None),
+    ],
+)
+def test_start_up_delay_runs_from_green_until_it_moves(
+    phases: tuple[tuple[float, str], ...], found: float | None
+) -> None:
+    v = np.where(times() > 5.495, 2.0, 0.0)
+    events = [LogEvent(t, "signal", "1", state) for t, state in phases]
+    waits = log_of(columns={"x": 20.0 + np.cumsum(v) * 0.01, "v": v}, events=events, meta=LIGHT)
+    measured = compute("start_up_delay", waits)
+    assert measured.valid == (found is not None)
+    assert measured.value == (None if found is None else pytest.approx(found, abs=0.011))
+
+
+def test_start_up_of_an_ego_that_never_sets_off_lasts_to_the_end() -> None:
+    events = [LogEvent(t, "signal", "1", state) for t, state in ((0.0, "red"), (4.0, "green"))]
+    assert compute("start_up_delay", log_of(columns={"x": 20.0}, events=events, meta=LIGHT)).value == pytest.approx(6.0)
+
+
 def test_command_age_is_the_greatest() -> None:
     age = np.zeros(len(times()))
     age[400:410] = 0.1
