@@ -86,7 +86,7 @@ nightly: $(STAMP)
 	DVP_FUZZ=$${DVP_FUZZ:-100000} $(BIN)/python -m pytest -q -n 2 tests/robust/test_mutated_scenarios.py \
 	    tests/robust/test_mutated_roads.py tests/property/test_written_models.py
 	DVP_VARIANTS=$${DVP_VARIANTS:-12} $(BIN)/python -m pytest -q -n 2 tests/property/test_variants.py
-	DVP_CASES=10000 $(BIN)/python -m pytest -q tests/unit/results/test_metrics_distance.py
+	DVP_CASES=10000 $(BIN)/python -m pytest -q tests/unit/results/test_metrics_distance.py tests/unit/results/test_metric_sources.py
 	DVP_NEES=100 $(BIN)/python -m pytest -q tests/unit/ads/test_ads_localization.py -k nees
 	DVP_MATRIX=all $(BIN)/python -m pytest -q -n 2 tests/unit/benchmarks/test_hidden_effects_subset.py
 	DVP_NIGHTLY=1 $(BIN)/python -m pytest -q tests/property/test_planted_fault.py tests/plugin tests/truth \

@@ -23,7 +23,7 @@ def repeated_commands(log: Log, *, signal: str = "steer_cmd", slow: float = SLOW
     """
     if signal not in log.columns:
         raise Undefined(f"{signal} was not recorded")
-    ticks = np.searchsorted(log.t, np.arange(log.t[0], log.t[-1] + 0.5 * TICK, TICK) + 1e-6, side="right") - 1
+    ticks = np.searchsorted(log.t, np.arange(log.t[0], log.t[-1] + 1e-6, TICK) + 1e-6, side="right") - 1
     values, moving = log[signal][ticks], np.abs(log["v"][ticks]) > slow
     fresh = np.isfinite(values[1:]) & np.isfinite(values[:-1]) & moving[1:]
     if not fresh.any():
