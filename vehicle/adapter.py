@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, Protocol, runtime_checkable
 
@@ -45,6 +46,20 @@ class Vehicle(Protocol):
 
     def close(self) -> None:
         """Free processes, sockets and buses."""
+
+
+@runtime_checkable
+class StatesItsPosition(Protocol):
+    """What a vehicle whose reference system says how well it knows the place also has."""
+
+    @property
+    def position_sigma(self) -> float:
+        """Standard deviation [m] of x and of y of the newest row of motion, as stated; NaN if it was not."""
+
+
+def position_sigma_of(vehicle: Vehicle) -> float:
+    """What a vehicle states of the newest row of its motion [m]; NaN if it states nothing."""
+    return vehicle.position_sigma if isinstance(vehicle, StatesItsPosition) else math.nan
 
 
 @runtime_checkable

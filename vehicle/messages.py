@@ -67,6 +67,7 @@ class VehicleState(msgspec.Struct, frozen=True):
     """Motion of the reference point. Position [m], angles [rad], speeds [m/s], ax/ay specific force [m/s^2].
 
     `v` is the signed speed along the body's x axis (equal to `vx`); `steer` the mean road-wheel angle.
+    `position_sigma` is the standard deviation of x and of y as whoever measured them states it; 0: not stated.
     """
 
     t: float
@@ -81,6 +82,7 @@ class VehicleState(msgspec.Struct, frozen=True):
     ax: float = 0.0
     ay: float = 0.0
     steer: float = 0.0
+    position_sigma: float = 0.0
 
 
 class GnssFix(msgspec.Struct, frozen=True):

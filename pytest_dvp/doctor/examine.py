@@ -9,6 +9,7 @@ import numpy as np
 from openscenario.findings import Finding, Findings
 from pytest_dvp.doctor.angle_units import check_angles
 from pytest_dvp.doctor.missing_values import check_missing
+from pytest_dvp.doctor.position_drift import check_drift, check_lost_fix
 from pytest_dvp.doctor.redundant_motion import Motion, motion_of
 from pytest_dvp.doctor.sensor_faults import check_echoes, check_sensors
 from pytest_dvp.doctor.signs_and_axes import check_turning
@@ -61,6 +62,9 @@ def examine(log: Log, *, file: str = "", line: int | None = None, output: bool =
     check_missing(log, name, findings)
     before = len(findings.found)
     check_jumps(log, name, findings)
+    check_lost_fix(log, name, findings)
+    if not output and not any(f.code == "log.concatenated" for f in findings.found[before:]):
+        check_drift(log, name, findings)
     if not output and log.meta.get("stage") != "dt":  # a twin without a steering of its own obeys to the letter
         check_echoes(log, name, findings)
     motion = motion_of(log)

@@ -28,6 +28,7 @@ from pytest_dvp.drive.stack_faults import StackHung, told_of
 from pytest_dvp.drive.terrain import NeedsTerrain, Terrain
 from pytest_dvp.drive.weather import NeedsFriction, NeedsWind, Weather
 from pytest_dvp.logs.event_names import EventNames
+from vehicle.adapter import position_sigma_of
 from vehicle.adapters.mirror import SAME, Mirror
 from vehicle.messages import FloatArray, RoadPoint, SignalState, Surroundings, Task
 
@@ -228,7 +229,8 @@ class Loop:
         held |= self._gate_log.output
         if self._mirror.latency > SAME:
             held |= {"mirror_error": self._mirror.error, "mirror_latency": self._mirror.latency}
-        return held
+        sigma = position_sigma_of(self._vehicle)
+        return held | {"position_sigma": sigma} if sigma > 0.0 else held
 
     def _drain(self, t: float) -> None:
         """Transitions, monitors and requests of this tick into the log; requests into the next observation."""

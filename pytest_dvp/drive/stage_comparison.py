@@ -12,6 +12,7 @@ from pytest_dvp.drive.ini_file import changes_a_run
 from pytest_dvp.drive.replay_words import words_of_comparison
 from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.lost_fix import SIGMA, lost_for
 from pytest_dvp.logs.obeyed_commands import twin_command_mismatch
 from pytest_dvp.text.paths import shown
 from pytest_dvp.verdicts.diagnose_command import gap_command
@@ -151,7 +152,7 @@ def compare_stages(
         verdicts=tuple(verdicts),
         table=table,
         logs={drive.label: shown(drive.place) for drive in there.values() if drive.place is not None},
-        notes=(*notes, *_differences(there)),
+        notes=(*notes, *_differences(there), *_left_out_rows(there), *_moved_positions(there)),
         why=tuple(command for command in why if command),
         not_validated=tuple(not_validated(gates, pairs, logs)),
         **about,
@@ -341,6 +342,30 @@ def _differences(drives: Mapping[str, StageDrive]) -> list[str]:
                 lines.append(f"{names} differ in {key}: {told}{', ...' if len(keys) > 4 else ''}")
             else:
                 lines.append(f"{names} differ in {key}: {a} and {b}")
+    return lines
+
+
+def _left_out_rows(drives: Mapping[str, StageDrive]) -> list[str]:
+    """One line for each drive of which a part is not judged, as its reference system had lost its fix there."""
+    lines = []
+    for drive in drives.values():
+        lost = lost_for(drive.log)
+        if lost > 0.0:
+            what = f"not judged: {lost:.1f} s of {drive.log.duration:.1f} s, in which its reference system had no fix"
+            lines.append(f"{drive.label}: {what} (position_sigma)")
+    return lines
+
+
+def _moved_positions(drives: Mapping[str, StageDrive]) -> list[str]:
+    """One line for each drive of a car that states no `position_sigma` and whose position moves as the car did not."""
+    from pytest_dvp.doctor import examine
+
+    lines = []
+    for stage, drive in drives.items():
+        if stage == "dt" or SIGMA in drive.log.columns:
+            continue
+        found = [f for f in examine(drive.log) if f.code in ("log.position_jump", "log.position_drift")]
+        lines += [f"{drive.label}: {finding.text}: what fails there may be no fault of the twin" for finding in found]
     return lines
 
 

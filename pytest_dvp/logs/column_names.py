@@ -35,6 +35,7 @@ _ALIASES = {
     "wheel_speed_fr": "wheel_fr ws_fr front_right_wheel_speed",
     "wheel_speed_rl": "wheel_rl ws_rl rear_left_wheel_speed",
     "wheel_speed_rr": "wheel_rr ws_rr rear_right_wheel_speed",
+    "position_sigma": "position_std pos_std pos_sigma position_stddev horizontal_accuracy",
 }
 _COMMANDED = {  # quantities that are commands with a word of _ASKED
     "steer_cmd": f"steer {_ALIASES['steer']}",

@@ -59,6 +59,12 @@ _WORLD = (
     Signal("speed_limit", "m/s", "", "speed limit of the lane under the reference point", keeps_value=True),
     Signal("command_age", "s", "", "time of the tick minus the stamp of the stack's command", keeps_value=True),
 )
+_REFERENCE = (
+    Signal(
+        "position_sigma", "m", "map",
+        "standard deviation of x and of y, as the system that measured them states it", keeps_value=True,
+    ),
+)  # fmt: skip
 _MIRROR = (
     Signal(
         "mirror_error",
@@ -110,7 +116,7 @@ _ADS = (
 )
 
 SIGNALS: Mapping[str, Signal] = MappingProxyType(
-    {s.name: s for s in _EGO + _COMMANDS + _WORLD + _MIRROR + _GATE + _ARRIVED + _REPLAY + _ADS}
+    {s.name: s for s in _EGO + _COMMANDS + _WORLD + _REFERENCE + _MIRROR + _GATE + _ARRIVED + _REPLAY + _ADS}
 )
 """Every known column by name, in the order in which a table shows them."""
 

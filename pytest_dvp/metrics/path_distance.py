@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.lost_fix import lost_fix
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import Measured, Series, metric
 
@@ -16,15 +17,16 @@ STRIDE = 0.05  # m between two points of a line, so that a standing car is one p
 def path_distance(model: Log, measured: Log) -> Measured:
     """Root mean square of the distance of the measured path of the reference point from the model's, per metre driven.
 
-    Timing does not count: a slower drive along the same line is no distance. Undefined if less than half of the
-    measured path lies beside the model's.
+    Timing does not count: a slower drive along the same line is no distance. A part in which the reference system had
+    lost its fix (`position_sigma`) counts neither. Undefined if less than half of the measured path lies beside the
+    model's.
     """
     from pytest_dvp.metrics._polyline import lateral_offsets
 
     _, line = _line(model)
     t, points = _line(measured)
     offsets = lateral_offsets(points[:, 0].copy(), points[:, 1].copy(), line)
-    known = np.isfinite(offsets)
+    known = np.isfinite(offsets) & (np.interp(t, measured.t, lost_fix(measured.columns).astype(np.float64)) == 0.0)
     if len(line) < 2 or known.mean() < LEAST:
         raise Undefined(f"only {100 * known.mean():.0f} % of the measured path lie beside the model's")
     worst = int(np.argmax(np.where(known, np.abs(offsets), -1.0)))

@@ -1,4 +1,7 @@
-"""What the stack believes of its own pose and speed against what is true."""
+"""What the stack believes of its own pose and speed against what is true.
+
+True is what the log holds of the motion: of a car what its reference system measured, as long as that had its fix.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from numpy.typing import NDArray
 
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.lost_fix import with_fix
 from pytest_dvp.logs.undefined import Undefined
 from pytest_dvp.metrics.metric import Measured, MetricError, Series, metric
 
@@ -23,7 +27,8 @@ def localization_error(log: Log, *, statistic: str = "rms") -> Measured:
     if "ads.x" not in log.columns or "ads.y" not in log.columns:
         raise Undefined("the stack tells no estimate of its position (ads.x, ads.y)")
     fresh = _fresh(log, "ads.x")
-    error = np.hypot(log["ads.x"][fresh] - log["x"][fresh], log["ads.y"][fresh] - log["y"][fresh])
+    x, y = with_fix(log.columns, "x")[fresh], with_fix(log.columns, "y")[fresh]
+    error = np.hypot(log["ads.x"][fresh] - x, log["ads.y"][fresh] - y)
     return _figure("localization_error", statistic, log.t[fresh], error, "an estimate of its position")
 
 
@@ -37,7 +42,7 @@ def heading_error(log: Log, *, statistic: str = "rms") -> Measured:
     if "ads.yaw" not in log.columns:
         raise Undefined("the stack tells no estimate of its heading (ads.yaw)")
     fresh = _fresh(log, "ads.yaw")
-    error = np.remainder(log["ads.yaw"][fresh] - log["yaw"][fresh] + np.pi, 2.0 * np.pi) - np.pi
+    error = np.remainder(log["ads.yaw"][fresh] - with_fix(log.columns, "yaw")[fresh] + np.pi, 2.0 * np.pi) - np.pi
     return _figure("heading_error", statistic, log.t[fresh], error, "an estimate of its heading")
 
 
@@ -50,9 +55,8 @@ def speed_error(log: Log, *, statistic: str = "rms") -> Measured:
     if "ads.v" not in log.columns:
         raise Undefined("the stack tells no estimate of its speed (ads.v)")
     fresh = _fresh(log, "ads.v")
-    return _figure(
-        "speed_error", statistic, log.t[fresh], log["ads.v"][fresh] - log["v"][fresh], "an estimate of its speed"
-    )
+    error = log["ads.v"][fresh] - with_fix(log.columns, "v")[fresh]
+    return _figure("speed_error", statistic, log.t[fresh], error, "an estimate of its speed")
 
 
 @metric(
@@ -67,7 +71,8 @@ def localization_nees(log: Log) -> Measured:
     if not {"ads.x", "ads.y", "ads.position_sigma"} <= log.columns.keys():
         raise Undefined("the stack tells no deviation of its position (ads.position_sigma)")
     fresh = _fresh(log, "ads.x")
-    error = np.hypot(log["ads.x"][fresh] - log["x"][fresh], log["ads.y"][fresh] - log["y"][fresh])
+    x, y = with_fix(log.columns, "x")[fresh], with_fix(log.columns, "y")[fresh]
+    error = np.hypot(log["ads.x"][fresh] - x, log["ads.y"][fresh] - y)
     sigma = log["ads.position_sigma"][fresh]
     known = np.isfinite(error) & (sigma > 0.0)
     if not known.any():

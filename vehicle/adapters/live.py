@@ -8,7 +8,7 @@ millimetre. A car that says nothing for SILENT is lost.
 from __future__ import annotations
 
 import time
-from math import degrees, hypot
+from math import degrees, hypot, nan
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -152,7 +152,7 @@ class LiveCar(Ros2Vehicle):
         self._epoch = time.monotonic_ns() - self._now
         end.shift = self.punctuality.offset + self._epoch
         state = self._state
-        self._yaw = state.yaw
+        self._yaw, self._sigma = state.yaw, nan
         self._steers = [Odometry(state.t, state.v, state.steer)]
         for before in (self._headings, self._forces, self._asked, self._wheels):
             before.clear()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 import numpy as np
 
-from vehicle.adapter import Vehicle
+from vehicle.adapter import Vehicle, position_sigma_of
 from vehicle.messages import (
     CameraBox,
     CameraFrame,
@@ -110,6 +110,11 @@ class Parallel:
     def is_real(self) -> bool:
         """The car's."""
         return self._vehicle.is_real
+
+    @property
+    def position_sigma(self) -> float:
+        """The car's [m]."""
+        return position_sigma_of(self._vehicle)
 
     def reset(self, state: VehicleState) -> None:
         """Reset the car and the rendering."""

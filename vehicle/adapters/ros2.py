@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from math import nan
 from typing import Any, TypeVar
 
 import msgspec
@@ -70,7 +71,7 @@ class Ros2Vehicle:
     ) -> None:
         self._real, self._timeout, self._by_wire = is_real, timeout, by_wire
         self._number, self._now, self._lost = 0, 0, False
-        self._yaw = 0.0
+        self._yaw, self._sigma = 0.0, nan
         self._steers: list[Odometry] = [Odometry(0.0, 0.0, 0.0)]  # feedback from the newest row of motion on
         self._wheels: list[Odometry] = []  # feedback that no observation has had yet
         self._headings: dict[float, convert.Heading] = {}
@@ -95,6 +96,11 @@ class Ros2Vehicle:
         """Whether actuators of a real car hang on it."""
         return self._real
 
+    @property
+    def position_sigma(self) -> float:
+        """Standard deviation [m] that the newest row's x and y were stated with; NaN without one."""
+        return self._sigma
+
     def tell(self, record: Callable[[Trouble], None]) -> None:
         """From now on `record` gets every trouble with its messages."""
         self._record, self._health = record, Health(record)
@@ -105,7 +111,7 @@ class Ros2Vehicle:
         self._send(topics.RESET, convert.state_to_ros(state, self._now))
         if self._by_wire is not None:
             self._by_wire.reset()
-        self._yaw = state.yaw
+        self._yaw, self._sigma = state.yaw, nan
         self._go_on()
         self._rows(), self._observed()  # what was under way belongs to the time before
         self._steers = [Odometry(state.t, state.v, state.steer)]
@@ -285,5 +291,6 @@ class Ros2Vehicle:
             felt, steer = self._force, self._steers[0].steer
             row[:] = now.t, now.x, now.y, now.z, self._yaw, now.v, now.vx, now.vy, now.yaw_rate, felt.ax, felt.ay, steer
         if motions:
+            self._sigma = motions[-1].position_sigma or nan
             self._forces = {t: felt for t, felt in self._forces.items() if t > motions[-1].t}
         return rows

@@ -16,7 +16,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from vehicle.adapter import Vehicle
+from vehicle.adapter import Vehicle, position_sigma_of
 from vehicle.guard.guard import CYCLE, ArmingRefused, Guard
 from vehicle.guard.messages import Area, Arming, Decision, Limits, Measured, Request, State, numbers
 from vehicle.messages import (
@@ -93,6 +93,11 @@ class GuardedVehicle:
     def is_real(self) -> bool:
         """The vehicle's."""
         return self._vehicle.is_real
+
+    @property
+    def position_sigma(self) -> float:
+        """The vehicle's [m]."""
+        return position_sigma_of(self._vehicle)
 
     @property
     def needs_keys(self) -> bool:

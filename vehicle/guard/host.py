@@ -84,7 +84,7 @@ class Host:
         decisions, troubles = tuple(self._decisions), tuple(self._troubles)
         self._decisions.clear()
         self._troubles.clear()
-        return Answer(msgspec.Raw(value), decisions, troubles, self._gated.armed)
+        return Answer(msgspec.Raw(value), decisions, troubles, self._gated.armed, self._gated.position_sigma)
 
     def close(self, given: bytes = b"") -> None:
         """Let go of the car, which stops by itself."""

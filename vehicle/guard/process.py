@@ -8,6 +8,7 @@ the car must stop by itself, as it must whenever 100 ms pass without a command.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from typing import Any, NoReturn
@@ -41,6 +42,7 @@ class GuardProcess:
         self._record, self._trouble = record, trouble
         self._number, self._armed = 0, False
         self._over: dict[str, Any] = {}
+        self._sigma = math.nan
         host = own_module("vehicle.guard.host")[1:]  # the bridge names Python itself
         self._bridge: Bridge | None = Bridge(
             who=WHO, error=VehicleLost, environment=own_path(), server=host, silent=SILENT
@@ -65,6 +67,11 @@ class GuardProcess:
     def is_real(self) -> bool:
         """The car's."""
         return self._opened.is_real
+
+    @property
+    def position_sigma(self) -> float:
+        """The car's [m], as of the last answer."""
+        return self._sigma
 
     @property
     def armed(self) -> bool:
@@ -132,7 +139,7 @@ class GuardProcess:
 
     def _do(self, what: str, given: Any, kind: Any, answer: float = ANSWER) -> Any:
         got: Answer = unpack(self._ask(what, pack(given), answer), Answer)
-        self._armed = got.armed
+        self._armed, self._sigma = got.armed, got.position_sigma
         for decision in got.decisions:
             self._record(decision)
         for trouble in got.troubles:

@@ -43,12 +43,14 @@ class Keys(msgspec.Struct, frozen=True):
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """What a question brought, and what the gate has decided and the wire has told of since the last answer."""
+    """What a question brought, and what the gate has decided and the wire has told of since the last answer;
+    `position_sigma` [m]: what the car states of its newest row of motion."""
 
     value: msgspec.Raw
     decisions: tuple[Decision, ...]
     troubles: tuple[Trouble, ...]
     armed: bool
+    position_sigma: float
 
 
 def pack(value: Any) -> bytes:

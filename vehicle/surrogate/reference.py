@@ -105,8 +105,9 @@ def reference_of(table: Mapping[str, Any]) -> Reference:
 
 @dataclass
 class _Outage:
-    """Without satellites until `until` [s of calls]; errors of speed [m/s] and place [m] since they were lost."""
+    """Without satellites since `since` and until `until` [s of calls]; errors of speed [m/s] and place [m] since."""
 
+    since: float = 0.0
     until: float = 0.0
     speed: list[float] = field(default_factory=lambda: [0.0, 0.0])
     place: list[float] = field(default_factory=lambda: [0.0, 0.0])
@@ -163,9 +164,20 @@ class ReferenceSystem:
             vx=vx,
             vy=seen.vy + c * out.speed[1] - s * out.speed[0] + is_.speed_noise * white[7],
             yaw_rate=seen.yaw_rate + self._gyro + is_.yaw_rate_noise * white[8],
+            position_sigma=self._stated(),
             ax=ct * seen.ax + st * seen.ay + self._felt[0] + is_.accel_noise * white[9],
             ay=ct * seen.ay - st * seen.ax + self._felt[1] + is_.accel_noise * white[10],
         )
+
+    def _stated(self) -> float:
+        """Standard deviation [m] of x and of y that it states with them, as an INS does: what its filter expects.
+
+        That is noise and drift, and while satellites are out of sight the integral of the speed's random walk; what it
+        does not know of, the place of the antenna, is not in it. 0 for one without errors: nothing is stated.
+        """
+        is_, out, now = self._is, self._outage, self._calls * self._period
+        lost = now - out.since if now < out.until else 0.0
+        return math.sqrt(is_.position_drift**2 + is_.position_noise**2 + is_.outage_drift**2 * lost**3 / 3.0)
 
     def _seen(self, true: VehicleState) -> VehicleState:
         """The motion that is measured: that of `latency` ago, or the oldest there is."""
@@ -188,7 +200,7 @@ class ReferenceSystem:
         if now >= out.until:
             out.speed, out.place = [0.0, 0.0], [0.0, 0.0]
             if luck < is_.outages / 60.0 * self._period:
-                out.until = now + lasts
+                out.since, out.until = now, now + lasts
             return
         step = is_.outage_drift * math.sqrt(self._period)
         out.speed = [v + step * w for v, w in zip(out.speed, walk, strict=True)]

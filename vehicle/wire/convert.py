@@ -33,6 +33,7 @@ SECOND = 1_000_000_000  # ns
 FLOAT32 = 7  # PointField.FLOAT32
 _HIDDEN = "hidden:"  # class of an object, with the sensor from which the scenario hides it
 KNOWN = 2  # NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+_XX, _YY = 0, 7  # of the 6 x 6 covariance of a pose, row by row
 
 
 class Heading(NamedTuple):
@@ -91,19 +92,26 @@ def command_from_ros(message: Any) -> Command:
 
 
 def state_to_ros(state: VehicleState, ns: int) -> Any:
-    """nav_msgs/Odometry of base_link, the rear axle's ground point, in the map."""
+    """nav_msgs/Odometry of base_link, the rear axle's ground point, in the map; a variance of 0 is one not stated."""
     pose = ros.Pose(ros.Point(state.x, state.y, state.z), quaternion(state.yaw))
     twist = ros.Twist(ros.Vector3(state.v, state.vy, 0.0), ros.Vector3(0.0, 0.0, state.yaw_rate))
-    return ros.Odometry(header(ns, "map"), "base_link", ros.PoseWithCovariance(pose), ros.TwistWithCovariance(twist))
+    spread = [0.0] * 36
+    spread[_XX] = spread[_YY] = state.position_sigma**2
+    there = ros.PoseWithCovariance(pose, spread)
+    return ros.Odometry(header(ns, "map"), "base_link", there, ros.TwistWithCovariance(twist))
 
 
 def state_from_ros(message: Any) -> VehicleState:
-    """Pose and velocity; ax, ay and steer, which the message lacks, are 0."""
+    """Pose and velocity; ax, ay and steer, which the message lacks, are 0.
+
+    Of the covariance the greater one of x and y counts; -1, by which some drivers say that they do not know, is 0.
+    """
     place, twist = message.pose.pose, message.twist.twist
+    spread = message.pose.covariance
     return VehicleState(
         t=seconds(message.header), x=place.position.x, y=place.position.y, z=place.position.z,
         yaw=yaw_of(place.orientation), v=twist.linear.x, vx=twist.linear.x, vy=twist.linear.y,
-        yaw_rate=twist.angular.z,
+        yaw_rate=twist.angular.z, position_sigma=sqrt(max(spread[_XX], spread[_YY], 0.0)),
     )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from pytest_dvp.gap.compare.heading_check import heading_faults
 from pytest_dvp.gap.compare.start_correction import BoolArray, IntArray, project
 from pytest_dvp.logs.log_contents import FloatArray
+from pytest_dvp.logs.lost_fix import AFFECTED, SIGMA, lost_fix
 
 CHANNELS = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 """Columns of a replay's output, and of everything here that has 8 columns."""
@@ -65,11 +66,16 @@ class Residuals:
 def measured_array(columns: Mapping[str, FloatArray]) -> FloatArray:
     """The measured channels of a log as one array (n, 8), NaN where not measured; yaw without turns of 2 pi.
 
-    Columns: x, y [m], yaw [rad], v [m/s], yaw_rate [rad/s], ax, ay [m/s^2], steer [rad].
+    Columns: x, y [m], yaw [rad], v [m/s], yaw_rate [rad/s], ax, ay [m/s^2], steer [rad]. Place, heading and speed count
+    as not measured where the reference system states that it lost its fix (`position_sigma`).
     """
     n = len(columns["t"])
     nothing = np.full(n, np.nan)
     found = np.ascontiguousarray(np.column_stack([columns.get(name, nothing) for name in CHANNELS]))
+    if SIGMA in columns:
+        lost = lost_fix(columns)
+        for name in AFFECTED:
+            found[lost, CHANNELS.index(name)] = np.nan
     known = np.isfinite(found[:, 2])
     found[known, 2] = np.unwrap(found[known, 2])
     return found

@@ -20,7 +20,12 @@ TRULY_THERE = {
     "2025-04-04-15-23-12.csv": [("log.jitter", "column t")],
     "rfs_path1.csv": [("log.clock_offset", "column ax")],
     "rfs_path3.csv": [("log.clock_offset", "column ax")],
-    "run4_2.csv": [("log.clock_offset", "column yaw_rate"), ("log.clock_offset", "column ax")],
+    # Its heading is off by 0.4 rad until it drives, and positions go where it does not point.
+    "run4_2.csv": [
+        ("log.position_drift", "column x"),
+        ("log.clock_offset", "column yaw_rate"),
+        ("log.clock_offset", "column ax"),
+    ],
 }
 
 

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pytest_dvp.drive.stage_comparison import StageDrive, compare_stages
@@ -157,3 +158,15 @@ def test_a_gate_file_holds_them_between_stages_only(tmp_path: Path) -> None:
     file.write_text(text.format("max_jerk", ""))
     with pytest.raises(GateError, match=r"stages.toml:5.*between stages"):
         read_gates(file)
+
+
+def test_a_drive_without_a_fix_judges_no_twin(logs: Mapping[str, Log]) -> None:
+    """The car's reference system did not know where it was: no gate passes and none fails."""
+    car = logs["rw"]
+    lost = {**car.columns, "position_sigma": np.where(car.t < 0.5 * car.t[-1], 0.01, 0.3)}
+    bad = {**logs, "rw": dataclasses.replace(car, columns=lost)}
+    for bound in (1.0, -2.0):  # the second one is missed by any drive
+        (verdict,) = judge_between([gate(bound=bound)], PAIR, bad)
+        assert verdict.status == "INCONCLUSIVE"
+        assert verdict.reason.startswith("stage rw: its reference system had no fix for ")
+    assert judge_between([gate(bound=-2.0)], PAIR, logs)[0].status == "FAIL"

@@ -89,6 +89,28 @@ def test_a_wrong_twin_is_off_by_so_many_sigma_in_the_turn() -> None:
     assert whole.note.endswith("of the all regime")
 
 
+def slalom(gain: float = 1.0, twin: float = 1.0) -> Log:
+    """Twenty seconds at a constant speed, left and right; the car turns `gain` times as fast as the twin says for 1."""
+    straight = circle(twin)
+    angle = ANGLE * np.sin(1.5 * straight.t)
+    rate = gain * SPEED * np.tan(angle) / WHEELBASE
+    yaw = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(straight.t))])
+    way = np.concatenate([[0.0], np.cumsum(SPEED * np.exp(1j * 0.5 * (yaw[1:] + yaw[:-1])) * np.diff(straight.t))])
+    columns = {**straight.columns, "x": way.real, "y": way.imag, "yaw": yaw, "yaw_rate": rate, "steer_cmd": angle}
+    return dataclasses.replace(straight, columns=columns)
+
+
+@pytest.mark.parametrize("gain", [0.97, 1.0, 1.05])
+def test_the_gain_of_a_twin_is_what_it_answers_too_weakly(gain: float) -> None:
+    found = compute("twin_gain", slalom(), noisy(slalom(gain), 0.01))
+    assert found.value == pytest.approx(gain, abs=0.003)
+
+
+def test_an_answer_that_does_not_vary_has_no_gain() -> None:
+    found = compute("twin_gain", circle(), noisy(circle(), 0.01), signal="v")
+    assert not found.valid
+
+
 def test_a_regime_that_was_not_driven_tells_nothing() -> None:
     for regime, says in (("braking", "braking lasted less than 2 s"), ("flying", "no regime 'flying'; there are ")):
         found = compute("twin_chi2", circle(), circle(), regime=regime)

@@ -114,3 +114,29 @@ def test_a_wrong_table_is_one_line_with_its_place(tmp_path: Path, text: str, sai
         read_hidden(file)
     assert "\n" not in str(error.value)
     assert str(error.value).startswith(f"{file}:3: {said}")
+
+
+def test_it_states_how_well_it_knows_the_place_and_worse_while_satellites_are_lost() -> None:
+    """Of a random walk of the speed the place errs by q sqrt(t^3 / 3), beside what noise and drift always do."""
+    reference = Reference(position_drift=0.01, position_noise=0.002, outages=30.0, outage_time=5.0, outage_drift=0.0055)
+    system = ReferenceSystem(reference, 4, PERIOD)
+    stated = np.array([system.show(STILL).position_sigma for _ in range(6000)])
+    best = math.hypot(0.01, 0.002)
+    assert stated.min() == pytest.approx(best)
+    begins = np.flatnonzero((stated[:-1] == stated.min()) & (stated[1:] > stated.min()))
+    assert len(begins) > 3
+    one = begins[0]
+    last = one + int(np.argmax(stated[one + 1 :] <= stated[one]))
+    seconds = PERIOD * (last - one)
+    assert stated[last] == pytest.approx(math.sqrt(best**2 + 0.0055**2 * seconds**3 / 3.0), rel=0.02)
+
+
+def test_what_it_states_is_what_it_errs_by() -> None:
+    """Over many outages the error over the stated deviation scatters by one."""
+    reference = Reference(position_drift=0.01, outages=20.0, outage_time=8.0, outage_drift=0.0055)
+    ratios = []
+    for seed in range(60):
+        system = ReferenceSystem(reference, seed, PERIOD)
+        shown = [system.show(STILL) for _ in range(1500)][-1]
+        ratios += [(shown.x - STILL.x) / shown.position_sigma, (shown.y - STILL.y) / shown.position_sigma]
+    assert np.std(ratios) == pytest.approx(1.0, abs=0.2)

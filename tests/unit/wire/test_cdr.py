@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -122,6 +123,9 @@ def test_what_comes_back_is_what_went_in() -> None:
     assert (state.t, state.x, state.y, state.yaw, state.v, state.vy, state.yaw_rate) == pytest.approx(
         (12.34, 1.5, -2.25, 3.0, 4.0, 0.1, 0.2)
     )
+    known = msgspec.structs.replace(state, position_sigma=0.25)
+    assert convert.state_from_ros(convert.state_to_ros(known, NS)).position_sigma == pytest.approx(0.25)
+    assert state.position_sigma == 0.0
     back = convert.fix_from_ros(MESSAGES[topics.FIX], MESSAGES[topics.HEADING])
     assert (back.x, back.y, back.sigma, back.yaw) == pytest.approx((30.0, -40.0, 0.02, 0.7), abs=1e-6)
     assert convert.points_from_ros(MESSAGES[topics.POINTS]).points.tolist() == POINTS.tolist()
