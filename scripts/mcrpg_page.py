@@ -26,7 +26,7 @@ from scripts.real_cars import placed
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "mcrpg.md"
 RUNS = ROOT / "runs" / "mcrpg"
-CARS = ("nominal", "heavy_slow", "sharp_slippery")
+CARS = ("nominal", "heavy_slow", "sharp_slippery", "drawn")
 
 
 def main(argv: Sequence[str] | None = None) -> int:

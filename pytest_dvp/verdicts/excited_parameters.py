@@ -15,8 +15,10 @@ from typing import Any
 from pytest_dvp.logs.log import Log
 from pytest_dvp.text.spelling import unknown
 from pytest_dvp.verdicts.gate import Gate, Stage
+from pytest_dvp.verdicts.idle_claims import idle_claims
 
 MODEL = "model"
+IDLE_HERE = "without it the twin answers this drive's commands alike"
 UNPRINTED = {
     "yaw_inertia": "yaw_inertia",
     "cornering_stiffness_front": "understeer",
@@ -42,7 +44,10 @@ def unexcited(gate: Gate, logs: Mapping[str, Log]) -> str:
     if not gate.parameters or gate.between is None:
         return ""
     lacking = _lacking(logs[stage] for stage in gate.between)
-    claimed = _claimed(logs[gate.between[0]]) if MODEL in gate.parameters else {}
+    twin, measured = (logs[stage] for stage in gate.between)
+    claimed = _claimed(twin) if MODEL in gate.parameters else {}
+    if claimed:
+        lacking = {**dict.fromkeys(idle_claims(twin, measured), IDLE_HERE), **lacking}
     asked = {name: name.partition(".")[0] for name in gate.parameters if name != MODEL} | claimed
     missed = [(name, effect) for name, effect in asked.items() if effect in lacking]
     if not missed:

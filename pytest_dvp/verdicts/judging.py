@@ -9,13 +9,13 @@ from typing import Any, Literal
 
 from pytest_dvp.logs.event_reference import means_event
 from pytest_dvp.logs.log import Log
-from pytest_dvp.logs.lost_fix import no_evidence_of_place
 from pytest_dvp.metrics import MetricError, MetricValue, compute, find_metric
 from pytest_dvp.metrics.task_outcome import storyboard_events
 from pytest_dvp.verdicts.clean_gates import applies
 from pytest_dvp.verdicts.excited_parameters import unexcited
 from pytest_dvp.verdicts.gate import STAGES, Gate, GateError, GateFile, GateTask, GateTraffic, Stage
 from pytest_dvp.verdicts.gate_file import check_gates, read_gates
+from pytest_dvp.verdicts.no_evidence import no_evidence
 from pytest_dvp.verdicts.silent_events import COUNTED, storyboard_verdict
 
 __all__ = [
@@ -121,7 +121,8 @@ def judge_between(
     """Verdicts of the gates between two stages, from the logs by stage ("dt", "rw").
 
     Without one of the logs each of them is INCONCLUSIVE; `missing` says by stage why it is not there and how to get it.
-    So is each of them if a reference system did not know where its car was for too long: that is no fault of the twin.
+    So is each of them if a drive is no evidence: a car that did not know where it was for too long, a twin that was
+    scaled to another car than that of its file.
     No such gate is one INCONCLUSIVE verdict. A gate that passes and lists `parameters` is INCONCLUSIVE if the drives
     did not excite them all.
     """
@@ -134,9 +135,9 @@ def judge_between(
             why = (missing or {}).get(stage) or f"no log of stage {stage} to compare with"
             return [_verdict(gate, "INCONCLUSIVE", None, why) for gate in here]
     for stage in pair:
-        why = no_evidence_of_place(logs[stage])
+        why = no_evidence(logs[stage])
         if why:
-            return [_verdict(gate, "INCONCLUSIVE", None, f"stage {stage}: {why}; drive it again") for gate in here]
+            return [_verdict(gate, "INCONCLUSIVE", None, f"stage {stage}: {why}") for gate in here]
     return [_with_evidence(gate, _judge(gate, logs[pair[0]], logs[pair[1]]), logs) for gate in here]
 
 

@@ -13,6 +13,7 @@ from pytest_dvp.drive.stage_comparison import StageDrive, compare_stages
 from pytest_dvp.logs.log import Log
 from pytest_dvp.verdicts.excited_parameters import not_validated, wrong_parameters
 from pytest_dvp.verdicts.gate import Gate, GateError
+from pytest_dvp.verdicts.idle_claims import idle_claims
 from pytest_dvp.verdicts.judging import judge_between, read_gates
 from reports.stages import render_stages_report
 from tests.truth.generate import make_log
@@ -170,3 +171,35 @@ def test_a_drive_without_a_fix_judges_no_twin(logs: Mapping[str, Log]) -> None:
         assert verdict.status == "INCONCLUSIVE"
         assert verdict.reason.startswith("stage rw: its reference system had no fix for ")
     assert judge_between([gate(bound=-2.0)], PAIR, logs)[0].status == "FAIL"
+
+
+def test_a_twin_that_was_scaled_to_another_car_is_no_evidence_about_its_file(logs: Mapping[str, Log]) -> None:
+    about = {"toml": TWIN, "file": "car.toml", "scaled": True, "wheelbase": 2.5, "mass": 900.0, "to": "other"}
+    twin = dataclasses.replace(logs["dt"], meta={**logs["dt"].meta, "model": about})
+    (verdict,) = judge_between([gate()], PAIR, {**logs, "dt": twin})
+    assert verdict.status == "INCONCLUSIVE"
+    assert "not car.toml" in verdict.reason
+    assert "wheelbase 2.5 m, mass 900 kg" in verdict.reason
+
+
+LIMIT = """
+[[effect]]
+name = "jerk_limit"
+[effect.parameters.limit]
+value = {limit}
+unit = "m/s^3"
+"""
+
+
+@pytest.mark.parametrize(("limit", "idle"), [(900.0, True), (0.6, False)])
+def test_a_limit_that_no_command_reaches_is_not_validated_by_the_drive(
+    logs: Mapping[str, Log], limit: float, idle: bool
+) -> None:
+    """The drive excites jerk; with a limit of 900 m/s^3 the twin answers it as without one."""
+    twin = dataclasses.replace(
+        logs["dt"], meta={**logs["dt"].meta, "model": {"toml": TWIN + LIMIT.format(limit=limit)}}
+    )
+    assert idle_claims(twin, logs["rw"]) == (("jerk_limit",) if idle else ())
+    (verdict,) = judge_between([gate("model")], PAIR, {**logs, "dt": twin})
+    assert verdict.status == ("INCONCLUSIVE" if idle else "PASS")
+    assert ("jerk_limit (without it the twin answers" in verdict.reason) == idle

@@ -137,3 +137,15 @@ def test_kind_error_is_the_share_that_is_called_something_else() -> None:
     kinds = tuple("pedestrian" if w else "vehicle" for w in wrong)
     log = dataclasses.replace(log, detections=dataclasses.replace(log.detections, kind=kinds))
     assert compute("kind_error", log).value == pytest.approx(90 / 181, abs=1 / 181)
+
+
+def test_coasting_is_the_share_of_rows_that_nothing_was_seen_behind() -> None:
+    """Every fourth row keeps the velocity of the row before it: the tracker has only moved the track on."""
+    vx = 2.0 + 0.01 * np.arange(N)
+    coasts = np.arange(N) % 4 == 0
+    vx[coasts] = vx[np.flatnonzero(coasts) - 1]
+    vx[0] = 1.9
+    named = table(TRUE_X, TRUE_Y, vx=vx, track=np.full(N, 7.0))
+    found = compute("track_coasting", seen(named))
+    assert found.value == pytest.approx(0.25, abs=0.01)
+    assert compute("track_coasting", seen(table(TRUE_X, TRUE_Y, vx=vx))).value == 0.0
