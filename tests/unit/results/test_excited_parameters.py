@@ -182,24 +182,23 @@ def test_a_twin_that_was_scaled_to_another_car_is_no_evidence_about_its_file(log
     assert "wheelbase 2.5 m, mass 900 kg" in verdict.reason
 
 
-LIMIT = """
+RESISTANCE = """
 [[effect]]
-name = "jerk_limit"
-[effect.parameters.limit]
-value = {limit}
-unit = "m/s^3"
+name = "rolling_resistance"
+[effect.parameters.c]
+value = {c}
+unit = "m/s^2"
 """
 
 
-@pytest.mark.parametrize(("limit", "idle"), [(900.0, True), (0.6, False)])
-def test_a_limit_that_no_command_reaches_is_not_validated_by_the_drive(
-    logs: Mapping[str, Log], limit: float, idle: bool
+@pytest.mark.parametrize(("c", "idle"), [(0.0005, True), (0.3, False)])
+def test_what_changes_nothing_in_the_twin_is_not_validated_by_the_drive(
+    logs: Mapping[str, Log], c: float, idle: bool
 ) -> None:
-    """The drive excites jerk; with a limit of 900 m/s^3 the twin answers it as without one."""
-    twin = dataclasses.replace(
-        logs["dt"], meta={**logs["dt"].meta, "model": {"toml": TWIN + LIMIT.format(limit=limit)}}
-    )
-    assert idle_claims(twin, logs["rw"]) == (("jerk_limit",) if idle else ())
+    """0.5 mm/s^2 are a two-hundredth of the noise of the accelerometer, and 2.5 mm/s after 5 s; 0.3 m/s^2 are not."""
+    about = {"toml": TWIN + RESISTANCE.format(c=c)}
+    twin = dataclasses.replace(logs["dt"], meta={**logs["dt"].meta, "model": about})
+    assert idle_claims(twin, logs["rw"]) == (("rolling_resistance",) if idle else ())
     (verdict,) = judge_between([gate("model")], PAIR, {**logs, "dt": twin})
     assert verdict.status == ("INCONCLUSIVE" if idle else "PASS")
-    assert ("jerk_limit (without it the twin answers" in verdict.reason) == idle
+    assert ("rolling_resistance (without it the twin answers" in verdict.reason) == idle
