@@ -19,7 +19,9 @@ STEP = 0.1  # s between windows, and the finest grid
 LEAST = 0.2  # m in a window: less is no harm to a comparison on segments of 5 s; chosen
 TIMES = 8.0  # the median of the log's own windows: slip, slopes and noise make those, and far tails
 SHORTEST = 30.0  # s of driving by which the usual error of a window is known
+LATEST = 1.0  # s by which positions may come later than speed and heading: a delay is an effect, no drift
 HOLE = 0.2  # s without a value: a straight line across it is no measurement
+FAST, SLIDE = 3.0, 0.15  # m/s and rad beyond which a car slides: tyres of a road car slip by 0.1 rad at their limit
 DRIVEN = 1.0  # m in a window: a standing car's place tells nothing of its speed
 
 
@@ -68,8 +70,9 @@ def check_drift(log: Log, file: str, findings: Findings) -> None:
 def _apart(log: Log) -> tuple[FloatArray, FloatArray] | None:
     """Starts [s] of windows and by how much [m] positions and integrated motion part in each, (k,) both.
 
-    Scale of the speed, a constant turn of the heading, and the place of the antenna in the car are fitted to all
-    windows and taken out. None without positions, speed and heading, or of a log that is too short.
+    Scale of the speed, a constant turn of the heading, the place of the antenna in the car, slip of the tyres, and by
+    how much positions come later are fitted to all windows and taken out; windows in which the car slides do not count.
+    None without positions, speed and heading, or of a log that is too short.
     """
     known = {name: _known(log, name) for name in ("x", "y", "v", "yaw")}
     if any(values is None for values in known.values()):
@@ -78,21 +81,44 @@ def _apart(log: Log) -> tuple[FloatArray, FloatArray] | None:
     begin, end = max(part[0][0] for part in (x, y, v, yaw)), min(part[0][-1] for part in (x, y, v, yaw))
     if end - begin < SHORTEST:
         return None
-    grid = np.arange(begin, end, STEP)
-    at = [np.interp(grid, *part) for part in (x, y, v)]
+    grid = np.arange(begin, end - LATEST, STEP)
     heading = np.interp(grid, yaw[0], np.unwrap(yaw[1]))
-    place = at[0] + 1j * at[1]
     ahead = np.exp(1j * heading)
-    way = np.concatenate([[0.0], np.cumsum(0.5 * (at[2][1:] * ahead[1:] + at[2][:-1] * ahead[:-1]) * STEP)])
+    speed = np.interp(grid, *v) * ahead
+    sideways = (
+        1j * speed * np.abs(speed) * np.gradient(heading, STEP)
+    )  # of an axle whose tyres slip in proportion to ay
     rows = round(WINDOW / STEP)
-    moved, told, turned = (part[rows:] - part[:-rows] for part in (place, way, ahead))
+    told, aside = (part[rows:] - part[:-rows] for part in (_integral(speed), _integral(sideways)))
+    turned, faster = (part[rows:] - part[:-rows] for part in (ahead, speed))
     placed = _near(grid, x[0]) & _near(grid, y[0])
-    unknown = np.concatenate([[0], np.cumsum(~(_near(grid, v[0]) & _near(grid, yaw[0])))])
+    slides = _slides(np.interp(grid, *x) + 1j * np.interp(grid, *y), ahead)
+    unknown = np.concatenate([[0], np.cumsum(slides | ~(_near(grid, v[0]) & _near(grid, yaw[0])))])
     drives = (np.abs(told) > DRIVEN) & placed[rows:] & placed[:-rows] & (unknown[rows + 1 :] == unknown[: -rows - 1])
     if np.count_nonzero(drives) * STEP < SHORTEST - WINDOW:
         return None
-    columns = np.column_stack([told, 1j * told, turned, 1j * turned])[drives]
-    return grid[:-rows][drives], _left_over(columns, moved[drives])
+    columns = np.column_stack([told, 1j * told, turned, 1j * turned, aside, faster])[drives]
+    late, apart = 0.0, np.zeros(len(columns))
+    for _ in range(3):  # Newton's steps: a lag moves positions by the speed to first order only
+        place = np.interp(grid + late, *x) + 1j * np.interp(grid + late, *y)
+        apart, fitted = _left_over(columns, (place[rows:] - place[:-rows])[drives])
+        late = float(np.clip(late - fitted[-1], 0.0, LATEST))
+    return grid[:-rows][drives], apart
+
+
+def _integral(values: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """From the first value (n,) on, in its unit times s."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * STEP)])
+
+
+def _slides(place: NDArray[np.complex128], ahead: NDArray[np.complex128]) -> NDArray[np.bool_]:
+    """Where the car (n,) moves fast and not where it points: no lost fix drifts by a sixth of that speed."""
+    half = round(0.5 / STEP)
+    moved = np.zeros_like(place)
+    moved[half:-half] = place[2 * half :] - place[: -2 * half]
+    off = np.angle(moved * np.conj(ahead))
+    beside = np.minimum(np.abs(off), np.pi - np.abs(off))  # it may drive backwards
+    return np.asarray((np.abs(moved) > FAST) & (beside > SLIDE))
 
 
 def _near(grid: FloatArray, stamps: FloatArray) -> NDArray[np.bool_]:
@@ -101,17 +127,17 @@ def _near(grid: FloatArray, stamps: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(stamps[after] - stamps[after - 1] <= HOLE)
 
 
-def _left_over(columns: NDArray[np.complex128], moved: NDArray[np.complex128]) -> FloatArray:
-    """|moved - columns @ k| (n,) of the real k that fits most rows: least squares, then without the worst tenth."""
+def _left_over(columns: NDArray[np.complex128], moved: NDArray[np.complex128]) -> tuple[FloatArray, FloatArray]:
+    """|moved - columns @ k| (n,) and the real k that fit most rows: least squares, then without the worst tenth."""
     kept = np.ones(len(moved), dtype=np.bool_)
-    apart = np.abs(moved)
+    apart, fitted = np.abs(moved), np.zeros(columns.shape[1])
     for _ in range(2):
         a = np.concatenate([columns[kept].real, columns[kept].imag])
         b = np.concatenate([moved[kept].real, moved[kept].imag])
         fitted = np.linalg.lstsq(a, b, rcond=None)[0]
         apart = np.abs(moved - columns @ fitted)
         kept = apart <= np.percentile(apart, 90)
-    return apart
+    return apart, fitted
 
 
 def _known(log: Log, name: str) -> tuple[FloatArray, FloatArray] | None:

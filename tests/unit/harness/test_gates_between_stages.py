@@ -29,6 +29,8 @@ WHOLE_DRIVE = (
     "track_position_error",
     "track_latency",
     "track_speed_error",
+    "track_yaw_error",
+    "track_coasting",
 )  # whom it meets, it meets later
 LIMIT = 20.0  # s
 over_can = pytest.mark.skipif(os.environ.get("DVP_STAGES") != "all", reason="a second car, on CAN: make stages")
