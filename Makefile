@@ -161,12 +161,14 @@ paper-searches: $(STAMP)
 paper-kills: $(STAMP)
 	$(BIN)/python -m scripts.mcrpg_page kills
 
-# Figures of docs/campaigns.md: cost of a drive, a planted rare fault by chance and by searches, coverage of intervals.
+# Figures of docs/campaigns.md: cost of a drive, a planted rare fault by chance and by searches, coverage of intervals, and
+# 200 kills of command, workers and scheduler at random times.
 campaigns: $(STAMP)
 	$(BIN)/python -m scripts.campaign_figures cost
 	$(BIN)/python -m scripts.campaign_figures chance 3000
 	for NAME in gaussian_process descent cross_entropy; do $(BIN)/python -m scripts.campaign_figures search $$NAME; done
 	$(BIN)/python -m scripts.campaign_figures coverage 200 910000
+	DVP_KILLS=200 $(BIN)/python -m pytest -q tests/unit/campaigns/test_campaign_kills.py
 
 licences: $(STAMP)
 	$(BIN)/python -m scripts.third_party_licences > THIRD_PARTY_LICENCES.md

@@ -75,16 +75,23 @@ class ClusterCrew:
         self, waiting: Iterator[Drive], again: list[list[Drive]], under_way: dict[str, list[Drive]],
         ended: queue.SimpleQueue[Future[Any]],
     ) -> None:  # fmt: skip
+        """Raises ConnectionError if the scheduler has gone."""
         cluster = self._reached()
         while len(under_way) < AHEAD * max(1, cluster.worker_count()):
             size = 1 if self._cost <= 0.0 else min(max(1, round(BATCH / self._cost)), MOST)
             batch = again.pop() if again else list(itertools.islice(waiting, size))
             if not batch:
                 return
-            future = cluster.client.submit(
-                drive_batch, [dataclasses.asdict(each) for each in batch], what=self._work, home=cluster.home,
-                parcels=self._parcels(batch[0]), pure=False,
-            )  # fmt: skip
+            try:
+                future = cluster.client.submit(
+                    drive_batch, [dataclasses.asdict(each) for each in batch], what=self._work, home=cluster.home,
+                    parcels=self._parcels(batch[0]), pure=False,
+                )  # fmt: skip
+            except Exception as error:
+                if cluster.client.status == "running":
+                    raise
+                again.append(batch)  # the scheduler went before it had them
+                raise ConnectionError from error
             under_way[str(future.key)] = batch
             future.add_done_callback(ended.put)
 

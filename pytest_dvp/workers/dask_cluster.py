@@ -199,9 +199,11 @@ class Cluster:
     def worker_count(self) -> int:
         """How many worker processes the scheduler has now; 0 if it is not reached."""
         try:
-            return len(self.client.scheduler_info()["workers"])
+            told = self.client.scheduler_info()
         except (OSError, CancelledError, RuntimeError):  # the connection ends just now
             return 0
+        # Empty while the connection ends. Some versions of distributed list five workers at most, and count them all.
+        return int(told.get("n_workers", len(told.get("workers", ()))))
 
     def lost(self) -> TuneError:
         """What is raised when the connection has gone."""

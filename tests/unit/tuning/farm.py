@@ -41,9 +41,9 @@ class Farm:
         for worker in fresh:
             self._said(worker, "Registered to:")
 
-    def dismissed(self) -> None:
-        """No worker any more."""
-        for worker in self._workers:
+    def dismissed(self, count: int | None = None) -> None:
+        """So many workers less; by default none any more."""
+        for worker in self._workers[:count]:
             worker.kill()
             worker.wait()
 
