@@ -49,7 +49,7 @@ def excite(model: VehicleModel, names: Sequence[str], noise: Mapping[str, float]
     asked = RehearsalInputs(model, noise, envelope, dict(shared or {}), tuple(effects))
     mine = [_typical(known[name]) for name in names]
     every = candidates(model, [*catalogue().values(), *effects])
-    others = [_typical(c) for c in every if c.name not in known]
+    others = [_typical(c) for c in every if c.name not in names]
     tables = [
         _Table(asked, drive, mine, others) for drive in (perform(m, model, asked.shared, envelope) for m in manoeuvres)
         if drive is not None
