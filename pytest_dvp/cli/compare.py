@@ -130,13 +130,14 @@ def _channels(arguments: argparse.Namespace) -> list[str] | None:
 
 
 def _page(name: str, comparison: Comparison) -> str:
-    from pytest_dvp.gap.words.comparison import covered, headline, places, skipped, table
+    from pytest_dvp.gap.words.comparison import covered, headline, not_judged, places, skipped, table
 
-    left = skipped(comparison.not_compared)
+    left, unjudged = skipped(comparison.not_compared), not_judged(comparison)
     return "\n".join([
         f"{name}: {comparison.t[-1] - comparison.t[0]:.1f} s, {len(comparison.segments.starts)} segments, "
         f"lag {round(comparison.alignment.lag, 3) + 0.0:+.3f} s, {covered(comparison)}",
-        headline(comparison), "", *table(comparison), *([f"not compared: {left}"] if left else []), "",
+        headline(comparison), "", *table(comparison), *([f"not compared: {left}"] if left else []),
+        *([unjudged] if unjudged else []), "",
         *places(comparison.where),
     ])  # fmt: skip
 

@@ -35,6 +35,8 @@ from pytest_dvp.gap.compare.segments import (
     measured_array,
     residuals,
     restarted,
+    standing,
+    stands_for,
 )
 from pytest_dvp.gap.compare.start_correction import BoolArray
 from pytest_dvp.gap.compare.time_alignment import Alignment, alike, common_lag, coverage, grid, on_grid
@@ -82,6 +84,7 @@ class Comparison:
     """Result of `compare`. Arrays (n,) at the stamps t [s] of the log, by channel; NaN = not compared.
 
     modelled is the model's output on re-initialised segments with the best start, so residuals = measured - modelled.
+    slid (n,): rows that are not judged because the car slides or spins there, or its heading contradicts its yaw rate;
     speed (n,) measured [m/s], bridged where it was not measured, of the path if it never was; position map x, y (n,)
     [m] if measured; chi2_per_n: over all channels; not_compared: the reason for each channel left out.
     """
@@ -96,6 +99,7 @@ class Comparison:
     measured: dict[str, FloatArray]
     modelled: dict[str, FloatArray]
     segments: Segments
+    slid: BoolArray
     regimes: dict[str, BoolArray]
     speed: FloatArray
     position: tuple[FloatArray, FloatArray] | None
@@ -162,7 +166,9 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
     masks = _regimes(log, v, rate)
     position = (measured[:, 0], measured[:, 1]) if np.isfinite(measured[:, :2]).any() else None
     both = np.isfinite(output[:, list(column.values())]) & np.isfinite(measured[:, list(column.values())])
-    covered = coverage(log.t, both.any(axis=1) & ~segments.lost, longest_step(log.t))
+    seen = np.logical_or.reduce([stands_for(log.t, rows) for rows in both.T])
+    covered = coverage(log.t, seen & ~segments.lost, longest_step(log.t))
+    still = standing(log.t, v) if has_speed(measured) else np.zeros(len(log.t), dtype=np.bool_)
     return Comparison(
         model=subject.name,
         alignment=Alignment(_lag(real, twin, sigma, log.t, even), covered),
@@ -174,6 +180,7 @@ def compare(log: Log, model: Comparable, *, channels: Collection[str] | None = N
         measured=real,
         modelled=twin,
         segments=segments,
+        slid=~(segments.counted | segments.lost | still),
         regimes=masks,
         speed=v,
         position=position,

@@ -162,6 +162,12 @@ def _gaps(t: FloatArray, known: BoolArray) -> tuple[list[int], BoolArray]:
     return resumes, missing
 
 
+def stands_for(t: FloatArray, known: BoolArray) -> BoolArray:
+    """Rows (n,) that the samples of a channel (`known` (n,)) stand for: all but those of its gaps. A channel of a slower
+    rate than the stamps t (n,) [s] has no gap between its samples."""
+    return ~_gaps(t, known)[1] if known.sum() >= 2 else known
+
+
 def still_speed(v: FloatArray) -> float:
     """Speed [m/s] below which a car counts as standing: 0.3 m/s, less for a small car. v (n,) [m/s]: its speeds."""
     return min(0.3, 0.1 * float(np.quantile(np.abs(v), 0.95)) + 1e-6)

@@ -16,6 +16,7 @@ NOTHING_LEFT = 1.3  # chi^2/N up to which a signal counts as explained by its no
 CAUSES = ("v", "yaw_rate", "ax", "ay", "steer")
 WORTH_SAYING = 0.1  # excess share of the error from which a regime is worth a sentence
 LATE = 0.02  # s, least lag worth a word
+NAMED_STRETCHES = 5  # that a line names, the longest
 ALIKE = 0.5  # MNCC from which a signal tells a lag
 
 
@@ -57,6 +58,28 @@ def covered(comparison: Comparison) -> str:
     if not len(gaps):
         return text
     return f"{text}, {len(gaps)} gap{'s' * (len(gaps) > 1)} of {gaps.sum():.1f} s{' together' * (len(gaps) > 1)}"
+
+
+def slid(comparison: Comparison) -> list[tuple[float, float]]:
+    """Stretches (from, to) [s] that are not judged because the car slides or spins, or its heading is contradicted."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], comparison.slid.astype(np.int8), [0]]))).reshape(-1, 2)
+    t = comparison.t
+    return [(float(t[first]), float(t[min(end, len(t) - 1)])) for first, end in edges]
+
+
+def not_judged(comparison: Comparison) -> str:
+    """ "not judged: 38 % of the time, 24.3-28.9 s, ...: ..."; empty if all that was compared is judged."""
+    stretches = slid(comparison)
+    if not stretches:
+        return ""
+    share = sum(b - a for a, b in stretches) / max(float(comparison.t[-1] - comparison.t[0]), 1e-9)
+    longest = sorted(sorted(stretches, key=lambda one: one[0] - one[1])[:NAMED_STRETCHES])
+    named = ", ".join(f"{a:.1f}-{b:.1f} s" for a, b in longest)
+    more = f" and {len(stretches) - len(longest)} more" if len(stretches) > len(longest) else ""
+    return (
+        f"not judged: {100.0 * share:.0f} % of the time ({named}{more}): the car slides, spins or goes where it does not "
+        "point, or its heading contradicts its yaw rate; from there to the end of a segment nothing can be predicted"
+    )
 
 
 def worst_place(where: Sequence[Where], channel: str) -> Where | None:
