@@ -101,7 +101,7 @@ _LAWS: Mapping[str, tuple[Slot, Callable[[Any, Any, Any], None], float, float, s
     "churning": ("force", churning, 1e-4, 6e-4, "v v v"),
     "hot_motor": ("command", hot_motor, 0.01, 0.04, "a+ lag(v a+)"),
     "tyre_heat": ("command", tyre_heat, 0.01, 0.03, "d lag(v |ay|)"),
-    "root_drag": ("force", root_drag, 0.05, 0.2, ""),
+    "root_drag": ("force", root_drag, 0.05, 0.2, "sqrt(v)"),
     "exponential_gain": ("command", exponential_gain, 0.08, 0.25, ""),
     "brake_threshold": ("command", brake_threshold, 0.2, 0.6, ""),
     "drive_and_turn": ("command", drive_and_turn, -0.5, -0.2, "d a+; |d| a+"),
@@ -111,7 +111,7 @@ _LAWS: Mapping[str, tuple[Slot, Callable[[Any, Any, Any], None], float, float, s
     "boost": ("command", boost, 0.15, 0.4, "a+ lag(a+)"),
     "cubic_steer": ("command", cubic_steer, -4.0, -1.0, "d d d"),
     "cross_axis_gyro": ("sensor", cross_axis_gyro, 0.006, 0.015, "ay"),
-    "idle_drag": ("force", idle_drag, 0.2, 0.6, ""),
+    "idle_drag": ("force", idle_drag, 0.2, 0.6, "[coast]"),
 }
 NAMES = tuple(_LAWS)
 TAU = (8.0, 60.0)  # s, of the laws that remember

@@ -112,6 +112,14 @@ class Search:
             self._credible_set(self.trial(best.names, best.values, zoom=True, like=best)), rivals, self._hidden()
         )
 
+    def climb(self) -> Iterator[Trial]:
+        """The sets of a search's first rise, each with one more effect than the one before: for who may stop early."""
+        now = self.trial((), self.start)
+        while paying := self._next(now):
+            self.target.settle(paying[0].values)
+            now = self.trial(paying[0].names, paying[0].values, like=paying[0])
+            yield now
+
     def refined(self, best: Trial, rivals: dict[str, tuple[str, ...]]) -> Trial:
         """The set with an effect that changes while driving, in the place of a constant one or beside all, if that does
         better: a brake that fades instead of one that is weak. Where it does as well, it joins the `rivals` of those

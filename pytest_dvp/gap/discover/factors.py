@@ -10,6 +10,7 @@ from numba.extending import register_jitable
 
 PEDAL = 0.05  # m/s^2: a command beyond it counts as a pedal that is pressed
 TURNING = 0.1  # rad/s, at which the smooth sign of a turn is at 76 %
+LIVELY = 10.0  # m/s, at which the root of the speed is 1, so that it has no unit
 
 Unit = tuple[int, int, int]
 """Exponents of m, s and rad."""
@@ -42,6 +43,8 @@ FACTORS: tuple[Factor, ...] = (
     Factor("tanh(r)", f"tanh(x.yaw_rate / {TURNING})", 1.0, (0, 0, 0), odd=True),
     Factor("[drive]", f"float(x.accel > {PEDAL})", 1.0, (0, 0, 0)),
     Factor("[brake]", f"float(x.accel < -{PEDAL})", 1.0, (0, 0, 0)),
+    Factor("[coast]", f"float(abs(x.accel) <= {PEDAL})", 1.0, (0, 0, 0)),
+    Factor("sqrt(v)", f"sqrt(max(x.vx, 0.0) / {LIVELY})", 1.0, (0, 0, 0)),
 )
 """Their place in this table is their number in `value`; number 0 is no factor."""
 
@@ -78,6 +81,10 @@ def value(x: Any, k: int, v0: float) -> float:
         return 1.0 if x.accel > PEDAL else 0.0
     if k == 13:
         return 1.0 if x.accel < -PEDAL else 0.0
+    if k == 14:
+        return 1.0 if abs(x.accel) <= PEDAL else 0.0
+    if k == 15:
+        return float(math.sqrt(max(x.vx, 0.0) / LIVELY))
     return 1.0
 
 

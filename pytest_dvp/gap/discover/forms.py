@@ -38,6 +38,8 @@ def forms() -> tuple[Form, ...]:
         found[Form((name, name, name))] = None
         found[Form((name, "a-", "v"))] = None
         found[Form((name, "a+", "v"))] = None
+    for names in (("[coast]",), ("[coast]", "v"), ("sqrt(v)",)):  # a motor that holds back, a power between 0 and 1
+        found[Form(names)] = None
     for inside, gate in itertools.product(_REMEMBERED, _GATES):
         found[Form(gate, inside, "lag")] = None
         if not gate:

@@ -36,6 +36,7 @@ def effect_text(law: Law, *, fitted: Sequence[str], held_out: Sequence[str]) -> 
     kind = "a law" if law.verdict == "LAW" else "a stand-in, whose form is not proven"
     effects = [_effect(terms) for terms in _by_slot(law)]
     body = "\n".join(effects)
+    used = [name for name in ("sqrt", "tanh") if f"{name}(" in body]
     lines = [
         f'"""{equation(law.terms)}',
         "",
@@ -43,7 +44,7 @@ def effect_text(law: Law, *, fitted: Sequence[str], held_out: Sequence[str]) -> 
         f"there, and {judged:.0%} on {', '.join(held_out)}.",
         '"""',
         "",
-        *(["from math import tanh", ""] if "tanh(" in body else []),
+        *([f"from math import {', '.join(used)}", ""] if used else []),
         f"from vehicle.model.effect import Key, {'Memory, ' if 'Memory(' in body else ''}effect",
         *(["from vehicle.model.step_maths import lag_end"] if "lag_end(" in body else []),
     ]
