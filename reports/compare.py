@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from reports.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Figure, numbers, plain, thin
+from reports.figures import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Figure, numbers, plain, sampled, thin
 from reports.frame import frame
 from reports.templating import environment
 from reports.verdicts import pretty_unit
@@ -45,6 +45,7 @@ def write_compare_report(path: str | Path, pages: Sequence[Mapping[str, Any]]) -
     Each of `pages` is a mapping with log, model, headline, alignment {lag [s], coverage}, signals {name: {rmse, nrmse,
     chi2_per_n, mncc, lag, gain, iso18571, unit, noise}}, where [{channel, regime, share_of_error, share_of_time,
     kind}], skipped, t (n,) [s], measured, modelled, residuals {name: (n,)}, ribbons {row: [(regime, from, to)]},
+    not_judged (why stretches are not judged, or ""), unjudged [(from, to)] [s], mapping [{name, field, unit, change}],
     groups {group: {channel: RMS error / noise or None}}, segments [s], position ((n,), (n,)) [m] or None, error (n,)
     [times the noise].
 
@@ -104,9 +105,11 @@ def path_figure(t: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.fl
     """
     known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     known = known[:: max(1, len(known) // PATH_POINTS)]
-    level = np.where(np.isfinite(error[known]), error[known], 1.0)
+    judged = known[np.isfinite(error[known])]
+    left_out = known[~np.isfinite(error[known])]
+    level = error[judged]
     order = np.argsort(level, kind="stable")
-    rows = known[order]
+    rows = judged[order]
     top = _top(level)
     ticks = [v for v in TICKS if v < 0.8 * top] + [top]
     labels = ["noise", *(f"{v:.3g}×" for v in ticks[1:-1]), f"{top:.0f}×+"]
@@ -122,6 +125,13 @@ def path_figure(t: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.fl
          "text": [f"t = {t[row]:.1f} s: {_short(float(error[row]))} times the noise" for row in rows],
          "hoverinfo": "text", "showlegend": False},
     ]  # fmt: skip
+    if len(left_out):
+        traces.insert(1, {
+            "type": "scatter", "mode": "markers", "x": numbers(x[left_out], 2), "y": numbers(y[left_out], 2),
+            "marker": {"symbol": "x-thin", "size": 5, "line": {"color": "#9AA7B4", "width": 1}},
+            "text": [f"t = {t[row]:.1f} s: not judged" for row in left_out], "hoverinfo": "text",
+            "name": "not judged", "showlegend": True,
+        })  # fmt: skip
     if len(known):
         traces.append({"type": "scatter", "mode": "markers+text", "x": numbers(x[known[:1]], 2), "hoverinfo": "skip",
                        "y": numbers(y[known[:1]], 2), "text": ["start"], "textposition": "top right",
@@ -130,6 +140,7 @@ def path_figure(t: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.fl
         "data": traces,
         "layout": {
             "height": 420, "margin": {"l": 56, "r": 0, "t": 8, "b": 40}, "hovermode": "closest", "dragmode": "pan",
+            "legend": {"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom"},
             "font": {"size": 11.5, "family": "system-ui, sans-serif"},
             "xaxis": {"title": {"text": "x [m]"}, "zeroline": False},
             "yaxis": {"title": {"text": "y [m]"}, "scaleanchor": "x", "zeroline": False},
@@ -163,7 +174,7 @@ def time_figure(page: Mapping[str, Any]) -> Figure:
             traces.append(_line(t, page["modelled"][name], "model", axis, ORANGE, 1.5, unit, k == 0))
         else:
             traces += _band(t, np.where(np.isfinite(rest[name]), 0.0, np.nan), sigma, axis, False)
-            traces.append(_line(t, rest[name], "measured - model", axis, VERMILION, 1.1, unit, k == len(rows) - 1))
+            traces.append(_line(t, rest[name], "measured - model", axis, GREEN, 1.1, unit, k == len(rows) - 1))
     return {"data": traces, "layout": _layout(page, rows)}
 
 
@@ -189,7 +200,7 @@ def _ribbons(ribbons: Mapping[str, Sequence[tuple[str, float, float]]], t: NDArr
 
 def _band(t: NDArray[np.float64], middle: NDArray[np.float64], sigma: float, axis: str, legend: bool) -> list[Figure]:
     """Filled band of +- BAND sigma around a curve, a polygon a stretch without gaps."""
-    at, y = thin(t, middle, CURVE_POINTS // 2)
+    at, y = thin(*sampled(t, middle), CURVE_POINTS // 2)
     known = np.isfinite(y)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(np.int8), [0]]))).reshape(-1, 2)
     xs: list[float | None] = []
@@ -206,7 +217,7 @@ def _band(t: NDArray[np.float64], middle: NDArray[np.float64], sigma: float, axi
 
 def _line(t: NDArray[np.float64], y: NDArray[np.float64], name: str, axis: str, colour: str, width: float, unit: str,
           legend: bool) -> Figure:  # fmt: skip
-    at, value = thin(t, y, CURVE_POINTS)
+    at, value = thin(*sampled(t, y), CURVE_POINTS)
     return {
         "type": "scatter", "mode": "lines", "name": name, "x": numbers(at, 3), "y": numbers(value, 5), "xaxis": "x",
         "yaxis": axis, "line": {"color": colour, "width": width}, "connectgaps": False, "showlegend": legend,
@@ -228,6 +239,11 @@ def _layout(page: Mapping[str, Any], rows: Sequence[str]) -> Figure:
         "yaxis": {"domain": [1.0 - ribbon / total, 1.0], "type": "category", "fixedrange": True, "showgrid": False,
                   "categoryorder": "array", "categoryarray": ["turning", "along"], "range": [-0.5, 1.5]},
     }  # fmt: skip
+    layout["shapes"] = [
+        {"type": "rect", "xref": "x", "yref": "paper", "x0": a, "x1": b, "y0": 0, "y1": 1, "layer": "below",
+         "fillcolor": "rgba(139,149,161,0.22)", "line": {"width": 0}}
+        for a, b in page.get("unjudged", ())
+    ]  # fmt: skip
     top = total - ribbon - gap
     for k, name in enumerate(rows):
         key = "x" if name in ("along", "across") else name

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reports.compare import LABELS
-from reports.figures import BLUE, ORANGE, VERMILION, Figure, numbers, plain, thin
+from reports.figures import BLUE, ORANGE, VERMILION, Figure, numbers, plain, sampled, thin
 from reports.frame import frame
 from reports.templating import environment
 from reports.verdicts import pretty_unit
@@ -36,7 +36,8 @@ FONT = "system-ui, sans-serif"
 def write_diagnosis_report(path: str | Path, page: Mapping[str, Any]) -> None:
     """Write the page of one diagnosis; same input, same bytes.
 
-    `page` holds verdict, headline, model, logs, held_out, changed (something was found), effects [{name, action,
+    `page` holds verdict, mapping [{name, field, unit, change}] (may be left out), headline, model, logs, held_out,
+    changed (something was found), effects [{name, action,
     standing, apart (judged on detections), physics, equation, parameters [{key, value, interval, unit, meaning}], fit
     and held_out {value, low, high, shown} or None (share of the error), rivals [{name, physics}], manoeuvre, reveals}],
     vetoed, remarks [lines], second_opinion, fitted_along, ladder [{label, fit, held_out} chi^2/N], null_line (chi^2/N
@@ -225,7 +226,7 @@ class _Pen:
 
 def _line(t: NDArray[np.float64], y: NDArray[np.float64], name: str, axis: str, pen: _Pen, unit: str,
           legend: bool = True) -> Figure:  # fmt: skip
-    at, value = thin(t, y, CURVE_POINTS)
+    at, value = thin(*sampled(t, y), CURVE_POINTS)
     return {
         "type": "scatter", "mode": "lines", "name": name, "x": numbers(at, 3), "y": numbers(value, 5), "xaxis": "x",
         "yaxis": axis, "line": {"color": pen.colour, "width": pen.width, "dash": pen.dash}, "connectgaps": False,

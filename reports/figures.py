@@ -51,6 +51,22 @@ def thin(t: ArrayLike, y: ArrayLike, limit: int = MAX_POINTS) -> tuple[NDArray[n
     return t[keep], y[keep]
 
 
+def sampled(t: ArrayLike, y: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A curve by its own samples, with one NaN where it pauses for more than five of its usual steps and 0.1 s.
+
+    Both (n,), in any units, which the results keep. In a log of several rates a slow channel is NaN between its
+    samples; drawn row by row it would fall into dots.
+    """
+    t, y = np.asarray(t, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    known = np.isfinite(y)
+    if known.all() or known.sum() < 2:
+        return t, y
+    at, value = t[known], y[known]
+    steps = np.diff(at)
+    pauses = np.flatnonzero(steps > max(0.1, 5.0 * float(np.median(steps)))) + 1
+    return np.insert(at, pauses, at[pauses - 1]), np.insert(value, pauses, np.nan)
+
+
 def numbers(values: ArrayLike, digits: int = 4) -> list[float | None]:
     """JSON-able numbers: rounded to `digits` decimals, not measured (NaN) and infinite as None."""
     array = np.asarray(values, dtype=np.float64)

@@ -66,7 +66,7 @@ def execute(arguments: argparse.Namespace) -> int:
         )
     found = _compare_all(subject, {name: log for name, (log, _) in logs.items()}, channels)
     if arguments.report is not None:
-        _report(arguments.report, found, {name: findings for name, (_, findings) in logs.items()})
+        _report(arguments, found, {name: findings for name, (_, findings) in logs.items()})
     if arguments.json:
         print(json.dumps(finite(pooled(found)), ensure_ascii=False, allow_nan=False))
         return 0
@@ -142,8 +142,12 @@ def _page(name: str, comparison: Comparison) -> str:
     ])  # fmt: skip
 
 
-def _report(path: str, found: dict[str, Comparison], findings: dict[str, tuple[Finding, ...]]) -> None:
+def _report(
+    arguments: argparse.Namespace, found: dict[str, Comparison], findings: dict[str, tuple[Finding, ...]]
+) -> None:
     from pytest_dvp.gap.words.comparison_page import page_of
+    from pytest_dvp.logs.mapping import mapping_rows, read_mapping
     from reports.compare import write_compare_report
 
-    write_compare_report(path, [page_of(name, one, findings[name]) for name, one in found.items()])
+    rows = mapping_rows(read_mapping(Path(arguments.map))) if arguments.map else []
+    write_compare_report(arguments.report, [page_of(name, one, findings[name], rows) for name, one in found.items()])

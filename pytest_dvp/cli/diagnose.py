@@ -115,9 +115,11 @@ def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: SelectedPar
             judged: SelectedParts, extra: tuple[Effect, ...]) -> None:  # fmt: skip
     from pytest_dvp.gap.words.diagnosis import extend_command
     from pytest_dvp.gap.words.diagnosis_page import Typed, diagnosis_page
+    from pytest_dvp.logs.mapping import mapping_rows, read_mapping
     from reports.diagnosis import write_diagnosis_report
 
-    typed = Typed(arguments.model, fitted.texts, judged.texts, forwarded_options(arguments))
+    rows = mapping_rows(read_mapping(Path(arguments.map))) if arguments.map else []
+    typed = Typed(arguments.model, fitted.texts, judged.texts, forwarded_options(arguments), rows)
     page = diagnosis_page(found, fitted.logs, model, held_out=judged.logs, effects=extra, typed=typed)
     page["command"] = extend_command(found, arguments.model, fitted.texts, judged.texts, _extending(arguments))
     write_diagnosis_report(arguments.report, page)

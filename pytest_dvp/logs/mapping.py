@@ -429,3 +429,21 @@ def _move_antenna(columns: list[RawColumn], antenna: tuple[float, float]) -> Non
     ahead, left = antenna
     by_name["x"] -= ahead * np.cos(yaw) - left * np.sin(yaw)
     by_name["y"] -= ahead * np.sin(yaw) + left * np.cos(yaw)
+
+
+def mapping_rows(mapping: MappingFile) -> list[dict[str, str]]:
+    """What a mapping says of each signal, for a table: name, field, unit in the file, and what changes its values."""
+    rows = []
+    for one in mapping.signals:
+        changes = [
+            *([f"times {one.scale:g}"] if one.scale != 1.0 else []),
+            *(["turned round"] if one.sign == -1.0 else []),
+            *([f"divided by {one.ratio:g}"] if one.ratio != 1.0 else []),
+            *([f"plus {one.offset:g}"] if one.offset else []),
+            *([f"frame {one.frame}"] if one.frame != "flu" else []),
+            *([f"stamps {one.delay:g} s earlier"] if one.delay else []),
+        ]
+        unit = one.unit or "as the file states"
+        field = f"{one.topic} {one.field}".strip()
+        rows.append({"name": one.name, "field": field, "unit": unit, "change": ", ".join(changes)})
+    return rows

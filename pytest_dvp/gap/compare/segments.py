@@ -163,8 +163,8 @@ def _gaps(t: FloatArray, known: BoolArray) -> tuple[list[int], BoolArray]:
 
 
 def stands_for(t: FloatArray, known: BoolArray) -> BoolArray:
-    """Rows (n,) that the samples of a channel (`known` (n,)) stand for: all but those of its gaps. A channel of a slower
-    rate than the stamps t (n,) [s] has no gap between its samples."""
+    """Rows (n,) that the samples of a channel (`known` (n,)) stand for: all but those of its gaps. A slow channel
+    has no gaps between its samples, however many stamps t (n,) [s] the log has there."""
     return ~_gaps(t, known)[1] if known.sum() >= 2 else known
 
 

@@ -77,8 +77,8 @@ def not_judged(comparison: Comparison) -> str:
     named = ", ".join(f"{a:.1f}-{b:.1f} s" for a, b in longest)
     more = f" and {len(stretches) - len(longest)} more" if len(stretches) > len(longest) else ""
     return (
-        f"not judged: {100.0 * share:.0f} % of the time ({named}{more}): the car slides, spins or goes where it does not "
-        "point, or its heading contradicts its yaw rate; from there to the end of a segment nothing can be predicted"
+        f"not judged: {100.0 * share:.0f} % of the time ({named}{more}): the car slides, spins or goes where it does "
+        "not point, or its heading contradicts its yaw rate; from there to the end of a segment nothing is predicted"
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,14 +10,17 @@ import numpy as np
 from openscenario.findings import Finding
 from pytest_dvp.gap.compare.compare import Comparison
 from pytest_dvp.gap.compare.regimes import LATERAL, LONGITUDINAL, REGIMES, ribbon, speed_bins
-from pytest_dvp.gap.words.comparison import covered, headline, skipped
+from pytest_dvp.gap.words.comparison import covered, headline, not_judged, skipped, slid
 from pytest_dvp.logs.log_contents import FloatArray
 
 SMOOTHED = 0.5  # s over which the error along the path is averaged
 
 
-def page_of(name: str, comparison: Comparison, findings: Sequence[Finding] = ()) -> dict[str, Any]:
-    """Input of `reports.compare.write_compare_report` for one log; `findings` are the doctor's warnings about it."""
+def page_of(
+    name: str, comparison: Comparison, findings: Sequence[Finding] = (), mapping: Sequence[Mapping[str, str]] = ()
+) -> dict[str, Any]:
+    """Input of `reports.compare.write_compare_report` for one log. findings: the doctor's warnings about it; mapping: a
+    row for each signal that a mapping file names (`mapping_rows`)."""
     along, across = _track_errors(comparison)
     return {
         "log": name,
@@ -30,6 +33,9 @@ def page_of(name: str, comparison: Comparison, findings: Sequence[Finding] = ())
         },
         "where": [{**where.as_dict(), "kind": where.kind} for where in comparison.where],
         "skipped": skipped(comparison.not_compared),
+        "not_judged": not_judged(comparison),
+        "unjudged": slid(comparison),
+        "mapping": mapping,
         "warnings": [f"{finding.code} {finding.element}: {finding.message}" for finding in findings],
         "t": comparison.t,
         "measured": comparison.measured,

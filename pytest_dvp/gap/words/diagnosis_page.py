@@ -55,12 +55,14 @@ class Typed:
 
     model_file  the file of the model; fitted: the logs that were fitted on, judged: those that judged
     options     those that the next commands need as well, such as `--map F`
+    mapping     a row for each signal that a mapping file names, to be shown (`mapping_rows`)
     """
 
     model_file: str = "model.toml"
     fitted: Sequence[str] = ()
     judged: Sequence[str] = ()
     options: Sequence[str] = ()
+    mapping: Sequence[Mapping[str, str]] = ()
 
 
 _NOTHING_TYPED = Typed()
@@ -85,6 +87,7 @@ def diagnosis_page(
     order = sorted(first.channels, key=lambda c: -first.channels[c])
     return {
         "verdict": found.verdict,
+        "mapping": list(typed.mapping),
         "headline": headline(found, typed.model_file.rpartition("/")[2]),
         "model": typed.model_file.rpartition("/")[2],
         "logs": list(logs),

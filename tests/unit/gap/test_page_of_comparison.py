@@ -14,6 +14,7 @@ from pytest_dvp.gap.compare.compare import compare
 from pytest_dvp.gap.words.comparison_page import page_of
 from reports.compare import groups_figure, path_figure, render_compare_report, time_figure
 from reports.embed import ARRAYS
+from reports.figures import sampled
 
 
 @pytest.fixture(scope="module")
@@ -60,8 +61,28 @@ def test_position_error_is_drawn_along_and_across_the_car(page: dict[str, Any]) 
 
 
 def test_worst_points_of_the_path_lie_on_top(page: dict[str, Any]) -> None:
-    colours = path_figure(page["t"], *page["position"], page["error"])["data"][1]["marker"]["color"]
+    traces = path_figure(page["t"], *page["position"], page["error"])["data"]
+    (colours,) = (trace["marker"]["color"] for trace in traces if "colorbar" in trace.get("marker", {}))
     assert colours == sorted(colours)
+
+
+def test_what_is_not_judged_is_no_noise_on_the_map(page: dict[str, Any]) -> None:
+    error = np.where(page["t"] < 10.0, np.nan, page["error"])
+    traces = path_figure(page["t"], *page["position"], error)["data"]
+    (left_out,) = (trace for trace in traces if trace.get("name") == "not judged")
+    (judged,) = (trace for trace in traces if "colorbar" in trace.get("marker", {}))
+    assert all("not judged" in text for text in left_out["text"])
+    assert len(left_out["x"]) > 0.9 * np.sum(page["t"] < 10.0) * len(judged["x"]) / np.isfinite(error).sum()
+
+
+def test_a_slow_channel_is_drawn_as_a_line() -> None:
+    t = np.arange(0.0, 10.0, 0.01)
+    y = np.full(len(t), np.nan)
+    y[::4] = 1.0
+    y[(t > 4.0) & (t < 5.0)] = np.nan
+    at, value = sampled(t, y)
+    assert np.isnan(value).sum() == 1
+    assert len(at) == np.isfinite(y).sum() + 1
 
 
 def test_hostile_name_stays_text(page: dict[str, Any]) -> None:
