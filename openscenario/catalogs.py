@@ -154,7 +154,7 @@ class Catalogs:
         for kind, written, at in sorted(self.locations, key=lambda location: location[0] not in kinds):
             if written not in self.found:
                 try:
-                    self.found[written] = self.roots.find(written, self.base, folder=True)
+                    self.found[written] = self._folder(written)
                 except PathError as error:
                     self.found[written] = error
             found = self.found[written]
@@ -163,6 +163,15 @@ class Catalogs:
             elif kind in kinds and problem is None:
                 problem = CatalogError(found.code, found.text, "@path", written, found.hint, at, found.allowed)
         return list(folders), problem
+
+    def _folder(self, written: str) -> Path:
+        """The folder that a Directory names; openPASS writes the path of the catalogue file, whose folder is meant."""
+        try:
+            return self.roots.find(written, self.base, folder=True)
+        except PathError as error:
+            if error.code != "path.not_a_file":
+                raise
+            return self.roots.find(written, self.base).parent
 
     def _file(self, name: str, folder: Path) -> Path | None:
         key = f"{folder}{os.sep}{name}"

@@ -69,7 +69,7 @@ class Roots:
 
         Scenarios name their roads by the layout of another machine (`Databases/e6mini.xodr`), and those of CARLA by the
         name of the town (`Town04`): then the path, and after it the bare name, are looked for in each allowed folder,
-        with the ending `.xodr` if none is written.
+        with the ending `.xodr` if none is written; last the bare name in another letter case.
 
         Raises:
             PathError: as `find`; it lists the folders where it was looked for, and the nearest name there.
@@ -81,15 +81,18 @@ class Roots:
                 raise
             missing = error
         plain = written.replace("\\", "/")
-        names = dict.fromkeys((plain, plain.rpartition("/")[2]))
+        bare = plain.rpartition("/")[2]
+        names = dict.fromkeys((plain, bare))
         if not PurePosixPath(plain).suffix:
             names = dict.fromkeys(each + ending for ending in ("", ROAD) for each in names)
         for folder in self.folders:
             for name in names:
-                try:
+                with contextlib.suppress(PathError):
                     return self.find(name, folder)
-                except PathError:
-                    continue
+        for folder in self.folders:
+            for name in _alike(bare, folder):
+                with contextlib.suppress(PathError):
+                    return self.find(name, folder)
         raise self._nowhere(next(reversed(names)), missing)
 
     def _nowhere(self, name: str, missing: PathError) -> PathError:
@@ -102,7 +105,7 @@ class Roots:
                 ours = (entry.name for entry in itertools.islice(entries, _MOST_NAMES))
                 there.update((each, folder) for each in ours if each.endswith(ROAD))
         text = missing.text.partition("; looked in")[0]
-        folders = listed([str(folder) for folder in self.folders], most=6)
+        folders = listed([str(folder) for folder in dict.fromkeys(self.folders)], most=6)
         near = nearest(name, there)
         hint = (
             near or f"permit the folder of the road with --library DIR; roads there: {listed(sorted(there)) or 'none'}"
@@ -159,6 +162,16 @@ class Roots:
             "",
             f"{near} else {advice}" if near else advice,
         )
+
+
+def _alike(name: str, folder: Path) -> list[str]:
+    """Names in a folder that differ from a name in the case of letters only: other systems take them for the same."""
+    try:
+        with os.scandir(folder) as entries:
+            names = [entry.name for entry in itertools.islice(entries, _MOST_NAMES)]
+    except OSError:
+        return []
+    return sorted(each for each in names if each.casefold() in (name.casefold(), f"{name}{ROAD}".casefold()))
 
 
 def _under(path: str | Path, folders: Sequence[Path]) -> bool:

@@ -15,7 +15,7 @@ from openscenario.model import enums, kinds
 from openscenario.model.catalogs import CatalogReference
 from openscenario.model.declarations import ParameterDeclaration
 from openscenario.model.kinds import Element, Moment, Quantity, Raw, Ref, RefKind, Xml
-from openscenario.values import BadValue, to_bool, to_double, to_int, to_moment
+from openscenario.values import BadValue, to_bool, to_double, to_int, to_limit, to_moment
 
 Convert: TypeAlias = Callable[[str], Any]
 
@@ -48,6 +48,8 @@ class AttributePlan:
     raw: bool  # parameters in it are resolved later
     ref: RefKind | None
     allowed: tuple[str, ...] = ()
+    truth: bool = False
+    optional: bool = False
 
 
 @dataclass(slots=True)
@@ -157,7 +159,18 @@ def _fill_attribute(
     ref = next((mark.kind for mark in meta if isinstance(mark, Ref)), None)
     raw = any(isinstance(mark, Raw) for mark in meta)
     allowed = typing.get_args(kind) if typing.get_origin(kind) is Literal else ()
-    entry = AttributePlan(name, attribute, _converter(kind, meta), kind is str, kind in (int, float), raw, ref, allowed)
+    entry = AttributePlan(
+        name,
+        attribute,
+        _converter(kind, meta),
+        text=kind is str,
+        number=kind in (int, float),
+        raw=raw,
+        ref=ref,
+        allowed=allowed,
+        truth=kind is bool,
+        optional=not required,
+    )
     plan.attributes[attribute] = entry
     for former in spelling.former:
         plan.attributes[former] = entry
@@ -241,8 +254,9 @@ def _converter(kind: Any, meta: tuple[Any, ...]) -> Convert:
         return to_moment if any(isinstance(mark, Moment) for mark in meta) else str
     if kind is bool:
         return to_bool
-    convert: Convert = to_int if kind is int else to_double
     quantity = next((mark for mark in meta if isinstance(mark, Quantity)), None)
+    endless = quantity is not None and quantity.endless
+    convert: Convert = to_int if kind is int else to_limit if endless else to_double
     if quantity is None or (quantity.low, quantity.high, quantity.above) == (None, None, None):
         return convert
     return _bounded(convert, quantity)

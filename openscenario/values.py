@@ -42,6 +42,18 @@ def to_double(text: str) -> float:
     return value
 
 
+def to_limit(text: str) -> float:
+    """A number as `to_double` takes it; `INF` and what is larger than 1e12, which both say "no limit", are 1e12.
+
+    Raises BadValue for any other text.
+    """
+    try:
+        endless = float(text) > LARGEST and "_" not in text
+    except ValueError:
+        endless = False
+    return LARGEST if endless else to_double(text)
+
+
 def to_int(text: str) -> int:
     """A whole number; `3.0` is one, as computed values come so. Raises BadValue for any other text."""
     try:

@@ -218,6 +218,10 @@ def _encoding(data: bytes, file: str) -> str:
             encoding = "utf-16-le"
         elif data[:2] == b"\0<":
             encoding = "utf-16-be"
+        elif data[:1] == b"<" and encoding.lower() in ("utf-16", "utf16"):
+            encoding = (
+                "utf-8"  # one byte a character: what .NET's StringWriter declares, whatever the file is written in
+            )
         elif not _ENCODINGS.fullmatch(encoding) or encoding.lower().startswith(("utf-16", "utf16", "utf-32", "utf32")):
             raise _error(
                 "xml.bad_encoding", file, 1, "", "unknown encoding", encoding, "UTF-8, UTF-16, ISO-8859-1, ..."

@@ -165,6 +165,12 @@ FOUND = """
   problems are read over, with a warning. Against commonroad-io, middles of lanes differ by less than 5 cm on bends of
   60 m, and states of obstacles by at most 6 mm and 6 mrad (`tests/interop/test_commonroad_io.py`).
 - **Versions before 1.0** are refused. A missing `description` or `author` of the header is a warning.
+- **Slips that can mean one thing only** are warnings: a word in another letter case (`Linear`, `False`); an optional
+  attribute written as `""` or `None`; a missing `delay` (0), `selectTriggeringEntities` (false), `closed` (false),
+  `maximumExecutionCount` of a maneuver group (1), name of a condition or environment, mass of a pedestrian or object;
+  an attribute of a tool's own where things are described (vehicles, properties, environments); an empty `Private` or
+  `Story`. A `Directory` may name the catalogue file, and limits (`Performance`, `DynamicConstraints`, `visualRange`)
+  may be `INF`.
 
 ## Weather and the state of the road
 

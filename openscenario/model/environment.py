@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from openscenario.model.declarations import File, ParameterDeclaration, Properties
 from openscenario.model.entities import BoundingBox
 from openscenario.model.enums import CloudState, FractionalCloudCover, PrecipitationType, Wetness
-from openscenario.model.kinds import DateTime, Element, Length, NonNegative, Radian, WindSpeed, xml
+from openscenario.model.kinds import DateTime, Element, NonNegative, Radian, VisualRange, WindSpeed, xml
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Sun(Element):
 
 @dataclass(frozen=True, slots=True)
 class Fog(Element):
-    visual_range: Length
+    visual_range: VisualRange
     bounding_box: BoundingBox | None = None
 
 

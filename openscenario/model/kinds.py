@@ -48,13 +48,17 @@ def elements_below(thing: object) -> Iterator[Element]:
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Unit and bounds of a number: low <= x <= high, x > above; `rule`: the ASAM rule that says so, if there is one."""
+    """Unit and bounds of a number: low <= x <= high, x > above; `rule`: the ASAM rule that says so, if there is one.
+
+    `endless`: a limit, which may be INF.
+    """
 
     unit: str
     low: float | None = None
     high: float | None = None
     above: float | None = None
     rule: str = "value.out_of_range"
+    endless: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,10 +121,11 @@ TransitionTime: TypeAlias = Annotated[
 Speed: TypeAlias = Annotated[float, Quantity("m/s", low=-1e4, high=1e4)]
 # an integration step of 1 ms still holds there, three times the speed of sound; tornadoes reach 140 m/s
 WindSpeed: TypeAlias = Annotated[float, Quantity("m/s", low=0.0, high=1e3)]
-MaxSpeed: TypeAlias = Annotated[float, Quantity("m/s", low=0.0)]
+MaxSpeed: TypeAlias = Annotated[float, Quantity("m/s", low=0.0, endless=True)]
 Acceleration: TypeAlias = Annotated[float, Quantity("m/s^2")]
-MaxAcceleration: TypeAlias = Annotated[float, Quantity("m/s^2", low=0.0)]
-MaxJerk: TypeAlias = Annotated[float, Quantity("m/s^3", low=0.0)]
+MaxAcceleration: TypeAlias = Annotated[float, Quantity("m/s^2", low=0.0, endless=True)]
+MaxJerk: TypeAlias = Annotated[float, Quantity("m/s^3", low=0.0, endless=True)]
+VisualRange: TypeAlias = Annotated[float, Quantity("m", low=0.0, endless=True)]
 Radian: TypeAlias = Annotated[float, Quantity("rad")]
 NonNegativeRadian: TypeAlias = Annotated[float, Quantity("rad", low=0.0)]
 Latitude: TypeAlias = Annotated[float, Quantity("deg", low=-90.0, high=90.0)]

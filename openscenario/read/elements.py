@@ -18,6 +18,7 @@ from openscenario.model.kinds import At
 from openscenario.model.storyboard import Action
 from openscenario.parameters import BrokenParameter, Given, Scope, declare, resolve
 from openscenario.plan import AttributePlan, ElementPlan, Leaf, Table, plan_of
+from openscenario.read import assumed
 from openscenario.read.checks import CHECKS
 from openscenario.read.context import Context, Reference
 from openscenario.values import BadValue
@@ -76,7 +77,11 @@ class ElementReader:
             )
             values["action"] = CustomCommandAction("", at=at)  # the schemas up to 1.2 allow it, and files use it
         for field_name, wrapper, allowed in plan.required_children:
-            if not values.get(field_name):
+            if field_name not in values and not node.children and plan.cls in assumed.EMPTY:
+                values[field_name] = []
+                text = "the element is empty and does nothing"
+                self.context.warning("xml.missing_element", at, "", text, allowed=allowed)
+            elif not values.get(field_name):
                 whole = False
                 if field_name not in values and _UNKNOWN not in values:
                     self._missing_child(node, at, wrapper, allowed)
@@ -95,12 +100,7 @@ class ElementReader:
         for name, raw in node.attributes.items():
             attribute = known.get(name)
             if attribute is None:
-                whole = False
-                hint = nearest(name, known)
-                allowed = ", ".join(sorted({entry.name for entry in known.values()})) or "no attribute"
-                self.context.error(
-                    "xml.unknown_attribute", at, f"@{name}", "unknown attribute", found=name, allowed=allowed, hint=hint
-                )
+                whole = self._unknown_attribute(plan, node, at, name) and whole
                 continue
             text = raw
             if plan.cls is ParameterDeclaration and name == "name" and raw.startswith("$") and raw != "$":
@@ -109,7 +109,7 @@ class ElementReader:
                     "param.name", at, "@name", "a parameter is declared without the $ that refers to it", found=raw
                 )
             elif "$" in raw and not attribute.raw:
-                resolved = self._resolved(attribute, raw, scope, at)
+                resolved = self._resolved(attribute, raw if attribute.text else raw.strip(), scope, at)
                 if resolved is None:
                     whole = False
                     values[attribute.field] = None
@@ -118,9 +118,13 @@ class ElementReader:
             try:
                 values[attribute.field] = attribute.convert(text)
             except BadValue as error:
+                if self._assumed(attribute, text, at, name, values):
+                    continue
                 whole = False
                 values[attribute.field] = None
                 hint = nearest(text, attribute.allowed) if attribute.allowed else ""
+                if "$" in text and text == raw:
+                    hint = "calculations are written ${...}"
                 found = (text if text == raw else f"{raw} = {text}") or "nothing"
                 self.context.error(
                     error.code, at, f"@{name}", error.text, found=found, allowed=error.allowed, hint=hint
@@ -130,11 +134,44 @@ class ElementReader:
                 self.context.references.append(Reference(attribute.ref, text, at, name, _origin(raw, text, scope, at)))
         for field_name, name in plan.required_attributes:
             if field_name not in values:
-                whole = False
-                self.context.error(
-                    "xml.missing_attribute", at, f"@{name}", "a required attribute is missing", allowed=name
-                )
+                whole = self._without(plan, field_name, name, at, values) and whole
         return whole
+
+    def _unknown_attribute(self, plan: ElementPlan, node: Node, at: At, name: str) -> bool:
+        """Note an attribute that is not in the standard; True if the element can be read without it."""
+        known = plan.attributes
+        hint = nearest(name, [each for each in known if each not in node.attributes])
+        harmless = not hint and issubclass(plan.cls, assumed.DESCRIBING)
+        text = "unknown attribute, left out" if harmless else "unknown attribute"
+        allowed = ", ".join(sorted({entry.name for entry in known.values()})) or "no attribute"
+        note = self.context.warning if harmless else self.context.error
+        note("xml.unknown_attribute", at, f"@{name}", text, found=name, allowed=allowed, hint=hint)
+        return harmless
+
+    def _assumed(self, attribute: AttributePlan, text: str, at: At, name: str, values: Values) -> bool:
+        """Take a text that is no value for what alone it can mean, with a warning; False if there is no such thing."""
+        word = assumed.meant(attribute, text)
+        if word is not None:
+            values[attribute.field] = attribute.convert(word)
+            said = f"taken for {word}: words are written in this case"
+            self.context.warning("value.letter_case", at, f"@{name}", said, found=text)
+            return True
+        if attribute.optional and text.strip() in assumed.NOT_GIVEN:
+            said = "an optional attribute without a value is left out"
+            self.context.warning("value.not_given", at, f"@{name}", said, found=text or "nothing")
+            return True
+        return False
+
+    def _without(self, plan: ElementPlan, field_name: str, name: str, at: At, values: Values) -> bool:
+        """Note a missing attribute; True if it is known what it would be."""
+        text = assumed.WITHOUT.get(plan.cls, {}).get(name)
+        if text is None:
+            self.context.error("xml.missing_attribute", at, f"@{name}", "a required attribute is missing", allowed=name)
+            return False
+        values[field_name] = plan.attributes[name].convert(text)
+        said = f"a required attribute is missing, taken for '{text}'" if text else "a required attribute is missing"
+        self.context.warning("xml.missing_attribute", at, f"@{name}", said, allowed=name)
+        return True
 
     def _resolved(self, attribute: AttributePlan, raw: str, scope: Scope, at: At) -> str | None:
         try:
@@ -209,6 +246,9 @@ class ElementReader:
                     values[_UNKNOWN] = True
                     self._missing_child(child, At(self.file, child.line, below), "", ", ".join(sorted(entry)))
                 whole = self._children(plan, entry, child, scope, below, values) and whole
+            elif plan.cls is CustomCommandAction:
+                text = "an element in a command, left out: no command is carried out"
+                self.context.warning("xml.unknown_element", At(self.file, child.line, below), "", text, found=tag)
             else:
                 whole = False
                 values[_UNKNOWN] = True
