@@ -1,15 +1,18 @@
 """What a camera's detector sees by the light of the sun: not far in the dark, and nothing close beside the sun.
 
 - Dark is where less light falls on the road than at the end of civil twilight, 3.4 lx (RCA Electro-Optics Handbook,
-  1974, table 6-2). A camera then sees as far as its own low beams shine, 50 m: the distance at which UN Regulation
-  No. 149 measures them. Lamps of others and of the street are not modelled.
+  1974, table 6-2; the Glossary of Meteorology of the AMS has 3.5 to 2 lx there, and 585 to 410 lx at sunset). A camera
+  then sees as far as its own low beams shine, 50 m: the distance at which UN Regulation No. 149 measures them. Lamps of
+  others and of the street are not modelled.
 - Glare: light of the sun that is scattered in lens and eye lies over the image as a veil of 10 E / a^2 [cd/m^2], E the
   illuminance [lx] across the line of sight, a the angle to the sun [deg] (Stiles and Holladay; CIE 146:2002, for 1 to
-  30 degrees; of eyes, lenses are taken to be like them). It leaves L / (L + veil) of a contrast, L the luminance of the
-  surroundings: 18 % of the light that falls on the road, over pi. A detector needs 5 % of a contrast, as in fog.
+  30 degrees; ANSI/IES RP-8 has the same for lamps of roads). That is for eyes; that lenses are like them is an
+  assumption. It leaves L / (L + veil) of a contrast, L the luminance of the surroundings: 18 % of the light that falls
+  on the road, over pi. That a detector needs 5 % of a contrast, as in fog, is an assumption as well.
 - The sky gives 12 % of what a surface that faces the sun gets from it (clear sky; 10 to 15 %, an estimate).
 - Where a file states only the time of day: declination by P. I. Cooper (Solar Energy 12, 1969), and the light of a
-  clear sky by the IES (Calculation procedures, 1984): 127.5 klx exp(-0.21 / sin h) at the elevation h.
+  clear sky by the IES (Recommended practice for the calculation of daylight availability, Journal of the IES 13,
+  1984): 127.5 klx exp(-0.21 / sin h) at the elevation h. Its print was not at hand to compare these two constants.
 
 LiDARs bring their own light; what the sun adds to their noise is not modelled. Nor are shadows.
 """
