@@ -114,6 +114,23 @@ def test_rain_of_1_mm_an_hour_takes_1_076_decibels_a_kilometre() -> None:
     assert extinction_of_precipitation("snow", 5.0) > extinction_of_precipitation("rain", 5.0)
 
 
+@pytest.mark.parametrize(
+    ("kind", "intensity", "decibels"),
+    [
+        ("rain", 10.0, 5.0330),  # 1.076 * 10^0.67 = 1.076 * 4.6774
+        ("rain", 50.0, 14.795),  # 1.076 * 50^0.67 = 1.076 * 13.750
+        ("snow", 1.0, 3.8781),  # 0.0001023 * 905 + 3.7855466
+        ("snow", 5.0, 12.356),  # 3.8781 * 5^0.72 = 3.8781 * 3.1861
+        ("snow", 10.0, 20.353),  # 3.8781 * 10^0.72 = 3.8781 * 5.2481
+    ],
+)
+def test_rain_and_snow_take_decibels_a_kilometre_as_the_table_says(
+    kind: str, intensity: float, decibels: float
+) -> None:
+    left = math.exp(-1000.0 * extinction_of_precipitation(kind, intensity))
+    assert -10.0 * math.log10(left) == pytest.approx(decibels, rel=1e-4)
+
+
 def seen(distance: float, extinction: float) -> tuple[bool, bool]:
     """Whether LiDAR and camera see a car `distance` [m] ahead of theirs; half a second of looks."""
     sensors = default_sensors()
@@ -205,13 +222,26 @@ def test_the_scenario_takes_pedals_and_wheel_from_the_stack(
         assert log[f"{name}_cmd"][-1] == pytest.approx(value)
 
 
-def test_monitors_are_events_of_the_log(scenario: Write) -> None:
-    declared = '<MonitorDeclarations><MonitorDeclaration name="seen" value="false"/></MonitorDeclarations>'
+@pytest.mark.parametrize(
+    ("declared", "given", "told"),
+    [
+        ("false", ("true",), ["true"]),
+        ("true", ("false",), ["false"]),
+        ("true", ("true",), []),
+        ("false", ("true", "false"), []),  # within one instant: nothing is seen of it
+    ],
+)
+def test_changes_of_monitors_are_events_of_the_log(
+    scenario: Write, declared: str, given: tuple[str, ...], told: list[str]
+) -> None:
+    monitor = f'<MonitorDeclarations><MonitorDeclaration name="seen" value="{declared}"/></MonitorDeclarations>'
     start = '<Private entityRef="Ego">'
-    raised = '<GlobalAction><SetMonitorAction monitorRef="seen" value="true"/></GlobalAction>'
-    path = scenario(("<CatalogLocations/>", f"{declared}<CatalogLocations/>"), (start, f"{raised}{start}"))
+    raised = "".join(
+        f'<GlobalAction><SetMonitorAction monitorRef="seen" value="{value}"/></GlobalAction>' for value in given
+    )
+    path = scenario(("<CatalogLocations/>", f"{monitor}<CatalogLocations/>"), (start, f"{raised}{start}"))
     log = run(path, ads=OneTrick(coast), duration=0.2).log
-    assert [(each.element, each.text) for each in log.events if each.kind == "monitor"] == [("seen", "true")]
+    assert [(each.element, each.text) for each in log.events if each.kind == "monitor"] == [("seen", x) for x in told]
 
 
 def test_what_of_the_weather_changes_nothing_is_said(scenario: Write) -> None:
