@@ -19,6 +19,7 @@ from vehicle.model.effects.load_transfer import load_transfer
 from vehicle.model.effects.motor_damping import motor_damping
 from vehicle.model.effects.motor_inertia import motor_inertia
 from vehicle.model.effects.motor_torque import motor_torque
+from vehicle.model.effects.parallel_steering import parallel_steering
 from vehicle.model.effects.power_limit import power_limit
 from vehicle.model.effects.road_bank import road_bank
 from vehicle.model.effects.road_grade import road_grade
@@ -26,6 +27,7 @@ from vehicle.model.effects.road_profile import road_profile
 from vehicle.model.effects.roll_dynamics import roll_dynamics
 from vehicle.model.effects.rolling_resistance import rolling_resistance
 from vehicle.model.effects.steer_compliance import steer_compliance
+from vehicle.model.effects.steered_wheel_forces import steered_wheel_forces
 from vehicle.model.effects.tyre_relaxation import tyre_relaxation
 from vehicle.model.effects.tyre_saturation import tyre_saturation
 from vehicle.model.effects.understeer import understeer
@@ -211,6 +213,51 @@ def test_relaxation_counts_no_slower_than_the_slow_speed() -> None:
     relaxing = Applied(tyre_relaxation, length=0.2)
     relaxing(bus(vx=0.1, **TYRES))  # 1 m/s x 0.1 s over 0.2 m
     assert relaxing.memory.gone == pytest.approx(1.0 - math.exp(-0.5))
+
+
+@pytest.mark.parametrize(("vx", "share"), [(0.8, 1.0), (1.5, 0.8333), (2.5, 0.0)])
+def test_a_car_that_moves_without_slip_hands_the_forces_of_its_path_over(vx: float, share: float) -> None:
+    """m v r = 1600 x v x 0.3 on the axles by the arms 1.6 and 1.2 of 2.8 m; at 1.5 m/s, half way, a step of
+    0.1 s takes 0.1 / (0.1 + 0.02) of them over."""
+    relaxing = Applied(tyre_relaxation, length=0.6)
+    relaxing(bus(vx=vx, yaw_rate=0.3))
+    across = 1600.0 * vx * 0.3 / 2.8
+    assert (relaxing.memory.front, relaxing.memory.rear) == pytest.approx(
+        (share * 1.6 * across, share * 1.2 * across), rel=1e-4
+    )
+
+
+@pytest.mark.parametrize(("vx", "along"), [(5.0, 0.4 * 3000.0 - 0.7 * 2000.0), (-5.0, 0.4 * 3000.0 + 0.7 * 2000.0)])
+def test_the_forces_of_steered_wheels_act_across_by_the_sine_and_along_by_the_cosine(vx: float, along: float) -> None:
+    x = applied(
+        steered_wheel_forces, bus(vx=vx, steer=0.4, traction=3000.0, brake=2000.0, push=10.0), drive=0.4, brake=0.7
+    )
+    assert x.push == pytest.approx(10.0 + along * math.sin(0.4))
+    assert x.yaw_moment == pytest.approx(1.2 * along * math.sin(0.4))
+    assert x.traction == pytest.approx(3000.0 * (0.6 + 0.4 * math.cos(0.4)))
+    assert x.brake == pytest.approx(2000.0 * (0.3 + 0.7 * math.cos(0.4)))
+
+
+def test_brakes_that_hold_a_car_do_not_push_it_aside() -> None:
+    x = applied(steered_wheel_forces, bus(vx=0.0, steer=0.4, brake=2000.0), brake=0.7)
+    assert (x.push, x.yaw_moment, x.brake) == (0.0, 0.0, 2000.0)
+
+
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+def test_wheels_that_steer_alike_turn_the_car_back(turn: float) -> None:
+    """Both wheels by their own slip angles, as forces on their own places: to a few per cent of a first order."""
+    steer, rate, v, track, stiff = 0.4, 0.5 * turn, 4.0, 1.5, 60e3
+    q = (0.3 * turn + 1.2 * rate) / v
+    given = {"steer": steer * turn, "yaw_rate": rate, "vx": v, "vy": 0.3 * turn, "track": track}
+    x = applied(parallel_steering, bus(**given, fy_front=3000.0 * turn, tangent_front=stiff), share=1.0)
+    moment = force = 0.0
+    for side in (1.0, -1.0):
+        beyond = math.atan(q) - math.atan2(q * v, v - side * 0.5 * track * rate)  # of the slip of the axle's middle
+        moment += 0.5 * stiff * beyond * math.sin(steer * turn) * side * 0.5 * track
+        force += 0.5 * stiff * beyond
+    assert x.yaw_moment == pytest.approx(moment, rel=0.03)
+    assert x.yaw_moment * turn < 0.0
+    assert x.fy_front - 3000.0 * turn == pytest.approx(force, rel=0.03)
 
 
 def test_without_a_length_forces_are_there_at_once() -> None:

@@ -317,7 +317,8 @@ def test_instruments_show_the_motion_at_the_start_of_a_step(plain: Plain) -> Non
 
 
 def test_instruments_of_a_car_with_tyres_feel_its_forces(plain: Plain) -> None:
-    """The force of both axles over mass, and the turn with the lever of the instrument from the centre of gravity."""
+    """The force of both axles over mass, and the turn with the lever of the instrument from the centre of gravity; of
+    the kinematic part v r, and with the lever from the rear axle r' = v' tan d / L + v d' / (L cos^2 d)."""
     forces = {"fy_front": 3e3, "fy_rear": 2e3, "tangent_front": CF, "yaw_moment": 400.0, "turning_inertia": INERTIA}
     x = bus(vx=10.0, yaw_rate=0.3, vy_rear=0.2, steer=0.1, steer_lead=0.01, ay_x=2.0, **forces)
     plain("_look")(x, 1.0, 10.1)
@@ -330,7 +331,8 @@ def test_instruments_of_a_car_with_tyres_feel_its_forces(plain: Plain) -> None:
     plain("_look")(half, 0.5, 10.1)
     kinematic = 10.0 * math.tan(0.11) / L
     assert half.meas_yaw_rate == pytest.approx(0.5 * (0.3 + kinematic))
-    assert half.meas_ay == pytest.approx(0.5 * (x.meas_ay + 10.0 * kinematic))
+    turning = (1.0 * math.tan(0.11) - 10.0 * (0.02 / 0.1) / math.cos(0.11) ** 2) / L
+    assert half.meas_ay == pytest.approx(0.5 * (x.meas_ay + 10.0 * kinematic + 2.0 * turning))
     assert half.meas_ax == pytest.approx(1.0 - 0.5 * half.meas_yaw_rate * 0.2)
 
 

@@ -67,7 +67,8 @@ def test_the_truth_covers_the_catalogue_of_the_car() -> None:
             "cornering_compliance",
             "force_rise",
         ),  # tested elsewhere: surrogate, multi-body cars
-        *("axle_load_shift", "front_wheel_speed", "wheel_slip"),  # in test_vehicle_slipping_wheels
+        *("axle_load_shift", "front_wheel_speed", "wheel_slip"),  # in test_vehicle_slipping_wheels,
+        *("parallel_steering", "steered_wheel_forces"),  # with these
         *("brake_fade", "road_profile", "speed_limit", "steer_assist"),  # in test_kernel_against_truth
     }
 

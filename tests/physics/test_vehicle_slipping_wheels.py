@@ -1,4 +1,4 @@
-"""Slipping wheels in the odometry, and axle loads that move: closed forms."""
+"""Slipping wheels in the odometry, axle loads that move, forces of steered wheels: closed forms."""
 
 from __future__ import annotations
 
@@ -75,3 +75,29 @@ def test_the_shift_is_that_of_the_loads() -> None:
     )
     moved = driven(car("dynamic_bicycle").with_effect("axle_load_shift", {"c": c}), accel, 0.05, 10.0, 2.0)
     assert moved[:, YAW_RATE] == pytest.approx(driven(changed, accel, 0.05, 10.0, 2.0)[:, YAW_RATE], rel=1e-6)
+
+
+def test_a_car_driven_by_its_steered_wheels_balances_their_forces() -> None:
+    """Once steady, in the frame of the car: m v r = F_yf cos d + F_yr + F_xf sin d, and no moment about its centre."""
+    model = parse_model(
+        f'[model]\nbase = "dynamic_bicycle"\n[parameters]\nwheelbase = {LENGTH}\ncg_to_front_axle = {FRONT}\n'
+        f"mass = 1200.0\nyaw_inertia = 1500.0\nay_x = {LENGTH - FRONT}\n"
+        "cornering_stiffness_front = 60000.0\ncornering_stiffness_rear = 60000.0\n"
+    ).with_effect("steered_wheel_forces", {"drive": 1.0})
+    drag = 1.0  # m/s^2, so that a steady speed asks for a force
+    rows = driven(model.with_effect("rolling_resistance", {"c": drag}), 1.3, 0.3, 6.0, 6.0)
+    v, r, ay = rows[-1, V], rows[-1, YAW_RATE], rows[-1, 6]
+    before = rows[-21]
+    assert abs(v - before[V]) < 0.05  # steady: what turns the car back takes up the rest of the drive
+    front_across = 1200.0 * ay * (LENGTH - FRONT) / LENGTH  # no moment: the front axle carries its share
+    assert ay == pytest.approx(v * r, rel=0.02)
+    slip = (front_across - 1200.0 * 1.3 * np.sin(0.3)) / np.cos(0.3) / 60000.0
+    rear = 1200.0 * ay * FRONT / LENGTH / 60000.0
+    assert r == pytest.approx(v / LENGTH * (np.tan(0.3 - slip) + np.tan(rear)), rel=0.01)
+
+
+def test_an_accelerometer_ahead_of_the_rear_axle_feels_the_turning_grow() -> None:
+    """A car that moves without slip and brakes by 3 m/s^2 with tan(d) / L = 0.1: r' = -0.3, 1.5 m ahead -0.45 m/s^2."""
+    model = parse_model(f"[parameters]\nwheelbase = {LENGTH}\nay_x = 1.5\n")
+    rows = driven(model, -3.0, float(np.arctan(0.1 * LENGTH)), 8.0, 2.0)
+    assert rows[50, 6] == pytest.approx(rows[50, V] ** 2 * 0.1 - 0.45, rel=1e-9)

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Annotated, NamedTuple, Protocol, get_args, get_type_hints
 
 GRAVITY = 9.80665  # m/s^2, CGPM 1901
+BLEND_TIME = 0.02  # s, time constant with which slip fades in the middle of the blend of `vehicle.model.kernel`
 
 
 class Bus(Protocol):

@@ -31,7 +31,7 @@ from numba.extending import intrinsic
 
 from machine_code import compiled
 from vehicle.messages import FloatArray
-from vehicle.model.bus import GRAVITY
+from vehicle.model.bus import BLEND_TIME, GRAVITY
 
 KINEMATIC, DYNAMIC = 0, 1
 ACCELERATION, PEDALS, SPEED, IMPOSED = 0, 1, 2, 3
@@ -41,7 +41,6 @@ COMMAND_COLUMNS = ("steer_cmd", "accel_cmd", "throttle_cmd", "brake_cmd", "speed
 SETTLING = 10.0  # s
 SETTLING_STEPS = 8  # of SETTLING s before the start; chosen, not measured
 LEAST_ACROSS = 0.05  # of the friction, left across a car that brakes with all of it: keeps the equations solvable
-BLEND_TIME = 0.02  # s, time constant with which slip fades in the middle of the blend
 
 
 @intrinsic  # type: ignore[untyped-decorator,unused-ignore]
@@ -330,22 +329,25 @@ def run(
 @compiled
 def _look(x: Any, blend: float, v1: float) -> None:
     """What a perfect instrument shows at the start of the step: motion and the accelerations that begin now."""
-    steer = x.steer + x.steer_lead
-    kinematic = x.vx * math.tan(steer) / x.wheelbase
-    r = kinematic
-    gy = _pull(x.bank)
-    ay = x.vx * r - gy
-    if blend > 0.0:
-        cos_d = math.cos(steer)
-        front = (x.fy_front + x.tangent_front * x.steer_lead) * cos_d
-        turn = (x.cg_front * front - x.cg_rear * x.fy_rear + x.yaw_moment) / x.turning_inertia
-        r += blend * (x.yaw_rate - kinematic)
-        ay += blend * ((front + x.fy_rear) / x.mass + (x.ay_x - x.cg_rear) * turn - ay)
     rate = (v1 - x.vx) / x.dt
     if v1 != 0.0 and x.accel_lead != 0.0:
         rate += x.accel_lead * x.mass_ref / (x.mass + x.rotating_mass)
         if x.vx == 0.0 and rate * v1 < 0.0:  # brakes hold a standing car, they do not push it
             rate = 0.0
+    steer = x.steer + x.steer_lead
+    bend = math.tan(steer)
+    kinematic = x.vx * bend / x.wheelbase
+    r = kinematic
+    gy = _pull(x.bank)
+    ay = x.vx * r - gy
+    if x.ay_x != 0.0:  # ahead of the rear axle the turning itself accelerates, too
+        ay += x.ay_x * (rate * bend - x.vx * (1.0 + bend * bend) * 2.0 * x.steer_lead / x.dt) / x.wheelbase
+    if blend > 0.0:
+        cos_d = math.cos(steer)
+        front = (x.fy_front + x.tangent_front * x.steer_lead) * cos_d
+        turn = (x.cg_front * front - x.cg_rear * x.fy_rear + x.yaw_moment) / x.turning_inertia
+        r += blend * (x.yaw_rate - kinematic)
+        ay += blend * ((front + x.fy_rear + x.push) / x.mass + (x.ay_x - x.cg_rear) * turn - ay)
     x.meas_x, x.meas_y, x.meas_yaw, x.meas_v = x.x, x.y, x.yaw, x.vx
     x.meas_yaw_rate, x.meas_ay = r, ay + x.lean_y
     x.meas_ax = rate - blend * r * x.vy_rear - x.ax_x * r * r - _pull(x.grade)

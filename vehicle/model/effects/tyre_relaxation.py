@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import expm1
 from typing import Any
 
-from vehicle.model.bus import Bus
+from vehicle.model.bus import BLEND_TIME, Bus
 from vehicle.model.effect import Key, Memory, effect
 from vehicle.model.shown_by import CURVES, STEER, TURN, ShownBy
 
@@ -36,6 +36,13 @@ def tyre_relaxation(x: Bus, p: Any, m: Any) -> None:
     elif m.gone > 0.0:  # the last step: slip moved straight from its start to its end
         m.front += m.gone * (m.front_steady - m.front) + m.follow * m.front_tangent * x.slip_change_front
         m.rear += m.gone * (m.rear_steady - m.rear) + m.follow * m.rear_tangent * x.slip_change_rear
+    if x.vx < 2.0 * x.slow:  # a car that moves without slip (`vehicle.model.kernel`) has the forces of its path
+        s = min(max(x.vx / x.slow - 1.0, 0.0), 1.0)
+        kinematic = 1.0 - s * s * (3.0 - 2.0 * s)
+        taken = x.dt * kinematic / (x.dt * kinematic + BLEND_TIME * (1.0 - kinematic))
+        across = x.mass * x.vx * x.yaw_rate / x.wheelbase
+        m.front += taken * (x.cg_rear * across - m.front)
+        m.rear += taken * (x.cg_front * across - m.rear)
     m.front_steady, m.rear_steady = x.fy_front, x.fy_rear
     m.front_tangent, m.rear_tangent = x.tangent_front, x.tangent_rear
     if p.length <= 0.0:
