@@ -13,6 +13,11 @@ if TYPE_CHECKING:
     from pytest_dvp.gap.diagnose.trial import Trial
 
 
+HOPELESS = (
+    0.1  # of the gain that is needed: an effect goes by its own law, and a weak point may understate a strong one
+)
+
+
 class FirstOrderGain:
     """What effects would change on top of a set that is fitted. strongest: square of the largest that `at` saw."""
 
@@ -24,9 +29,19 @@ class FirstOrderGain:
         self._nothing = 1e-7 * target.count
         self.strongest = 0.0
 
-    def remaining_chi2(self, candidate: Candidate, points: Sequence[Point]) -> list[tuple[float, Point]]:
-        """chi^2 left at the points (strongest first), and at one more that promises most."""
+    def remaining_chi2(
+        self, candidate: Candidate, points: Sequence[Point], needed: float = 0.0
+    ) -> list[tuple[float, Point]]:
+        """chi^2 left at the points (strongest first), and at one more that promises most.
+
+        needed: a gain in chi^2; an effect that promises no more than HOPELESS of it, were it as strong as it likes, is
+        looked at in one point only.
+        """
         self.strongest = 0.0
+        if needed > 0.0 and len(points) > 1:
+            raw, size, slope = self._step(points[-1])
+            if raw >= self._nothing and size > 0.0 and slope * slope < HOPELESS * needed * size:
+                return [(self._before + 2.0 * slope + size, points[-1])]
         options: list[tuple[float, Point]] = []
         hoped: list[tuple[float, Point]] = []
         for point in points:

@@ -19,6 +19,7 @@ from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, intervals
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
+from pytest_dvp.gap.diagnose.masked_pairs import masked_pair
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -38,8 +39,10 @@ PRICE = 0.005  # of max(1, chi^2/N), for a parameter
 EQUAL = 5e-4  # of chi^2/N: sets that differ by less do the same
 MISFIT = 1.3  # chi^2/N over all channels, above which something is left
 CHANNEL_MISFIT = 1.5  # of one channel
+MATCHED_MISFIT = 0.02  # of what was beyond the noise at first, that a set of many effects may leave
 EXCUSED_MISFIT = 2.0  # of one channel of a twin with a known remainder, which changes from drive to drive
 _RETURNS = 2  # times that a search begins again
+_EXCHANGES = 8  # of effects of a set by others
 _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 LARGE = 6  # effects of a set from which on fewer candidates are fitted: each fit moves all of its values
 _REFITTED_IN_LARGE = 3  # candidates of a round in such a set, where each fit costs more
@@ -82,6 +85,7 @@ class Search:
         self._near: dict[str, tuple[str, ...]] = {}
         self._whole: Trial | None = None
         self._less: dict[str, Trial] = {}
+        self._rough: dict[str, Trial] = {}
 
     def run(self) -> SearchResult:
         """Search until nothing pays any more; where much is left, begin again from what came second."""
@@ -95,7 +99,7 @@ class Search:
         if self.cost(best) > MISFIT * self.count:
             turns = self._pairs(base) + turns
         for turn in sorted(turns, key=self.cost)[:_RETURNS]:
-            if self.cost(best) < MISFIT * self.count:
+            if self.cost(best) < MISFIT * self.count or self._is_matched(base, best):
                 break
             self.target.settle(turn.values)
             grown = self._grown(self.trial(turn.names, turn.values), [])
@@ -159,6 +163,11 @@ class Search:
                     less = self._pruned(with_it)
                     if refiner.name in less.names:
                         yield less
+
+    def _is_matched(self, base: Trial, best: Trial) -> bool:
+        """True if a set of many effects explains nearly all: another order of them leads to much the same."""
+        left, was = best.chi2 - self.count, base.chi2 - self.count
+        return len(best.names) >= LARGE and left < min(MATCHED_MISFIT * was, self.count)
 
     def _hidden(self) -> tuple[str, ...]:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
@@ -250,7 +259,8 @@ class Search:
         for detail in (True,) if full else (False, True):
             if detail and not self.misfit(found[0] if found else now):
                 break
-            ranking = self._scan(now, [n for n, c in self.tried.items() if c.detail == detail and n not in barred])
+            few = [n for n, c in self.tried.items() if c.detail == detail and n not in barred]
+            ranking = self._scan(now, few, PRACTICAL * max(self.count, now.chi2) if now.names else 0.0)
             paying = [t for t in self._additions(now, ranking) if self.is_worth_adding(now, t)]
             if paying and not found and self._trifle(paying[0]):
                 return []  # what it is, is too small to be named, and no other effect should stand for it
@@ -259,7 +269,7 @@ class Search:
                 self._near[trial.names[-1]] = tuple(name for _, name, _ in ranking[:_CONTESTANTS])
             if paying and (not found or self.cost(paying[0]) < FINER_EFFECT_RATIO * self.cost(found[0])):
                 found = [*paying, *found]
-        return found
+        return found or ([] if barred or not self.misfit(now) else masked_pair(self, now))
 
     def misfit(self, now: Trial) -> bool:
         """True if more is left than noise, in all or in one channel; of a twin with a known remainder, more than that
@@ -286,14 +296,15 @@ class Search:
             lowest = min(lowest, trials[-1].chi2)
         return sorted(trials, key=self.cost)
 
-    def _scan(self, now: Trial, names: Iterable[str]) -> list[Ranked]:
-        """chi^2 that each effect would leave (the others adapt to first order), and the point where; best first."""
+    def _scan(self, now: Trial, names: Iterable[str], needed: float = 0.0) -> list[Ranked]:
+        """chi^2 that each effect would leave (the others adapt to first order), and the point where; best first.
+        needed: the gain in chi^2 of which an effect must promise some (`FirstOrderGain`)."""
         look = FirstOrderGain(self.target, now)
         ranking: list[Ranked] = []
         for name in names:
             if name not in now.names:
                 candidate = self.tried[name]
-                options = look.remaining_chi2(candidate, candidate.coarse if now.names else candidate.points)
+                options = look.remaining_chi2(candidate, candidate.coarse if now.names else candidate.points, needed)
                 if not now.names:
                     self._shown[name] = look.strongest / self.count
                 if options:
@@ -332,10 +343,12 @@ class Search:
     def _contest(self, best: Trial) -> tuple[Trial, dict[str, tuple[str, ...]]]:
         """Drop what no longer pays, exchange what another effect does better, and list what does nearly as well."""
         rivals: dict[str, tuple[str, ...]] = {}
-        for _ in range(3):
+        for _ in range(_EXCHANGES):
             best = self._simplified(self._pruned(best))
             rivals, exchanged = {}, None
-            for name in sorted(best.names, key=lambda n: self.without(best, n).chi2):  # what is least needed first
+            for name in sorted(
+                best.names, key=lambda n: self._roughly_without(best, n).chi2
+            ):  # what is least needed first
                 self.tick(f"rivals of {name}")
                 trials = self.in_place_of(best, name)
                 sound = [t for t in trials if self.is_credible(t, t.names[-1]) and not self._simpler(name, best, t)]
@@ -355,7 +368,8 @@ class Search:
     def in_place_of(self, best: Trial, name: str) -> list[Trial]:
         """The set with another effect in the place of this one, jointly fitted, best first."""
         without = self.without(best, name)
-        ranking = self._scan(without, [other for other in self._contestants(name) if other not in best.names])
+        others = [other for other in self._contestants(name) if other not in best.names]
+        ranking = self._scan(without, others, without.chi2 - best.chi2)
         return self._additions(without, ranking, best.chi2)
 
     def _contestants(self, name: str) -> list[str]:
@@ -401,17 +415,36 @@ class Search:
 
     def without(self, best: Trial, name: str) -> Trial:
         """The set without one effect, fitted anew; remembered while the set is the same."""
-        if self._whole is not best:
-            self._whole, self._less = best, {}
+        self._remember(best)
         if name not in self._less:
-            kept = {k: v for k, v in best.values.items() if k[0] != name}
-            self._less[name] = self.trial([n for n in best.names if n != name], kept, like=best)
+            self._less[name] = self._fitted_without(best, name)
         return self._less[name]
+
+    def _roughly_without(self, best: Trial, name: str) -> Trial:
+        """The same, but no better than is needed to see that the effect pays, where it pays by far."""
+        self._remember(best)
+        if name in self._less:
+            return self._less[name]
+        if name not in self._rough:
+            above = best.chi2 + CLEAR_GAIN_FACTOR * PRACTICAL * max(self.count, best.chi2)
+            found = self._fitted_without(best, name, above)
+            if found.chi2 <= above:
+                self._less[name] = found
+            self._rough[name] = found
+        return self._rough[name]
+
+    def _remember(self, best: Trial) -> None:
+        if self._whole is not best:
+            self._whole, self._less, self._rough = best, {}, {}
+
+    def _fitted_without(self, best: Trial, name: str, above: float = inf) -> Trial:
+        kept = {k: v for k, v in best.values.items() if k[0] != name}
+        return self.trial([n for n in best.names if n != name], kept, like=best, above=above)
 
     def _pruned(self, best: Trial) -> Trial:
         """The set without effects that no longer pay."""
         while len(best.names) > 1:
-            least_lost = min((self.without(best, name) for name in best.names), key=self.cost)
+            least_lost = min((self._roughly_without(best, name) for name in best.names), key=self.cost)
             if self.is_worth_adding(least_lost, best):
                 return best
             best = least_lost

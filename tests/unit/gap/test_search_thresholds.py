@@ -163,7 +163,7 @@ class Ordered(Search):
 
     leaves: dict[str, float]
 
-    def _scan(self, now: Trial, names: Iterable[str]) -> list[Ranked]:
+    def _scan(self, now: Trial, names: Iterable[str], needed: float = 0.0) -> list[Ranked]:
         return sorted((self.leaves[name], name, {}) for name in names if name not in now.names)
 
     def _additions(self, now: Trial, ranking: Sequence[Ranked], lowest: float = inf) -> list[Trial]:
