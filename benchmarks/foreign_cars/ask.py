@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.foreign_cars.car import CARS, WHEEL_MASS, ForeignCar, data_sheet
+from benchmarks.foreign_cars.car import WHEEL_MASS, ForeignCar, data_sheet
 from benchmarks.foreign_cars.case import Case
 from benchmarks.foreign_cars.drive import LEVELS, NOISE, driven, make_log
+from benchmarks.foreign_cars.fleet import FLEET
 from benchmarks.foreign_cars.hidden import Values, sensed
 from pytest_dvp.gap.diagnose.diagnose import diagnose
 from pytest_dvp.gap.extend.extend import extend
@@ -30,9 +31,9 @@ def matched(car: str, folder: Path) -> tuple[VehicleModel, dict[str, Any]]:
     file = folder / f"{car}.toml"
     if file.exists():
         return read_model(file), {}
-    logs = {f"{car}_rich.csv": make_log(CARS[car], "rich", MATCHED_ON[0])}
-    held_out = {f"{car}_town.csv": make_log(CARS[car], "town", MATCHED_ON[1])}
-    sheet = parse_model(data_sheet(CARS[car]))
+    logs = {f"{car}_rich.csv": make_log(FLEET[car], "rich", MATCHED_ON[0])}
+    held_out = {f"{car}_town.csv": make_log(FLEET[car], "town", MATCHED_ON[1])}
+    sheet = parse_model(data_sheet(FLEET[car]))
     begin = time.process_time()
     found = diagnose(logs, sheet, held_out)
     cpu = time.process_time() - begin
@@ -49,7 +50,7 @@ def detectable(case: Case) -> bool:
     """True if the car's signals on the same commands differ with and without the effect: by 3 sigma in 25 rows of one
     signal. Positions and heading are compared where the effect is one of the sensors alone, as both cars then drive the
     same way; otherwise a first small difference would grow with the distance."""
-    car, hidden = CARS[case.car], case.truth
+    car, hidden = FLEET[case.car], case.truth
     with_it = driven(car, "rich", case.drive_seed, hidden)
     commands = np.column_stack([with_it["accel_cmd"], with_it["steer_cmd"]])
     without = driven(car, "rich", case.drive_seed, commands=commands)
@@ -96,7 +97,7 @@ def total(hidden: Values, twin: VehicleModel) -> dict[str, dict[str, float]]:
 
 def ask(case: Case, folder: Path) -> dict[str, Any]:
     """The record of a case. A diagnosis that raises is a record, too: verdict "ERROR"."""
-    car = CARS[case.car]
+    car = FLEET[case.car]
     names = [case.name] if case.name else []
     line: dict[str, Any] = {"key": case.key, "seed": case.seed, "category": case.category, "car": case.car}
     line |= {"noise": case.noise, "names": names, "truth": case.truth}

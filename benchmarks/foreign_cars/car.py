@@ -13,7 +13,9 @@ WHEEL_MASS, CARRIER_MASS = 22.0, 18.0  # kg
 class ForeignCar:
     """A car in SI units. spring, damper: of each wheel; anti_roll: N/m between the wheels of an axle; torque_lag,
     brake_lag [s]; drive: share of the drive force at fl, fr, rl, rr; brake_front: share of the brakes in front;
-    lateral, longitudinal: stiffness and shape of the tyres' characteristic; friction: at the usual load."""
+    lateral, longitudinal: stiffness and shape of the tyres' characteristic; friction: at the usual load. arm: length of
+    trailing arms on which the wheels hang, 0 for vertical slides; ackermann: share of what the inner wheel of a bend
+    needs more of steering, that it has."""
 
     mass: float
     wheelbase: float
@@ -35,6 +37,8 @@ class ForeignCar:
     drag_area: float
     rolling: float
     payload: float = 0.0
+    arm: float = 0.0
+    ackermann: float = 0.0
 
     @property
     def cg_to_rear_axle(self) -> float:
@@ -71,7 +75,8 @@ def mjcf(car: ForeignCar) -> str:
     ix, iy, iz = car.inertia
     spin = 0.5 * WHEEL_MASS * car.wheel_radius**2
     parts = [
-        f'<mujoco><option timestep="0.001" gravity="0 0 -{GRAVITY}" integrator="implicitfast"/><worldbody>',
+        '<mujoco><compiler angle="radian"/>',
+        f'<option timestep="0.001" gravity="0 0 -{GRAVITY}" integrator="implicitfast"/><worldbody>',
         f'<body name="chassis" pos="0 0 {car.cg_height}"><freejoint/>',
         f'<inertial pos="0 0 0" mass="{sprung}" diaginertia="{ix} {iy} {iz - 0.9 * unsprung * arm}"/>',
     ]
@@ -82,10 +87,17 @@ def mjcf(car: ForeignCar) -> str:
         share = (car.cg_to_rear_axle if front else car.cg_to_front_axle) / car.wheelbase
         rest = -0.5 * sprung * GRAVITY * share / car.spring
         steers = f'<joint name="steer_{name}" type="hinge" axis="0 0 1" damping="60"/>' if front else ""
+        hangs = f'type="slide" axis="0 0 1" stiffness="{car.spring}" damping="{car.damper}" springref="{rest}"'
+        if car.arm:  # turns about an axis ahead of the wheel, as stiff at the wheel
+            square = car.arm**2
+            hangs = (
+                f'type="hinge" axis="0 1 0" pos="{car.arm} 0 0" stiffness="{car.spring * square}" '
+                f'damping="{car.damper * square}" springref="{rest / car.arm}"'
+            )
         parts.append(
             f'<body name="carrier_{name}" pos="{x} {y} {car.wheel_radius - car.cg_height}">'
-            f'<joint name="slide_{name}" type="slide" axis="0 0 1" stiffness="{car.spring}" damping="{car.damper}" '
-            f'springref="{rest}"/>{steers}<inertial pos="0 0 0" mass="{CARRIER_MASS}" diaginertia=".5 .5 .5"/>'
+            f'<joint name="slide_{name}" {hangs}/>{steers}'
+            f'<inertial pos="0 0 0" mass="{CARRIER_MASS}" diaginertia=".5 .5 .5"/>'
             f'<body name="wheel_{name}"><joint name="spin_{name}" type="hinge" axis="0 1 0"/>'
             f'<inertial pos="0 0 0" mass="{WHEEL_MASS}" diaginertia="{0.55 * spin} {spin} {0.55 * spin}"/>'
             "</body></body>"

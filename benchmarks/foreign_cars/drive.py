@@ -95,8 +95,9 @@ class Bodies:
             d.qpos, d.qvel, d.xpos, d.xmat, d.cvel, d.subtree_com, d.qfrc_applied, d.xfrc_applied,
             np.array([*bodies, self._spin, *places], dtype=np.int64), self._chassis, np.zeros((4, 2)), np.zeros((4, 3)),
             np.zeros((4, 3)), shape,
-            np.array([*car.drive, car.brake_front, sheet.wheel_radius, car.rolling, car.wheel_radius, car.anti_roll,
-                      AIR * car.drag_area]),
+            np.array([*car.drive, car.brake_front, sheet.wheel_radius, car.rolling, car.wheel_radius,
+                      car.anti_roll * (car.arm or 1.0) ** 2, AIR * car.drag_area,
+                      car.ackermann * 0.5 * car.track / car.wheelbase]),
         )  # fmt: skip
         mujoco.mj_forward(self.model, self.data)
 

@@ -20,9 +20,10 @@ def apply_loads(drive: float, brake: float, steer: float, step: float, qpos: Flo
 
     drive, brake: forces [N]; steer: wanted angle [rad]; step [s]. qpos to centre_of_mass: state of MuJoCo, in its own
     layout. where (6, 4): bodies of wheels and carriers; freedoms of their spin; positions and freedoms of their
-    slides; positions and freedoms of the two steered joints. slip, force, torque, tyre: see `tyres.forces`. car (10,):
+    slides; positions and freedoms of the two steered joints. slip, force, torque, tyre: see `tyres.forces`. car (11,):
     shares of the drive at the wheels, of the brakes in front, wheel radius of the data sheet [m], coefficient of
-    rolling, wheel radius [m], anti-roll stiffness [N/m], half the air's density times the drag area [kg/m].
+    rolling, wheel radius [m], anti-roll stiffness [N/m], half the air's density times the drag area [kg/m], half the
+    track over the wheelbase where wheels steer by Ackermann, else 0.
     """
     wheels, carriers, spins, slides, slide_freedoms = where[0], where[1], where[2], where[3], where[4]
     joints[:] = 0.0
@@ -35,7 +36,11 @@ def apply_loads(drive: float, brake: float, steer: float, step: float, qpos: Flo
         joints[spins[k]] = drive * car[k] * car[5] - held - rolls
     for k in range(2):
         freedom = where[5, 2 + k]
-        joints[freedom] = SERVO * (steer - qpos[where[5, k]]) - SERVO_DAMPING * qvel[freedom]
+        side = 1.0 - 2.0 * k  # left, right: cot of the wheel is cot of the middle less half the track over wheelbase
+        own = steer
+        if car[10] != 0.0:
+            own = np.arctan2(np.sin(steer), np.cos(steer) - side * car[10] * np.sin(steer))
+        joints[freedom] = SERVO * (own - qpos[where[5, k]]) - SERVO_DAMPING * qvel[freedom]
         left, right = 2 * k, 2 * k + 1
         twist = car[8] * (qpos[slides[left]] - qpos[slides[right]])
         joints[slide_freedoms[left]] -= twist
