@@ -13,9 +13,7 @@ if TYPE_CHECKING:
     from pytest_dvp.gap.diagnose.trial import Trial
 
 
-HOPELESS = (
-    0.1  # of the gain that is needed: an effect goes by its own law, and a weak point may understate a strong one
-)
+HOPELESS = 0.1  # of the gain that is needed; chosen, not measured: a weak point may understate a strong one
 
 
 class FirstOrderGain:
