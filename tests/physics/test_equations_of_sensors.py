@@ -15,6 +15,7 @@ from vehicle.model.effects.gnss_lever_arm import gnss_lever_arm
 from vehicle.model.effects.gyro_bias import gyro_bias
 from vehicle.model.effects.heading_bias import heading_bias
 from vehicle.model.effects.imu_misalignment import imu_misalignment
+from vehicle.model.effects.lateral_accelerometer_bias import lateral_accelerometer_bias
 from vehicle.model.effects.pitch import pitch
 from vehicle.model.effects.roll import roll
 from vehicle.model.effects.wheel_radius import wheel_radius
@@ -26,6 +27,7 @@ QUARTER = 0.5 * math.pi
 
 def test_biases_are_added() -> None:
     assert applied(accelerometer_bias, bus(meas_ax=1.0), b=0.2).meas_ax == pytest.approx(1.2)
+    assert applied(lateral_accelerometer_bias, bus(meas_ay=1.0), b=0.2).meas_ay == pytest.approx(1.2)
     assert applied(gyro_bias, bus(meas_yaw_rate=1.0), b=0.2).meas_yaw_rate == pytest.approx(1.2)
     assert applied(heading_bias, bus(meas_yaw=1.0), b=0.2).meas_yaw == pytest.approx(1.2)
 

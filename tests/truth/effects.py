@@ -88,6 +88,7 @@ SENSORS: dict[str, dict[str, tuple[float, float, str]]] = {
     "gyro_bias": {"b": (0.0, 0.01, "rad/s")},
     "yaw_rate_latency": {"T": (0.0, 0.1, "s")},
     "accelerometer_bias": {"b": (0.0, 0.2, "m/s^2")},
+    "lateral_accelerometer_bias": {"b": (0.0, 0.2, "m/s^2")},
     "imu_misalignment": {"angle": (0.0, 0.06, "rad")},
     "pitch": {"gain": (0.0, 0.12, "-")},
     "roll": {"gain": (0.0, 0.12, "-")},

@@ -119,7 +119,7 @@ def sensed(fine: FloatArray, effects: Effects) -> dict[str, FloatArray]:
         "v": late(columns["v"], 0.0) * of("wheel_radius", "ratio"),
         "yaw_rate": late(columns["yaw_rate"], of("yaw_rate_latency", "T")) + of("gyro_bias", "b"),
         "ax": ax + of("accelerometer_bias", "b"),
-        "ay": ay,
+        "ay": ay + of("lateral_accelerometer_bias", "b"),
     }
 
 

@@ -201,6 +201,7 @@ FORMS: tuple[Form, ...] = (
     Form("gyro_bias", (), lambda s, p: {"r": _ones(s), "ay": _column(-s.mean(s.v))}),
     Form("yaw_rate_latency", _D, _late_gyro, _ratio(0.02, 0.5)),
     Form("accelerometer_bias", _A, lambda s, p: {"ax": _ones(s)}),
+    Form("lateral_accelerometer_bias", (), lambda s, p: {"ay": _ones(s)}),
     Form("imu_misalignment", _A, _misaligned),
     Form("pitch", _A, lambda s, p: {"ax": _column(s.mean(_accel(s)))}),
     Form("roll", (), lambda s, p: {"ay": _column(s.mean(s.v * s.rate))}),

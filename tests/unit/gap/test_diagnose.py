@@ -252,3 +252,13 @@ def test_every_name_of_an_answer_is_one_of_the_catalogue(weak_drive: Diagnosis) 
     known = set(catalogue())
     assert set(weak_drive.names) <= known
     assert set(weak_drive.not_excited) <= known
+
+
+def test_an_offset_of_the_lateral_accelerometer_is_named_beside_a_banked_road() -> None:
+    log = drive()
+    off = Log({**log.columns, "ay": log.columns["ay"] - 0.65})
+    found = diagnose({"a.csv": off}, baseline())
+    (effect,) = found.effects
+    assert {effect.name, *effect.rivals} == {"lateral_accelerometer_bias", "road_bank"}
+    bias = effect.parameters["b"]
+    assert bias.low <= -0.65 <= bias.high
