@@ -221,11 +221,20 @@ def _what(name: str, factor: float, *, in_degrees: bool = False) -> str:
 def _tell(
     name: str, factor: float, largest: float, pairs: list[Pair], doubt: str, log: Log, file: str, findings: Findings
 ) -> None:
-    column = log.meta.get("import", {}).get("columns", {}).get(name, {})
+    read = log.meta.get("import", {})
+    column = read.get("columns", {}).get(name, {})
+    mapped = next((one["unit"] for one in read.get("mapping", ()) if one["name"] == name), "")
     own, unit = column.get("from", name), column.get("unit", "")
     in_degrees = abs(column.get("scale", 1.0) * DEGREES - 1.0) < 1e-6
     second = "/s" if name == "yaw_rate" else ""
-    if factor < 1.0:
+    if mapped and mapped in (f"deg{second}", f"rad{second}") and (factor < 1.0) == mapped.startswith("deg"):
+        other = f"rad{second}" if factor < 1.0 else f"deg{second}"
+        hint = f'the mapping says unit = "{mapped}" for {name}: write unit = "{other}"'
+        if name in _STEERS and factor > 1.0 and factor != DEGREES:
+            hint += (
+                f", and the steering ratio: `ratio = {_ratio_of_wheel(name, factor, pairs):.0f}`, or what the car has"
+            )
+    elif factor < 1.0:
         twice = bool(unit) and not in_degrees
         hint = "they were turned into radians twice: do it once" if twice else f"write `{own} [rad{second}]`"
     elif name in _RATES:
