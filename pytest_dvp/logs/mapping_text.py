@@ -10,6 +10,7 @@ import numpy as np
 
 from openscenario.findings import listed
 from pytest_dvp.logs.column_names import canonical
+from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.mapping import SignalMap
 from pytest_dvp.logs.mapping_proposal import HAND_WHEEL, fix_of, guessed, named_by_unit, propose, quaternions_of
 from pytest_dvp.logs.signals import describe
@@ -167,13 +168,20 @@ def _not_mapped(fields: Sequence[tuple[Stream, str]]) -> list[str]:
     return [f"# not mapped; an entry for one of them is: {example}", *lines]
 
 
+def _rate(stream: Stream, values: FloatArray) -> float:
+    """Values a second [Hz] of a field, which in a joined file has fewer of them than the file has rows."""
+    known = np.flatnonzero(np.isfinite(values))
+    span = float(stream.receive[known[-1]] - stream.receive[known[0]]) if len(known) > 1 else 0.0
+    return (len(known) - 1) / span if span > 0.0 else stream.rate
+
+
 def _entry(signal: SignalMap, streams: Sequence[Stream], *, measured: bool = False) -> list[str]:
     """The lines of a signal; measured: its values are those of the data, so that no ratio is put in for the user."""
     stream = next(s for s in streams if s.topic == signal.topic)
     values = stream.fields.get(signal.field)
     seen = ""
     if values is not None and np.isfinite(values).any():
-        seen = f"  # {np.nanmin(values):.6g} to {np.nanmax(values):.6g}, {stream.rate:.4g} Hz"
+        seen = f"  # {np.nanmin(values):.6g} to {np.nanmax(values):.6g}, {_rate(stream, values):.4g} Hz"
     topic = [f'topic = "{_quoted(signal.topic)}"'] if signal.topic else []
     allowed = f"  # one of {', '.join(units_of(describe(signal.name).unit))}" if signal.unit == "?" else ""
     more = [

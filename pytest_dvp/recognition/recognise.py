@@ -290,7 +290,7 @@ class _Search:
             for other in self.columns:
                 if other.topic == column.topic and other.field == _with_z(column.field):
                     size = abs(float(np.median(other.values)))
-                    text = f"{other.field} shows {{ratio:.3g}}, which is gravity"
+                    text = f"{other.field} shows {{ratio:.3g}} m/s^2, which is gravity"
                     self.relations.append(Relation(text, size, 0.1, {name: -1.0}, G))
 
     def _in_metres(self) -> bool:
@@ -313,7 +313,7 @@ class _Search:
             return []
         own = self.speed_name
         fast = float(np.nanpercentile(np.abs(self.speed), 98))
-        found = [Relation("{ratio:.3g} a second at most", fast, 0.3, {own: -1.0}, FASTEST, upper=True)]
+        found = [Relation("{ratio:.3g} m/s at most", fast, 0.3, {own: -1.0}, FASTEST, upper=True)]
         if self.turn is not None and self.turn_name != "yaw_rate" and self.wheelbase:
             going = np.where(np.abs(self.speed) > 0.3 * fast, np.abs(self.speed), np.nan)
             bend = float(np.nanpercentile(np.abs(self.turn) / going, 98)) * self.wheelbase
@@ -344,7 +344,7 @@ class _Search:
         texts: dict[str, list[str]] = {}
         for relation in self.relations:
             own = next((name for name, power in relation.powers.items() if power < 0.0), next(iter(relation.powers)))
-            text = relation.text.format(ratio=relation.ratio)
+            text = relation.text.format(ratio=_in_units(relation, choices))
             for name in relation.powers:
                 texts.setdefault(name, []).append(text if name == own else f"{own} is {text}")
         if self.path is not None:
@@ -425,6 +425,12 @@ class _Search:
 def _scale(unit: str) -> float:
     known = find_unit(unit)
     return known.scale if known is not None else 1.0
+
+
+def _in_units(relation: Relation, choices: dict[str, Choice]) -> float:
+    """The ratio of a relation in SI units, with the units that were chosen: 1 is what is to be expected, not 0.102."""
+    scales = [_scale(choices[name].unit) ** power for name, power in relation.powers.items() if name in choices]
+    return relation.ratio / math.prod(scales)
 
 
 def _relation(
