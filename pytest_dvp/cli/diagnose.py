@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel
 
 PLACE = 80  # in `dvp --help`
+SECONDS_A_ROW = (0.3e-3, 12e-3)
+"""CPU of a row of the logs, from a twin that lacks one effect to a raw log with a bare model (docs/real-cars.md)."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -88,7 +90,8 @@ def execute(arguments: argparse.Namespace) -> int:
     for warning in (wrong_wheelbase(logs, model), model.drives_nothing):
         if warning:
             print(f"dvp diagnose: warning: {warning}", file=sys.stderr)
-    with progress("dvp diagnose", "diagnosing") as tick:
+    rows = sum(len(log.t) for log in (*logs.values(), *held_out.values()))
+    with progress("dvp diagnose", "diagnosing", _usual_time(rows)) as tick:
         found = diagnose(logs, model, held_out=held_out, effects=tuple(extra.values()), twins=twins, tick=tick)
         if arguments.plan:
             tick("planning")
@@ -109,6 +112,12 @@ def execute(arguments: argparse.Namespace) -> int:
     plan = plan_command(*given, [*forwarded_options(arguments), *limit_words(arguments)])
     print(*said, page(found, model=Path(arguments.model).name, command=command, plan=plan), sep="\n")
     return 0
+
+
+def _usual_time(rows: int) -> str:
+    """What a diagnosis of `rows` rows takes on a core of its own: "10 s to 90 s"."""
+    low, high = (max(round(rows * each), 2) for each in SECONDS_A_ROW)
+    return f"usually {low} s to {high} s of CPU"
 
 
 def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: SelectedParts, model: VehicleModel,

@@ -11,21 +11,27 @@ _EVERY = 5.0  # s between lines where there is no terminal
 
 
 @contextmanager
-def progress(command: str, doing: str) -> Iterator[Callable[[str], None]]:
-    """A function to be told what is done now; `command` begins each line where stderr is no terminal."""
+def progress(command: str, doing: str, expected: str = "") -> Iterator[Callable[[str], None]]:
+    """A function to be told what is done now; `command` begins each line where stderr is no terminal. Each line ends
+    with the time since the start, and `expected`: what it usually takes."""
+    began = time.monotonic()
+
+    def timed(text: str) -> str:
+        return f"{text} ({time.monotonic() - began:.0f} s{f' of {expected}' if expected else ''})"
+
     if sys.stderr.isatty():
         from rich.console import Console
 
         with Console(stderr=True).status(doing) as status:
-            yield status.update
+            yield lambda text: status.update(timed(text))
         return
-    last = time.monotonic()
+    last = began
 
     def tell(text: str) -> None:
         nonlocal last
         now = time.monotonic()
         if now - last >= _EVERY:
             last = now
-            print(f"{command}: {text}", file=sys.stderr, flush=True)
+            print(f"{command}: {timed(text)}", file=sys.stderr, flush=True)
 
     yield tell

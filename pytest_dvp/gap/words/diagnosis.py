@@ -207,6 +207,7 @@ def _notes(found: Diagnosis) -> list[str]:
     return ["", *lines] if lines else []
 
 
+WORSE = -0.005  # share of the error held out, from which a table shows it as less than 0 %
 COLOURED = 0.9  # of the samples: where fewer are independent, the answer says so
 
 
@@ -223,6 +224,12 @@ def standing_lines(found: Diagnosis) -> list[str]:
         lines.append(
             f"neighbouring samples repeat each other's noise: {found.samples.count} samples tell as much as "
             f"{found.samples.independent:.0f} independent ones"
+        )
+    lost = [name for name, share in shares(found.ladder, held_out=True).items() if share.value < WORSE]
+    if lost:
+        lines.append(
+            f"held out below 0 %: with {_and(lost)} the error on the data held out grew at that step, by so much of "
+            "the error of the model as given; later steps, or values of that run of its own, may take it back"
         )
     open_ones = [e.name for e in found.effects if e.standing == "provisional" and e.name not in found.set_up]
     if open_ones:
