@@ -234,9 +234,9 @@ box has no other effect, and the twin does not drive backwards.
   an entity that has no `Performance`.
 
 Limits may be exceeded by 5 % and a rounding. Whoever exceeds one is a finding `dvp.implausible_motion` with entity,
-time, event, and which `limit` it is. The finding stands in `findings` of `result.json` and among the notes. Usual
-causes are trajectories with time stamps, steps of the speed, and cars that stop where their road ends. The first step
-is left out: what acts at t = 0 says how a scenario begins.
+time, event, and which `limit` it is. The finding stands in `findings` of `result.json` and of `dvp play --json`, and
+among the notes. Usual causes are trajectories with time stamps, steps of the speed, and cars that stop where their road
+ends. The first step is left out: what acts at t = 0 says how a scenario begins.
 """
 
 TRAFFIC = """

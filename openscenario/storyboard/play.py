@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from openscenario import model
 from openscenario.findings import Finding
@@ -31,7 +31,8 @@ class Row(NamedTuple):
 
 class Played(NamedTuple):
     """What a storyboard did: rows at multiples of 0.05 s, entities in file order, then
-    traffic as it came; transitions; doubts afterwards; monitors at the end."""
+    traffic as it came; transitions; doubts afterwards; monitors at the end; `implausible`:
+    the motions that no entity could make, as in `Plausibility.findings`."""
 
     rows: list[Row]
     transitions: list[Transition]
@@ -39,6 +40,7 @@ class Played(NamedTuple):
     stopped: bool
     time: float
     monitors: Mapping[str, bool] = MappingProxyType({})
+    implausible: tuple[Mapping[str, Any], ...] = ()
 
 
 def play(
@@ -79,11 +81,10 @@ def play(
         if board.time >= due * ROW_STEP - 0.5 * dt + 1e-9 or dt > ROW_STEP:
             record(round(due * ROW_STEP, 9) if dt <= ROW_STEP else board.time)
             due = math.floor(board.time / ROW_STEP + 0.5) + 1
-    told = tuple(
-        Finding(CODE, "warning", str(scenario.path), None, "", text=said_of(each)) for each in watch.findings()
-    )
+    implausible = watch.findings()
+    told = tuple(Finding(CODE, "warning", str(scenario.path), None, "", text=said_of(each)) for each in implausible)
     findings = (*board.report(), *told)
-    return Played(rows, board.transitions, findings, board.done, board.time, board.world.monitors)
+    return Played(rows, board.transitions, findings, board.done, board.time, board.world.monitors, implausible)
 
 
 def turned(angle: float) -> float:

@@ -72,7 +72,8 @@ def execute(arguments: argparse.Namespace) -> int:
 
 
 def _summary(scenario: Scenario, played: Played) -> dict[str, Any]:
-    """How it ended, the first start of each event (None: never), and each entity's way."""
+    """How it ended, the first start of each event (None: never), each entity's way, and what is doubtful about it."""
+    from openscenario.storyboard.plausibility import CODE
     from pytest_dvp.logs.event_names import EventNames
 
     names = EventNames(scenario)
@@ -90,7 +91,11 @@ def _summary(scenario: Scenario, played: Played) -> dict[str, Any]:
         last[row.entity] = row
     ended = "stop trigger" if played.stopped else "duration"
     monitors = {"monitors": dict(played.monitors)} if played.monitors else {}
-    return {"time": played.time, "ended": ended, "events": fired, "entities": ways, **monitors}
+    others = [finding.as_dict() for finding in played.findings if finding.code != CODE]
+    findings = [*others, *map(dict, played.implausible)]
+    return {
+        "time": played.time, "ended": ended, "events": fired, "entities": ways, **monitors, "findings": findings,
+    }  # fmt: skip
 
 
 def _text(path: Path, summary: Mapping[str, Any]) -> str:

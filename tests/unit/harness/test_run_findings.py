@@ -10,6 +10,7 @@ import pytest
 
 from openscenario.findings import ScenarioError
 from pytest_dvp import run
+from pytest_dvp.cli.command_line import main
 from pytest_dvp.drive.run_findings import said
 from tests.unit.harness.conftest import OneTrick, coast
 
@@ -58,21 +59,38 @@ def test_strict_refuses_that_road(faulty: Path) -> None:
         run(faulty, ads=OneTrick(coast), duration=0.2, roads="strict")
 
 
-def test_a_leap_of_another_car_is_said_with_its_event(scenario: Write) -> None:
+@pytest.fixture
+def leaping(scenario: Write) -> Path:
+    """A scenario in which another car is somewhere else from 0.5 s on."""
     text = scenario().read_text()
     ego = text[text.index("<ScenarioObject") : text.index("</ScenarioObject>") + len("</ScenarioObject>")]
     place = (
         '<Private entityRef="Other"><PrivateAction><TeleportAction><Position>'
         '<LanePosition roadId="1" laneId="-1" s="40"/></Position></TeleportAction></PrivateAction></Private>'
     )
-    path = scenario(
+    return scenario(
         ("</ScenarioObject>", "</ScenarioObject>" + ego.replace('"Ego"', '"Other"')),
         ("</Private></Actions>", f"</Private>{place}</Actions>"),
         ("<StopTrigger>", STEP),
     )
-    found = {each["field"]: each for each in run(path, ads=OneTrick(coast), duration=1.0).findings}
+
+
+def test_a_leap_of_another_car_is_said_with_its_event(leaping: Path) -> None:
+    found = {each["field"]: each for each in run(leaping, ads=OneTrick(coast), duration=1.0).findings}
     leap = found["Other.position"]
     assert (leap["code"], leap["entity"], leap["event"]) == ("dvp.implausible_motion", "Other", "leap")
     assert leap["t"] == pytest.approx(0.6, abs=0.06)
     assert leap["found"] == pytest.approx(20.3, abs=0.7)  # from (40, -1.75) to (60, 1.75)
     assert "position of Other" in said(leap)
+
+
+def test_play_tells_the_leap_in_its_document(
+    leaping: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(leaping.parent)
+    assert main(["play", leaping.name, "--duration", "1", "--json"]) == 0
+    found = {each.get("field"): each for each in json.loads(capsys.readouterr().out)["findings"]}
+    leap = found["Other.position"]
+    assert (leap["code"], leap["entity"], leap["event"]) == ("dvp.implausible_motion", "Other", "leap")
+    assert leap["t"] == pytest.approx(0.51, abs=0.02)
+    assert leap["found"] == pytest.approx(20.3, abs=0.1)  # from (40, -1.75) to (60, 1.75)
