@@ -144,6 +144,7 @@ def test_sensors_show_what_their_faults_say() -> None:
     ay, nothing = mean(S.v * S.rate), np.zeros(72)
     same(added("gyro_bias"), {"r": one, "ay": column(-mean(S.v))})
     same(added("accelerometer_bias"), {"ax": one})
+    same(added("lateral_accelerometer_bias"), {"ay": one})
     same(added("imu_misalignment"), {"ax": column(ay), "ay": column(-mean(A))})
     same(added("pitch"), {"ax": column(mean(A))})
     same(added("roll"), {"ay": column(ay)})
@@ -191,6 +192,7 @@ def test_each_effect_that_is_not_linear_is_tried_in_equal_ratios() -> None:
     assert {name for name, form in FORM.items() if form.grid} == {*GRIDS, "understeer"}
     assert {name for name, form in FORM.items() if not form.needs} == {
         "road_bank", "wheel_radius", "gyro_bias", "roll", "heading_bias", "gnss_lever_arm",
+        "lateral_accelerometer_bias",
     }  # fmt: skip
     assert {name for name, form in FORM.items() if form.needs == ("accel",)} >= {
         "accelerometer_bias",

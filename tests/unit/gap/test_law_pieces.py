@@ -35,14 +35,15 @@ def known(accel: float) -> dict[str, float]:
     """Each factor on `a_bus`, for a threshold of 4 m/s."""
     return {"1": 1.0, "v": 12.0, "d": -0.2, "|d|": 0.2, "a+": max(accel, 0.0), "a-": max(-accel, 0.0), "ax": 0.7,
             "ay": -2.5, "|ay|": 2.5, "r": 0.15, "(v - v0)+": 8.0, "tanh(r)": math.tanh(1.5),
-            "[drive]": float(accel > 0.05), "[brake]": float(accel < -0.05)}  # fmt: skip
+            "[drive]": float(accel > 0.05), "[brake]": float(accel < -0.05), "[coast]": float(abs(accel) <= 0.05),
+            "sqrt(v)": math.sqrt(1.2)}  # fmt: skip
 
 
 @pytest.mark.parametrize("accel", [1.5, -2.5, 0.051, 0.049, -0.051, -0.049])
 def test_a_factor_is_what_its_name_says_in_the_search_and_in_a_file(accel: float) -> None:
     bus, expected = a_bus(accel=accel), known(accel)
-    names = {"x": bus, "p": SimpleNamespace(v0=4.0), "tanh": math.tanh, "__builtins__": {"abs": abs, "max": max,
-                                                                                        "float": float}}  # fmt: skip
+    plain = {"abs": abs, "max": max, "float": float}
+    names = {"x": bus, "p": SimpleNamespace(v0=4.0), "tanh": math.tanh, "sqrt": math.sqrt, "__builtins__": plain}
     assert set(expected) == {factor.name for factor in FACTORS}
     for k, factor in enumerate(FACTORS):
         assert value(bus, k, 4.0) == pytest.approx(expected[factor.name]), factor.name
@@ -53,11 +54,12 @@ def test_a_factor_is_what_its_name_says_in_the_search_and_in_a_file(accel: float
 def test_usual_sizes_make_coefficients_comparable() -> None:
     usual = {factor.name: factor.usual for factor in FACTORS}
     assert usual == {"1": 1.0, "v": 10.0, "d": 0.1, "|d|": 0.1, "a+": 2.0, "a-": 2.0, "ax": 2.0, "ay": 3.0, "|ay|": 3.0,
-                     "r": 0.3, "(v - v0)+": 5.0, "tanh(r)": 1.0, "[drive]": 1.0, "[brake]": 1.0}  # fmt: skip
+                     "r": 0.3, "(v - v0)+": 5.0, "tanh(r)": 1.0, "[drive]": 1.0,
+                     "[brake]": 1.0, "[coast]": 1.0, "sqrt(v)": 1.0}  # fmt: skip
     units = {factor.name: unit_text(factor.unit) for factor in FACTORS}
     assert units == {"1": "-", "v": "m/s", "d": "rad", "|d|": "rad", "a+": "m/s^2", "a-": "m/s^2", "ax": "m/s^2",
                      "ay": "m/s^2", "|ay|": "m/s^2", "r": "rad/s", "(v - v0)+": "m/s", "tanh(r)": "-", "[drive]": "-",
-                     "[brake]": "-"}  # fmt: skip
+                     "[brake]": "-", "[coast]": "-", "sqrt(v)": "-"}  # fmt: skip
     assert {p.name: (p.size, unit_text(p.unit)) for p in POINTS} == {
         "steer": (0.01, "rad"), "accel": (0.1, "m/s^2"), "drag": (0.1, "m/s^2"), "brake": (0.1, "m/s^2"),
         "yaw_moment": (0.05, "rad/s^2"), "fy_front": (0.1, "m/s^2"), "fy_rear": (0.1, "m/s^2"), "v": (0.1, "m/s"),
@@ -89,7 +91,8 @@ def test_the_grammar_has_products_of_two_some_of_three_and_what_is_remembered() 
     pairs = set(itertools.combinations_with_replacement(free, 2)) - {("a+", "a-"), ("|d|", "|d|"), ("|ay|", "|ay|")}
     three = {("v", "v", name) for name in free} | {("v", name, "|ay|") for name in free}
     three |= {t for name in ("d", "ay", "r") for t in ((name,) * 3, (name, "a-", "v"), (name, "a+", "v"))}
-    assert plain == {(), *((name,) for name in free)} | pairs | three
+    held_back = {("[coast]",), ("[coast]", "v"), ("sqrt(v)",)}
+    assert plain == {(), *((name,) for name in free)} | pairs | three | held_back
     lagged = {(gate, inside) for gate, inside, kind in found if kind == "lag"}
     inside = {i for _, i in lagged}
     gates = {(), ("v",), ("d",), ("a+",), ("a-",), ("[drive]",), ("[brake]",), ("ay",), ("r",)}

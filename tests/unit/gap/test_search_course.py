@@ -323,7 +323,7 @@ class Given(Search):
     def _matters(self, trial: Trial, name: str, target: Any) -> bool:
         return True
 
-    def _scan(self, now: Trial, names: Any) -> Any:
+    def _scan(self, now: Trial, names: Any, needed: float = 0.0) -> Any:
         sets = {name: frozenset((*now.names, name)) for name in names if name not in now.names}
         return sorted((self.leaves.get(each, 9e3), name, {}) for name, each in sets.items())
 
@@ -352,7 +352,7 @@ def fading(constant: float, fade: float, both: float | None = None, **options: A
 def one_point(monkeypatch: pytest.MonkeyPatch) -> None:
     """To first order, one point of each effect is as good as any."""
     monkeypatch.setattr(FirstOrderGain, "__init__", lambda self, target, now: None)
-    monkeypatch.setattr(FirstOrderGain, "remaining_chi2", lambda self, candidate, points: [(1.0, points[0])])
+    monkeypatch.setattr(FirstOrderGain, "remaining_chi2", lambda self, candidate, points, *needed: [(1.0, points[0])])
 
 
 @pytest.mark.usefixtures("one_point")
