@@ -3,9 +3,9 @@
     python -m scripts.fault_drives drive SEED [--count 120] [--drives 100]     # goes on after an interruption
     python -m scripts.fault_drives tell SEED
 
-SEED is the first 8 hex digits of the commit that froze the gates. A fault is put into the reference stack and driven
-through the scenarios, in an order of its own, until a gate that ships does not pass. It changed a drive if a metric
-leaves the range of the clean drives, as `dvp mutate` has it.
+`--kinds second` drives those of scripts/fresh_kinds.py. SEED is the first 8 hex digits of the commit that froze the
+gates. A fault is put into the reference stack and driven through the scenarios, in an order of its own, until a gate
+that ships does not pass. It changed a drive if a metric leaves the range of the clean drives, as `dvp mutate` has it.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import random
 import re
 import sys
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from pytest_dvp.drive.stack_host import find_ads
@@ -23,9 +24,10 @@ from pytest_dvp.mutation.fault import Fault
 from pytest_dvp.mutation.faulty_stack import behind
 from pytest_dvp.mutation.mutate import OF_THE_CLOCK, Envelope
 from pytest_dvp.mutation.source_mutants import mutant_named, planted
-from scripts.fresh_faults import generated
+from scripts import fresh_faults, fresh_kinds
 from scripts.shipped_drives import STORE, driven, go_on, names, stored
 
+KINDS = {"first": fresh_faults.generated, "second": fresh_kinds.generated}
 DRIVE_SEED = 0  # one of the clean seeds, so that a fault without effect drives exactly as that one
 CLEAN = 20  # seeds, as `dvp mutate` takes them
 
@@ -51,13 +53,18 @@ def drive(seed: str, k: int, scenario: str, told: str, fault: Fault) -> dict[str
     return {**row, "draw": seed, "fault": k, "where": fault.where, "told": told}
 
 
-def drive_all(seed: str, count: int, most: int) -> None:
+def store_of(seed: str, kinds: str) -> Path:
+    """Where the drives of a draw are kept."""
+    return STORE / (f"faults_{seed}.jsonl" if kinds == "first" else f"faults_{seed}_{kinds}.jsonl")
+
+
+def drive_all(seed: str, kinds: str, count: int, most: int) -> None:
     """Drive what the store does not hold yet, at most `most` drives."""
-    store = STORE / f"faults_{seed}.jsonl"
+    store = store_of(seed, kinds)
     rows = list(stored(store))
     done = {(row["fault"], row["scenario"]) for row in rows}
     killed = {row["fault"] for row in rows if row["failed"]}
-    for k, (told, fault) in enumerate(generated(seed, count)):
+    for k, (told, fault) in enumerate(KINDS[kinds](seed, count)):
         order = names()
         random.Random(f"{seed} {k}").shuffle(order)
         for scenario in order:
@@ -99,7 +106,7 @@ def far(row: dict[str, Any], ranges: dict[str, Envelope]) -> tuple[float, str]:
     return max(away, default=(0.0, ""))
 
 
-def tell(seed: str, without: Sequence[str] = ()) -> list[dict[str, Any]]:
+def tell(seed: str, without: Sequence[str] = (), kinds: str = "first") -> list[dict[str, Any]]:
     """One row a fault: family, description, whether it was noticed and where, and how far it went from clean drives.
 
     without: metrics that do not tell whether a fault changed a drive; that it was noticed, each gate tells.
@@ -109,7 +116,7 @@ def tell(seed: str, without: Sequence[str] = ()) -> list[dict[str, Any]]:
         for scenario, found in envelopes().items()
     }
     of: dict[int, list[dict[str, Any]]] = {}
-    for row in stored(STORE / f"faults_{seed}.jsonl"):
+    for row in stored(store_of(seed, kinds)):
         of.setdefault(row["fault"], []).append(row)
     told = []
     for k, rows in sorted(of.items()):
@@ -130,12 +137,13 @@ def main() -> None:
     parser.add_argument("seed")
     parser.add_argument("--count", type=int, default=120)
     parser.add_argument("--drives", type=int, default=10**9, help="at most so many in this call")
+    parser.add_argument("--kinds", choices=sorted(KINDS), default="first")
     parser.add_argument("--without", nargs="+", default=(), help="metrics that do not tell whether a drive changed")
     asked = parser.parse_args()
     if asked.what == "drive":
-        drive_all(asked.seed, asked.count, asked.drives)
+        drive_all(asked.seed, asked.kinds, asked.count, asked.drives)
         return
-    rows = tell(asked.seed, asked.without)
+    rows = tell(asked.seed, asked.without, asked.kinds)
     for row in rows:
         if row["changed"] and not row["noticed"]:
             print(f"escaped: {row['fault']} {row['where']}: {row['told']}: farthest {row['worst']}")
