@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 import random
 import re
 import sys
@@ -22,7 +23,7 @@ from typing import Any
 from pytest_dvp.drive.stack_host import find_ads
 from pytest_dvp.mutation.fault import Fault
 from pytest_dvp.mutation.faulty_stack import behind
-from pytest_dvp.mutation.mutate import OF_THE_CLOCK, Envelope
+from pytest_dvp.mutation.mutate import OF_THE_CLOCK, Envelope, proposed_gate
 from pytest_dvp.mutation.source_mutants import mutant_named, planted
 from scripts import fresh_faults, fresh_kinds
 from scripts.shipped_drives import STORE, driven, go_on, names, stored
@@ -106,6 +107,19 @@ def far(row: dict[str, Any], ranges: dict[str, Envelope]) -> tuple[float, str]:
     return max(away, default=(0.0, ""))
 
 
+def caught(row: dict[str, Any], scenario: str, metric: str) -> dict[str, Any]:
+    """The gate that `dvp mutate` proposes for an escaper, and how many further clean drives break it, of how many."""
+    rows = [*stored(STORE / "clean.jsonl"), *stored(STORE / "fresh.jsonl")]
+    clean = [r["metrics"] for r in rows if r["scenario"] == scenario and not r["parameters"]]
+    first, further = [[m[metric] for m in some if m.get(metric) is not None] for some in (clean[:CLEAN], clean[CLEAN:])]
+    envelope, value = Envelope(min(first), max(first), len(first)), row["metrics"][metric]
+    gate = proposed_gate(scenario, metric, value, envelope)
+    low, high = (-math.inf if gate.min is None else gate.min), (math.inf if gate.max is None else gate.max)
+    broken = sum(not low <= one <= high for one in further)
+    return {"gate": f"{metric} {low:.4g} to {high:.4g}", "kills": not low <= value <= high,
+            "clean": f"{broken} of {len(further)}"}  # fmt: skip
+
+
 def tell(seed: str, without: Sequence[str] = (), kinds: str = "first") -> list[dict[str, Any]]:
     """One row a fault: family, description, whether it was noticed and where, and how far it went from clean drives.
 
@@ -122,11 +136,16 @@ def tell(seed: str, without: Sequence[str] = (), kinds: str = "first") -> list[d
     for k, rows in sorted(of.items()):
         by = next((row for row in rows if row["failed"]), None)
         worst = max((*far(row, ranges[row["scenario"]]), row["scenario"]) for row in rows)
+        escaped = by is None and 0.0 < worst[0] < math.inf
+        proposed = (
+            caught(next(row for row in rows if row["scenario"] == worst[2]), worst[2], worst[1]) if escaped else {}
+        )
         told_by = [gate for row in rows for gate in row["failed"] if re.split(r"[ (]", gate)[0] not in without]
         told.append(
             {"fault": k, "where": rows[0]["where"], "told": rows[0]["told"], "drives": len(rows),
              "noticed": by is not None, "by": f"{by['scenario']}: {by['failed'][0]}" if by else "",
-             "changed": bool(told_by) or worst[0] > 0.0, "worst": f"{worst[2]}: {worst[1]} {worst[0]:.3g}"}
+             "changed": bool(told_by) or worst[0] > 0.0, "worst": f"{worst[2]}: {worst[1]} {worst[0]:.3g}",
+             "proposed": proposed}
         )  # fmt: skip
     return told
 
@@ -147,6 +166,7 @@ def main() -> None:
     for row in rows:
         if row["changed"] and not row["noticed"]:
             print(f"escaped: {row['fault']} {row['where']}: {row['told']}: farthest {row['worst']}")
+            print(f"    proposed: {row['proposed']}")
     for family in ("observation", "command", "map", "time", "source", ""):
         some = [row for row in rows if row["where"].startswith(family)]
         changed = [row for row in some if row["changed"]]

@@ -28,12 +28,21 @@ def places(track: ObjectTrack) -> Iterator[tuple[int, int]]:
     return ((i, i * EVERY) for i in range(len(track.t)))
 
 
+@functools.lru_cache(maxsize=1)
+def poses(log: Log) -> list[tuple[complex, complex, complex]]:
+    """Of each row: middle of the ego's box, direction of its x axis, velocity of its middle, as complex numbers."""
+    ahead, found = log.meta["ego"]["center_x"], []
+    for x, y, yaw, vx, vy, rate in zip(
+        *(log[n].tolist() for n in ("x", "y", "yaw", "vx", "vy", "yaw_rate")), strict=True
+    ):
+        axis = cmath.exp(1j * yaw)
+        found.append((complex(x, y) + ahead * axis, axis, complex(vx, vy + ahead * rate) * axis))
+    return found
+
+
 def pose(log: Log, k: int) -> tuple[complex, complex, complex]:
-    """Middle of the ego's box, direction of its x axis, velocity of its middle, as complex numbers."""
-    axis = cmath.exp(1j * log["yaw"][k])
-    ahead = log.meta["ego"]["center_x"]
-    speed = complex(log["vx"][k], log["vy"][k] + ahead * log["yaw_rate"][k]) * axis
-    return complex(log["x"][k], log["y"][k]) + ahead * axis, axis, speed
+    """That of row k."""
+    return poses(log)[k]
 
 
 def other(track: ObjectTrack, i: int) -> tuple[complex, complex, complex]:
@@ -86,19 +95,21 @@ def clipped(polygon: list[complex], half: float) -> list[complex]:
     return polygon
 
 
-def strips(log: Log) -> Iterator[tuple[complex, complex, complex, complex, list[complex], list[complex]]]:
+@functools.lru_cache(maxsize=1)
+def strips(log: Log) -> list[tuple[complex, complex, complex, complex, list[complex], list[complex]]]:
     """Of each pair: ego's speed, the other's, both along the ego's axes, its middle, and what of it is in the strip as
     wide as the ego and, turned by a quarter, as long as it."""
-    length, width = size_of(log)
+    (length, width), found = size_of(log), []
     for track in log.objects.values():
         for i, k in places(track):
             m, axis, v = pose(log, k)
             om, oaxis, ov = other(track, i)
             seen = [(p - m) / axis for p in ring(om, oaxis, (track.length, track.width))]
-            yield (
+            found.append((
                 v / axis, ov / axis, (om - m) / axis, complex(length, width),
                 clipped(seen, width / 2), clipped([-1j * p for p in seen], length / 2),
-            )  # fmt: skip
+            ))  # fmt: skip
+    return found
 
 
 def gap(part: list[complex], whole: float) -> float:

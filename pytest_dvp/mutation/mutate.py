@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pytest_dvp.metrics import find_metric
+from pytest_dvp.metrics.metric import REQUIRED
 from pytest_dvp.mutation.catalogue import known_faults
 from pytest_dvp.mutation.drives import Drive, Outcome
 from pytest_dvp.mutation.fault import Fault
@@ -125,21 +127,26 @@ def mutate(
     unsound: dict[str, int] = {}
     for name, drives in clean_drives.items():
         outcomes = [found[drive] for drive in drives]
-        envelopes[name] = _envelopes(outcomes)
+        envelopes[name] = envelopes_of(outcomes)
         for outcome in outcomes:
             for gate in outcome.failed:
                 unsound[f"{_short(name)}: {gate}"] = unsound.get(f"{_short(name)}: {gate}", 0) + 1
     judged = tuple(
-        _judged(fault, {name: found[faulty[fault.name, name]] for name in names}, envelopes, unsound)
-        for fault in chosen
+        judged(fault, {name: found[faulty[fault.name, name]] for name in names}, envelopes, unsound) for fault in chosen
     )
     return Mutation(judged, tuple(names), clean, unsound)
 
 
-def _envelopes(outcomes: Sequence[Outcome]) -> dict[str, Envelope]:
-    """Metrics that every clean drive has; none of the wall clock, which differs from drive to drive by itself."""
+def envelopes_of(outcomes: Sequence[Outcome]) -> dict[str, Envelope]:
+    """By metric the range of clean drives of one scenario, of metrics that each of them has.
+
+    None of the wall clock, which differs from drive to drive by itself; none that asks for an option, for a value of
+    its name alone is that of some gate's option, and no gate can be proposed of it.
+    """
     found = {}
     for metric in sorted(outcomes[0].metrics.keys() - OF_THE_CLOCK):
+        if REQUIRED in find_metric(metric).options.values():
+            continue
         values = [outcome.metrics.get(metric) for outcome in outcomes]
         numbers = [value for value in values if value is not None]
         if len(numbers) == len(outcomes):
@@ -147,29 +154,34 @@ def _envelopes(outcomes: Sequence[Outcome]) -> dict[str, Envelope]:
     return found
 
 
-def _judged(fault: Fault, outcomes: Mapping[str, Outcome], envelopes: Mapping[str, Mapping[str, Envelope]],
+def judged(fault: Fault, outcomes: Mapping[str, Outcome], envelopes: Mapping[str, Mapping[str, Envelope]],
             unsound: Mapping[str, int]) -> Judged:  # fmt: skip
+    """What a fault did over all scenarios. outcomes: of its drives, envelopes: of clean ones, both by scenario;
+    unsound: gates that fail in clean drives too."""
     killed: list[str] = []
     changes: list[tuple[float, str, str, float]] = []
-    gone = False
+    gone: tuple[str, str] | None = None
     for name, outcome in outcomes.items():
         killed += [f"{_short(name)}: {gate}" for gate in outcome.failed if f"{_short(name)}: {gate}" not in unsound]
         for metric, envelope in envelopes[name].items():
             value = outcome.metrics.get(metric)
             if value is None:
-                gone = True  # what every clean drive has is not defined any more
+                gone = name, metric  # what every clean drive has is not defined any more
             elif (far := envelope.beyond(value)) > 0.0:
                 changes.append((far, name, metric, value))
     changes.sort(reverse=True)
     proposed = None
     if changes and not killed:
         _, name, metric, value = changes[0]
-        proposed = _proposal(name, metric, value, envelopes[name][metric])
+        proposed = proposed_gate(name, metric, value, envelopes[name][metric])
+    elif gone is not None and not killed:  # any bound that clean drives keep: what is undefined passes none
+        e = envelopes[gone[0]][gone[1]]
+        proposed = proposed_gate(*gone, e.high + 2.0 * max(e.high - e.low, 0.1 * abs(e.high), 0.01), e)
     far, worst = (changes[0][0], f"{_short(changes[0][1])}: {changes[0][2]}") if changes else (0.0, "")
-    return Judged(fault, bool(changes) or gone or bool(killed), tuple(killed), far, worst, proposed)
+    return Judged(fault, bool(changes) or gone is not None or bool(killed), tuple(killed), far, worst, proposed)
 
 
-def _proposal(scenario: str, metric: str, value: float, envelope: Envelope) -> Proposal:
+def proposed_gate(scenario: str, metric: str, value: float, envelope: Envelope) -> Proposal:
     """The bound half way between the clean drives and the fault."""
     above = value > envelope.high
     bound = 0.5 * (value + (envelope.high if above else envelope.low))

@@ -13,10 +13,11 @@ import pytest
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.mutation.catalogue import FAULTS, known_faults
-from pytest_dvp.mutation.fault import Memory
+from pytest_dvp.mutation.drives import Outcome
+from pytest_dvp.mutation.fault import Fault, Memory
 from pytest_dvp.mutation.faulty_stack import FaultyStack
 from pytest_dvp.mutation.gate_writer import write_gates
-from pytest_dvp.mutation.mutate import Envelope, Proposal
+from pytest_dvp.mutation.mutate import Envelope, Proposal, envelopes_of, judged
 from vehicle.messages import Command, GnssFix, LidarScan, Observation, Odometry, Task
 
 STACK = '''
@@ -243,6 +244,34 @@ def test_outside_an_envelope_is_measured_in_its_width() -> None:
     assert [envelope.beyond(v) for v in (1.0, 1.5, 2.0)] == [0.0, 0.0, 0.0]
     assert envelope.beyond(2.5) == pytest.approx(0.5)
     assert envelope.beyond(0.0) == pytest.approx(1.0)
+
+
+def clean_outcomes() -> list[Outcome]:
+    """Twenty clean drives: a distance of 1.00 to 1.19 m, a headway, and an age that some gate asked with an option."""
+    return [Outcome("PASS", {}, {"min_distance": 1.0 + 0.01 * k, "pet": 2.0, "input_age": 0.1}) for k in range(20)]
+
+
+def test_no_gate_is_proposed_of_a_metric_that_asks_for_an_option() -> None:
+    envelopes = envelopes_of(clean_outcomes())
+    assert set(envelopes) == {"min_distance", "pet"}
+
+
+def test_an_escaper_that_only_takes_a_metric_away_has_a_gate_that_kills_it() -> None:
+    outcome = Outcome("PASS", {}, {"min_distance": 1.05, "pet": None})
+    found = judged(Fault("blind", "observation"), {"a.xosc": outcome}, {"a.xosc": envelopes_of(clean_outcomes())}, {})
+    assert found.escaped
+    assert found.proposed is not None
+    assert (found.proposed.scenario, found.proposed.metric, found.proposed.min) == ("a.xosc", "pet", None)
+    assert found.proposed.max is not None
+    assert found.proposed.max > 2.0  # what clean drives keep
+
+
+def test_the_proposed_bound_lies_half_way_to_the_fault() -> None:
+    outcome = Outcome("PASS", {}, {"min_distance": 0.8, "pet": 2.0})
+    found = judged(Fault("near", "observation"), {"a.xosc": outcome}, {"a.xosc": envelopes_of(clean_outcomes())}, {})
+    assert found.proposed is not None
+    assert (found.proposed.metric, found.proposed.min) == ("min_distance", pytest.approx(0.9))
+    assert found.proposed.false_alarm_rate == pytest.approx(1.0 / 21.0)
 
 
 def test_of_two_proposals_the_tighter_one_is_written(tmp_path: Path) -> None:
