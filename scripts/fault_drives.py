@@ -28,7 +28,7 @@ from pytest_dvp.mutation.source_mutants import mutant_named, planted
 from scripts import fresh_faults, fresh_kinds
 from scripts.shipped_drives import STORE, driven, go_on, names, stored
 
-KINDS = {"first": fresh_faults.generated, "second": fresh_kinds.generated}
+KINDS = {"first": fresh_faults.generated, "second": fresh_kinds.generated, "source": fresh_faults.of_the_source}
 DRIVE_SEED = 0  # one of the clean seeds, so that a fault without effect drives exactly as that one
 CLEAN = 20  # seeds, as `dvp mutate` takes them
 

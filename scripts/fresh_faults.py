@@ -22,7 +22,7 @@ from scripts.fresh_observations import drawn_observation, drawn_when
 from vehicle.messages import Observation
 
 replace = msgspec.structs.replace
-FAMILIES = ("observation", "command", "map", "time", "source")
+FAMILIES = ("observation", "command", "map", "time", "source")  # of the last: see `of_the_source`
 
 
 def modules() -> list[str]:
@@ -36,6 +36,12 @@ def generated(seed: str, count: int) -> list[tuple[str, Fault]]:
     """Description and fault of each, the same for the same seed."""
     rng = random.Random(int(seed, 16))
     return [FAMILY[FAMILIES[k % len(FAMILIES)]](rng) for k in range(count)]
+
+
+def of_the_source(seed: str, count: int) -> list[tuple[str, Fault]]:
+    """As `generated`, of the source alone: the other families then do not depend on what of it can be changed."""
+    rng = random.Random(f"{seed} source")
+    return [_source(rng) for _ in range(count)]
 
 
 # commands -------------------------------------------------------------------------------------------------------------

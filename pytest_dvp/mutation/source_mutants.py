@@ -1,7 +1,8 @@
 """Changes of a Python stack's own source: one operator, comparison, constant or function name at a time.
 
 As mutmut makes them, with larger steps of numbers, but nothing is written: the code object of a function that is
-already loaded is exchanged, and so is a constant, wherever it was imported. What numba has compiled stays as it is.
+already loaded is exchanged, and so is a constant, wherever it was imported. What numba compiles stays as it is, and so
+do the constants that it reads: machine code keeps those that it was compiled with, in this drive and in later ones.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import ast
 import copy
 import dataclasses
+import functools
 import importlib
 import inspect
 import random
@@ -57,7 +59,8 @@ class SourceMutant:
 def mutants_of(module: str) -> list[SourceMutant]:
     """All changes of a module's functions and constants, in the order of its source. Raises SourceError."""
     tree = ast.parse(_text(module))
-    return [SourceMutant(module, node.lineno, node.col_offset + 1, told) for node, told, _ in _changes(tree)]
+    kept = _names_in_machine_code(module)
+    return [SourceMutant(module, node.lineno, node.col_offset + 1, told) for node, told, _ in _changes(tree, kept)]
 
 
 def sample(modules: Sequence[str], count: int, seed: int = 0) -> list[SourceMutant]:
@@ -81,7 +84,8 @@ def mutant_named(name: str) -> SourceMutant:
 def planted(mutant: SourceMutant) -> Iterator[None]:
     """The change is in the loaded module while this lasts; load the stack before. Raises SourceError."""
     tree = ast.parse(_text(mutant.module))
-    for node, told, change in _changes(tree):
+    kept = _names_in_machine_code(mutant.module)
+    for node, told, change in _changes(tree, kept):
         if (node.lineno, node.col_offset + 1, told) == (mutant.line, mutant.column, mutant.change):
             change()
             break
@@ -95,7 +99,7 @@ def planted(mutant: SourceMutant) -> Iterator[None]:
         if new is not None and new != old and new.co_freevars == old.co_freevars:
             function.__code__ = new
             undo.append(lambda f=function, c=old: setattr(f, "__code__", c))
-    undo += _with_constants(loaded, code)
+    undo += _with_constants(loaded, code, kept)
     try:
         yield
     finally:
@@ -103,9 +107,44 @@ def planted(mutant: SourceMutant) -> Iterator[None]:
             back()
 
 
-def _changes(tree: ast.Module) -> Iterator[tuple[Any, str, Any]]:
-    """Each node that can be changed, what the change is called, and what makes it."""
-    for node in _body(tree):
+def _names_in_machine_code(module: str) -> frozenset[str]:
+    """Names that functions read which numba compiles: of all files of the module's package, or beside a lone file."""
+    file = Path(module if module.endswith(".py") else str(importlib.import_module(module).__file__)).resolve()
+    package = file.parent
+    while (package.parent / "__init__.py").is_file():
+        package = package.parent
+    files = package.rglob("*.py") if (package / "__init__.py").is_file() else package.glob("*.py")
+    return _names_read(tuple(sorted(files)))
+
+
+@functools.cache
+def _names_read(files: tuple[Path, ...]) -> frozenset[str]:
+    names: set[str] = set()
+    for file in files:
+        try:
+            tree = ast.parse(file.read_text("utf-8"))
+        except (SyntaxError, UnicodeDecodeError):  # a file beside the stack that is none of it
+            continue
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef) and _is_compiled(node):
+                names |= {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
+                names |= {part.attr for part in ast.walk(node) if isinstance(part, ast.Attribute)}
+    return frozenset(names)
+
+
+def _is_compiled(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    return any("compiled" in ast.unparse(d) or "jit" in ast.unparse(d) for d in function.decorator_list)
+
+
+def _assigned(node: ast.AST) -> set[str]:
+    """Names that a statement of a module gives a value."""
+    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
+    return {part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)}
+
+
+def _changes(tree: ast.Module, kept: frozenset[str]) -> Iterator[tuple[Any, str, Any]]:
+    """Each node that can be changed, what the change is called, and what makes it; not the constants `kept`."""
+    for node in _body(tree, kept):
         if isinstance(node, ast.BinOp | ast.AugAssign | ast.BoolOp) and type(node.op) in _OPERATORS:
             yield node, *_operator(node)
         elif isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in _OPERATORS:
@@ -156,15 +195,15 @@ def _call(function: Any, name: str) -> None:
     setattr(function, "id" if isinstance(function, ast.Name) else "attr", name)
 
 
-def _body(tree: ast.Module) -> Iterator[ast.AST]:
+def _body(tree: ast.Module, kept: frozenset[str]) -> Iterator[ast.AST]:
     """Nodes of functions and constants: no decorators, annotations, defaults, docstrings, nor what numba compiles."""
-    waiting: list[ast.AST] = list(reversed(tree.body))
+    constants = ast.Assign | ast.AnnAssign | ast.AugAssign
+    waiting: list[ast.AST] = [n for n in reversed(tree.body) if not (isinstance(n, constants) and _assigned(n) & kept)]
     while waiting:
         node = waiting.pop()
         yield node
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            compiled = any("compiled" in ast.unparse(d) or "jit" in ast.unparse(d) for d in node.decorator_list)
-            children: list[ast.AST] = [] if compiled else list(node.body)
+            children: list[ast.AST] = [] if _is_compiled(node) else list(node.body)
         elif isinstance(node, ast.AnnAssign):
             children = [node.value] if node.value is not None else []
         elif isinstance(node, ast.ClassDef):
@@ -218,8 +257,9 @@ def _functions(module: ModuleType) -> Iterator[FunctionType]:
                     yield plain
 
 
-def _with_constants(module: ModuleType, code: CodeType) -> list[Any]:
-    """Exchange what the changed module holds otherwise, here and where it was imported by name; what undoes it."""
+def _with_constants(module: ModuleType, code: CodeType, kept: frozenset[str]) -> list[Any]:
+    """Exchange what the changed module holds otherwise, but what is `kept`, here and where it was imported by name;
+    what undoes it."""
     namespace: dict[str, Any] = {"__name__": module.__name__, "__file__": module.__file__}
     namespace |= {"__package__": module.__package__, "__builtins__": __builtins__}
     stand_in = ModuleType(module.__name__)
@@ -228,7 +268,13 @@ def _with_constants(module: ModuleType, code: CodeType) -> list[Any]:
     undo: list[Any] = []
     for name, new in list(vars(stand_in).items()):
         old = vars(module).get(name)
-        if name.startswith("__") or callable(old) or isinstance(old, ModuleType) or not _differs(old, new):
+        if (
+            name in kept
+            or name.startswith("__")
+            or callable(old)
+            or isinstance(old, ModuleType)
+            or not _differs(old, new)
+        ):
             continue
         for holder in [m for m in list(sys.modules.values()) if m is not None and vars(m).get(name) is old]:
             setattr(holder, name, new)

@@ -92,3 +92,16 @@ def test_a_module_that_is_not_there_is_one_line(word: str, said: str) -> None:
 def test_a_change_that_the_source_has_no_more_is_said(part: ModuleType) -> None:
     with pytest.raises(SourceError, match="its source is another one"):
         mutant_named(SourceMutant("a_part", 3, 8, "2.0 -> 7.0").name)
+
+
+def test_constants_that_machine_code_reads_stay_as_they_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What numba compiles keeps the constants of that moment, also for the drives that come after."""
+    (tmp_path / "of_two.py").write_text(
+        "def compiled(function):\n    return function\n\nSIZE, FREE = 4.0, 5\nOTHER = 2.0\n\n"
+        "@compiled\ndef whole(x):\n    return SIZE * x\n\ndef half(x):\n    return OTHER * FREE * x\n",
+        "utf-8",
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    changes = {mutant.change for mutant in mutants_of("of_two")}
+    assert changes == {"2.0 -> 3.0", "* -> /"}
+    assert {mutant.change for mutant in mutants_of(str(tmp_path / "of_two.py"))} == changes
