@@ -226,6 +226,7 @@ def rss_violation(log: Log) -> float | None:
             beside = max(bottom - width / 2, -width / 2 - top, 0.0)
             v, ov = v / axis, ov / axis
             rear, front = (v.real, ov.real) if low + high >= 0.0 else (ov.real, v.real)
+            rear, front = (0.0 if abs(u) < 1e-6 else u for u in (rear, front))
             if rear < 0.0 and front < 0.0:
                 rear, front = -front, -rear
             way = rear * r + up * r * r / 2 + max(rear + r * up, 0.0) ** 2 / (2 * soft)

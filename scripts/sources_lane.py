@@ -12,14 +12,15 @@ from scripts.sources_boxes import pose, ring, size_of
 
 def lane_time_outside(log: Log) -> float | None:
     a, b = (complex(*point) for point in log.reference)
-    along, out, known = (b - a) / abs(b - a), 0, 0
+    along, out, known, last = (b - a) / abs(b - a), 0, 0, False
     for k in range(len(log.t)):
         m, axis, _ = pose(log, k)
         seen = [(p - a) / along for p in ring(m, axis, size_of(log))]
         beside = [abs(p.imag) for p in seen if 0.0 <= p.real <= abs(b - a)]
         known += bool(beside)
-        out += bool(beside) and max(beside) > log["lane_width"][k] / 2 and k < len(log.t) - 1
-    return out * STEP if known else None
+        outside = bool(beside) and max(beside) > log["lane_width"][k] / 2
+        out, last = out + (outside and k < len(log.t) - 1), last or outside
+    return max(out, 1 if last else 0) * STEP if known else None  # one that ends outside was outside for a step
 
 
 def at_line(log: Log, k: int) -> tuple[float, bool]:

@@ -14,6 +14,7 @@ from pytest_dvp.metrics._pairs import pairs
 from pytest_dvp.metrics.metric import Measured, metric
 
 _UNDECLARED = math.nan
+_STANDS = 1e-6  # m/s; slower stands, and a car that stands drives neither way: rounding would give it one
 
 
 @metric(name="rss_violation", unit="s", bigger_is_worse=True, note="axes of the ego instead of those of the lane")
@@ -110,6 +111,7 @@ def _seen(ego: FloatArray, box: FloatArray) -> tuple[FloatArray, ...]:
     cos, sin = np.cos(ego[:, 2]), np.sin(ego[:, 2])
     mine = ego[:, 5] * cos + ego[:, 6] * sin, ego[:, 6] * cos - ego[:, 5] * sin
     its = box[:, 5] * cos + box[:, 6] * sin, box[:, 6] * cos - box[:, 5] * sin
+    mine, its = ((np.where(np.abs(along) < _STANDS, 0.0, along), left) for along, left in (mine, its))
     middle = 0.5 * (low + high)
     ahead = middle[:, 0] >= 0.0
     rear, front = np.where(ahead, mine[0], its[0]), np.where(ahead, its[0], mine[0])

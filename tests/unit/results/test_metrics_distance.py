@@ -207,6 +207,17 @@ def test_rss_of_two_who_meet_and_of_two_side_by_side() -> None:
     assert side[0] == pytest.approx(0.2 + 2 * (0.0625 + 0.03125))
 
 
+@pytest.mark.parametrize("rest", [-1e-12, 0.0, 1e-12])
+def test_rss_does_not_depend_on_the_rounding_of_a_standstill(rest: float) -> None:
+    """One that stands meets what comes towards its front, whatever sign its speed of 0 has: definition 2."""
+    comes = track(TICKS, 14.0 - 1.0 * TICKS, 0.0, vx=-1.0)
+    found = compute("rss_violation", drive_straight(rest, objects={"comes": comes}), **RSS)
+    # 0.5 s of response at +2 m/s^2 and braking by 4 m/s^2, of 0 m/s and of 1 m/s: 0.25 + 0.125 and 0.75 + 0.5 m.
+    need = 0.375 + 1.25
+    begins = 14.0 - 2.0 - FRONT - need
+    assert found.value == pytest.approx(10.0 - begins, abs=0.051)
+
+
 def test_rss_counts_the_time_below_both_distances_and_needs_its_parameters() -> None:
     gap = 5.0
     log = drive_straight(10.0, objects={"lead": track(TICKS, FRONT + gap + 2.0 + 10.0 * TICKS, 0.0, vx=10.0)})
