@@ -132,7 +132,8 @@ def mutate(
             for gate in outcome.failed:
                 unsound[f"{_short(name)}: {gate}"] = unsound.get(f"{_short(name)}: {gate}", 0) + 1
     judged = tuple(
-        judged(fault, {name: found[faulty[fault.name, name]] for name in names}, envelopes, unsound) for fault in chosen
+        judge_fault(fault, {name: found[faulty[fault.name, name]] for name in names}, envelopes, unsound)
+        for fault in chosen
     )
     return Mutation(judged, tuple(names), clean, unsound)
 
@@ -154,7 +155,7 @@ def envelopes_of(outcomes: Sequence[Outcome]) -> dict[str, Envelope]:
     return found
 
 
-def judged(fault: Fault, outcomes: Mapping[str, Outcome], envelopes: Mapping[str, Mapping[str, Envelope]],
+def judge_fault(fault: Fault, outcomes: Mapping[str, Outcome], envelopes: Mapping[str, Mapping[str, Envelope]],
             unsound: Mapping[str, int]) -> Judged:  # fmt: skip
     """What a fault did over all scenarios. outcomes: of its drives, envelopes: of clean ones, both by scenario;
     unsound: gates that fail in clean drives too."""

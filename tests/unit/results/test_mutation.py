@@ -17,7 +17,7 @@ from pytest_dvp.mutation.drives import Outcome
 from pytest_dvp.mutation.fault import Fault, Memory
 from pytest_dvp.mutation.faulty_stack import FaultyStack
 from pytest_dvp.mutation.gate_writer import write_gates
-from pytest_dvp.mutation.mutate import Envelope, Proposal, envelopes_of, judged
+from pytest_dvp.mutation.mutate import Envelope, Proposal, envelopes_of, judge_fault
 from vehicle.messages import Command, GnssFix, LidarScan, Observation, Odometry, Task
 
 STACK = '''
@@ -258,7 +258,9 @@ def test_no_gate_is_proposed_of_a_metric_that_asks_for_an_option() -> None:
 
 def test_an_escaper_that_only_takes_a_metric_away_has_a_gate_that_kills_it() -> None:
     outcome = Outcome("PASS", {}, {"min_distance": 1.05, "pet": None})
-    found = judged(Fault("blind", "observation"), {"a.xosc": outcome}, {"a.xosc": envelopes_of(clean_outcomes())}, {})
+    found = judge_fault(
+        Fault("blind", "observation"), {"a.xosc": outcome}, {"a.xosc": envelopes_of(clean_outcomes())}, {}
+    )
     assert found.escaped
     assert found.proposed is not None
     assert (found.proposed.scenario, found.proposed.metric, found.proposed.min) == ("a.xosc", "pet", None)
@@ -268,7 +270,9 @@ def test_an_escaper_that_only_takes_a_metric_away_has_a_gate_that_kills_it() -> 
 
 def test_the_proposed_bound_lies_half_way_to_the_fault() -> None:
     outcome = Outcome("PASS", {}, {"min_distance": 0.8, "pet": 2.0})
-    found = judged(Fault("near", "observation"), {"a.xosc": outcome}, {"a.xosc": envelopes_of(clean_outcomes())}, {})
+    found = judge_fault(
+        Fault("near", "observation"), {"a.xosc": outcome}, {"a.xosc": envelopes_of(clean_outcomes())}, {}
+    )
     assert found.proposed is not None
     assert (found.proposed.metric, found.proposed.min) == ("min_distance", pytest.approx(0.9))
     assert found.proposed.false_alarm_rate == pytest.approx(1.0 / 21.0)
