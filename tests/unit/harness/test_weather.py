@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -62,6 +63,25 @@ def test_on_a_slippery_road_the_car_brakes_with_mu_g(scenario: Write, friction: 
     assert (speed[80] - speed[130]) / 0.5 == pytest.approx(friction * G, rel=0.04)
     (event,) = (each for each in log.events if each.kind == "environment")
     assert (event.t, event.text) == (0.0, f"friction coefficient {friction}")
+
+
+@pytest.mark.parametrize(("friction", "hits"), [(0.6, False), (0.4, False), (0.25, True)])
+def test_an_emergency_stop_brakes_with_mu_g_and_hits_where_that_is_too_little(
+    scenarios_dir: Path, tmp_path: Path, friction: float, hits: bool
+) -> None:
+    """The shipped scenario and stack: on the dry road it brakes with 6.8 m/s^2 and stops 1.8 m short."""
+    (tmp_path / "urban.xodr").write_bytes((scenarios_dir / "urban.xodr").read_bytes())
+    shutil.copytree(scenarios_dir / "catalogs", tmp_path / "catalogs")
+    text = (scenarios_dir / "emergency_stop.xosc").read_text()
+    path = tmp_path / "stop.xosc"
+    road = f'<RoadCondition frictionScaleFactor="{friction}"/>'
+    place, wet = action(road)
+    assert place in text
+    path.write_text(text.replace(place, wet, 1))
+    result = run(path)
+    hardest = -np.gradient(result.log["v"], result.log["t"]).min()
+    assert hardest == pytest.approx(friction * G, rel=0.02)
+    assert (result.metrics["collision"] > 0.0) is hits
 
 
 @pytest.mark.parametrize("factor", ["1.0", "1.5"])
