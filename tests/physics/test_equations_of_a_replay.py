@@ -129,6 +129,8 @@ def test_a_car_with_tyres_begins_on_the_curve_of_its_steering(plain: Plain) -> N
     start = [0.0, 0.0, 0.0, 10.0, 0.0, NAN]
     out, _ = replayed(plain, [[0.1, 0.0]] * 2, kind=DYNAMIC, starts=[0], states=[start], yaw_rate=0.9)
     assert out[0, 4] == pytest.approx(10.0 * math.tan(0.1) / L)
+    _, x = replayed(plain, [[0.1, 0.0]], kind=DYNAMIC, starts=[0], states=[[*start[:4], 0.3, NAN]])
+    assert x.vy == pytest.approx(0.3 + B * 10.0 * math.tan(0.1) / L)
     out, _ = replayed(plain, [[0.1, 0.0]] * 2, kind=DYNAMIC, starts=[0], states=[[*start[:5], 0.2]], yaw_rate=0.9)
     assert out[0, 4] == pytest.approx(0.2)
     out, _ = replayed(plain, [[0.1, 0.0]] * 2, kind=DYNAMIC, vx=10.0, yaw_rate=0.7)

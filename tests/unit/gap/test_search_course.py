@@ -83,6 +83,8 @@ def test_an_effect_without_which_the_others_do_as_well_is_dropped() -> None:
     assert more._pruned(alone) is alone
     assert more.without(both, "drive_gain").names == ("brake_gain",)
     assert more.without(both, "drive_gain") is more.without(both, "drive_gain")
+    nearer = more.trial(("brake_gain", "drive_gain"), {DRIVE: 0.9, BRAKE: 0.9, MASS: 1.1}, kept={MASS: 1.1})
+    assert more.without(nearer, "drive_gain") is not more.without(both, "drive_gain")
 
 
 def test_a_fit_keeps_what_is_fixed_and_what_is_said_of_the_car() -> None:

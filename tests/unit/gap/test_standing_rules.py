@@ -9,11 +9,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.diagnose import standing as module
+from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
+from pytest_dvp.gap.diagnose.equation_error import Opinion
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.quiet_effects import changing_instead, is_evident, is_evident_apart, quiet
 from pytest_dvp.gap.diagnose.search import Search
-from pytest_dvp.gap.diagnose.standing import REMAINDER_ONLY, _held_out, _implausible, _Left, _plausible
+from pytest_dvp.gap.diagnose.standing import (
+    REMAINDER_ONLY,
+    Evidence,
+    _held_out,
+    _implausible,
+    _Left,
+    _plausible,
+    with_standing,
+)
 from pytest_dvp.gap.diagnose.trial import Trial
 from tests.unit.gap.linear_world import (
     BRAKE,
@@ -226,3 +237,38 @@ class Fading(World):
         if values.get(("brake_fade", "k"), 0.0) > 0.0:
             return self.noise + self.apart * direction(1)
         return super().whitened(values)
+
+
+def test_everything_that_speaks_against_an_effect_is_listed_in_its_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "excitation", lambda log, own: SimpleNamespace(out_of_reach=log))
+    monkeypatch.setattr(_Left, "__init__", lambda self, search, final: None)
+    monkeypatch.setattr(_Left, "doubts", lambda self, name: ["much is left"] if name == "drive_gain" else [])
+    world = World({}, excused=True)
+    world.model.effects = [SimpleNamespace(name="drive_gain", values={"g": 0.9})]
+    search = Without(world, ())  # type: ignore[arg-type]
+    search.less = a_trial(2000.0)
+    found = [
+        NamedEffect("drive_gain", {"g": Estimate(1.3, 0.8, 1.4, "-")}, rivals=("mass",)),
+        NamedEffect("brake_gain", {"g": Estimate(0.9, 0.88, 0.92, "-")}),
+        NamedEffect("steer_ratio", {}, action="remove"), NamedEffect("gyro_bias", {}),
+    ]  # fmt: skip
+    change = Dependence("g", "brake_energy", 1.0, 0.8)
+    evidence = Evidence({"drive_gain": 0.1, "brake_gain": 0.5}, {"drive_gain": Opinion("it disagrees", "brake_lag")},
+                        {"drive_gain": change}, ("a scale is off",))  # fmt: skip
+    logs: Any = [{"drive_gain": "no throttle", "brake_gain": "no brake"}, {"drive_gain": "too slow"}]
+    known = {name: find_effect(name) for name in ("drive_gain", "brake_gain", "steer_ratio")}
+    final = a_trial(1000.0, "drive_gain", "brake_gain")
+    drive, brake, removed, other = with_standing(found, search, final, logs, evidence, known)
+    assert drive.doubts == (
+        "these data cannot tell it from mass", REMAINDER_ONLY, "this drive can hardly show it: no throttle",
+        "regression without simulation votes for brake_lag", "g = 1.3 is outside what is usual, 0.7 to 1.2",
+        "the twin's known remainder imitates as much", "much is left", "a scale is off",
+        "its g changes with brake energy",
+    )  # fmt: skip
+    assert (drive.standing, drive.rivals, drive.second_engine) == ("provisional", ("mass", "brake_lag"), "it disagrees")
+    assert drive.depends_on is change
+    assert (brake.standing, brake.doubts, brake.rivals) == ("provisional", ("a scale is off",), ())
+    assert removed is found[2]
+    assert other is found[3]
+    fine = with_standing(found[1:2], search, final, [], Evidence({"brake_gain": 0.5}, {}, {}), known)
+    assert (fine[0].standing, fine[0].doubts) == ("confirmed", ())
