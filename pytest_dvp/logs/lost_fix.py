@@ -54,7 +54,7 @@ def no_evidence_of_place(log: Log) -> str:
         return ""
     best, lost = float(np.nanquantile(sigma, _BEST)), lost_for(log)
     if best > NO_FIX:
-        return f"its reference system states no position better than {best:.2g} m: it had no fix"
+        return f"its reference system states no position better than {best:.2g} m ({SIGMA}): it had no fix"
     if lost > TOO_MUCH * log.duration:
         return f"its reference system had no fix for {lost:.1f} s of {log.duration:.1f} s"
     return ""
