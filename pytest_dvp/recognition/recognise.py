@@ -430,7 +430,7 @@ def _scale(unit: str) -> float:
 def _in_units(relation: Relation, choices: dict[str, Choice]) -> float:
     """The ratio of a relation in SI units, with the units that were chosen: 1 is what is to be expected, not 0.102."""
     scales = [_scale(choices[name].unit) ** power for name, power in relation.powers.items() if name in choices]
-    return relation.ratio / math.prod(scales)
+    return float(relation.ratio / math.prod(scales))
 
 
 def _relation(
