@@ -17,6 +17,7 @@ from pytest_dvp.tuning.held_out_judge import HeldOutScore, judge, log_chi2, rw_l
 from pytest_dvp.tuning.implausible_values import ImplausibleValue, find_implausible_values
 from pytest_dvp.tuning.iteration_plan import MOUNTS, STAGES, Plan, State, drives
 from pytest_dvp.tuning.ledger import Entry, write_ledger
+from pytest_dvp.tuning.objective import Score
 from pytest_dvp.tuning.proving_ground import Folders, ProvingGroundResult, on_proving_ground
 from pytest_dvp.tuning.sensitivity import as_dict, sensitivity
 from pytest_dvp.tuning.stage_gap import Figure, gap, mean_alike
@@ -265,7 +266,7 @@ def _chosen(
         stack = stack_change(now.performance.value, judged.performance.value)
         reason = (
             f"{name}: on the drives with it twin {twin}, performance {stack} "
-            f"({_number(now.performance.value)} -> {_number(judged.performance.value)})"
+            f"({_told_score(now.performance)} -> {_told_score(judged.performance)})"
         )
         if "worse" not in (twin, stack) and "better" in (twin, stack):
             return judged, name, reason
@@ -273,10 +274,9 @@ def _chosen(
     return now, "", "; ".join(reasons) or "the stack gains nothing on the twin either"
 
 
-def _number(score: float) -> str:
-    from pytest_dvp.tuning.objective import FORBIDDEN
-
-    return "forbidden" if score >= FORBIDDEN else f"{score:.4g}"
+def _told_score(score: Score) -> str:
+    """The number, or what keeps it from counting: `forbidden (collision > 0)`."""
+    return f"{score.value:.4g}" if score.allowed else f"forbidden ({', '.join(score.broken)})"
 
 
 def _words(
@@ -303,8 +303,8 @@ def _words(
         if label == "P" and moved and "stack" not in accepted:
             told += ", which held-out drives did not bear out"
         words.append(
-            f"{label} tuned, {tuning.simulations} {'replays' if label == 'S' else 'simulations'}, score "
-            f"{_number(tuning.start.score.value)} -> {_number(tuning.best.score.value)}{_parts(tuning)}: {told}"
+            f"{label} tuned, {tuning.simulations} {'replays' if label == 'S' else 'simulations'}: {told}; score "
+            f"{_told_score(tuning.start.score)} -> {_told_score(tuning.best.score)}{_parts(tuning)}"
         )
     words += [f"guard: {suspicion.sentence}" for suspicion in suspicions]
     words.append(f"held-out drives: {'taken' if accepted else 'rejected'}: {why}")
@@ -312,7 +312,11 @@ def _words(
 
 
 def _first_words(plan: Plan) -> list[str]:
-    return ["the twin as it is" if plan.preset is None else f"presets of the paper's iteration {plan.preset}"]
+    return [
+        "twin and stack as the plan gives them"
+        if plan.preset is None
+        else f"P and S of the paper's iteration {plan.preset}"
+    ]
 
 
 def _unlike_P(state: State) -> list[str]:
@@ -341,7 +345,7 @@ def _parts(tuning: Tuning) -> str:
     before, after = tuning.start.score.parts, tuning.best.score.parts
     moved = sorted((name for name in after if name in before), key=lambda n: -abs(after[n] - before[n]))
     told = [f"{n} {before[n]:.3g} -> {after[n]:.3g}" for n in moved[:3] if abs(after[n] - before[n]) > SHOWN]
-    return f" ({', '.join(told)})" if told else ""
+    return f", of it most by {', '.join(told)}" if told else ""
 
 
 def _told(tuning: Tuning | None) -> dict[str, Any]:

@@ -66,13 +66,23 @@ def command_of(found: Iterated) -> str:
 
 
 def table(rows: list[Bound]) -> list[str]:
-    """The bounds for a terminal."""
+    """The bounds for a terminal; what was measured nowhere is one line at the end."""
     head = f"{'':<41}{'stages':<8}{'first':>10} {'last':>10} {'+-':>10} {'worst':>10}  bound"
-    lines = [head]
+    lines = [
+        "on held-out drives, before the first iteration and after the last; +-: half the 95 % interval",
+        head,
+    ]
+    unknown: dict[str, list[str]] = {}
     for row in rows:
-        mark = "ok" if row.holds else "none" if row.value is None else "open" if row.undecided else "MISS"
+        if row.value is None:
+            unknown.setdefault(row.what, []).append(row.where)
+            continue
+        mark = "ok" if row.holds else "open" if row.undecided else "MISS"
         numbers = " ".join(f"{_number(v):>10}" for v in (row.first, row.value, row.half_width, row.worst))
         lines.append(f"{mark:<5}{row.what:<36}{row.where:<8}{numbers}  {row.bound}")
+    if unknown:
+        told = "; ".join(f"{what} ({', '.join(where)})" for what, where in unknown.items())
+        lines.append(f"none could be measured of: {told}")
     return [*lines, count([row.as_dict() for row in rows])]
 
 

@@ -146,7 +146,7 @@ def test_the_ledger_tells_what_broke_where_and_that_the_stages_drive_apart(tmp_p
         assert told[-1] == "on the car: 2 more such drives"
     # Arango et al., 1st iteration: v_max 7, 5.5, 5.5 and three more that differ
     assert "P is not the same on all stages (LQR_v_max: dt 7, pe 5.5, rw 5.5 and 3 more)" in first["changes"][1]
-    assert "(max_jerk 16.7 -> 0)" in "\n".join(second["changes"])  # |20 - 50| / 1.8, the term's scale
+    assert "of it most by max_jerk 16.7 -> 0" in "\n".join(second["changes"])  # |20 - 50| / 1.8, the term's scale
 
 
 def test_killed_between_two_iterations_it_ends_the_same(tmp_path: Path, world: World) -> None:

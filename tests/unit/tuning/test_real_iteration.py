@@ -18,6 +18,8 @@ pytest.importorskip("cyclonedds")
 import scenarios
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.logs.log import Log
+from pytest_dvp.tuning.iterate import _told_score
+from pytest_dvp.tuning.objective import Score
 from tests.plugin.conftest import XOSC, write_scenario
 from vehicle.model.model_file import read_model
 
@@ -114,3 +116,8 @@ def test_it_tells_what_was_taken_and_why(folder: Path) -> None:
     assert "S.EGO_mass 730 -> 950" in told
     assert "held-out drives: taken: twin better on held-out logs (chi^2/N " in told
     assert "P tuned, " in told
+
+
+def test_it_tells_what_keeps_a_score_from_counting() -> None:
+    assert _told_score(Score(1e9, {}, ("collision > 0", "tet > 0"))) == "forbidden (collision > 0, tet > 0)"
+    assert _told_score(Score(0.25, {})) == "0.25"
