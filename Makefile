@@ -143,10 +143,12 @@ mutants: $(STAMP)
 # Faults drawn by SEED, the commit that froze the gates, put into the reference stack under the gates that ship, and
 # drives with new seeds; both go on where they were. An hour of CPU; figures stand in docs/mutate.md.
 mutation: $(STAMP)
-	$(BIN)/python -m scripts.shipped_drives clean 0 42
-	$(BIN)/python -m scripts.fault_drives drive $(SEED) --count 120
-	$(BIN)/python -m scripts.fault_drives tell $(SEED)
-	$(BIN)/python -m scripts.shipped_drives fresh 1002 1228
+	$(BIN)/python -m scripts.shipped_drives clean 0 90
+	for kinds in first second source; do \
+	    $(BIN)/python -m scripts.fault_drives drive $(SEED) --kinds $$kinds --count 60 || exit 1; \
+	    $(BIN)/python -m scripts.fault_drives tell $(SEED) --kinds $$kinds || exit 1; \
+	done
+	$(BIN)/python -m scripts.shipped_drives fresh 4000 4240
 
 blind: $(STAMP)
 	$(BIN)/python -m scripts.blind_answers $${DVP_SHARED:-../shared}/blind
