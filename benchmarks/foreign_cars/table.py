@@ -14,10 +14,11 @@ HEAD = """# Cars of another make
 tyres, actuators and a driver of their own; they share nothing with the kernel. From its data sheet alone each car is
 diagnosed on one drive, another one being held out (*bare*), and its twin is extended by all that is named. Then the car
 drives again, with nothing new (*null*) or with one hidden effect (*single*), and the diagnosis starts from that twin,
-whose file tells its known remainder. An effect counts as detectable if a signal differs by 3 sigma in 25 rows.
+whose file tells its known remainder. An effect counts as detectable if a signal differs by 3 sigma in 25 rows. A van,
+made after the rule stood, is asked bare only.
 
 The cars and the diagnosis were written by the same people, so this is no test by strangers: each new draw has new
-values and drives, but the same three cars.
+values and drives, but the same cars.
 """
 
 

@@ -13,6 +13,7 @@ from benchmarks.foreign_cars.ask import effective, total
 from benchmarks.foreign_cars.car import CARS, data_sheet
 from benchmarks.foreign_cars.case import cases
 from benchmarks.foreign_cars.drive import driven
+from benchmarks.foreign_cars.fleet import FLEET
 from benchmarks.foreign_cars.hidden import RANGES, Controls, Values
 from benchmarks.foreign_cars.tyres import FloatArray
 from vehicle.model.effect_catalogue import catalogue
@@ -47,6 +48,16 @@ def test_slowly_it_turns_as_its_geometry_says() -> None:
     rows = slice(100, 180)
     expected = log["v"][rows] * np.tan(0.1) / HATCH.wheelbase
     assert log["yaw_rate"][rows] == pytest.approx(expected, rel=0.04)
+
+
+def test_a_van_on_trailing_arms_stands_level_and_turns_as_its_geometry_says() -> None:
+    """Its wheels hang on arms and steer apart; slowly the middle of the axle rolls where the command points."""
+    rests = np.column_stack([np.full(50, -1.5), np.zeros(50)])
+    assert np.abs(driven(FLEET["van"], "rich", 1, duration=1.0, commands=rests)["ay"]).max() < 0.02
+    commands = np.column_stack([np.full(200, 0.6), np.full(200, 0.3)])
+    log = driven(FLEET["van"], "rich", 1, duration=4.0, commands=commands)
+    rows = slice(100, 180)
+    assert log["yaw_rate"][rows] == pytest.approx(log["v"][rows] * np.tan(0.3) / FLEET["van"].wheelbase, rel=0.04)
 
 
 def test_same_seed_same_bytes() -> None:
