@@ -75,7 +75,7 @@ def test_the_twin_that_learnt_passes(measured: Log, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("twin", "shown_by"),
     [
-        ("baseline", ["twin_error", "response_lag difference", "response_gain difference", "gain(steer_cmd)"]),
+        ("baseline", ["twin_error", "response_lag difference", "response_gain difference", "twin_gain(yaw_rate)"]),
         ("gain", ["twin_error", "response_gain difference", "gain(steer_cmd)"]),
         ("lag", ["twin_error", "response_lag difference"]),
         ("speed", ["twin_error"]),
