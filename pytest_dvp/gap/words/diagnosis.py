@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from pytest_dvp.gap.compare.segments import UNITS
@@ -122,20 +122,29 @@ def causes(step: Step, limit: int = SHOWN) -> list[str]:
 
 
 def _lacks(found: Diagnosis, model: str) -> str:
-    """ "car.toml lacks a and one of b, c"."""
+    """ "car.toml lacks a and may lack one of b, c": what is provisional is said as such."""
     parts = []
     wanted = [e for e in found.effects if e.action == "add"]
-    if wanted:  # a reader with a deadline adds what matters; the rest is in the table
-        chief = [e for e in wanted if e.gain >= SLIGHT] or wanted
-        few = [_choice(e) if len(wanted) - len(chief) < 3 else e.name for e in wanted if e not in chief]
-        parts.append(f"lacks {_and([_choice(e) for e in chief])}{f', and by far less {_and(few)}' if few else ''}")
-    changed = [e.name for e in found.effects if e.action == "change"]
-    if changed:
-        parts.append(f"has another {_and(changed)} than the car")
-    removed = [e.name for e in found.effects if e.action == "remove"]
-    if removed:
-        parts.append(f"has {_and(removed)}, which the car does not")
+    # a reader with a deadline adds what matters; the rest is in the table
+    chief = [e for e in wanted if e.gain >= SLIGHT] or wanted
+    few = [_choice(e) if len(wanted) - len(chief) < 3 else e.name for e in wanted if e not in chief]
+    for does, mine in _by_standing(chief, "lacks", "may lack"):
+        parts.append(f"{does} {_and([_choice(e) for e in mine])}")
+    if few:
+        parts[-1] += f", and by far less {_and(few)}"
+    for does, mine in _by_standing([e for e in found.effects if e.action == "change"], "has", "may have"):
+        parts.append(f"{does} another {_and([e.name for e in mine])} than the car")
+    for does, mine in _by_standing([e for e in found.effects if e.action == "remove"], "has", "may have"):
+        parts.append(f"{does} {_and([e.name for e in mine])}, which the car does not")
     return f"{model} {_and(parts)}"
+
+
+def _by_standing(effects: Sequence[NamedEffect], sure: str, unsure: str) -> Iterator[tuple[str, Sequence[NamedEffect]]]:
+    """The confirmed ones with the verb `sure`, then the provisional ones with `unsure`, where there are any."""
+    for standing, does in (("confirmed", sure), ("provisional", unsure)):
+        mine = [each for each in effects if each.standing == standing]
+        if mine:
+            yield does, mine
 
 
 def _choice(effect: NamedEffect) -> str:

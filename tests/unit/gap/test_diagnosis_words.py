@@ -59,11 +59,23 @@ def test_the_verdict_is_a_sentence(found: Diagnosis, says: str) -> None:
     assert says in headline(found, "car.toml")
 
 
+def test_a_headline_is_no_firmer_than_the_standing_of_what_it_names() -> None:
+    delay = NamedEffect("steer_delay", {}, gain=9.0, standing="confirmed")
+    roll = NamedEffect("roll", {}, gain=3.0)
+    mass = NamedEffect("mass", {}, gain=3.0, action="change")
+    for effects, said in (
+        ((delay, roll), "car.toml lacks steer_delay and may lack roll; "),
+        ((roll,), "car.toml may lack roll; "),
+        ((delay, mass), "car.toml lacks steer_delay and may have another mass than the car; "),
+    ):
+        assert headline(dataclasses.replace(NAMED, effects=effects), "car.toml").startswith(said)
+
+
 def test_what_is_no_step_of_the_ladder_is_not_said_to_lower_the_error() -> None:
     seen = NamedEffect("detection_latency", {"T": Estimate(0.2, 0.19, 0.21, "s")}, gain=1.0)
     found = dataclasses.replace(NAMED, effects=(seen,), ladder=(BETTER,))
     assert headline(found, "car.toml") == (
-        "car.toml lacks detection_latency; apart from that only sensor noise is left (chi²/N 1.17)"
+        "car.toml may lack detection_latency; apart from that only sensor noise is left (chi²/N 1.17)"
     )
 
 
