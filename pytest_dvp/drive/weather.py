@@ -12,8 +12,10 @@ from datetime import timedelta
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 from openscenario.values import moment
+from pytest_dvp.logs.log import Log
 from vehicle.messages import Light
-from vehicle.sensors.air import extinction_of_fog, extinction_of_precipitation
+from vehicle.model.bus import GRAVITY
+from vehicle.sensors.air import LEFT, extinction_of_fog, extinction_of_precipitation
 from vehicle.sensors.light import EFFICACY, clear_sky, glare_angle, is_dark, sun_place, sunlight
 
 if TYPE_CHECKING:
@@ -23,6 +25,8 @@ NOMINAL: Final = 1.0
 """Friction coefficient [-] of a road with a frictionScaleFactor of 1: dry asphalt has 0.9 to 1.1."""
 LATITUDE: Final = 50.0  # deg, where the road does not say where on the earth it lies: the middle of Europe
 OKTAS: Final = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+CLEAR: Final = "dry road, clear air"
+MOST: Final = 3  # changes of the environment that the notes of a run tell: roads of changing friction have many
 COVERED: Final = ("overcast", "rainy")  # states of the clouds that let no sun through
 
 
@@ -120,8 +124,13 @@ class Weather:
             self.light = sunlight(azimuth, elevation, clear_sky(elevation), self._cover)
 
     def __str__(self) -> str:
-        said = [] if self.friction is None else [f"friction coefficient {self.friction:.3g}"]
-        said += [f"extinction {self.extinction:.3g} 1/m"] if self.extinction > 0.0 else []
+        said = []
+        if self.friction is not None:
+            most = self.friction * GRAVITY
+            said.append(f"friction coefficient {self.friction:.3g}, which brakes with {most:.3g} m/s^2 at most")
+        if self.extinction > 0.0:
+            sight = math.log(1.0 / LEFT) / self.extinction
+            said.append(f"visual range {sight:.3g} m (extinction {self.extinction:.3g} 1/m)")
         if self.wind != (0.0, 0.0):
             direction = math.atan2(self.wind[1], self.wind[0]) % (2.0 * math.pi)
             said.append(f"wind {math.hypot(*self.wind):.3g} m/s towards {direction:.3g} rad")
@@ -129,7 +138,15 @@ class Weather:
             said += ["darkness"] if is_dark(self.light) else []
             angle = glare_angle(self.light)
             said += [f"glare within {angle:.3g} rad of the sun"] if angle > self.light.elevation > 0.0 else []
-        return ", ".join(said) or "dry road, clear air"
+        return ", ".join(said) or CLEAR
+
+
+def weather_notes(log: Log) -> tuple[str, ...]:
+    """A line for each of the first changes of the environment that limits car or sensors; nothing in fair weather."""
+    told = [each for each in log.events if each.kind == "environment" and each.text != CLEAR]
+    lines = [f"environment {each.element} from t={each.t:.2f} s: {each.text}" for each in told[:MOST]]
+    more = len(told) - MOST
+    return (*lines, *([f"environment: {more} further changes, see the report"] if more > 0 else []))
 
 
 def _cover(weather: model.Weather) -> float:

@@ -62,7 +62,8 @@ def test_on_a_slippery_road_the_car_brakes_with_mu_g(scenario: Write, friction: 
     speed = log["v"]
     assert (speed[80] - speed[130]) / 0.5 == pytest.approx(friction * G, rel=0.04)
     (event,) = (each for each in log.events if each.kind == "environment")
-    assert (event.t, event.text) == (0.0, f"friction coefficient {friction}")
+    told = f"friction coefficient {friction}, which brakes with {9.80665 * friction:.3g} m/s^2 at most"
+    assert (event.t, event.text) == (0.0, told)
 
 
 @pytest.mark.parametrize(("friction", "hits"), [(0.6, False), (0.4, False), (0.25, True)])
