@@ -7,6 +7,7 @@ it out. Neither may be worth a name while the other one is missing. Effects that
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
@@ -61,6 +62,19 @@ def masked_pair(search: Fitting, now: Trial) -> list[Trial]:
         if pays and all(search.is_credible(both, name) for name in pair):
             return [both]
     return []
+
+
+def late_pair(search: Fitting, base: Trial) -> list[Trial]:
+    """The best set of two effects of tyres in the place of none, if it pays: neither may show without the other (a tyre
+    that slips late and saturates)."""
+    tyres = [c for c in search.tried.values() if c.effect.tyres and not c.detail]
+    middle = [c.points[len(c.points) // 2] for c in tyres]
+    pairs = [
+        search.trial((a.name, b.name), base.values | p | q)
+        for (a, p), (b, q) in itertools.combinations(zip(tyres, middle, strict=True), 2)
+    ]
+    pairs = [t for t in sorted(pairs, key=search.cost)[:_FITTED] if search.is_worth_adding(base, t)]
+    return [t for t in pairs if all(search.is_credible(t, name) for name in t.names)][:1]
 
 
 def tied_pairs(tried: Mapping[str, Candidate], names: Sequence[str]) -> list[tuple[Candidate, Candidate]]:

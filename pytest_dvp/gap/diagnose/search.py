@@ -7,7 +7,6 @@ in its place. What does nearly as well in its place is its rival.
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from math import inf, isinf
 from typing import TypeAlias
@@ -19,7 +18,7 @@ from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, intervals
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
-from pytest_dvp.gap.diagnose.masked_pairs import masked_pair
+from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log_contents import FloatArray
 
@@ -97,7 +96,7 @@ class Search:
         best, rivals = self._contest(grown := self._grown(base, turns))
         contested = {frozenset(grown.names)}
         if self.cost(best) > MISFIT * self.count:
-            turns = self._pairs(base) + turns
+            turns = late_pair(self, base) + turns
         for turn in sorted(turns, key=self.cost)[:_RETURNS]:
             if self.cost(best) < MISFIT * self.count or self._is_matched(base, best):
                 break
@@ -171,18 +170,6 @@ class Search:
 
     def _hidden(self) -> tuple[str, ...]:
         return tuple(sorted(name for name, change in self._shown.items() if change < PRACTICAL))
-
-    def _pairs(self, base: Trial) -> list[Trial]:
-        """The best set of two effects of tyres, if it pays: neither may show without the other (a tyre that slips late
-        and saturates)."""
-        tyres = [c for c in self.tried.values() if c.effect.tyres and not c.detail]
-        middle = [c.points[len(c.points) // 2] for c in tyres]
-        pairs = [
-            self.trial((a.name, b.name), base.values | p | q)
-            for (a, p), (b, q) in itertools.combinations(zip(tyres, middle, strict=True), 2)
-        ]
-        pairs = [t for t in sorted(pairs, key=self.cost)[:3] if self.is_worth_adding(base, t)]
-        return [t for t in pairs if all(self.is_credible(t, name) for name in t.names)][:1]
 
     def _grown(self, now: Trial, turns: list[Trial], barred: Collection[str] = ()) -> Trial:
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:

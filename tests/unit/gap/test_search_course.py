@@ -14,6 +14,7 @@ import pytest
 from pytest_dvp.gap.diagnose.chance_gain import _pieces, _surrogates, chance_gain
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
+from pytest_dvp.gap.diagnose.masked_pairs import late_pair
 from pytest_dvp.gap.diagnose.search import Search, _certain
 from pytest_dvp.gap.diagnose.trial import Trial
 from tests.unit.gap.linear_world import NOISE, ROWS, World, a_search, direction, tried
@@ -471,9 +472,9 @@ def test_pairs_of_effects_of_tyres_are_tried_together() -> None:
     leaves = {frozenset(pair): 2000.0 for pair in ((x, y) for x in tyres for y in tyres if x < y)}
     search = given({"": 2000.0, **{" ".join(k): v for k, v in leaves.items()}}, *names)
     search.leaves[frozenset((a, b))] = 1000.0
-    (found,) = search._pairs(search.trial((), {}))
+    (found,) = late_pair(search, search.trial((), {}))
     assert set(found.names) == {a, b}
     search.leaves[frozenset((a, b))] = 1950.0
-    assert search._pairs(search.trial((), {})) == []
+    assert late_pair(search, search.trial((), {})) == []
     search.leaves[frozenset((a, b))], search.vague = 1000.0, (b,)
-    assert search._pairs(search.trial((), {})) == []
+    assert late_pair(search, search.trial((), {})) == []
