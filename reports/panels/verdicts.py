@@ -17,13 +17,7 @@ def values(run: Run) -> dict[str, Any]:
 
 
 TEMPLATE = """\
-<section>
-  <h2>Verdicts <small>worst first; click a time to see that moment</small></h2>
-  <table class="verdicts stacked">
-    <thead><tr><th></th><th>gate</th><th class="num">value</th><th class="num">must be</th>
-      <th class="num">margin</th><th title="0 %: it could not be better; 100 %: at the bound">share of the bound used</th><th class="num">worst at</th><th>object</th><th>set in</th></tr></thead>
-    <tbody>
-    {% for row in rows %}
+{% macro line(row) %}
     <tr class="{{ row.status | lower }}">
       {% include 'verdict.html' %}
       <td class="num" data-label="worst at">{% if row.t is not none %}<button class="jump" data-t="{{ row.t }}" data-object="{{ row.object }}">{{ "%.2f" | format(row.t) }} s</button>{% endif %}</td>
@@ -31,6 +25,15 @@ TEMPLATE = """\
       <td class="place" data-label="set in">{{ row.place }}</td>
     </tr>
     {% if row.message and row.status != "PASS" %}<tr class="message {{ row.status | lower }}"><td></td><td colspan="8">{{ row.message }}</td></tr>{% endif %}
+{% endmacro %}
+<section>
+  <h2>Verdicts <small>worst first; click a time to see that moment</small></h2>
+  <table class="verdicts stacked">
+    <thead><tr><th></th><th>gate</th><th class="num">value</th><th class="num">must be</th>
+      <th class="num">margin</th><th title="0 %: it could not be better; 100 %: at the bound">share of the bound used</th><th class="num">worst at</th><th>object</th><th>set in</th></tr></thead>
+    <tbody>
+    {% for row in rows %}
+    {{ line(row) }}
     {% else %}
     <tr><td colspan="9">No gate was judged.</td></tr>
     {% endfor %}
@@ -40,13 +43,7 @@ TEMPLATE = """\
   <table class="verdicts stacked">
     <tbody>
     {% for row in folded %}
-    <tr class="{{ row.status | lower }}">
-      {% include 'verdict.html' %}
-      <td class="num" data-label="worst at">{% if row.t is not none %}<button class="jump" data-t="{{ row.t }}" data-object="{{ row.object }}">{{ "%.2f" | format(row.t) }} s</button>{% endif %}</td>
-      <td data-label="object">{{ row.object }}</td>
-      <td class="place" data-label="set in">{{ row.place }}</td>
-    </tr>
-    {% if row.message and row.status != "PASS" %}<tr class="message {{ row.status | lower }}"><td></td><td colspan="8">{{ row.message }}</td></tr>{% endif %}
+    {{ line(row) }}
     {% endfor %}
     </tbody>
   </table></details>{% endif %}
