@@ -15,7 +15,9 @@ from openscenario.model import Weather as Air
 from openscenario.model.kinds import At
 from pytest_dvp import run
 from pytest_dvp.drive.ego_model import shipped
-from pytest_dvp.drive.weather import Weather
+from pytest_dvp.drive.weather import Weather, weather_notes
+from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import LogEvent
 from tests.unit.harness.conftest import OneTrick, coast
 from vehicle.messages import Command, Observation, Surroundings
 from vehicle.model.model_file import read_model
@@ -289,3 +291,26 @@ def test_the_last_second_of_the_calendar_lasts() -> None:
     weather.look(environment(time_of_day=day), 0.0)
     weather.look(environment(time_of_day=day), 60.0)
     assert weather.light is not None
+
+
+def test_notes_tell_the_first_changes_that_limit_the_car() -> None:
+    """Fair weather is none; of many changes, as on a road of changing friction, the first three and a count."""
+    texts = ["dry road, clear air", *(f"friction coefficient 0.{k}" for k in range(1, 6))]
+    log = Log(
+        {"t": np.zeros(1)}, events=tuple(LogEvent(float(k), "environment", "wet", x) for k, x in enumerate(texts))
+    )
+    assert weather_notes(log) == (
+        "environment wet from t=1.00 s: friction coefficient 0.1",
+        "environment wet from t=2.00 s: friction coefficient 0.2",
+        "environment wet from t=3.00 s: friction coefficient 0.3",
+        "environment: 2 further changes, see the report",
+    )
+
+
+def test_a_text_says_what_the_numbers_do(scenario: Write) -> None:
+    """0.4 g is 3.92 m/s^2; in fog alone the visual range is the file's."""
+    path = scenario(action('<Weather><Fog visualRange="60"/></Weather><RoadCondition frictionScaleFactor="0.4"/>'))
+    notes = run(path, ads=OneTrick(brake), duration=0.1).notes
+    assert [each.split(": ")[1] for each in notes if each.startswith("environment")] == [
+        "friction coefficient 0.4, which brakes with 3.92 m/s^2 at most, visual range 60 m (extinction 0.0499 1/m)"
+    ]
