@@ -25,7 +25,7 @@ def headline(comparison: Comparison) -> str:
     scores = {k: s for k, s in comparison.signals.items() if math.isfinite(s.chi2_per_n)}
     if not scores:
         return f"{comparison.model}: no sample could be compared"
-    worst = max(scores, key=lambda name: scores[name].chi2_per_n)
+    furthest = worst = max(scores, key=lambda name: scores[name].chi2_per_n)
     # Position and heading follow from speed and turn rate: where those are off already, they are what to look at
     causes = [name for name in CAUSES if name in scores and scores[name].chi2_per_n > NOTHING_LEFT]
     if causes:
@@ -37,6 +37,9 @@ def headline(comparison: Comparison) -> str:
             "nothing is left to find in this log"
         )
     text = f"{comparison.model} misses {worst} by {amount(score)}, {math.sqrt(score.chi2_per_n):.1f} times its noise"
+    if furthest not in (worst, *causes):
+        more = math.sqrt(scores[furthest].chi2_per_n)
+        text += f" ({furthest} by {more:.1f} times, but it follows from speed and turn rate)"
     place = worst_place(comparison.where, worst)
     return "; ".join([text, *late(score), *([sentence(place)] if place else [])])
 

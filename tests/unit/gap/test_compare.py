@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -196,3 +197,16 @@ def test_model_that_breaks_is_refused_and_not_perfect(tmp_path: Path) -> None:
 def test_headline_says_by_how_much_the_measurement_is_late() -> None:
     assert "; it comes 0.20 s later than in the model; " in headline(compare(drive(steer_delay=0.2), baseline()))
     assert "later" not in headline(compare(drive(brake_gain=0.8), baseline()))
+
+
+def test_headline_names_the_cause_and_says_what_follows_from_it() -> None:
+    """A position that runs away with a wrong speed is further off than the speed, in units of its noise."""
+    found = compare(drive(brake_gain=0.8), baseline())
+    times = {name: score.chi2_per_n**0.5 for name, score in found.signals.items()}
+    furthest = max(times, key=lambda name: times[name])
+    assert furthest in ("x", "y")
+    text = headline(found)
+    assert " misses v by " in text
+    assert f"({furthest} by {times[furthest]:.1f} times, but it follows from speed and turn rate)" in text
+    one = dataclasses.replace(found, signals={"v": found.signals["v"]})
+    assert "follows" not in headline(one)
