@@ -56,7 +56,8 @@ def headline(found: Diagnosis, model: str = "the model") -> str:
         return f"{lacks}; what is left no effect of the catalogue explains ({left})"
     if found.verdict == "PARTIAL":
         (share,) = percents([1.0 - (last - 1.0) / max(first - 1.0, 1e-9)])
-        return f"{lacks}, which explains {share} of the error; the rest no effect of the catalogue explains ({left})"
+        share = "more than 99 %" if share == "100 %" else share  # a rest is told in the same sentence
+        return f"{lacks}; that explains {share} of the error, and no effect of the catalogue explains the rest ({left})"
     if len(found.ladder) == 1:  # nothing but effects on detections
         return f"{lacks}; apart from that only sensor noise is left (chi²/N {figure(last)})"
     return f"{lacks}; after that only sensor noise is left (chi²/N {figure(first)} -> {figure(last)})"

@@ -71,6 +71,14 @@ def test_a_headline_is_no_firmer_than_the_standing_of_what_it_names() -> None:
         assert headline(dataclasses.replace(NAMED, effects=effects), "car.toml").startswith(said)
 
 
+@pytest.mark.parametrize(("left", "share"), [(1.2, "more than 99 %"), (51.0, "50 %")])
+def test_a_part_is_never_the_whole(left: float, share: str) -> None:
+    """chi^2/N 101 -> 1.2 is 99.8 % of what was beyond the noise, and 51 half of it; the same sentence tells a rest."""
+    ladder = (dataclasses.replace(BETTER, chi2_per_n=101.0), dataclasses.replace(BETTER, chi2_per_n=left))
+    text = headline(dataclasses.replace(NAMED, verdict="PARTIAL", ladder=ladder), "car.toml")
+    assert f"; that explains {share} of the error, and no effect of the catalogue explains the rest" in text
+
+
 def test_what_is_no_step_of_the_ladder_is_not_said_to_lower_the_error() -> None:
     seen = NamedEffect("detection_latency", {"T": Estimate(0.2, 0.19, 0.21, "s")}, gain=1.0)
     found = dataclasses.replace(NAMED, effects=(seen,), ladder=(BETTER,))
