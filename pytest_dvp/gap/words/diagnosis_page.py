@@ -111,12 +111,23 @@ def diagnosis_page(
         ],
         "not_excited": [_not_shown(name, known) for name in found.not_excited],
         "left": signature_lines(found.signature),
-        "remarks": standing_lines(found),
+        "remarks": _whole(standing_lines(found)),
         "command": extend_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
         "plan": plan_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
         "close": _close(drawn, order),
         "over_time": [_over_time(one, order) for one in drawn],
     }  # fmt: skip
+
+
+def _whole(lines: Sequence[str]) -> list[str]:
+    """Lines of a terminal as sentences: what is indented goes on with the line before it."""
+    found: list[str] = []
+    for line in lines:
+        if line.startswith(" ") and found:
+            found[-1] += f" {line.strip()}"
+        else:
+            found.append(line)
+    return found
 
 
 def _null_level(found: Diagnosis, drawn: Sequence[_Drawn], known: Mapping[str, Effect]) -> float | None:

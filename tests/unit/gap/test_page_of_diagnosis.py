@@ -13,7 +13,7 @@ from gap_logs import NOISE, baseline, drive
 
 from pytest_dvp.cli.command_line import main
 from pytest_dvp.gap.diagnose.diagnose import diagnose
-from pytest_dvp.gap.words.diagnosis_page import Typed, diagnosis_page
+from pytest_dvp.gap.words.diagnosis_page import Typed, _whole, diagnosis_page
 from tests.truth.generate import make_log, write_csv
 from vehicle.model.model_file import parse_model
 
@@ -107,3 +107,8 @@ def test_the_command_line_writes_the_page_and_stays_json(tmp_path: Path, capsys:
     assert [e["name"] for e in json.loads(out.out)["effects"]] == ["brake_gain"]
     assert f"report in {report}" in out.err
     assert "brake_gain" in report.read_text(encoding="utf-8")
+
+
+def test_a_reason_that_the_terminal_breaks_is_one_paragraph_of_the_page() -> None:
+    lines = ["provisional, roll: a rival votes;", "    much is left over in ay", "provisional, mass: alike"]
+    assert _whole(lines) == ["provisional, roll: a rival votes; much is left over in ay", "provisional, mass: alike"]
