@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.regression_signals import Signals, signals
+from pytest_dvp.gap.diagnose.regression_signals import STEERED, Signals, signals
 from pytest_dvp.gap.diagnose.regressors import FORMS, Columns, Form, base
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
@@ -100,17 +100,20 @@ class _Joint:
     """All forms on all tables, with each block's normal equations, so that effects are judged beside each other."""
 
     def __init__(self, tables: Sequence[_Table], *, sideways: bool) -> None:
-        """sideways: the model steers as these equations do; one with slipping tyres does not."""
+        """sideways: the model steers as these equations do; one with slipping tyres does not. What its tyres and a late
+        steering leave over in the yaw rate would then go to whatever else moves a bit of it, so it is not looked at."""
         self.tables = tables
+        self.rests = [{n: rest for n, rest in t.rest.items() if sideways or n not in STEERED} for t in tables]
         self.forms = {
             f.name: f for f in FORMS
             if all(getattr(t.s, n) is not None for t in tables for n in f.needs)
             and (sideways or "steer" not in f.needs)
         }  # fmt: skip
-        self.count = sum(t.count for t in tables)
         self._known: dict[tuple[str, float], FloatArray | None] = {}
-        self.rest = np.concatenate([np.concatenate(list(t.rest.values())) for t in tables])
-        self.fold = np.concatenate([np.tile(t.fold, len(t.rest)) for t in tables])
+        self.rest = np.concatenate([rest for rests in self.rests for rest in rests.values()] or [np.zeros(0)])
+        self.count = len(self.rest)
+        folds = [np.tile(t.fold, len(rests)) for t, rests in zip(tables, self.rests, strict=True)]
+        self.fold = np.concatenate(folds)
 
     def columns(self, name: str, p: float) -> FloatArray | None:
         """The whole regressor (N, q) of a form in units of the noise; None if it moves nothing that was measured."""
@@ -128,8 +131,8 @@ class _Joint:
         if not width:
             return None
         rows = []
-        for t, own in zip(self.tables, made, strict=True):
-            for name, rest in t.rest.items():
+        for t, rests, own in zip(self.tables, self.rests, made, strict=True):
+            for name, rest in rests.items():
                 values = own.get(name)
                 if values is None:
                     rows.append(np.zeros((len(rest), width)))

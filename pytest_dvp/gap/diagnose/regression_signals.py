@@ -28,6 +28,8 @@ SLOW_SHARE = 0.1  # of its usual top speed, if that is less
 SERIES = ("dv", "ax", "r", "dyaw", "ay", "forward", "sideways")
 """Rows of equations: dv/dt; accelerometer; yaw rate; d yaw/dt; lateral acceleration less v r; speed over ground ahead,
 less v; speed over ground to the left."""
+STEERED = ("r", "dyaw")
+"""Of SERIES, those that follow from the commanded steering."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)

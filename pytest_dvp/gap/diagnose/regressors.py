@@ -88,6 +88,10 @@ def _late_drive(s: Signals, p: float) -> Columns:
     return {"dv": change, "ax": change}
 
 
+def _lagging(s: Signals, p: float) -> FloatArray:
+    return lagged(_accel(s), np.full(len(s.t), s.step / p))
+
+
 def _brake_lag(s: Signals, p: float) -> Columns:
     a = _accel(s)
     slow = np.where(a < 0.0, lagged(np.minimum(a, 0.0), np.full(len(a), s.step / p)), a)
@@ -167,7 +171,8 @@ def _both(low: float, high: float, count: int = 5) -> tuple[float, ...]:
 _A, _D = ("accel",), ("steer",)
 FORMS: tuple[Form, ...] = (
     Form("drive_delay", _A, _late_drive, _ratio(0.04, 0.6)),
-    Form("drive_lag", _A, lambda s, p: _along(s, lagged(_accel(s), np.full(len(s.t), s.step / p))), _ratio(0.05, 1.0)),
+    Form("drive_lag", _A, lambda s, p: _along(s, _lagging(s, p)), _ratio(0.05, 1.0)),
+    Form("force_rise", _A, lambda s, p: _along(s, _lagging(s, p)), (0.01, 0.02, 0.04)),
     Form("brake_lag", _A, _brake_lag, _ratio(0.05, 1.0)),
     Form("drive_gain", _A, lambda s, p: _force(s, np.maximum(_accel(s), 0.0))),
     Form("brake_gain", _A, lambda s, p: _force(s, np.minimum(_accel(s), 0.0))),

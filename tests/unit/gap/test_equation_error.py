@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import equation_error, regression_signals, regressors, tyre_regressors
-from pytest_dvp.gap.diagnose.equation_error import votes
+from pytest_dvp.gap.diagnose.equation_error import opinions, votes
 from pytest_dvp.gap.diagnose.regression_signals import signals
 from pytest_dvp.gap.diagnose.regressors import FORMS
 from pytest_dvp.gap.diagnose.tyre_regressors import on_tyres
@@ -115,3 +115,15 @@ def test_it_is_independent_of_the_main_engine() -> None:
         imported = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
         own = {f"pytest_dvp.gap.{name}" for name in ("search", "fit", "experiment", "candidates")}
         assert not imported & (own | {"vehicle.model.open_loop", "vehicle.model.kernel"})
+
+
+def test_late_steering_of_a_car_on_tyres_votes_for_nothing_else(tmp_path: Path) -> None:
+    """Its yaw rate is no equation here: its steering's part would go to whatever else touches the yaw rate."""
+    path = tmp_path / "model.toml"
+    path.write_text(
+        f'[model]\nbase = "dynamic_bicycle"\n[parameters]\nwheelbase = {CAR.wheelbase}\nmass = {CAR.mass}\n'
+        f"cg_to_front_axle = {CAR.cg_to_front_axle}\nyaw_inertia = {CAR.yaw_inertia}\n"
+    )
+    named = {"steer_delay": {"T": 0.15}, "mass": {"ratio": 1.02}, "rolling_resistance": {"c": 0.1}}
+    found = opinions({"rich": log("steer_delay", "understeer", "steer_ratio")}, read_model(path), named)
+    assert [o.instead for o in found.values()] == ["", "", ""]
