@@ -175,7 +175,8 @@ class Search:
         """The set with more effects, one by one, until none pays. turns: takes the second best of each round; barred:
         effects that are not tried."""
         while True:
-            self.tick(f"effect {len(now.names) + 1}: trying {len(self.tried)}")
+            left = f"; so far {', '.join(now.names)}: chi²/N {now.chi2 / self.count:.3g}" if now.names else ""
+            self.tick(f"effect {len(now.names) + 1}: trying {len(self.tried)}{left}")
             paying = self._next(now, barred)
             if not paying:
                 break
@@ -304,10 +305,13 @@ class Search:
         return not self._matters(trial, trial.names[-1], self.target) and self.cost(trial) < MISFIT * self.count
 
     def _matters(self, trial: Trial, name: str, target: ExperimentSet) -> bool:
-        """True if the effect is as large as one needs to be to be worth a name, or small but clearly to be seen."""
+        """True if the effect is as large as one needs to be to be worth a name, or small but clearly to be seen: of a
+        twin with a known remainder only where nothing else is named, for its drift beside that looks the same."""
         mine = [c for c in trial.fit.coordinates if c.effect == name]
         if any(is_worth_naming(c.key, trial.values[c.name]) for c in sizes(mine)):
             return True
+        if trial.names[1:] and target.excused:
+            return False
         off = target.whitened(trial.values | {c.name: c.key.neutral for c in mine})
         others = [k for k, c in enumerate(trial.fit.coordinates) if c.effect != name]
         basis = orthonormal(trial.fit.jacobian[others])  # the others adapt to first order
@@ -333,10 +337,9 @@ class Search:
         for _ in range(_EXCHANGES):
             best = self._simplified(self._pruned(best))
             rivals, exchanged = {}, None
-            for name in sorted(
-                best.names, key=lambda n: self._roughly_without(best, n).chi2
-            ):  # what is least needed first
-                self.tick(f"rivals of {name}")
+            least_needed_first = sorted(best.names, key=lambda n: self._roughly_without(best, n).chi2)
+            for k, name in enumerate(least_needed_first):
+                self.tick(f"rivals of {name}, {k + 1} of {len(best.names)}; chi²/N {best.chi2 / self.count:.3g}")
                 trials = self.in_place_of(best, name)
                 sound = [t for t in trials if self.is_credible(t, t.names[-1]) and not self._simpler(name, best, t)]
                 if sound and self.cost(sound[0]) < self.cost(best) - 1e-3 * self.count:
@@ -429,10 +432,10 @@ class Search:
         return self.trial([n for n in best.names if n != name], kept, like=best, above=above)
 
     def _pruned(self, best: Trial) -> Trial:
-        """The set without effects that no longer pay."""
+        """The set without effects that no longer pay, or without which no more than noise is left."""
         while len(best.names) > 1:
             least_lost = min((self._roughly_without(best, name) for name in best.names), key=self.cost)
-            if self.is_worth_adding(least_lost, best):
+            if self.is_worth_adding(least_lost, best) and not self._within_noise(least_lost):
                 return best
             best = least_lost
         return best
