@@ -25,6 +25,8 @@ class Diagnosed:
     grid_points  points of the grid for an effect whose error has many valleys; 0: as many as its parameters ask for
     delay_error  share of a sample by which the dead time `delay` is never known
     input_scales scales of the model's input map that do the same as this effect
+    scaled_by    (scale of the input map, parameter): the parameter is held where this scale is fitted, for scale and
+                 parameters together could all be larger or smaller by the same factor
     hides_in     (parameter of S, place): parameters whose tuned value may stand in for this effect, and its place among
                  the effects tried for each; only the first few are tried
     """
@@ -40,4 +42,5 @@ class Diagnosed:
     grid_points: int = 0
     delay_error: float = 0.1
     input_scales: tuple[str, ...] = ()
+    scaled_by: tuple[tuple[str, str], ...] = ()
     hides_in: tuple[tuple[str, int], ...] = ()

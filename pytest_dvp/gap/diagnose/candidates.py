@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from pytest_dvp.gap.diagnose.input_scales import input_map
 from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from vehicle.model.effect import Effect, Key
 from vehicle.model.vehicle_model import VehicleModel
@@ -72,6 +73,7 @@ def candidates(
     places = (0.0, model.car.cg_to_rear_axle) if ay and model.car.ay_x == 0.0 else ()
     present = {a.name for a in model.effects}
     groups = {a.effect.diagnosed.needs for a in model.effects}
+    scales = {c.key.name for c in input_map(model)[0]}
     found = []
     for effect in effects:
         if effect.slot == "perception" or model.base not in effect.base:
@@ -86,7 +88,7 @@ def candidates(
         coordinates = tuple(
             Coordinate(effect.name, key, tried.grid_points > 0, _samples_unsure(effect, key))
             for key in effect.parameters
-            if key.name not in tried.held
+            if key.name not in tried.held and not any((s, key.name) in tried.scaled_by for s in scales)
         )
         mounts = places if effect.tyres else ()
         limit = len(coordinates) == 1 and isinf(coordinates[0].key.neutral)

@@ -140,3 +140,14 @@ def test_a_value_is_worth_naming_from_its_least_size_on() -> None:
     assert is_worth_naming(key, 1.02)
     assert not is_worth_naming(key, 1.005)
     assert is_worth_naming(Key("limit", "-", 1.0, 9.0, neutral=float("inf"), least=0.1), 8.0)
+
+
+def test_a_parameter_is_held_where_a_fitted_scale_of_the_input_does_the_same() -> None:
+    """A command from -1 to 1 has a scale of its own: it and both sides could be larger by the same factor."""
+    effect = catalogue()["steer_asymmetry"]
+    names = {}
+    for signal in ("steer_cmd", "steer_cmd_norm"):
+        text = f'[model]\nbase = "kinematic_bicycle"\n[parameters]\nwheelbase = 2.5\n[inputs]\nsteer = "{signal}"\n'
+        (found,) = candidates(parse_model(text), [effect])
+        names[signal] = [c.key.name for c in found.coordinates]
+    assert names == {"steer_cmd": ["g_left", "g_right"], "steer_cmd_norm": ["g_right"]}

@@ -31,7 +31,7 @@ from vehicle.model.shown_by import STEER, TURN, ShownBy
         (STEER, TURN),
         (("turn_left", 0.05, "left curves of 0.05 rad/s"), ("turn_right", 0.05, "right curves of 0.05 rad/s")),
     ),
-    diagnosed=Diagnosed(contains="steer_ratio"),
+    diagnosed=Diagnosed(contains="steer_ratio", scaled_by=(("steer_scale", "g_left"),)),
 )
 def steer_asymmetry(x: Bus, p: Any, m: Any) -> None:
     g = p.g_left if x.steer > 0.0 else p.g_right
