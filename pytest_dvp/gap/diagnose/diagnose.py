@@ -125,7 +125,7 @@ def diagnose(
     return Diagnosis(
         verdict=verdict,
         effects=named,
-        not_excited=found.not_excited,
+        not_excited=tuple(name for name in found.not_excited if name not in final.names),
         ladder=tuple(steps),
         noise_floor=target.noise(),
         signature=signature(target, final.values) if verdict in ("PARTIAL", "UNKNOWN") else {},
