@@ -75,7 +75,8 @@ def _axis(axis: Axis, basis: str, target: ExperimentSet, values: Values, motions
         rest = [_at_measured_speed(r, m) for r, m in zip(rest, motions, strict=True)]
     errors = [_error(axis, e, r, m) for e, r, m in zip(target.experiments, rest, motions, strict=True)]
     rhythm = peaks(errors, [m.t for m in motions], [m.way for m in motions])
-    tried = terms(axis, motions, [(p.kind, p.frequency) for p in rhythm])
+    steer = target.experiments[0].model.inputs.steer
+    tried = terms(axis, motions, [(p.kind, p.frequency) for p in rhythm], steer)
     sums = term_sums(axis, target, rest, motions, tried)
     chosen, told = _selected(sums, tried[0])
     others = _others(sums, tried[0], chosen)

@@ -38,8 +38,10 @@ class Term:
     columns: FloatArray
 
 
-def terms(axis: Axis, motions: Sequence[Motion], periods: Sequence[tuple[str, float]]) -> list[list[Term]]:
-    """All terms of an axis for each log, the same names in the same order.
+def terms(
+    axis: Axis, motions: Sequence[Motion], periods: Sequence[tuple[str, float]], steer: str = "steer_cmd"
+) -> list[list[Term]]:
+    """All terms of an axis for each log, the same names in the same order. steer: the signal that steers the model.
 
     periods: ("time", frequency [Hz]) or ("distance", frequency [1/m]) of waves to be tried, in every log with a phase
     of its own.
@@ -49,7 +51,7 @@ def terms(axis: Axis, motions: Sequence[Motion], periods: Sequence[tuple[str, fl
     fastest = max(float(m.v.max()) for m in motions)
     found = []
     for place, m in enumerate(motions):
-        own = _longitudinal(m, braked, driven, fastest) if axis == "longitudinal" else _lateral(m)
+        own = _longitudinal(m, braked, driven, fastest) if axis == "longitudinal" else _lateral(m, steer)
         found.append([*own, *_anywhere(m), *_waves(m, periods, place, len(motions))])
     return found
 
@@ -111,7 +113,7 @@ def _longitudinal(m: Motion, braked: float, driven: float, fastest: float) -> li
     return found
 
 
-def _lateral(m: Motion) -> list[Term]:
+def _lateral(m: Motion, steer: str) -> list[Term]:
     one = m.moving.astype(np.float64)
     side = m.v * m.yaw_rate
     found = [
@@ -129,16 +131,16 @@ def _lateral(m: Motion) -> list[Term]:
     before, long_before = _shifted(m, d, 0.1), _shifted(m, d, 0.3)
     rate = (d - before) / 0.1
     found += [
-        _term("steer_command", "steer_cmd", d),
-        _term("steer_size", "|steer_cmd|", d, np.abs(d)),
-        _term("steer_cubed", "steer_cmd^3", d, d * d * d),
-        _term("steer_rate", "d steer_cmd/dt", d - before, d - long_before),
-        _term("steer_side", "sign of d steer_cmd/dt", np.tanh(rate / 0.02)),
-        _term("steer_by_speed", "v steer_cmd", d, m.v * d),
-        _term("steer_by_speed_squared", "v^2 steer_cmd", d, m.v * m.v * d),
-        _term("steer_by_time", "t steer_cmd", d, m.t * d),
+        _term("steer_command", steer, d),
+        _term("steer_size", f"|{steer}|", d, np.abs(d)),
+        _term("steer_cubed", f"{steer}^3", d, d * d * d),
+        _term("steer_rate", f"d {steer}/dt", d - before, d - long_before),
+        _term("steer_side", f"sign of d {steer}/dt", np.tanh(rate / 0.02)),
+        _term("steer_by_speed", f"v {steer}", d, m.v * d),
+        _term("steer_by_speed_squared", f"v^2 {steer}", d, m.v * m.v * d),
+        _term("steer_by_time", f"t {steer}", d, m.t * d),
     ]
-    found += [_term("steer_rings", f"steer_cmd rings at {f:g} Hz", d - before, _rings(m, d, f)) for f in RINGING]
+    found += [_term("steer_rings", f"{steer} rings at {f:g} Hz", d - before, _rings(m, d, f)) for f in RINGING]
     return found
 
 

@@ -45,6 +45,13 @@ def held(found: dict[tuple[str, str], FloatArray], key: str, name: str, *columns
     assert found.pop((key, name)) == pytest.approx(np.column_stack(columns), abs=1e-9), name
 
 
+def test_a_term_of_the_steering_is_called_after_the_signal_that_steers() -> None:
+    """A model on the measured road-wheel angle follows no command."""
+    names = {term.name for term in terms("lateral", [a_motion()], [], "steer")[0]}
+    assert {"steer", "steer^3", "v steer"} <= names
+    assert not any("steer_cmd" in name for name in names)
+
+
 def test_terms_of_a_longitudinal_error_are_what_their_names_say() -> None:
     m = a_motion()
     assert m.accel is not None
