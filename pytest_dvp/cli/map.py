@@ -112,9 +112,12 @@ def _say_next(arguments: argparse.Namespace, told: Sequence[Told], out: Path) ->
     for one in told:
         if one.doubt:
             print(f"  left to you: {one.signal.name} from {one.signal.field!r} ({one.doubt})")
-    model = f" --model {arguments.model}" if arguments.model else ""
-    command = "diagnose" if arguments.model else "doctor"
-    print(f"next: dvp {command} {arguments.log} --map {out}{model}", file=sys.stderr)
+    log = f"{arguments.log} --map {out}"
+    commands = [f"dvp doctor {log}"]
+    if arguments.model:
+        log += f" --model {arguments.model}"
+        commands += [f"dvp compare {log} --report {out.with_suffix('.html')}", f"dvp diagnose {log}"]
+    print("\n      ".join([f"next: {commands[0]}", *commands[1:]]), file=sys.stderr)
 
 
 def _number(option: str, text: str | None, allowed: tuple[float, float], unit: str) -> float | None:

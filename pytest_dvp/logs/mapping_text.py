@@ -46,9 +46,12 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
     mapping, unsure = propose(_without(streams, by_data))
     mapping = dataclasses.replace(mapping, signals=tuple(s for s in mapping.signals if s.name not in named))
     unsure = tuple(signal for signal in unsure if signal.name not in named)
-    certain = [*(one.signal for one in told), *mapping.signals]
+    certain = [*(one.signal for one in told), *mapping.signals, *unsure]
+    fields = [(s, f) for s in streams for f in s.fields]
+    fix = fix_of(fields, {signal.name for signal in certain})
+    guesses = guessed(streams, (*certain, *fix))
     lines = [
-        *_head(told, mapping.signals, unsure, remarks),
+        *_head(told, mapping.signals, (*unsure, *fix, *(signal for signal, _ in guesses)), remarks),
         "[log]",
         f'time = "{_quoted(clock)}"             # {why}',
         *time_unit(streams, clock),
@@ -83,13 +86,9 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
             "# the file does not say the unit: fill it in",
             *(f"# {line}" for line in _entry(signal, streams)),
         ]
-    fields = [(s, f) for s in streams for f in s.fields]
-    certain += unsure
-    fix = fix_of(fields, {signal.name for signal in certain})
     for signal in fix:
         lines += ["", "# a guess by its name: take the # away if it is so"]
         lines += [f"# {line}" for line in _entry(signal, streams)]
-    guesses = guessed(streams, (*certain, *fix))
     for signal, others in guesses:
         also = f" (or {listed(others, 4)})" if others else ""
         said = f"a guess by unit and range{also}: take the # away if it is so"
@@ -122,6 +121,7 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
 def _head(
     told: Sequence[Told], certain: Sequence[SignalMap], unsure: Sequence[SignalMap], remarks: Sequence[str]
 ) -> list[str]:
+    """unsure: without a unit, or guessed; all of them stand behind a # in the file."""
     if not told:
         words = "names and units are the file's own words, nobody measured them."
         return [f"# Proposed by `dvp map`. Look at every line: {words}"]
