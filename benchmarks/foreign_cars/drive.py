@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
@@ -123,11 +124,20 @@ class Bodies:
         d, car = self.data, self._sheet
         turn = d.xmat[self._chassis].reshape(3, 3)
         rear = d.xpos[self._chassis] + turn @ np.array([-car.cg_to_rear_axle, 0.0, -car.cg_height])
-        felt = turn.T @ (d.qacc[:3] + np.array([0.0, 0.0, GRAVITY]))
+        felt = turn.T @ (d.qacc[:3] - self.model.opt.gravity)
         pair = slice(0, 2) if car.measures_front else slice(2, 4)
         speed = float(np.mean(self.spin[pair])) * car.wheel_radius
         yaw = float(np.arctan2(turn[1, 0], turn[0, 0]))
         return float(rear[0]), float(rear[1]), yaw, speed, float(d.qvel[5]), float(felt[0]), float(felt[1])
+
+    def lean(self, hill: Mapping[str, float]) -> None:
+        """Gravity as it is felt on the slope of a hill, in the frame of the ground, which is taken as plane: a hill so
+        long bends too little to press the car up or down."""
+        x, y, _, _ = self.pose
+        ahead, left = (x - hill["x"]) / hill["length"], (y - hill["y"]) / hill["length"]
+        fall = -hill["height"] / hill["length"] * np.exp(-0.5 * (ahead * ahead + left * left))
+        slope = np.array([fall * ahead, fall * left, 1.0])
+        self.model.opt.gravity[:] = -GRAVITY * slope / np.linalg.norm(slope)
 
     def step(self) -> None:
         """A millisecond on."""
@@ -154,6 +164,8 @@ def driven(
     for k in range(n):
         x, y, yaw, v = bodies.pose
         given[k] = driver.command(k * PERIOD, x, y, yaw, v) if commands is None else commands[k]
+        if "road_profile" in hidden:
+            bodies.lean(hidden["road_profile"])
         asked[k] = controls.asked(float(given[k, 0]), float(given[k, 1]), v)
         for j in range(SUBSTEPS):
             now = k * SUBSTEPS + j

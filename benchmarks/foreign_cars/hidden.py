@@ -30,6 +30,7 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "brake_fade": {"k": (2e-4, 1e-3), "tau": (60.0, 200.0)},
     "steer_assist": {"g": (-0.4, -0.12), "v0": (4.0, 12.0)},
     "steer_sticking": {"width": (0.02, 0.08)},
+    "road_profile": {"height": (1.0, 3.0), "x": (-60.0, 60.0), "y": (-60.0, 60.0), "length": (15.0, 45.0)},
     "gyro_bias": {"b": (0.006, 0.03)},
     "yaw_rate_latency": {"T": (0.05, 0.3)},
     "accelerometer_bias": {"b": (0.1, 0.5)},

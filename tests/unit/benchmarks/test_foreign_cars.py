@@ -126,3 +126,15 @@ def test_a_dead_time_need_not_be_a_whole_number_of_samples() -> None:
         for T in (0.10, 0.11)
     )
     assert 0.3 < np.abs(early - late).max() / np.abs(np.diff(early)).max() < 0.7
+
+
+def test_on_the_slope_of_a_hill_a_car_rolls_down_and_feels_the_slope() -> None:
+    """Height 2 m, 20 m long: at its steepest place the ground falls by 2/20/sqrt(e) = 0.0607; without a command the car
+    starts off by g sin less rolling resistance, of which its accelerometer shows the resistance alone."""
+    hill = {"road_profile": {"height": 2.0, "x": -20.0, "y": 0.0, "length": 20.0}}
+    log = commanded(0.0, 0.0, 2.0, hill)
+    fall = 0.0607 / np.hypot(1.0, 0.0607)
+    rolls = HATCH.rolling * 9.80665
+    rate = np.polyfit(log["t"][50:], log["v"][50:], 1)[0]
+    assert rate == pytest.approx(9.80665 * fall - rolls, rel=0.06)  # wheels turn with it, and the slope eases off
+    assert log["ax"][50:].mean() == pytest.approx(-rolls, abs=0.05)
