@@ -15,6 +15,7 @@ import numpy as np
 
 from pytest_dvp.gap.compare.heading_check import heading_faults
 from pytest_dvp.gap.compare.start_correction import BoolArray, IntArray, project
+from pytest_dvp.gap.compare.wheel_lock import locked
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.logs.lost_fix import AFFECTED, SIGMA, lost_fix
 
@@ -41,13 +42,16 @@ _FIT = 0.15  # s around a start from which its state is taken
 class Segments:
     """How a log is cut: starts, ends (m,) row numbers (end excluded); states (m, 6) at the starts: x, y [m], yaw [rad],
     v, vy [m/s] (NaN: runs on, no log has it), yaw_rate [rad/s]; counted (n,): rows that count (not a standstill,
-    not a spin)."""
+    not a spin); lost (n,): rows in which something is missing; slides (n,): rows in which the car slides or spins, or
+    its wheels lock; abandoned (n,): those that do not count for it."""
 
     starts: IntArray
     ends: IntArray
     states: FloatArray
     counted: BoolArray
     lost: BoolArray
+    slides: BoolArray
+    abandoned: BoolArray
 
 
 @dataclasses.dataclass(frozen=True, eq=False, slots=True)
@@ -87,7 +91,7 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
 
     A cut is put where the car turns least within half a second, so that the sideways motion has nothing to settle.
     `wheelbase` [m] says which yaw rate is a spin. Rows of a standstill but its first and last second do not count, nor
-    those from a spin or slide to the end of its segment.
+    those from a spin, a slide or locked wheels to the end of its segment.
     After a gap, in which there are no stamps, nothing is measured or a command is missing (`known`: rows (n,) in which
     each command was logged), a segment starts anew. Rows whose command is unknown do not count, nor the first after it.
     The same holds for a hole in what a start needs, by the usual step of that channel: without yaw, v or yaw_rate rows
@@ -102,6 +106,9 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
     )
     unknown = not has_speed(measured)  # nor can it be said then where the car stands or spins
     slides = np.zeros(n, dtype=np.bool_) if unknown else _slides(t, whole, wheelbase, posed=posed)
+    if not unknown and np.isfinite(measured[:, 3]).any():
+        slides |= locked(t, v, _over_ground(t, whole), posed & ~holes[3][1])
+    near = _near(t, slides)
     counted = np.ones(n, dtype=np.bool_) if unknown else ~standing(t, v)
     count = max(1, round((t[-1] - t[0]) / length)) if n > 1 else 1
     wanted = t[0] + (t[-1] - t[0]) * np.arange(1, count) / count
@@ -127,15 +134,17 @@ def cut(t: FloatArray, measured: FloatArray, *, length: float = LENGTH, wheelbas
         lost |= missing
     starts = np.union1d(np.array(cuts, dtype=np.int64), np.array(sorted(resumed), dtype=np.int64))
     ends = np.append(starts[1:], n).astype(np.int64)
+    abandoned = np.zeros(n, dtype=np.bool_)
     for first, end in zip(starts, ends, strict=True):
-        if slides[first:end].any():  # where a car goes from there nobody can tell
-            counted[first + int(np.argmax(slides[first:end])) : end] = False
+        if near[first:end].any():  # where a car goes from there nobody can tell
+            abandoned[first + int(np.argmax(near[first:end])) : end] = True
         if int(first) in awake:
             until = t[first] + min(_AWAKE, 0.25 * (t[end - 1] - t[first]))
             lost[first : np.searchsorted(t, until)] = True
+    counted &= ~abandoned
     for j in np.flatnonzero(heading_faults(t, measured[:, 2], measured[:, 4], starts, ends, counted & ~lost)):
         counted[starts[j] : ends[j]] = False
-    return Segments(starts, ends, _states(t, measured, whole, starts), counted & ~lost, lost)
+    return Segments(starts, ends, _states(t, measured, whole, starts), counted & ~lost, lost, slides, abandoned)
 
 
 def longest_step(t: FloatArray) -> float:
@@ -274,8 +283,8 @@ def _interior(t: FloatArray, stands: BoolArray) -> BoolArray:
 
 
 def _slides(t: FloatArray, whole: FloatArray, wheelbase: float, *, posed: BoolArray) -> BoolArray:
-    """True where the car spins or slides, and half a second around: it turns faster than any steering could make it, or
-    goes where it does not point (`posed` (n,): position and heading are measured)."""
+    """True where the car spins or slides: it turns faster than any steering could make it, or goes where it does not
+    point (`posed` (n,): position and heading are measured)."""
     v, rate = whole[:, 3], whole[:, 4]
     ahead, behind = _around(t)
     dx, dy = whole[ahead, 0] - whole[behind, 0], whole[ahead, 1] - whole[behind, 1]
@@ -283,10 +292,23 @@ def _slides(t: FloatArray, whole: FloatArray, wheelbase: float, *, posed: BoolAr
     slip = np.abs(slip - 2.0 * np.pi * np.rint(slip / (2.0 * np.pi)))
     goes = np.hypot(dx, dy) / np.maximum(t[ahead] - t[behind], 1e-9)
     sideways = (np.minimum(slip, np.pi - slip) > _SLIP) & (goes > _FAST) & (np.abs(v) > _FAST) & posed
-    spins = np.flatnonzero((np.abs(rate) > np.abs(v) / wheelbase * 1.2 + 0.5) | sideways)
+    return np.asarray((np.abs(rate) > np.abs(v) / wheelbase * 1.2 + 0.5) | sideways)
+
+
+def _over_ground(t: FloatArray, whole: FloatArray) -> FloatArray:
+    """Speed [m/s] (n,) by which the position moves along the heading."""
+    ahead, behind = _around(t)
+    dx, dy = whole[ahead, 0] - whole[behind, 0], whole[ahead, 1] - whole[behind, 1]
+    along = dx * np.cos(whole[:, 2]) + dy * np.sin(whole[:, 2])
+    return np.asarray(along / np.maximum(t[ahead] - t[behind], 1e-9))
+
+
+def _near(t: FloatArray, slides: BoolArray) -> BoolArray:
+    """True half a second around the rows of a slide."""
     mask = np.zeros(len(t), dtype=np.bool_)
-    if len(spins):
-        low, high = np.searchsorted(t, t[spins] - 0.5), np.searchsorted(t, t[spins] + 0.5)
+    rows = np.flatnonzero(slides)
+    if len(rows):
+        low, high = np.searchsorted(t, t[rows] - 0.5), np.searchsorted(t, t[rows] + 0.5)
         np.add.at(edges := np.zeros(len(t) + 1, dtype=np.int64), low, 1)
         np.subtract.at(edges, high, 1)
         mask = np.cumsum(edges[:-1]) > 0

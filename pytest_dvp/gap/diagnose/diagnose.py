@@ -135,7 +135,7 @@ def diagnose(
         car={key: value for (name, key), value in final.values.items() if name == "parameters"} if named else {},
         values=final.values,
         remainder=model.remainder,
-        samples=Samples(target.count, target.independent),
+        samples=Samples(target.count, target.independent, *target.slides()),
     )
 
 

@@ -146,6 +146,13 @@ class ExperimentSet:
         """Samples that would tell as much if the noise of neighbours were not alike; `count` where it is white."""
         return sum(e.independent for e in self.experiments)
 
+    def slides(self) -> tuple[float, float]:
+        """Shares of the drives (0..1) in which the car slides or its wheels lock, and that do not count for it."""
+        cuts = [e.segments for e in self.experiments]
+        rows = sum(len(one.slides) for one in cuts)
+        slides, abandoned = sum(one.slides.sum() for one in cuts), sum(one.abandoned.sum() for one in cuts)
+        return float(slides) / rows, float(abandoned) / rows
+
     @property
     def excused(self) -> bool:
         """True if the model is known not to explain everything: part of sigma is then not noise."""

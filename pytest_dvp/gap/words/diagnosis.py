@@ -235,6 +235,14 @@ def standing_lines(found: Diagnosis) -> list[str]:
             f"neighbouring samples repeat each other's noise: {found.samples.count} samples tell as much as "
             f"{found.samples.independent:.0f} independent ones"
         )
+    if found.samples.slides:
+        words = [
+            f"wheels lock or spin, or the car slides, in {_rate(found.samples.slides)} of the drives fitted",
+            "no effect of the catalogue does that",
+            f"{_rate(found.samples.left_out)} of them is left out of the fit, up to the ends of those segments",
+            "the answer holds for the rest alone",
+        ]
+        lines += _wrapped("", words, "; ")
     lost = [name for name, share in shares(found.ladder, held_out=True).items() if share.value < WORSE]
     if lost:
         lines.append(
@@ -245,6 +253,10 @@ def standing_lines(found: Diagnosis) -> list[str]:
     if open_ones:
         lines.append(f"provisional effects are added by name only: dvp extend --add {' '.join(open_ones)}")
     return lines
+
+
+def _rate(share: float) -> str:
+    return f"{100.0 * share:.2g} %"
 
 
 def _changing(e: NamedEffect) -> str:

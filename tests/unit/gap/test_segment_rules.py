@@ -9,6 +9,7 @@ from pytest_dvp.gap.compare.segments import (
     Segments,
     _gaps,
     _interior,
+    _near,
     _slides,
     _states,
     cut,
@@ -195,7 +196,7 @@ def test_a_spin_turns_faster_than_six_fifths_of_v_over_the_wheelbase_and_half_a_
     whole = np.zeros((640, 8))
     whole[:, 3] = v
     whole[300, 4] = -(abs(v) / 2.5 * 1.2 + 0.5 + (0.01 if beyond else -0.01))
-    found = np.flatnonzero(_slides(t, whole, 2.5, posed=np.zeros(640, dtype=bool)))
+    found = np.flatnonzero(_near(t, _slides(t, whole, 2.5, posed=np.zeros(640, dtype=bool))))
     assert found.tolist() == (list(range(300 - 32, 300 + 32)) if beyond else [])
 
 
@@ -317,7 +318,9 @@ def test_a_speed_is_measured_or_follows_from_the_path(there: list[int], speed: b
 
 def pieces(n: int, starts: list[int], states: FloatArray) -> Segments:
     begin = np.array(starts)
-    return Segments(begin, np.append(begin[1:], n), states, np.ones(n, dtype=bool), np.zeros(n, dtype=bool))
+    return Segments(
+        begin, np.append(begin[1:], n), states, np.ones(n, dtype=bool), *(np.zeros(n, dtype=bool) for _ in range(3))
+    )
 
 
 def test_an_output_is_turned_and_moved_onto_each_start_that_is_known() -> None:
