@@ -144,15 +144,21 @@ def check_scenario(
     return tuple(dict.fromkeys(found))
 
 
-def read_declarations(path: AnyPath) -> tuple[ParameterDeclaration, ...]:
+def read_declarations(
+    path: AnyPath, parameters: Mapping[str, str | float | bool] | None = None
+) -> tuple[ParameterDeclaration, ...]:
     """The parameters that a scenario declares: name, type, value, constraint groups.
 
+    Args:
+        path: the `.xosc` file.
+        parameters: values in place of the declared ones, by name.
+
     Raises:
-        ScenarioError: the file or a declaration is wrong.
+        ScenarioError: the file or a declaration is wrong, or a value is outside its constraints.
     """
     findings = Findings()
     reading = open_reading(Path(path), (), None, findings)
-    declared = () if reading is None else declarations_of(reading)
+    declared = () if reading is None else declarations_of(reading, texts(parameters or {}))
     if findings.errors:
         raise ScenarioError(findings.in_order())
     return declared

@@ -116,11 +116,22 @@ def _scenario(
         )
         return None, None
     if inner is not None:
-        declared = declarations_of(inner)
+        declared = _apart(declarations_of(inner, {}), inner)
     if found.errors:
         context.findings.found.extend(found.found)
         return None, None
     return dataclasses.replace(written, path=path), declared
+
+
+def _apart(declared: tuple[ParameterDeclaration, ...], reading: Reading) -> tuple[ParameterDeclaration, ...]:
+    """The declarations without constraints that compare parameters: those judge a case, not a single value."""
+    below = reading.root.find("ParameterDeclarations")
+    compared = {
+        node.get("name")
+        for node in (below.children if below is not None else ())
+        if any("$" in inner.get("value") for inner in node.walk() if inner.tag == "ValueConstraint")
+    }
+    return tuple(dataclasses.replace(d, constraint_groups=()) if d.name in compared else d for d in declared)
 
 
 def _scenario_alone(reading: Reading) -> None:

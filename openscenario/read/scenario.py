@@ -173,12 +173,12 @@ def read_sections(reading: Reading, given: Mapping[str, str]) -> Scenario | None
     )
 
 
-def declarations_of(reading: Reading) -> tuple[ParameterDeclaration, ...]:
-    """The scenario's own parameters."""
+def declarations_of(reading: Reading, given: Mapping[str, str]) -> tuple[ParameterDeclaration, ...]:
+    """The scenario's own parameters, `given` values in place of the declared ones."""
     header = read_header(reading.root.find("FileHeader"), reading.reader, reading.at())
     if header is None:
         return ()
-    return _parameters(reading, reading.root.find("ParameterDeclarations"), {})[0]
+    return _parameters(reading, reading.root.find("ParameterDeclarations"), given)[0]
 
 
 def read_catalog_file(reading: Reading) -> CatalogFile | None:

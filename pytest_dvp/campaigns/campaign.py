@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from pytest_dvp.campaigns.one_drive import Drive
 from pytest_dvp.campaigns.parameter_space import Shares, Space
-from pytest_dvp.campaigns.store import Row, Store
+from pytest_dvp.campaigns.store import EXCLUDED, Row, Store
 from pytest_dvp.drive.run_spec import RunSpec
 from pytest_dvp.text.names import REFERENCE
 
@@ -46,6 +46,7 @@ class Progress:
     known: int = 0
     failed: int = 0
     vacuous: int = 0
+    excluded: int = 0
     since: float = dataclasses.field(default_factory=time.monotonic)
 
     def text(self) -> str:
@@ -54,6 +55,7 @@ class Progress:
         done, seconds = self.driven + self.known, time.monotonic() - self.since
         said = f"{done} of {max(self.wanted, done)} driven, {self.failed} failed"
         said += f", {self.vacuous} vacuous" if self.vacuous else ""
+        said += f", {self.excluded} outside the constraints" if self.excluded else ""
         if self.driven and seconds > 0.0:
             rate = self.driven / seconds
             said += f", {rate:.1f}/s, {max(self.wanted - done, 0) / rate:.0f} s left"
@@ -119,6 +121,7 @@ class Campaign:
         self.progress.driven += not known
         self.progress.failed += row.failed
         self.progress.vacuous += row.vacuous
+        self.progress.excluded += row.verdict == EXCLUDED
 
     def _threshold(self) -> float | None:
         """Objective below which the log of a pass is worth keeping, as far as is known when it is handed out."""

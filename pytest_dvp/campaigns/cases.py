@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from pytest_dvp.text.errors import SettingError
 
 if TYPE_CHECKING:
     from openscenario.distributions import Cases
+    from openscenario.findings import ScenarioError
 
 MOST = 1000
 """Cases of one file that run without being asked for; more take hours, and come from a slip more often than a wish."""
@@ -36,6 +37,8 @@ class Chosen:
     """The cases of a file that run. `count`: how many the file has; iterating makes the chosen ones, one by one.
 
     gates  the gate file beside the distribution, which stands before that of the scenario; None if there is none
+
+    A case that the constraints of the scenario exclude is left out, and told to `say`.
     """
 
     scenario: Path
@@ -45,16 +48,24 @@ class Chosen:
     _stem: str
     _cases: Cases
     _seed: int
+    say: Callable[[str], None] = lambda text: None
 
     def folder_name(self, case: Case) -> str:
         """`my_sweep-07`: what the run folder of a case is called."""
         return f"{self._stem}-{case.number:0{len(str(self.count))}}"
 
     def __iter__(self) -> Iterator[Case]:
-        digits = len(str(self.count))
+        digits, excluded = len(str(self.count)), 0
         for index in self._cases.sample(self.size, self._seed):
             values = self._cases[index]
+            if excluded_by(self.scenario, values):
+                excluded += 1
+                continue
             yield Case(index + 1, values, _name(index + 1, digits, values, self._cases.varied))
+        if excluded:
+            self.say(
+                f"{excluded} of {self.size} cases are left out: their values are outside the scenario's constraints"
+            )
 
 
 def is_distribution(path: Path) -> bool:
@@ -68,8 +79,35 @@ def is_distribution(path: Path) -> bool:
         return False
 
 
-def choose(path: Path, settings: RunSpec, option: str = "--cases") -> Chosen:
-    """The cases of a distribution file that the settings ask for: all, or a sample by the seed.
+def excluded_by(scenario: Path, values: Mapping[str, str]) -> str:
+    """The constraint of a scenario that excludes values, as a sentence; "" if none does, or more is wrong."""
+    from openscenario.findings import ScenarioError
+    from openscenario.read import read_declarations
+
+    try:
+        read_declarations(scenario, values)
+    except ScenarioError as error:
+        return outside(error)
+    return ""
+
+
+def outside(error: ScenarioError) -> str:
+    """Why the values of a case exclude each other, "" if that is not all that is wrong.
+
+    A constraint may compare parameters ("slower than the ego"). Distributions of single parameters then make cases
+    that are none; who made them expects that a generator leaves these out (ALKS scenarios of openMSL, 4.4.1).
+    """
+    wrong = [finding for finding in error.findings if finding.severity == "error"]
+    if not wrong or any(finding.code != "param.outside_constraint" for finding in wrong):
+        return ""
+    return wrong[0].message
+
+
+def choose(
+    path: Path, settings: RunSpec, option: str = "--cases", say: Callable[[str], None] = lambda text: None
+) -> Chosen:
+    """The cases of a distribution file that the settings ask for: all, or a sample by the seed. say: is told what is
+    left out.
 
     Raises ScenarioError for a file that is wrong, SettingError if there are too many to run them all unasked.
     """
@@ -94,7 +132,7 @@ def choose(path: Path, settings: RunSpec, option: str = "--cases") -> Chosen:
         raise SettingError(f"{path}: names no scenario")
     beside = path.with_name(f"{path.stem}.gates.toml")
     gates = beside if beside.is_file() else None
-    return Chosen(cases.scenario, cases.count, wanted, gates, path.stem, cases, settings.seed)
+    return Chosen(cases.scenario, cases.count, wanted, gates, path.stem, cases, settings.seed, say)
 
 
 def _name(number: int, digits: int, values: Mapping[str, str], varied: tuple[str, ...]) -> str:

@@ -9,7 +9,7 @@ from pytest_dvp.campaigns.campaign import Campaign, Crew
 from pytest_dvp.campaigns.parameter_space import Space
 from pytest_dvp.campaigns.plan import HYPOTHESIS, RARE, Plan
 from pytest_dvp.campaigns.sampling import SAMPLES, sample
-from pytest_dvp.campaigns.store import Row, Store
+from pytest_dvp.campaigns.store import EXCLUDED, Row, Store
 from pytest_dvp.campaigns.summary import CURRENT, SHRINKING
 from pytest_dvp.drive.run_spec import RunSpec
 
@@ -81,7 +81,7 @@ def _fill(campaign: Campaign, plan: Plan, seed: int) -> None:
         return  # more parts than drives
     campaign.progress.wanted = len(points)
     rows = campaign.rows(points, "sample")
-    if plan.method == "random":
+    if plan.method == "random" and any(row.verdict != EXCLUDED for row in rows):
         campaign.store.tell(f"probability {campaign.base}", counted_probability(rows).as_dict())
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from pytest_dvp.campaigns.campaign import Campaign
 from pytest_dvp.campaigns.parameter_influence import influence
 from pytest_dvp.campaigns.reproducer import Reproducer
-from pytest_dvp.campaigns.store import Row
+from pytest_dvp.campaigns.store import EXCLUDED, Row
 from pytest_dvp.campaigns.summary import cluster_name, summary
 
 PAGE = "map.html"
@@ -24,7 +24,10 @@ def map_page(
     if told is not None:
         names.sort(key=lambda name: -told[name])
     failed = [row for row in rows if row.failed]
-    shown = [*[row for row in rows if not row.failed][-max(MOST - len(failed), 0) :], *failed[:MOST]]
+    shown = [
+        *[row for row in rows if not row.failed and row.verdict != EXCLUDED][-max(MOST - len(failed), 0) :],
+        *failed[:MOST],
+    ]
     return {
         "scenario": str(campaign.space.file),
         "summary": summary(rows),

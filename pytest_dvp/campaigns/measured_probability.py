@@ -9,12 +9,13 @@ import numpy as np
 from pytest_dvp.campaigns.campaign import Campaign
 from pytest_dvp.campaigns.failure_probability import Probability, clopper_pearson
 from pytest_dvp.campaigns.rare_failures import rare_probability
-from pytest_dvp.campaigns.store import Row
+from pytest_dvp.campaigns.store import EXCLUDED, Row
 from pytest_dvp.logs.log_contents import FloatArray
 
 
 def counted_probability(rows: Sequence[Row]) -> Probability:
-    """Of independent draws. Raises ValueError if there is none."""
+    """Of independent draws within the scenario's constraints. Raises ValueError if there is none."""
+    rows = [row for row in rows if row.verdict != EXCLUDED]
     failures = sum(_objective(row) < 0.0 for row in rows)
     return clopper_pearson(failures, sum(bool(np.isnan(_objective(row))) for row in rows), len(rows))
 
@@ -32,6 +33,8 @@ def measured_probability(campaign: Campaign, budget: int, seed: int) -> Probabil
 
 def _objective(row: Row) -> float:
     """NaN where a drive decides nothing: INCONCLUSIVE, or the run itself broke; it then widens the interval."""
+    if row.verdict == EXCLUDED:  # a weighted draw that cannot happen: no failure of all draws
+        return 1.0
     if row.verdict not in ("PASS", "FAIL"):
         return float("nan")
     if row.objective is None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pytest_dvp.campaigns.store import LOGS, Row
+from pytest_dvp.campaigns.store import EXCLUDED, LOGS, Row
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,16 +32,25 @@ class Drive:
 
 
 def drive(order: Drive) -> Row:
-    """Drive once. A stack that breaks is a row with verdict ERROR.
+    """Drive once. A stack that breaks is a row with verdict ERROR; values that the scenario's own constraints exclude
+    are a row with verdict EXCLUDED, without a drive.
 
     Raises what `pytest_dvp.run` raises about a user's file.
     """
+    from openscenario.findings import ScenarioError
+    from pytest_dvp.campaigns.cases import outside
     from pytest_dvp.campaigns.criticality import criticality
     from pytest_dvp.drive.run import run
     from pytest_dvp.verdicts.statuses import worst_first
 
     before = time.process_time()
-    result = run(order.scenario, **{**order.options, "parameters": _parameters(order)})
+    try:
+        result = run(order.scenario, **{**order.options, "parameters": _parameters(order)})
+    except ScenarioError as error:
+        why = outside(error)
+        if not why:
+            raise
+        return _undriven(order, EXCLUDED, why)
     found = criticality(result)
     log = ""
     near = found.objective is not None and order.keep is not None and found.objective < order.keep
@@ -75,10 +84,14 @@ def drive(order: Drive) -> Row:
 
 def broken(order: Drive, why: str) -> Row:
     """The row of a drive that ended its worker process."""
+    return dataclasses.replace(_undriven(order, "ERROR", why), objective=-1.0, gate="error")
+
+
+def _undriven(order: Drive, verdict: str, why: str) -> Row:
     return Row(
         key=order.key, scenario=order.scenario, parameters=order.parameters, seed=int(order.options["seed"]),
-        verdict="ERROR", margins={}, metrics={}, vacuous=False, cpu=0.0, commit_id=order.commit_id, log="",
-        base=order.base, purpose=order.purpose, objective=-1.0, gate="error", object="", message=why,
+        verdict=verdict, margins={}, metrics={}, vacuous=False, cpu=0.0, commit_id=order.commit_id, log="",
+        base=order.base, purpose=order.purpose, objective=None, gate="", object="", message=why,
     )  # fmt: skip
 
 

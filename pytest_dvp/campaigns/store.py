@@ -15,6 +15,8 @@ FILE = "campaign.sqlite"
 """A folder that holds this file is a campaign; any other folder is a folder of scenarios."""
 LOGS = "logs"  # folder of the logs that are kept
 LOCK = "campaign.lock"
+EXCLUDED = "EXCLUDED"
+"""Verdict of values that the constraints of the scenario exclude: no drive, and no part of any share."""
 
 _TABLES = """
 CREATE TABLE IF NOT EXISTS runs(

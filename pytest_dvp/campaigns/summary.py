@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pytest_dvp.campaigns.failure_probability import Probability
-from pytest_dvp.campaigns.store import Row, Store
+from pytest_dvp.campaigns.store import EXCLUDED, Row, Store
 
 SHOWN = 5  # failures and nearest passes that the text lists
 CURRENT = "current"
@@ -36,14 +36,17 @@ def probabilities(store: Store) -> dict[str, dict[str, Any]]:
 
 def summary(rows: Sequence[Row], older: int = 0) -> dict[str, Any]:
     """Counts by verdict, failures by gate, the worst drives, and the CPU time; `older`: rows of other settings."""
-    every, rows = rows, [row for row in rows if row.purpose != SHRINKING]
+    every, rows = rows, [row for row in rows if row.purpose != SHRINKING and row.verdict != EXCLUDED]
+    excluded = sum(row.verdict == EXCLUDED and row.purpose != SHRINKING for row in every)
+    shrinking = len(every) - len(rows) - excluded
     verdicts = collections.Counter(row.verdict for row in rows)
     gates = collections.Counter(cluster_name(row) for row in rows if row.failed)
     ranked = sorted((row for row in rows if row.objective is not None), key=lambda row: (row.objective, row.key))
     cpu = sum(row.cpu for row in every)
     return {
         "runs": len(rows),
-        "shrinking": len(every) - len(rows),
+        "excluded": excluded,
+        "shrinking": shrinking,
         "older": older,
         "verdicts": dict(sorted(verdicts.items())),
         "vacuous": sum(row.vacuous for row in rows),
@@ -67,6 +70,8 @@ def summary_text(found: dict[str, Any]) -> str:
     """The summary for a terminal."""
     counts = ", ".join(f"{count} {verdict}" for verdict, count in found["verdicts"].items()) or "nothing driven"
     lines = [f"{found['runs']} runs: {counts}"]
+    if found["excluded"]:
+        lines.append(f"  {found['excluded']} more were not driven: their values are outside the scenario's constraints")
     if found["vacuous"]:
         lines.append(f"  {found['vacuous']} of them vacuous: an event never fired, so they show nothing")
     lines += [f"  {count} failed by {name}" for name, count in found["failures"].items()]

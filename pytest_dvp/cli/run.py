@@ -184,14 +184,14 @@ def _jobs(named: Sequence[Path], settings: RunSpec, stages: Sequence[str], ads: 
                 text = f"{path} is a distribution, and its cases run on dt alone"
                 raise SettingError(f"--stage {','.join(stages)}: {text}")
             try:
-                chosen = choose(path, settings)
+                chosen = choose(path, settings, say=lambda text: print(f"dvp run: {text}", file=sys.stderr))
             except ScenarioError as error:
                 if len(named) == 1:
                     raise
                 cases[path] = [Job(path, {}, error=error)]  # the other files can still run
                 continue
             print(f"dvp run: {path}: {chosen.size} of {chosen.count} cases of {chosen.scenario}", file=sys.stderr)
-            cases[path] = [
+            found = [
                 Job(
                     chosen.scenario,
                     case.values,
@@ -201,6 +201,9 @@ def _jobs(named: Sequence[Path], settings: RunSpec, stages: Sequence[str], ads: 
                 )
                 for case in chosen
             ]
+            if not found:
+                raise SettingError(f"{path}: the scenario's constraints exclude all of these cases")
+            cases[path] = found
     scenarios = [cases[path][0].path if path in cases else path for path in named]
     shares = _shares(scenarios, settings, ads)
     jobs: list[Job] = []

@@ -37,6 +37,7 @@ class ScenarioFile(pytest.File):
     def __init__(self, *, named: bool = False, **rest: Any) -> None:
         super().__init__(**rest)
         self.named = named
+        self.left_out: list[str] = []  # what of a distribution does not run, in words
 
     def collect(self) -> Iterable[ScenarioItem]:
         """The items of a scenario: one a stage, then one for each pair of stages with a gate between them.
@@ -140,7 +141,7 @@ class ScenarioFile(pytest.File):
         from openscenario.read import read_scenario
 
         try:
-            chosen = choose(self.path, settings, "--dvp-cases")
+            chosen = choose(self.path, settings, "--dvp-cases", self.left_out.append)
         except ScenarioError as error:
             raise self.CollectError("\n".join(str(finding) for finding in error.findings)) from None
         except SettingError as error:
@@ -164,6 +165,8 @@ class ScenarioFile(pytest.File):
             item.dvp_scenario, item.dvp_values, item.dvp_count = chosen.scenario, each.values, chosen.count
             item.add_marker("dt")
             yield item
+        if not looked_at:
+            raise self.CollectError("; ".join(self.left_out))
 
 
 class ScenarioItem(pytest.Function):
@@ -426,8 +429,9 @@ def _case_words(scenarios: Iterable[ScenarioItem]) -> Iterator[str]:
         if item.dvp_count:
             chosen[item.path] = chosen.get(item.path, 0) + 1
             counts[item.path] = item.dvp_count
+    left_out = {item.path: item.parent.left_out for item in scenarios if isinstance(item.parent, ScenarioFile)}
     for path, count in counts.items():
-        yield f"{chosen[path]} of {count} cases of {path.name}"
+        yield "; ".join([f"{chosen[path]} of {count} cases of {path.name}", *left_out.get(path, ())])
 
 
 def shown_name(ads: str) -> str:
