@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from gap_logs import NOISE, baseline, drive
 
 from pytest_dvp.gap.compare.compared_model import CompareError
 from pytest_dvp.gap.compare.segments import CHANNELS
-from pytest_dvp.gap.diagnose.experiment import ExperimentSet, experiment_set
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values, experiment_set
 from pytest_dvp.logs.log import Log
+from pytest_dvp.logs.log_contents import FloatArray
 from vehicle.model.effect_catalogue import catalogue
 
 WEAK = {("drive_gain", "g"): 0.85}
@@ -130,3 +133,26 @@ def test_a_missing_input_is_said() -> None:
     columns = {name: values for name, values in drive().columns.items() if name != "accel_cmd"}
     with pytest.raises(CompareError, match="accel_cmd"):
         experiment_set({"a": Log(columns)}, baseline())
+
+
+def test_a_motion_asked_for_again_is_kept_until_the_segments_begin_elsewhere() -> None:
+    e = experiment_set({"one": drive(drive_gain=0.85)}, baseline()).experiments[0]
+    asked: list[object] = []
+    machine = e.machine
+
+    class Counted:
+        def run(self, values: Values | None = None, **starts: Any) -> FloatArray:
+            asked.append(values)
+            return machine.run(values, **starts)
+
+    e.machine = Counted()
+    first = e.motion(WEAK)
+    assert e.motion(dict(WEAK)) is first
+    assert e.motion({}) is not first
+    assert len(asked) == 2
+    before = e.segments
+    e.settle(WEAK)
+    assert not np.array_equal(e.motion(WEAK), first, equal_nan=True)
+    e.segments = before
+    assert np.array_equal(e.motion(WEAK), first, equal_nan=True)
+    assert len(asked) == 4
