@@ -116,3 +116,15 @@ def test_the_check_of_a_distribution_reads_the_gates_of_the_scenario_that_is_var
     assert capsys.readouterr().out.startswith("x.gates.toml:2: error ")
     main(["check", "."])
     assert "speeds.xosc: refused: x.gates.toml:2: " in capsys.readouterr().err
+
+
+def test_the_check_begins_with_a_case_that_the_constraints_allow(
+    speeds: Callable[[str], Path], scenario: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The first, 2 m/s, is not faster than the other parameter and 2 more; 6 m/s is."""
+    path = speeds("4")
+    given = '<ParameterDeclaration name="ego_speed"'
+    least = '<ParameterDeclaration name="least" parameterType="double" value="1"/>'
+    scenario((given, least + given), ('"greaterOrEqual" value="2.0"', '"greaterThan" value="${$least + 2}"'))
+    assert main(["check", str(path)]) == 0
+    assert "2 cases of " in capsys.readouterr().err
