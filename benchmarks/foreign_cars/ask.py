@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from math import isinf
 from pathlib import Path
 from typing import Any
@@ -11,9 +12,10 @@ import numpy as np
 
 from benchmarks.foreign_cars.car import WHEEL_MASS, ForeignCar, data_sheet
 from benchmarks.foreign_cars.case import Case
-from benchmarks.foreign_cars.drive import LEVELS, NOISE, driven, make_log
+from benchmarks.foreign_cars.drive import LEVELS, NOISE, driven, logged, make_log
 from benchmarks.foreign_cars.fleet import FLEET
 from benchmarks.foreign_cars.hidden import Values, sensed
+from benchmarks.foreign_cars.tyres import FloatArray
 from pytest_dvp.gap.diagnose.diagnose import diagnose
 from pytest_dvp.gap.extend.extend import extend
 from pytest_dvp.logs.log import Log
@@ -46,12 +48,12 @@ def matched(car: str, folder: Path) -> tuple[VehicleModel, dict[str, Any]]:
     return twin, {**found.as_dict(), "cpu": round(cpu, 1)}
 
 
-def detectable(case: Case) -> bool:
-    """True if the car's signals on the same commands differ with and without the effect: by 3 sigma in 25 rows of one
-    signal. Positions and heading are compared where the effect is one of the sensors alone, as both cars then drive the
-    same way; otherwise a first small difference would grow with the distance."""
+def detectable(case: Case, with_it: Mapping[str, FloatArray]) -> bool:
+    """True if the car's signals (`with_it`: its motion as it is asked) on the same commands differ with and without the
+    effect: by 3 sigma in 25 rows of one signal. Positions and heading are compared where the effect is one of the
+    sensors alone, as both cars then drive the same way; otherwise a first small difference would grow with the
+    distance."""
     car, hidden = FLEET[case.car], case.truth
-    with_it = driven(car, "rich", case.drive_seed, hidden)
     commands = np.column_stack([with_it["accel_cmd"], with_it["steer_cmd"]])
     without = driven(car, "rich", case.drive_seed, commands=commands)
     a, b = sensed(with_it, hidden), sensed(without, {})
@@ -105,12 +107,13 @@ def ask(case: Case, folder: Path) -> dict[str, Any]:
         (folder / f"{case.car}.toml").unlink(missing_ok=True)
         twin, answer = matched(case.car, folder)
         return line | _kept(answer) | {"remainder": {c: dict(r) for c, r in twin.remainder.items()}}
-    if case.name and not detectable(case):
+    seed = case.drive_seed
+    motion = driven(car, "rich", seed, case.truth)
+    if case.name and not detectable(case, motion):
         return line | {"verdict": "UNDETECTABLE", "effects": []}
     twin, _ = matched(case.car, folder)
     line["total"] = total(effective(car, case.truth), twin)
-    seed = case.drive_seed
-    logs: dict[str, Log] = {"rich.csv": make_log(car, "rich", seed, case.noise, case.truth)}
+    logs: dict[str, Log] = {"rich.csv": logged(motion, seed, case.noise, case.truth)}
     held_out = {"town.csv": make_log(car, "town", seed + OTHER_RUN, case.noise, case.truth)}
     begin = time.process_time()
     try:

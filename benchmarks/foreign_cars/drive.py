@@ -187,7 +187,11 @@ def driven(
 
 def make_log(car: ForeignCar, kind: Kind, seed: int, noise: str = "mid", hidden: Values | None = None) -> Log:
     """The log of a drive, with white noise of a level of LEVELS."""
-    truth = driven(car, kind, seed, hidden)
+    return logged(driven(car, kind, seed, hidden), seed, noise, hidden)
+
+
+def logged(truth: Mapping[str, FloatArray], seed: int, noise: str, hidden: Values | None = None) -> Log:
+    """The log of what a car did (`driven`), with the faults of its sensors and white noise."""
     shown = sensed(truth, hidden or {})
     rng = np.random.default_rng([seed, 17])
     noisy = {name: y + LEVELS[noise] * NOISE[name] * rng.normal(size=len(y)) for name, y in shown.items()}
