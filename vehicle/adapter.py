@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from vehicle.messages import Command, FloatArray, Observation, Surroundings, VehicleDescription, VehicleState
 
@@ -46,6 +46,22 @@ class Vehicle(Protocol):
 
     def close(self) -> None:
         """Free processes, sockets and buses."""
+
+
+class Hands(NamedTuple):
+    """The driver: `override`, a hand or foot that takes over; `emergency_stop`, the button."""
+
+    override: bool
+    emergency_stop: bool
+
+
+@runtime_checkable
+class Supervised(Protocol):
+    """What a vehicle with a driver also has; a real one without it is never armed."""
+
+    @property
+    def hands(self) -> Hands:
+        """As last measured."""
 
 
 @runtime_checkable

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from vehicle.adapter import VehicleLost
-from vehicle.guard.guarded_vehicle import Hands
+from vehicle.adapter import Hands, VehicleLost
 from vehicle.messages import Command, Odometry
 from vehicle.wire.can_codec import Codec
 from vehicle.wire.can_link import DONE, STEP, BusError, Link, Silence, Stamped, open_bus

@@ -198,7 +198,7 @@ class SupervisedParallel(Parallel):
 
     @property
     def hands(self) -> Any:
-        """The driver's, as the car measures them (vehicle.guard.guarded_vehicle.Hands)."""
+        """The driver's, as the car measures them (vehicle.adapter.Hands)."""
         return self._vehicle.hands  # type: ignore[attr-defined]
 
 

@@ -9,11 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from vehicle.adapter import VehicleLost
+from vehicle.adapter import Hands, VehicleLost
 from vehicle.adapters.can_bus import CanActuators
 from vehicle.adapters.ros2 import STEP_TIMEOUT, Ros2Vehicle
 from vehicle.child_process import Child, own_module, own_path
-from vehicle.guard.guarded_vehicle import Hands
 from vehicle.liveness import Pulse
 from vehicle.wire.can_map import SignalMap
 from vehicle.wire.dds import on_domain

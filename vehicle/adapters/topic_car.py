@@ -12,9 +12,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from vehicle.adapter import VehicleLost
+from vehicle.adapter import Hands, VehicleLost
 from vehicle.adapters.live import LiveCar, Punctuality
-from vehicle.guard.guarded_vehicle import Hands
 from vehicle.messages import VehicleDescription, VehicleState
 from vehicle.wire import topics
 from vehicle.wire.end import Opener

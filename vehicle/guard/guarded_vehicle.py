@@ -12,11 +12,10 @@ watchdog acts within one cycle. In a dry run nothing is handed to the adapter bu
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from vehicle.adapter import Vehicle, position_sigma_of
+from vehicle.adapter import Hands, Supervised, Vehicle, position_sigma_of
 from vehicle.guard.guard import CYCLE, ArmingRefused, Guard
 from vehicle.guard.messages import Area, Arming, Decision, Limits, Measured, Request, State, numbers
 from vehicle.messages import (
@@ -31,22 +30,6 @@ from vehicle.messages import (
 )
 
 STEER_RATE = 0.4  # rad/s; CommonRoad vehicle models (Althoff, Wuersching 2020), all cars
-
-
-class Hands(NamedTuple):
-    """The driver: `override`, a hand or foot that takes over; `emergency_stop`, the button."""
-
-    override: bool
-    emergency_stop: bool
-
-
-@runtime_checkable
-class Supervised(Protocol):
-    """What a vehicle with a driver also has; a real one without it is never armed."""
-
-    @property
-    def hands(self) -> Hands:
-        """As last measured."""
 
 
 def limits_of(

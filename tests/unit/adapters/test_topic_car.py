@@ -17,10 +17,10 @@ import pytest
 
 pytest.importorskip("cyclonedds")
 
-from vehicle.adapter import VehicleLost
+from vehicle.adapter import Hands, VehicleLost
 from vehicle.adapters.process import Lease
 from vehicle.adapters.topic_car import Ros1Car, Ros2Car
-from vehicle.guard.guarded_vehicle import GuardedVehicle, Hands, limits_of
+from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 from vehicle.guard.messages import Decision, State
 from vehicle.messages import Command, VehicleState, no_surroundings
 from vehicle.wire.dds import LOOPBACK

@@ -25,7 +25,7 @@ Write = Callable[..., Path]
 CAR = """
 from msgspec import structs
 from scenarios import path
-from vehicle.guard.guarded_vehicle import Hands
+from vehicle.adapter import Hands
 from vehicle.model.model_file import read_model
 from vehicle.sensors import default_sensors
 from vehicle.twin import Twin

@@ -25,7 +25,7 @@ from vehicle.wire.health import Trouble
 CAR = '''
 import json
 import numpy as np
-from vehicle.guard.guarded_vehicle import Hands
+from vehicle.adapter import Hands
 from vehicle.messages import Imu, Observation, VehicleDescription
 from vehicle.wire.health import Trouble
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from vehicle.adapter import Vehicle
+from vehicle.adapter import Hands, Vehicle
 from vehicle.guard.guard import ArmingRefused
-from vehicle.guard.guarded_vehicle import GuardedVehicle, Hands, limits_of
+from vehicle.guard.guarded_vehicle import GuardedVehicle, limits_of
 from vehicle.guard.messages import Arming, Decision, Outcome, State
 from vehicle.messages import (
     TRACE_COLUMNS,
