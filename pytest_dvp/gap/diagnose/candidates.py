@@ -17,6 +17,7 @@ from vehicle.model.vehicle_model import VehicleModel
 
 _FINER = ("lead", "inertia", "release", "brakes")  # keys that only a fit finds: no grid begins with them
 SHAPE_KEYS = ("heading", "tau", "v0", "frequency", "damping", *_FINER)  # keys that say how, not how much
+BEYOND = 1e-6  # of a range, for rounding
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _LIMITS = 9  # points of a limit: between one that is never met and one always met the error has a narrow valley
 _COARSE = (3, 3, 2)
@@ -144,6 +145,18 @@ def _strength(c: Coordinate, value: float) -> float:
 def sizes(coordinates: Sequence[Coordinate]) -> Sequence[Coordinate]:
     """Those that say how much, not how; of an effect that only says how (a lag) all."""
     return [c for c in coordinates if c.key.name not in SHAPE_KEYS] or coordinates
+
+
+def is_usual(key: Key, value: float) -> bool:
+    """True if a value is not farther from doing nothing than the range that is met in practice."""
+    slack = BEYOND * (key.high - key.low)
+    if isinf(key.neutral):  # a limit that is hardly met does little
+        return value >= key.low - slack
+    if key.neutral <= key.low:
+        return value <= key.high + slack
+    if key.neutral >= key.high:
+        return value >= key.low - slack
+    return key.low - slack <= value <= key.high + slack
 
 
 def is_worth_naming(key: Key, value: float) -> bool:

@@ -20,6 +20,7 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, interva
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
 from pytest_dvp.gap.diagnose.trial import Trial
+from pytest_dvp.gap.diagnose.usual_values import usual_set
 from pytest_dvp.logs.log_contents import FloatArray
 
 MOST = 8  # effects added to one model, beside finer ones
@@ -111,9 +112,15 @@ class Search:
         self.target.settle(best.values)
         if frozenset(best.names) not in contested:  # what took the place of others may let more show
             best = self._grown(best, [])
-        return SearchResult(
-            self._credible_set(self.trial(best.names, best.values, zoom=True, like=best)), rivals, self._hidden()
+        best = self._credible_set(self.trial(best.names, best.values, zoom=True, like=best))
+        best = usual_set(
+            best,
+            without=lambda name: self.without(best, name),
+            filled=lambda less, name: self._pruned(self._grown(less, [], barred=(name,))),
+            refit=lambda other: self.trial(other.names, other.values, zoom=True, like=other),
         )
+        self.target.settle(best.values)
+        return SearchResult(best, rivals, self._hidden())
 
     def climb(self) -> Iterator[Trial]:
         """The sets of a search's first rise, each with one more effect than the one before: for who may stop early."""

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection, Mapping, Sequence
-from math import isfinite, isinf
+from math import isfinite
 
 from pytest_dvp.doctor.excitation import excitation
 from pytest_dvp.gap.compare.segments import CHANNELS
-from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS
+from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, is_usual
 from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import NamedEffect, Standing
 from pytest_dvp.gap.diagnose.equation_error import Opinion
@@ -21,7 +21,7 @@ from pytest_dvp.gap.diagnose.search import CHANNEL_MISFIT, Search
 from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import FloatArray
-from vehicle.model.effect import Effect, Key
+from vehicle.model.effect import Effect
 
 ACTS_ON = 0.1  # of all that an effect changes: a channel with less is not one that it acts on
 DWARFS = 20.0  # times what is left over in the channels that it acts on: an effect that explains so much is not made up
@@ -30,7 +30,6 @@ ABOVE_REMAINDER = 0.2  # of chi^2/N that an effect must gain on data held out, w
 # fragments of that gained up to 0.13 on cars in MuJoCo, true effects 0.27 and more
 REMAINDER_ONLY = "on data held out it explains no more than the twin's known remainder may change by"
 SPREAD = 0.95  # of draws of segments that must gain by an effect which held-out data do not show
-BEYOND = 1e-6  # of a range, for rounding
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -119,7 +118,7 @@ def _implausible(e: NamedEffect, effect: Effect, given: Mapping[str, float]) -> 
         value = estimate.value
         if name in given and isfinite(key.neutral) and isfinite(given[name]):
             value = value / given[name] * key.neutral if key.neutral else value - given[name]
-        if name not in SHAPE_KEYS and not _plausible(key, value):
+        if name not in SHAPE_KEYS and not is_usual(key, value):
             found.append(
                 f"{name} = {estimate.value:.3g} is outside what is usual, {key.low:g} to {key.high:g} {key.unit}"
             )
@@ -135,17 +134,6 @@ def _imitated(e: NamedEffect, effect: Effect, given: Mapping[str, float], excuse
         if not e.parameters[name].low <= given.get(name, effect.key(name).neutral) <= e.parameters[name].high:
             return []
     return ["the twin's known remainder imitates as much"]
-
-
-def _plausible(key: Key, value: float) -> bool:
-    slack = BEYOND * (key.high - key.low)
-    if isinf(key.neutral):  # a limit that is hardly met does little
-        return value >= key.low - slack
-    if key.neutral <= key.low:
-        return value <= key.high + slack
-    if key.neutral >= key.high:
-        return value >= key.low - slack
-    return key.low - slack <= value <= key.high + slack
 
 
 class _Left:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.diagnose import standing as module
+from pytest_dvp.gap.diagnose.candidates import is_usual
 from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.equation_error import Opinion
@@ -22,7 +23,6 @@ from pytest_dvp.gap.diagnose.standing import (
     _held_out,
     _implausible,
     _Left,
-    _plausible,
     with_standing,
 )
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -58,7 +58,7 @@ def key(low: float, high: float, neutral: float) -> Key:
 def test_a_value_is_plausible_between_nothing_and_the_far_end_of_its_range(
     of: Key, value: float, plausible: bool
 ) -> None:
-    assert _plausible(of, value) is plausible
+    assert is_usual(of, value) is plausible
 
 
 def named(name: str, **values: float) -> NamedEffect:
