@@ -172,7 +172,8 @@ def test_an_ideal_car_does_what_it_is_asked() -> None:
 
 
 GRIDS = {
-    "force_rise": (0.01, 0.04, 3), "drive_delay": (0.04, 0.6, 7), "drive_lag": (0.05, 1.0, 7), "brake_lag": (0.05, 1.0, 7),
+    "force_rise": (0.01, 0.04, 3),
+    "drive_delay": (0.04, 0.6, 7), "drive_lag": (0.05, 1.0, 7), "brake_lag": (0.05, 1.0, 7),
     "jerk_limit": (0.7, 20.0, 9), "power_limit": (1.0, 40.0, 9), "brake_limit": (0.7, 9.0, 9),
     "pedal_deadband": (0.05, 0.8, 7),
     "steer_delay": (0.03, 0.6, 7), "steer_lag": (0.03, 0.8, 7), "steer_rate_limit": (0.04, 1.0, 9),
