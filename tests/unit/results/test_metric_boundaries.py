@@ -275,3 +275,96 @@ def test_a_map_whose_lines_are_not_as_a_run_writes_them_is_told() -> None:
     log = lit({"signal": "a", "x": 7.0}, phases=[(0.0, "a", "red")])
     assert "signal, x, y, heading, width" in compute("red_light", log).reason
     assert "stop_lines" in compute("red_light", log_of()).reason
+
+
+# --- the same drive anywhere on the map, and the worst of several
+
+
+def moved(x: Any, y: Any, angle: float) -> tuple[Any, Any]:
+    """Places of a map that was turned about its origin and shifted by 30 m and -20 m."""
+    return (30.0 + x * math.cos(angle) - y * math.sin(angle), -20.0 + x * math.sin(angle) + y * math.cos(angle))
+
+
+@pytest.mark.parametrize("angle", [0.7, 2.5, -1.9])
+def test_lights_do_not_depend_on_the_frame_of_the_map(angle: float) -> None:
+    """At 1 m/s to where its front is 1.5 m beyond the line, 0.9 m beside its middle; it stands from 6 s on."""
+    t = times()
+    way = np.minimum(t, 6.0)
+    x, y = moved(way, 0.9, angle)
+    px, py = moved(6.5, 0.0, angle)
+    stop = {"signal": "a", "x": px, "y": py, "heading": angle, "width": 2.0}
+    v = np.where(t < 6.0, 1.0, 0.0)
+    ego = {"length": 2.0, "width": 1.5, "height": 1.4, "center_x": 1.0}
+    log = log_of(columns={"x": x, "y": y, "yaw": angle, "v": v, "vx": v},
+                 events=(LogEvent(0.0, "signal", "a", "red"),), meta={"stop_lines": [stop], "ego": ego})  # fmt: skip
+    assert value("red_light", log).t == pytest.approx(4.5, abs=0.011)
+    found = value("stop_line", log)
+    assert (found.value, found.t) == (pytest.approx(1.5), pytest.approx(6.0, abs=0.011))
+    narrow = log_of(columns={"x": x, "y": y, "yaw": angle, "v": v, "vx": v},
+                    events=(LogEvent(0.0, "signal", "a", "red"),),
+                    meta={"stop_lines": [stop | {"width": 1.7}], "ego": ego})  # fmt: skip
+    assert value("red_light", narrow).value == 0.0
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.5, -1.9])
+def test_who_is_ahead_does_not_depend_on_the_frame_of_the_map(angle: float) -> None:
+    """6 m/s behind one of 2 m/s, middle 10 m ahead of the own reference point: 10 - 2.7 - 2 = 5.3 m are free."""
+    t = times(0.02)
+    (x, y), (ox, oy), (bx, by) = (moved(*place, angle) for place in ((0.0, 0.0), (10.0, 0.4), (-9.0, 0.0)))
+    cos, sin = math.cos(angle), math.sin(angle)
+    others = {"behind": track(t, bx, by, yaw=angle, vx=9.0 * cos, vy=9.0 * sin),
+              "ahead": track(t, ox, oy, yaw=angle, vx=2.0 * cos, vy=2.0 * sin)}  # fmt: skip
+    log = log_of(0.02, columns={"x": x, "y": y, "yaw": angle, "v": 6.0, "vx": 6.0}, objects=others)
+    headway, braking = value("time_headway", log), value("required_deceleration", log)
+    assert (headway.value, headway.object) == (pytest.approx(5.3 / 6.0), "ahead")
+    assert (braking.value, braking.object) == (pytest.approx(16.0 / 10.6), "ahead")
+
+
+def test_of_several_ahead_the_worst_counts() -> None:
+    """Least for a headway (near, and as fast as the ego), greatest for a deceleration (far, and standing)."""
+    t = times(0.02)
+    others = {"far": track(t, 14.7, 0.0), "near": track(t, 8.7, 0.0, vx=4.0)}
+    log = log_of(0.02, columns={"v": 4.0, "vx": 4.0}, objects=others)
+    headway, braking = value("time_headway", log), value("required_deceleration", log)
+    assert (headway.value, headway.object) == (pytest.approx(1.0), "near")
+    assert (braking.value, braking.object) == (pytest.approx(0.8), "far")
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7, 2.5, -1.9])
+@pytest.mark.parametrize(
+    ("mine", "its", "rear", "front"),
+    [
+        (5.0, 3.0, 5.0, 3.0),
+        (5.0, -3.0, 5.0, -3.0),  # they meet
+        (-5.0, 3.0, -5.0, 3.0),  # apart
+        (-5.0, -3.0, 3.0, 5.0),  # both go back: the other follows
+        (-5.0, 0.0, -5.0, 0.0),  # one that stands follows nobody
+        (1e-7, -3.0, 0.0, -3.0),  # rounding is no motion
+    ],
+)
+def test_who_leads_by_where_both_drive(angle: float, mine: float, its: float, rear: float, front: float) -> None:
+    """The other one's middle is 10 m ahead and 4 m to the left: 6 m and 2 m are free; aside 0.5 and -0.25 m/s."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    (x, y), (ox, oy) = moved(0.0, 0.0, angle), moved(10.0, 4.0, angle)
+    ego = box(x, y, angle, 4.0, 2.0, mine * cos - 0.5 * sin, mine * sin + 0.5 * cos)
+    other = box(ox, oy, angle, 4.0, 2.0, its * cos + 0.25 * sin, its * sin - 0.25 * cos)
+    found = [float(part[0]) for part in _seen(ego, other)]
+    assert found == pytest.approx([6.0, 2.0, rear, front, 0.5, -0.25], abs=1e-12)
+
+
+def test_the_farthest_beyond_a_line_and_the_longest_wait_are_told_with_their_light() -> None:
+    """The ego stands with its front at 2 m, sets off at 8 s, and comes to 4 m: lines at 2.5 and 3 m."""
+    t = times()
+    x = np.clip(t - 8.0, 0.0, 2.0)
+    v = np.where(t >= 8.0 - 1e-9, 1.0, 0.0)
+    ego = {"length": 2.0, "width": 1.5, "height": 1.4, "center_x": 1.0}
+    phases = [(0.0, "b", "red"), (0.0, "a", "red"), (4.0, "b", "green"), (7.0, "c", "red"), (7.5, "a", "green"),
+              (9.0, "c", "green")]  # fmt: skip
+    for names in ("abc", "cba"):
+        lines = [line(name, {"a": 3.0, "b": 2.5, "c": 2.6}[name]) for name in names]
+        log = log_of(columns={"x": x, "v": v, "vx": v}, meta={"stop_lines": lines, "ego": ego},
+                     events=tuple(LogEvent(at, "signal", name, state) for at, name, state in phases))  # fmt: skip
+        wait = value("start_up_delay", log)
+        assert (wait.value, wait.t, wait.object) == (pytest.approx(4.0), 4.0, "b")
+        beyond = value("stop_line", log)  # c is red until the front is at 3 m, all but a row
+        assert (beyond.value, beyond.object) == (pytest.approx(0.39), "c")

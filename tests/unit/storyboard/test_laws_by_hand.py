@@ -383,3 +383,45 @@ def test_names_are_found_wherever_they_stand_in_an_element() -> None:
     deep = Part(inner=Part(entity_ref="C", inner=((Part(master_entity_ref="D"),), "not me", Part(entity_ref="E"))))
     assert list(_names(Part(entity_ref="A", master_entity_ref="B", inner=deep))) == ["A", "B", "C", "D", "E"]
     assert list(_names((Part(entity_ref=Part(entity_ref="F")), Part(entity_ref=None), "not me", 3))) == ["F"]
+
+
+@pytest.mark.parametrize(
+    ("apart", "top", "other", "placed", "speed", "ways"),
+    [
+        (9.0, 4.0, 3.0, False, 3.0, (9.0, 2.0)),  # put there at first; then no faster than it drives: 4 m/s for 0.5 s
+        (-9.0, 4.0, 3.0, False, 3.0, (-9.0, -2.0)),
+        (9.0, 4.0, 3.0, True, 3.0, (9.0, 9.0)),  # the other was put somewhere else
+        (1.0, 4.0, 7.0, False, 4.0, (1.0, 1.0)),
+        (1.0, 4.0, -7.0, False, -4.0, (1.0, 1.0)),
+    ],
+)
+@pytest.mark.parametrize("continuous", [True, False])
+def test_without_limits_the_place_is_taken_at_once(
+    monkeypatch: pytest.MonkeyPatch, apart: float, top: float, other: float, placed: bool, speed: float,
+    ways: tuple[float, float], continuous: bool,
+) -> None:  # fmt: skip
+    """On a road along it; once only, unless it is asked to go on."""
+    action, _ = keeper(monkeypatch, apart, limits=(None, None, None), other=other, continuous=continuous)
+    driven: list[float] = []
+    found: list[float] = []
+    action._entity = SimpleNamespace(jump_to_speed=found.append)  # type: ignore[assignment]
+    action._limits = action._limits._replace(speed=top)
+    action._other.placed = placed
+    ground = SimpleNamespace(track=lambda entity: True, drive=lambda entity, metres: driven.append(metres))
+    action._board = SimpleNamespace(ground=ground)  # type: ignore[assignment]
+    assert action.start() is not continuous
+    assert action.step(0.5) is False
+    assert driven == pytest.approx(list(ways))
+    assert found == [speed, speed]
+
+
+def test_off_the_road_the_place_lies_straight_ahead(monkeypatch: pytest.MonkeyPatch) -> None:
+    """5 m in the direction of the 3-4-5 triangle."""
+    action, _ = keeper(monkeypatch, 5.0, limits=(None, None, None))
+    entity = car()
+    entity.put(1.0, 2.0, 7.0, math.atan2(4.0, 3.0))
+    action._entity = entity
+    action._board = SimpleNamespace(ground=Ground(None))  # type: ignore[assignment]
+    action.start()
+    assert (entity.x, entity.y, entity.z) == pytest.approx((4.0, 6.0, 7.0))
+    assert entity.h == pytest.approx(math.atan2(4.0, 3.0))
