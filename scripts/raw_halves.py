@@ -82,14 +82,15 @@ def _told(value: Mapping[str, float] | None) -> str:
 def main() -> int:
     """Returns the exit code: 0, or 2 if the logs are not there."""
     parser = argparse.ArgumentParser(description="Do two halves of a drive name the same effects?")
-    parser.add_argument(
-        "logs", nargs="*", choices=[[], *LOGS], metavar="LOG", help=f"of {', '.join(LOGS)}; default: all"
-    )
+    parser.add_argument("logs", nargs="*", metavar="LOG", help=f"of {', '.join(LOGS)}; default: all")
     parser.add_argument(
         "--kept", type=Path, default=ROOT / "runs" / "raw-halves", help="folder of answers that are kept"
     )
     parser.add_argument("--write", action="store_true", help="put the table into docs/real-cars.md")
     asked = parser.parse_args()
+    strange = [name for name in asked.logs if name not in LOGS]
+    if strange:
+        parser.error(f"{strange[0]!r} is no log; expected of {', '.join(LOGS)}")
     if not RAW.is_dir():
         print(f"{RAW}: no such folder; set DVP_SHARED", file=sys.stderr)
         return 2

@@ -116,14 +116,16 @@ def _scenario(
         )
         return None, None
     if inner is not None:
-        declared = _apart(declarations_of(inner, {}), inner)
+        declared = _without_comparing(declarations_of(inner, {}), inner)
     if found.errors:
         context.findings.found.extend(found.found)
         return None, None
     return dataclasses.replace(written, path=path), declared
 
 
-def _apart(declared: tuple[ParameterDeclaration, ...], reading: Reading) -> tuple[ParameterDeclaration, ...]:
+def _without_comparing(
+    declared: tuple[ParameterDeclaration, ...], reading: Reading
+) -> tuple[ParameterDeclaration, ...]:
     """The declarations without constraints that compare parameters: those judge a case, not a single value."""
     below = reading.root.find("ParameterDeclarations")
     compared = {

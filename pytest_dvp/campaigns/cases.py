@@ -48,6 +48,7 @@ class Chosen:
     _stem: str
     _cases: Cases
     _seed: int
+    _set: Mapping[str, str]
     say: Callable[[str], None] = lambda text: None
 
     def folder_name(self, case: Case) -> str:
@@ -55,17 +56,16 @@ class Chosen:
         return f"{self._stem}-{case.number:0{len(str(self.count))}}"
 
     def __iter__(self) -> Iterator[Case]:
-        digits, excluded = len(str(self.count)), 0
+        digits, excluded, first = len(str(self.count)), 0, ""
         for index in self._cases.sample(self.size, self._seed):
             values = self._cases[index]
-            if excluded_by(self.scenario, values):
-                excluded += 1
+            why = excluded_by(self.scenario, {**self._set, **values})
+            if why:
+                excluded, first = excluded + 1, first or why
                 continue
             yield Case(index + 1, values, _name(index + 1, digits, values, self._cases.varied))
         if excluded:
-            self.say(
-                f"{excluded} of {self.size} cases are left out: their values are outside the scenario's constraints"
-            )
+            self.say(_left_out(excluded, self.size, first))
 
 
 def is_distribution(path: Path) -> bool:
@@ -132,7 +132,14 @@ def choose(
         raise SettingError(f"{path}: names no scenario")
     beside = path.with_name(f"{path.stem}.gates.toml")
     gates = beside if beside.is_file() else None
-    return Chosen(cases.scenario, cases.count, wanted, gates, path.stem, cases, settings.seed, say)
+    return Chosen(
+        cases.scenario, cases.count, wanted, gates, path.stem, cases, settings.seed, settings.set.scenario, say
+    )
+
+
+def _left_out(excluded: int, size: int, first: str) -> str:
+    """How many cases are not driven, and why the first of them is not."""
+    return f"{excluded} of {size} cases are left out, outside the scenario's constraints; the first: {first}"
 
 
 def _name(number: int, digits: int, values: Mapping[str, str], varied: tuple[str, ...]) -> str:

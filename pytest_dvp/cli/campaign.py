@@ -135,7 +135,7 @@ def _drive(arguments: argparse.Namespace) -> int:
     from pytest_dvp.campaigns.drive_plan import check_first, drive_plan
     from pytest_dvp.campaigns.parameter_space import space_of
     from pytest_dvp.campaigns.plan import Plan, shard_of
-    from pytest_dvp.campaigns.store import Store
+    from pytest_dvp.campaigns.store import EXCLUDED, Store
 
     if arguments.out is None:
         raise WrongArgument("dvp campaign: --out DIR is missing: where the campaign is kept")
@@ -162,6 +162,11 @@ def _drive(arguments: argparse.Namespace) -> int:
             say=lambda text: print(f"dvp campaign: {text}", file=sys.stderr),
         )  # fmt: skip
         rows = [row for campaign in campaigns for row in store.rows([campaign.base])]
+        if rows and all(row.verdict == EXCLUDED for row in rows):
+            raise SettingError(
+                f"nothing was driven: all {len(rows)} cases are outside the scenario's constraints; "
+                f"the first: {rows[0].message}"
+            )
         if before:
             return _compare(store, arguments)
         _say(store, arguments.json)

@@ -166,7 +166,7 @@ class ScenarioFile(pytest.File):
             item.add_marker("dt")
             yield item
         if not looked_at:
-            raise self.CollectError("; ".join(self.left_out))
+            raise self.CollectError(f"{self.path}: nothing to drive: {'; '.join(self.left_out)}")
 
 
 class ScenarioItem(pytest.Function):

@@ -20,7 +20,7 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, interva
 from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair, masked_pair
 from pytest_dvp.gap.diagnose.trial import Trial
-from pytest_dvp.gap.diagnose.usual_values import usual_set
+from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
 from pytest_dvp.logs.log_contents import FloatArray
 
 MOST = 8  # effects added to one model, beside finer ones
@@ -31,8 +31,6 @@ BOOTSTRAP_SLACK = 0.1  # of a gain that the draws without it may lose
 CLEAR_GAIN_FACTOR = 5.0  # times that: a gain that needs no bootstrap, for effects that show in a single event
 EVIDENT_GAIN_FACTOR = 2.0  # times that: a gain that makes an effect worth its name, however small its value looks
 FINER_EFFECT_RATIO = 0.8  # of what the best of the others leaves: a finer effect that leaves less comes before it
-MAX_UNRECOVERED_SHARE = 0.2
-"""Of what is lost with effects whose values mean nothing: as much may stay lost with others in their place."""
 RIVAL = 0.02  # of max(1, chi^2/N): a gap below it tells nothing
 ROUGH = 2.0 * PRACTICAL  # of max(1, chi^2/N): a set further behind the best need not be fitted well
 PRICE = 0.005  # of max(1, chi^2/N), for a parameter

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, is_usual
 from pytest_dvp.gap.diagnose.trial import Trial
 
-UNRECOVERED = 0.2
-"""Of what is lost without the effect: as much may stay lost with others in its place. As where a value means nothing
-(`search.MAX_UNRECOVERED_SHARE`); on a car in MuJoCo, rolling resistance left 5 % of it."""
+MAX_UNRECOVERED_SHARE = 0.2
+"""Of what is lost without effects whose values nobody meets, or mean nothing: as much may stay lost with others in
+their place. On a car in MuJoCo, rolling resistance in the place of a wind of 18 m/s left 5 % of it."""
 
 
 def usual_set(
@@ -31,7 +31,7 @@ def usual_set(
         other = filled(less, name)
         new = set(other.names) - set(less.names)
         left = other.chi2 - best.chi2
-        if all(has_usual_values(other, n) for n in new) and left < UNRECOVERED * (less.chi2 - best.chi2):
+        if all(has_usual_values(other, n) for n in new) and left < MAX_UNRECOVERED_SHARE * (less.chi2 - best.chi2):
             return refit(other)
     return best
 

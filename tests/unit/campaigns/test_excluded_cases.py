@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from lxml import etree
 
 sys.path[:0] = [str(Path(__file__).parent)]
 from planted import XOSC  # noqa: E402
@@ -20,6 +21,8 @@ from pytest_dvp.campaigns.one_drive import Drive, drive  # noqa: E402
 from pytest_dvp.campaigns.parameter_space import space_of  # noqa: E402
 from pytest_dvp.campaigns.store import EXCLUDED, Row, Store  # noqa: E402
 from pytest_dvp.campaigns.summary import summary, summary_text  # noqa: E402
+from pytest_dvp.cli.command_line import main  # noqa: E402
+from pytest_dvp.drive.assignments import Assignments  # noqa: E402
 from pytest_dvp.drive.run_spec import RunSpec  # noqa: E402
 
 SLOWER = """<ParameterDeclaration name="ego" parameterType="double" value="0.5"/>
@@ -53,7 +56,51 @@ def test_the_cases_of_a_distribution_are_those_within_the_constraints(tmp_path: 
     chosen = choose(distribution(tmp_path), RunSpec(), say=said.append)
     assert {(case.values["ego"], case.values["other"]) for case in chosen} == SLOWER_ONES
     assert chosen.count == 9
-    assert said == ["3 of 9 cases are left out: their values are outside the scenario's constraints"]
+    assert len(said) == 1
+    assert said[0].startswith("3 of 9 cases are left out, outside the scenario's constraints; the first: ")
+    assert "'other' is outside its constraints" in said[0]
+
+
+def test_what_is_set_for_all_cases_is_asked_with_each(tmp_path: Path) -> None:
+    """An ego of 0.2 for all, and only the other car's speed in the file: one of its three values is below."""
+    path = distribution(tmp_path)
+    root = etree.parse(path)
+    for each in root.iterfind(".//DeterministicSingleParameterDistribution[@parameterName='ego']"):
+        each.getparent().remove(each)
+    root.write(path)
+    chosen = choose(path, RunSpec(set=Assignments(scenario={"ego": "0.2"})))
+    assert [case.values["other"] for case in chosen] == ["0.1"]
+    assert {case.values["other"] for case in choose(path, RunSpec(set=Assignments(scenario={"ego": "1.0"})))} == set(
+        OTHER
+    )
+
+
+def test_a_value_set_for_all_drives_that_is_excluded_itself_is_an_error(tmp_path: Path) -> None:
+    path = distribution(tmp_path).with_name("slower.xosc")
+    options = {"seed": 7, "rootdir": tmp_path, "parameters": {"other": "0.9"}}
+    order = Drive("k", "b", "sample", str(path), {"ego": "0.2"}, options, str(tmp_path))
+    with pytest.raises(ScenarioError, match="other"):
+        drive(order)
+
+
+def only_faster(folder: Path) -> Path:
+    """A distribution of which every case is excluded."""
+    path = distribution(folder)
+    path.write_text(path.read_text().replace('value="0.1"', 'value="1.5"').replace('value="0.5"', 'value="1.6"')
+                    .replace('value="0.9"', 'value="1.7"'))  # fmt: skip
+    return path
+
+
+def test_a_campaign_of_which_nothing_can_be_driven_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["campaign", str(only_faster(tmp_path)), "--out", str(tmp_path / "out"), "--jobs", "1"]) == 2
+    told = capsys.readouterr().err
+    assert "nothing was driven: all 9 cases are outside the scenario's constraints; the first: " in told
+
+
+def test_a_session_of_which_nothing_can_be_driven_says_so(pytester: pytest.Pytester) -> None:
+    path = only_faster(pytester.path)
+    done = pytester.runpytest_subprocess(str(path))
+    done.stdout.fnmatch_lines(["*nothing to drive: 9 of 9 cases are left out*the first: *'other' is outside*"])
 
 
 def test_what_is_wrong_otherwise_is_no_exclusion(tmp_path: Path) -> None:

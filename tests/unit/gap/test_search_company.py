@@ -1,0 +1,40 @@
+"""What a search makes of effects beside others, on residuals that are linear in the values."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.unit.gap.linear_world import World, a_search, direction
+
+DRIVE, BRAKE, MASS = ("drive_gain", "g"), ("brake_gain", "g"), ("mass", "ratio")
+
+
+@pytest.mark.parametrize(("worst", "kept"), [(0.99, 1), (1.01, 2)])
+def test_an_effect_is_dropped_if_no_more_than_noise_is_left_without_it(worst: float, kept: int) -> None:
+    """A fragment of a twin's known remainder pays, too: 60 of 1,000 are more than 5 %."""
+    world = World({DRIVE: 200.0 * direction(0), BRAKE: np.sqrt(60.0) * 10.0 * direction(1)}, {DRIVE: 0.9, BRAKE: 0.9},
+                  channels={"v": worst})  # fmt: skip
+    search = a_search(world, "drive_gain", "brake_gain")
+    both = search.trial(("brake_gain", "drive_gain"), {DRIVE: 0.9, BRAKE: 0.9})
+    assert len(search._pruned(both).names) == kept
+
+
+def test_beside_another_effect_a_known_remainder_is_not_named_by_a_small_value() -> None:
+    """It gains 101 of 1,000, which is worth a name for a value below the least size where there is no remainder."""
+    world = World({DRIVE: np.sqrt(101.0) / 0.01 * direction(0), BRAKE: 100.0 * direction(1)}, {DRIVE: 0.99, BRAKE: 0.8})
+    search = a_search(world, "drive_gain", "brake_gain")
+    trial = search.trial(("brake_gain", "drive_gain"), {DRIVE: 0.99, BRAKE: 0.8})
+    assert search._matters(trial, "drive_gain", world)  # type: ignore[arg-type]
+    world.excused = True
+    assert not search._matters(trial, "drive_gain", world)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("alike", "named"), [(0.95, "mass"), (0.85, "drive_gain")])
+def test_of_two_that_do_nearly_the_same_the_one_with_a_value_that_is_met(alike: float, named: str) -> None:
+    """Nobody meets a drive that gives 0.66 of what is asked, its range ends at 0.7. A payload does alike^2 of the same:
+    of what is lost without the drive, 10 % may stay lost, not 28 %."""
+    strong = 400.0
+    world = World({DRIVE: strong * direction(0), MASS: -2.0 * strong * direction(1, 0, alike)}, {DRIVE: 0.66})
+    found = a_search(world, "drive_gain", "mass").run()
+    assert found.final.names == (named,)
