@@ -83,16 +83,9 @@ wheel: $(STAMP)
 # scenario, 100 drives for the filter's own accuracy, a hidden effect of each kind, every fault seeded into the reference
 # stack, and 1,000 seeds of the stack as it is. `make test` takes a few of each.
 nightly: $(STAMP)
-	DVP_FUZZ=$${DVP_FUZZ:-100000} $(BIN)/python -m pytest -q -n 2 tests/robust/test_mutated_scenarios.py \
-	    tests/robust/test_mutated_roads.py tests/property/test_written_models.py
-	DVP_VARIANTS=$${DVP_VARIANTS:-12} $(BIN)/python -m pytest -q -n 2 tests/property/test_variants.py
-	DVP_CASES=10000 $(BIN)/python -m pytest -q tests/unit/results/test_metrics_distance.py tests/unit/results/test_metric_sources.py
-	DVP_NEES=100 $(BIN)/python -m pytest -q tests/unit/ads/test_ads_localization.py -k nees
-	DVP_MATRIX=all $(BIN)/python -m pytest -q -n 2 tests/unit/benchmarks/test_hidden_effects_subset.py
-	DVP_NIGHTLY=1 $(BIN)/python -m pytest -q tests/property/test_planted_fault.py tests/plugin tests/truth \
-	    tests/unit/harness tests/unit/tuning/test_tuning_cli.py tests/unit/adapters \
-	    tests/unit/vehicle/test_vehicle_effect_files.py tests/unit/gap/test_manoeuvres.py
-	DVP_FAULTS=all DVP_CLEAN_SEEDS=$${DVP_CLEAN_SEEDS:-1000} $(BIN)/python -m pytest -q -n 2 tests/faults
+	DVP_NIGHTLY=1 DVP_FUZZ=$${DVP_FUZZ:-100000} DVP_VARIANTS=$${DVP_VARIANTS:-12} DVP_CASES=10000 DVP_NEES=100 \
+	    DVP_MATRIX=all DVP_FAULTS=all DVP_CLEAN_SEEDS=$${DVP_CLEAN_SEEDS:-1000} \
+	    $(BIN)/python -m pytest -q -n 2 --dist loadfile --no-loadscope-reorder tests scenarios
 
 # The same scenarios on the surrogate car over ROS 2 messages, then the gates between stages: they pass with the twin that
 # learnt from the car's logs, and fail with every wrong one (writes docs/stages.md); once more with its drive-by-wire on CAN.

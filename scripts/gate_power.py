@@ -101,8 +101,11 @@ def wrong_ones(drives: Drives, twins: Sequence[WrongTwin], first: int, cars: int
 
 
 def right_ones(drives: Drives, first: int, cars: int, count: int) -> list[dict[str, Judged]]:
-    """`count` pairs of the car and the right twin, on each scenario."""
+    """`count` pairs of the car and the right twin, on each scenario. With as many drives of the car, no two pairs share
+    a drive: only then are they `count` trials."""
     pairs = list(itertools.product(range(cars), range(-(-count // cars))))[:count]
+    if cars >= count:
+        pairs = [(k, k) for k in range(count)]
     found = []
     for car, twin in pairs:
         scenes = {}

@@ -12,6 +12,20 @@ pytest_plugins = ["pytester"]
 ROOT = Path(__file__).resolve().parents[1]
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Declares the mark of tests that weigh much and guard what a lighter one guards nearly as well."""
+    config.addinivalue_line("markers", "nightly: runs in `make nightly` alone (DVP_NIGHTLY is set there)")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skips what is marked `nightly` by day."""
+    if "DVP_NIGHTLY" in os.environ:
+        return
+    for item in items:
+        if item.get_closest_marker("nightly"):
+            item.add_marker(pytest.mark.skip(reason="driven by make nightly"))
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Skipped tests take one line a folder and reason in the summary, not one a test: there would be sixty.

@@ -89,6 +89,7 @@ def test_without_a_stopping_distance_the_ego_comes_too_close_to_the_pedestrian()
     assert (found["tet"], found["max_ttc_inverse"], found["max_jerk"]) == ("FAIL", "FAIL", "FAIL")
 
 
+@pytest.mark.nightly
 def test_with_a_steering_gain_of_zero_the_ego_leaves_the_planned_path() -> None:
     # Feed-forward alone follows a bend, but nothing takes back what sensor noise adds up to: five drives, five drifts.
     sound, spoilt = (

@@ -109,7 +109,7 @@ def test_a_scenario_without_storyboard_is_passed_over(tmp_path: Path, pytester: 
     assert sum("::" in line for line in result.outlines) == 3
 
 
-@pytest.mark.parametrize("workers", [(), ("-n", "2")])
+@pytest.mark.parametrize("workers", [(), pytest.param(("-n", "2"), marks=pytest.mark.nightly)])
 def test_a_broken_scenario_does_not_stop_the_others_but_a_broken_test_does(
     project: pytest.Pytester, workers: tuple[str, ...]
 ) -> None:

@@ -50,6 +50,7 @@ def test_two_processes_and_two_hash_seeds_give_the_same_bytes(first: bytes, tmp_
     assert logged_elsewhere(tmp_path / "log.mcap", "1") == first
 
 
+@pytest.mark.nightly
 def test_a_process_that_has_driven_before_gives_the_same_bytes(first: bytes, tmp_path: Path) -> None:
     other = logged_here(tmp_path / "other.mcap", 12)
     assert logged_here(tmp_path / "log.mcap", 11) == first

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 from pathlib import Path
@@ -28,7 +27,7 @@ def code(page: str, title: str) -> str:
     return str(found)
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_they_find_what_the_page_says_and_leave_the_file_and_command_that_replay_it(pytester: pytest.Pytester) -> None:
     from pytest_dvp.cli.command_line import main
 

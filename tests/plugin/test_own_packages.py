@@ -70,7 +70,7 @@ PYTEST = "import sys, pytest; sys.path.pop(0); raise SystemExit(pytest.main())"
 """What the command `pytest` does: unlike `python -m pytest` it leaves the current folder out of Python's path."""
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_their_stack_and_their_tests_run_beside_ours_in_a_worker_of_xdist(project: Path) -> None:
     done = started(["-c", PYTEST, "-q", "-n", "1", "-p", "no:cacheprovider"], project)
     assert "2 passed" in done.stdout, done.stdout + done.stderr
@@ -86,6 +86,7 @@ def test_python_m_pytest_finds_both(project: Path) -> None:
 DVP = ["-P", "-c", "from pytest_dvp.cli.command_line import main; raise SystemExit(main())"]
 
 
+@pytest.mark.nightly
 def test_dvp_drives_their_stack(project: Path) -> None:
     words = ["run", "s.xosc", "--no-report", "--json", "--ads", "vehicle.my_stack:Stack"]
     done = started([*DVP, *words], project, PYTHONPATH=".")
@@ -93,6 +94,7 @@ def test_dvp_drives_their_stack(project: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.nightly
 def test_dvp_checks_beside_their_packages(project: Path) -> None:
     done = started([*DVP, "check", "s.xosc", "--json"], project)
     assert (done.returncode, json.loads(done.stdout)["findings"]) == (0, []), done.stderr

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -60,7 +59,7 @@ def test_k_selects_items(shipped: pytest.Pytester, expression: str, items: list[
     assert found == [f"scenarios/{name}.xosc::dt" for name in items]
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_failures_of_two_workers_are_reported_and_repeated(
     shipped: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:

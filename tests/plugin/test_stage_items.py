@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -58,7 +57,7 @@ def test_it_is_an_item_of_its_own_that_is_skipped_until_the_car_is_asked_for(sta
     result.stdout.fnmatch_lines(["SKIPPED*as rw-surrogate does: ask for both, -m 'dt or rw'"])
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_with_workers_each_stage_is_driven_once_and_the_comparison_is_in_junit(stages: pytest.Pytester) -> None:
     """With two of them, where a stage may be needed by both; the next tests have none."""
     result = stages.runpytest_subprocess("-m", "dt or rw", "-n", "2", "--junitxml=out.xml", "s.xosc")
@@ -79,6 +78,7 @@ def test_alone_it_drives_what_it_compares(stages: pytest.Pytester) -> None:
     assert driven(stages) == ["s-dt", "s-dt-rw-surrogate", "s-rw-surrogate"]
 
 
+@pytest.mark.nightly
 def test_one_that_failed_is_run_again_by_lf(stages: pytest.Pytester) -> None:
     (stages.path / "s.gates.toml").write_text(GATES.format(most=1e-9))
     failed = stages.runpytest_inprocess("-m", "dt or rw", "s.xosc")

@@ -16,7 +16,7 @@ from openscenario.read import read_declarations
 from scenarios import path as shipped
 
 # tests/plugin/test_fuzz_page.py searches in each run of the tests; this second search is a minute of `make nightly`.
-pytestmark = pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="searched by make nightly")
+pytestmark = pytest.mark.nightly
 
 # The stack notices a crossing 10 m before its middle only: soon enough for the nominal pedestrian, not for others.
 TEST = """

@@ -15,7 +15,7 @@ from pytest_dvp import Variant, scenario_variants
 from pytest_dvp.plugin.fixtures import Gate, Run
 from scenarios import path
 
-FEW = settings(max_examples=int(os.environ.get("DVP_VARIANTS", "4")), derandomize=True, database=None)
+FEW = settings(max_examples=int(os.environ.get("DVP_VARIANTS", "2")), derandomize=True, database=None)
 
 SHORT = (
     "amber_close", "cut_in", "cyclist", "emergency_stop", "merging", "occluded_child", "red_ahead", "slope_stop",

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-
 import pytest
 
 from benchmarks.hidden_effects.case import Case
@@ -18,7 +16,7 @@ from vehicle.model.car import make_car
 from vehicle.model.vehicle_model import Inputs, VehicleModel
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_a_delay_taken_for_a_lag_in_town_is_alone_after_the_advised_drive() -> None:
     asked = question(Case("urban", ("steer_delay",), 3, "low", base_seed=3000))
     assert asked is not None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
 
@@ -32,7 +30,7 @@ def told(effects: Effects, drive: Drive = "rich", *, seconds: float = 120.0) -> 
     return diagnose({drive: log}, MODEL)
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_two_hidden_effects_are_named_in_the_order_of_what_they_explain() -> None:
     found = told({**DELAY, **GAIN})
     assert (found.verdict, found.names) == ("NAMED", ("steer_delay", "drive_gain"))

@@ -58,7 +58,8 @@ def test_stepped_time_gives_the_same_bytes_again_and_in_another_process(car: Car
         other.close()
 
 
-@pytest.mark.parametrize("dbc", [SEDAN, *([None] if "DVP_NIGHTLY" in os.environ else [])])
+@pytest.mark.nightly
+@pytest.mark.parametrize("dbc", [SEDAN, None])
 def test_over_can_stepped_time_gives_the_same_bytes_again(dbc: Path | None) -> None:
     pytest.importorskip("cantools")
     from vehicle.wire.can_map import find_map
@@ -131,6 +132,7 @@ def test_a_stopped_car_is_found_out_at_once() -> None:
     assert car.process.returncode == -signal.SIGKILL
 
 
+@pytest.mark.nightly
 def test_a_car_that_hangs_is_given_up_after_the_declared_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(child_process, "is_stopped", lambda pid: False)  # to the harness it only says nothing
     car = surrogate(timeout=0.3)

@@ -68,6 +68,7 @@ def test_a_run_has_a_log_at_100_hz_on_the_harnesss_clock(scenario: Write, cars: 
     assert cars[0].process.returncode is not None  # nothing is left
 
 
+@pytest.mark.nightly
 def test_over_can_it_drives_by_the_wall_clock_too(scenario: Write, cars: list[LiveCarProcess]) -> None:
     """Pedals go out, speed and steering angle come in; motion comes from the reference system as ever."""
     pytest.importorskip("cantools")

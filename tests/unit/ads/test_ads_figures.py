@@ -51,7 +51,9 @@ class TestPerception:
                 for b in boxes[:i]:
                     assert math.hypot(*(a[:2] - b[:2])) > 0.5 * (a[5] + b[5])
 
-    @pytest.mark.parametrize(("part", "error"), [(TrackingPerception, 0.25), (Shifted, 0.8)])
+    @pytest.mark.parametrize(
+        ("part", "error"), [(TrackingPerception, 0.25), pytest.param(Shifted, 0.8, marks=pytest.mark.nightly)]
+    )
     def test_an_error_of_the_detections_is_in_the_figure(self, part, error):
         rows = perception.drive(1, Parameters(), make=part).rows
         rmse = math.sqrt(np.mean(rows[np.isfinite(rows[:, 2]), 2] ** 2))

@@ -86,6 +86,7 @@ def test_an_effect_that_its_drive_never_meets_gains_nothing() -> None:
     assert gain({"steer_angle_limit": {"limit": 0.5}}, "steer_angle_limit", ("urban",), 3, "low") < LEAST_GAIN
 
 
+@pytest.mark.nightly
 def test_an_ablation_hides_all_but_one_of_its_mixture() -> None:
     pair = Case("pair", ("steer_offset", "drive_gain"), 0, "mid")
     without = Case("ablation", pair.names, 0, "mid", off="steer_offset")

@@ -87,6 +87,7 @@ def test_of_two_hidden_effects_both_are_named_and_nothing_else(case: Case) -> No
     assert score.exact(lines[0]), misses(lines)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", OUTSIDE)
 def test_what_no_library_has_is_not_passed_off_as_understood(name: str) -> None:
     lines = asked([next(case for case in strata()["outside"] if case.names == (name,))])

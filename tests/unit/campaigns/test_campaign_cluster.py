@@ -65,13 +65,13 @@ def test_rows_are_those_of_one_process_and_a_dead_worker_loses_none(running: far
 
 def test_neither_a_killed_command_nor_a_killed_scheduler_loses_a_row(running: farm.Farm, tmp_path: Path) -> None:
     running.staffed(2)
-    first = begun(tmp_path, running, 300, "slow")
+    first = begun(tmp_path, running, 150, "slow")
     wait_for(tmp_path, 20)
     first.kill()
     assert first.wait() != 0
-    again = begun(tmp_path, running, 300, "slow")
+    again = begun(tmp_path, running, 150, "slow")
     wait_for(tmp_path, len(rows(tmp_path / "out")) + 20)
     running.restarted()
     running.staffed(1)
     assert again.wait(90.0) == 0
-    assert rows(tmp_path / "out") == expected(tmp_path, 300)
+    assert rows(tmp_path / "out") == expected(tmp_path, 150)

@@ -6,7 +6,6 @@ import csv
 import dataclasses
 import json
 import math
-import os
 from pathlib import Path
 
 import numpy as np
@@ -191,7 +190,7 @@ def test_the_scenario_is_sound_and_plays_the_drive(planned: Path, capsys: pytest
             )
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_the_robot_drives_the_plan_in_the_closed_loop(planned: Path, capsys: pytest.CaptureFixture[str],
                                                       monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
     (scenario,) = (planned / "plan").glob("*.xosc")

@@ -45,6 +45,7 @@ def test_a_delay_that_both_engines_and_another_run_see_is_confirmed() -> None:
     assert effect.depends_on is None
 
 
+@pytest.mark.nightly
 def test_a_value_that_no_car_has_is_provisional() -> None:
     """The usual range of a lever arm ends at 2 m."""
     effect = only(driven("gnss_lever_arm", "x", 2.3, (("y", 0.0),)))
@@ -61,6 +62,7 @@ def test_a_brake_that_fades_is_not_called_weak() -> None:
     assert estimate.value == pytest.approx(6e-4, rel=0.1)
 
 
+@pytest.mark.nightly
 def test_what_no_effect_of_the_catalogue_explains_leaves_no_confirmed_name() -> None:
     """A gust from the side every seven seconds: whatever fits some of that is not what the car has."""
     found = driven("cross_wind", "amplitude", 0.015, (("period", 7.0),))

@@ -62,7 +62,7 @@ def test_it_drives_as_the_same_stack_in_this_process_does(scenario: Write, stack
     assert there["steer_cmd"] == pytest.approx(here["steer_cmd"], abs=2e-3, nan_ok=True)
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_a_stack_that_dies_is_an_error_and_the_next_run_has_a_new_one(scenario: Write, stack: RemoteStack) -> None:
     path = scenario()
     run(path, duration=0.1, ads=stack)

@@ -211,7 +211,7 @@ def test_wind(request, monkeypatch, tmp_path):
 """
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_one_more_line_is_one_more_option(tmp_path: Path) -> None:
     (tmp_path / "test_wind.py").write_text(TRIED)
     alone = {"PYTHONPATH": str(Path(__file__).parents[3]), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}

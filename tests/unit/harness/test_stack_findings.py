@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -61,7 +60,7 @@ def test_what_is_asked_beyond_the_car_is_found_with_field_and_time(
     assert said in next(Path("runs").glob("*/report.html")).read_text()
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_it_is_said_in_a_session_with_workers_and_in_junit(scenario: Write, pytester: pytest.Pytester) -> None:
     path = scenario()
     ads = f"--dvp-ads={path.with_name('wild.py')}:Wild"

@@ -103,6 +103,7 @@ def test_the_log_holds_what_was_measured_and_the_truth_is_in_a_file_of_its_own(r
         assert not truth.objects
 
 
+@pytest.mark.nightly
 def test_a_car_that_dies_is_an_error_with_its_log_so_far(scenario: Write, monkeypatch: pytest.MonkeyPatch) -> None:
     cars: list[process.CarProcess] = []
     start = process.surrogate

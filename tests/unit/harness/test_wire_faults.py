@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -48,7 +47,7 @@ def test_a_fault_is_named_and_its_run_does_not_pass(scenario: Write, fault: str,
     assert result.error is None
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_the_same_fault_gives_the_same_bytes_and_leaves_the_next_run_alone(scenario: Write, tmp_path: Path) -> None:
     path = scenario(*WITH_TARGET)
     logs = []
@@ -61,6 +60,7 @@ def test_the_same_fault_gives_the_same_bytes_and_leaves_the_next_run_alone(scena
     assert logs[0] != logs[1]
 
 
+@pytest.mark.nightly
 def test_a_stopped_car_is_an_error_at_once(scenario: Write) -> None:
     result = drive(scenario(), "stopped@1")
     assert (result.status, result.error) == ("ERROR", "the car's process is stopped (SIGSTOP)")

@@ -39,6 +39,7 @@ def test_page_that_stands_alone_can_be_mailed(make_run: MakeRun) -> None:
     assert len(render_run_report(**make_run()).encode()) < ALONE
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(("seconds", "cars"), [(300.0, 4), (600.0, 6)])
 def test_page_beside_its_library_stays_below_400_kb(make_run: MakeRun, seconds: float, cars: int) -> None:
     run = lengthened(make_run(), seconds, cars)

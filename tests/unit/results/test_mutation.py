@@ -122,6 +122,7 @@ def test_what_was_driven_is_not_driven_again(project: Path, capsys: pytest.Captu
     assert [file.stat().st_mtime_ns for file in whole] == before
 
 
+@pytest.mark.nightly
 def test_the_source_of_the_stack_is_changed_too(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "2", "--cache", "kept", "--json"]
     assert main([*asked, "--fault", "drive_cut_2s", "--source", "cruise.py", "--mutants", "6"]) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from pathlib import Path
 
 import pytest
@@ -152,7 +153,7 @@ def start_of(net: RoadNetwork) -> tuple[str, int, float] | None:
 
 def test_roads_of_public_repositories_are_taken_and_driven(shared_dir: Path) -> None:
     """50 m from the start of the longest lane of each road, along the links; ends of roads end the drive."""
-    files = sorted((shared_dir / "openscenario" / "wild").rglob("*.xodr"))
+    files = sorted((shared_dir / "openscenario" / "wild").rglob("*.xodr"))[:: 1 if "DVP_NIGHTLY" in os.environ else 5]
     judged = driven = 0
     for path in files:
         network, findings = examine_opendrive(path, "lenient")
@@ -171,7 +172,7 @@ def test_roads_of_public_repositories_are_taken_and_driven(shared_dir: Path) -> 
             if not net.dead_end(place):
                 place = net.advance(place, 1.0)
         driven += math.isfinite(net.lane_pose(place.road, place.lane, place.s).x)
-    assert judged > 100
+    assert judged > 20
     assert driven >= WILD * judged
 
 

@@ -104,6 +104,7 @@ def test_when_no_worker_is_left_it_ends_with_one_line(tmp_path: Path, running: f
             list(cluster.worked(bowl.work, {job.key: job}))
 
 
+@pytest.mark.nightly
 def test_drives_are_those_of_one_process_and_their_logs_come_home(address: str, tmp_path: Path) -> None:
     found = []
     for name in ("alone", "cluster"):

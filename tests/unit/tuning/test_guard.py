@@ -43,6 +43,7 @@ def test_a_mass_that_no_car_has_is_reported_with_the_effect_that_explains_it(twi
     assert "is outside 650 to 1100 kg" in found[0].sentence
 
 
+@pytest.mark.nightly
 def test_a_plausible_mass_that_stands_in_for_an_effect_is_reported_too(twin: Path, sluggish: Path) -> None:
     found = find_implausible_values([MASS], {"S.EGO_mass": 730.0}, {"S.EGO_mass": 1000.0}, [sluggish], twin)
     assert [s.why for s in found] == ["stands for"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 from pathlib import Path
 
@@ -77,7 +76,7 @@ def commands(text: str) -> list[list[str]]:
     return [shlex.split(line)[1:] for line in told if line.startswith(("dvp run", "dvp compare"))]
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_the_printed_commands_drive_exactly_what_was_tuned(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """P, S and model of the study, values and seeds of its scenarios: the mean of the runs is that of the trials."""
     (tmp_path / "study.toml").write_text(AS_A_USER_WOULD, encoding="utf-8")
@@ -103,6 +102,7 @@ def test_the_printed_commands_drive_exactly_what_was_tuned(tmp_path: Path, capsy
     assert float(in_table) == pytest.approx(sum(jerks) / 2, rel=1e-5)
 
 
+@pytest.mark.nightly
 def test_of_many_drives_the_worst_are_printed_and_all_are_kept(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -39,7 +38,7 @@ def test_a_users_effect_acts_like_a_built_in_one(tmp_path: Path) -> None:
     assert car.advance(2000)[-1, 5] == pytest.approx(0.5 * 2.0**2 / 2.0, abs=2e-3)
 
 
-@pytest.mark.skipif("DVP_NIGHTLY" not in os.environ, reason="driven by make nightly")
+@pytest.mark.nightly
 def test_a_users_effect_runs_again_in_the_next_process(tmp_path: Path) -> None:
     file = tmp_path / "my_effect.py"
     file.write_text(MINE, encoding="utf-8")

@@ -170,6 +170,7 @@ def test_same_seed_same_bytes_and_another_seed_others() -> None:
     assert drive(7) == drive(7) != drive(8)
 
 
+@pytest.mark.nightly
 def test_same_bytes_in_other_processes_whatever_the_hash_seed() -> None:
     code = f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
     code += "import test_vehicle_twin as t; print(t.drive(7))"
