@@ -50,9 +50,10 @@ def expected(folder: Path, runs: int) -> list[Row]:
     return rows(folder / "local")
 
 
-def wait_for(folder: Path, count: int) -> None:
-    """Until the store holds so many rows."""
+def wait_for(folder: Path, count: int, running: subprocess.Popen[bytes]) -> None:
+    """Until the store of a campaign that runs holds so many rows."""
     while len(rows(folder / "out")) < count:
+        assert running.poll() is None
         time.sleep(0.05)
 
 
@@ -65,13 +66,13 @@ def test_rows_are_those_of_one_process_and_a_dead_worker_loses_none(running: far
 
 def test_neither_a_killed_command_nor_a_killed_scheduler_loses_a_row(running: farm.Farm, tmp_path: Path) -> None:
     running.staffed(2)
-    first = begun(tmp_path, running, 150, "slow")
-    wait_for(tmp_path, 20)
+    first = begun(tmp_path, running, 300, "slow")
+    wait_for(tmp_path, 20, first)
     first.kill()
     assert first.wait() != 0
-    again = begun(tmp_path, running, 150, "slow")
-    wait_for(tmp_path, len(rows(tmp_path / "out")) + 20)
+    again = begun(tmp_path, running, 300, "slow")
+    wait_for(tmp_path, len(rows(tmp_path / "out")) + 20, again)
     running.restarted()
     running.staffed(1)
     assert again.wait(90.0) == 0
-    assert rows(tmp_path / "out") == expected(tmp_path, 150)
+    assert rows(tmp_path / "out") == expected(tmp_path, 300)
