@@ -73,7 +73,7 @@ def test_the_truth_covers_the_catalogue_of_the_car() -> None:
     }
 
 
-@pytest.mark.parametrize("drive", ["rich", "urban"])
+@pytest.mark.parametrize("drive", ["rich", pytest.param("urban", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("name", ["", *CATALOGUE])
 def test_the_kernel_reproduces_the_truth_far_below_its_noise(name: str, drive: str) -> None:
     found = excess(name, drive)

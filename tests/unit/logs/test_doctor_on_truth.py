@@ -49,7 +49,7 @@ def test_an_effect_in_the_middle_of_its_range_is_no_defect(effect: str) -> None:
     assert told(make_log({effect: values}, "rich", seed=2)) == expected
 
 
-@pytest.mark.parametrize("drive", ["rich", "urban"])
+@pytest.mark.parametrize("drive", ["rich", pytest.param("urban", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_dirt_is_found(kind: str, drive: str) -> None:
     found = told(dirty(make_log({}, drive, seed=3), kind, seed=3))  # type: ignore[arg-type]
