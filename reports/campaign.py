@@ -25,9 +25,10 @@ PASS = "#8fa3ad"
 def write_campaign_page(path: str | Path, pages: Sequence[Mapping[str, Any]]) -> None:
     """Write the page; same input, same bytes.
 
-    A page, one for each scenario, holds scenario, summary {runs, verdicts, vacuous, failures}, influence [{name,
-    share}] or None, axes [{name, low, high, nominal}], points [{values, verdict, cluster, objective, label}], clusters
-    [{cluster, count, sentence, file, command, message}], probability {estimate, low, high, runs, failures} or None.
+    A page, one for each scenario, holds scenario, summary {runs, verdicts, vacuous, failures}, influence {dependent,
+    drives, results, rows [{name, cells [(share, error)]}]} or None, axes [{name, low, high, nominal}], points [{values,
+    verdict, cluster, objective, label}], clusters [{cluster, count, sentence, file, command, message}], probability
+    {estimate, low, high, runs, failures} or None.
 
     Raises OSError if the file cannot be written.
     """

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pytest_dvp.campaigns.campaign import Campaign
-from pytest_dvp.campaigns.parameter_influence import influence
+from pytest_dvp.campaigns.parameter_influence import OBJECTIVE, Influence, influence
 from pytest_dvp.campaigns.reproducer import Reproducer
 from pytest_dvp.campaigns.store import EXCLUDED, Row
 from pytest_dvp.campaigns.summary import cluster_name, summary
@@ -22,7 +22,7 @@ def map_page(
     told = influence(campaign.space, rows)
     names = [axis.name for axis in campaign.space.axes]
     if told is not None:
-        names.sort(key=lambda name: -told[name])
+        names.sort(key=lambda name: -told.shares[OBJECTIVE][name][0])
     failed = [row for row in rows if row.failed]
     shown = [
         *[row for row in rows if not row.failed and row.verdict != EXCLUDED][-max(MOST - len(failed), 0) :],
@@ -31,7 +31,7 @@ def map_page(
     return {
         "scenario": str(campaign.space.file),
         "summary": summary(rows),
-        "influence": None if told is None else [{"name": name, "share": told[name]} for name in names],
+        "influence": None if told is None else _influence(told, names),
         "axes": [_axis(campaign, name) for name in names],
         "points": [
             {
@@ -45,6 +45,16 @@ def map_page(
         ],
         "clusters": [each.as_dict() for each in found],
         "probability": probability,
+    }
+
+
+def _influence(told: Influence, names: Sequence[str]) -> dict[str, Any]:
+    """A row for each parameter, a column for each result: share and its standard error."""
+    return {
+        "dependent": told.dependent,
+        "drives": told.drives,
+        "results": list(told.shares),
+        "rows": [{"name": name, "cells": [shares[name] for shares in told.shares.values()]} for name in names],
     }
 
 

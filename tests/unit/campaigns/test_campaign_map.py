@@ -20,7 +20,7 @@ from pytest_dvp.campaigns.one_drive import Drive  # noqa: E402
 from pytest_dvp.campaigns.parameter_influence import influence  # noqa: E402
 from pytest_dvp.campaigns.reproducer import changed_values, reproducers, smallest  # noqa: E402
 from pytest_dvp.campaigns.sampling import sample  # noqa: E402
-from pytest_dvp.campaigns.store import Row, Store  # noqa: E402
+from pytest_dvp.campaigns.store import EXCLUDED, Row, Store  # noqa: E402
 from reports.campaign import render_campaign_page  # noqa: E402
 
 
@@ -75,10 +75,39 @@ def test_the_influence_of_a_linear_objective_is_known(tmp_path: Path) -> None:
         rows = one.rows(sample("sobol", one.space.axes, 256, 7), "sample")
         told = influence(one.space, rows)
         assert told is not None
-        assert [told[name] for name in "abc"] == pytest.approx([0.36, 0.64, 0.0], abs=0.06)
+        assert told.dependent == ""
+        assert list(told.shares) == ["the tightest gate", "gap >= 0"]
+        for shares in told.shares.values():
+            assert [shares[name][0] for name in "abc"] == pytest.approx([0.36, 0.64, 0.0], abs=0.06)
+            assert all(0.0 <= shares[name][1] < 0.06 for name in "abc")
         assert influence(one.space, rows[:20]) is None
         searched = [dataclasses.replace(row, purpose="search") for row in rows]
         assert influence(one.space, searched) is None  # a search lies where it looked
+
+
+def test_where_draws_are_excluded_the_influence_is_shared_by_what_depends_on_each_other(tmp_path: Path) -> None:
+    """The result is a, and b must be below a: b says where a is, so that a part falls to it, and none to c."""
+
+    def work(order: Drive) -> Row:
+        value = {name: float(text) for name, text in order.parameters.items()}
+        row = planted.row(order, value["a"] if value["b"] < value["a"] else None)
+        return row if value["b"] < value["a"] else dataclasses.replace(row, verdict=EXCLUDED, message="b is < a")
+
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store, work, "abc")
+        rows = one.rows(sample("sobol", one.space.axes, 512, 7), "sample")
+        told = influence(one.space, rows)
+        page = render_campaign_page([map_page(one, rows, [], None)])
+        assert influence(one.space, rows[:120]) is None  # 60 or so are left: too few to compare
+    assert told is not None
+    excluded = sum(row.verdict == EXCLUDED for row in rows)
+    assert told.dependent == f"{excluded} of 512 draws are outside the scenario's constraints: b is < a"
+    # b explains Var(E[a|b]) of Var(a): a | b even over b to 1, its mean (1 + b)/2; half of that share falls to b.
+    alone = (1.0 / 18.0 / 4.0) / (1.0 / 18.0)
+    shares = {name: share for name, (share, _) in told.shares["the tightest gate"].items()}
+    assert [shares[name] for name in "abc"] == pytest.approx([1.0 - alone / 2.0, alone / 2.0, 0.0], abs=0.06)
+    assert f"{excluded} of 512 draws are outside" in page
+    assert "Shapley effects" in page
 
 
 def test_the_page_escapes_what_a_file_says_and_loads_nothing(tmp_path: Path) -> None:
