@@ -19,14 +19,14 @@ NEIGHBOURS = 20
 an even sample are off by 0.12: drives that are near in one column of a Sobol sequence are far apart in the others, so
 that their variance is too large by 1/k. With 32 a result that is bent much loses 0.14 among 128 drives."""
 EXACT = 6  # parameters up to which all subsets are asked, 64 of them; beyond, those of PERMUTATIONS orders
-PERMUTATIONS = 16
+PERMUTATIONS = 16  # seconds for eight parameters; shares of a sum of two of them are then off by less than 0.1
 MOST = 600  # drives that are looked at: seconds for six parameters; more drives change a share by a percent or two
 GROUPS = 10  # of a jackknife
 
 
 def first_order(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Share (m, r) of the variance of each result y (n, r) that each column of x (n, m) explains alone, 0 to 1, for
-    independent columns.
+    """Share (m, r), 0 to 1 [-], of the variance of each result y (n, r; any unit) that each column of x (n, m; shares of
+    its distribution [-]) explains alone, for independent columns.
 
     First-order Sobol indices from given data: variance of the mean over bins of one column, less what the noise in the
     bins adds to it. Source: Plischke, Borgonovo, Smith, Global sensitivity measures from given data, European Journal
@@ -45,8 +45,8 @@ def first_order(x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def shapley(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Share (m, r) of the variance of each result y (n, r) that falls to each column of x (n, m), which may depend on
-    each other.
+    """Share (m, r) [-] of the variance of each result y (n, r; any unit) that falls to each column of x (n, m; shares of
+    its distribution [-]), which may depend on each other.
 
     Shapley effects: what a column adds to the variance explained, averaged over all orders in which columns can be
     added; what two of them explain together falls to both. They add up to 1; one below 0 is noise. The columns should
@@ -86,7 +86,8 @@ def shapley(x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def with_error(estimator: Estimator, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The shares (m, r), and the standard error of each (m, r), by leaving out every tenth drive (jackknife)."""
+    """The shares (m, r) [-], and the standard error of each (m, r) [-], by leaving out every tenth drive (jackknife); x
+    and y as the estimator takes them."""
     rows = np.arange(len(y))
     without = np.array([estimator(x[rows % GROUPS != k], y[rows % GROUPS != k]) for k in range(GROUPS)])
     spread = np.sqrt((GROUPS - 1) / GROUPS * ((without - without.mean(axis=0)) ** 2).sum(axis=0))
