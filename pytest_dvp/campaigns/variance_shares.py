@@ -25,8 +25,8 @@ GROUPS = 10  # of a jackknife
 
 
 def first_order(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Share (m, r), 0 to 1 [-], of the variance of each result y (n, r; any unit) that each column of x (n, m; shares of
-    its distribution [-]) explains alone, for independent columns.
+    """Share (m, r), 0 to 1 [-], of the variance of each result y (n, r; any unit) that each column of x (n, m; shares
+    of its distribution [-]) explains alone, for independent columns.
 
     First-order Sobol indices from given data: variance of the mean over bins of one column, less what the noise in the
     bins adds to it. Source: Plischke, Borgonovo, Smith, Global sensitivity measures from given data, European Journal
@@ -45,8 +45,8 @@ def first_order(x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def shapley(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Share (m, r) [-] of the variance of each result y (n, r; any unit) that falls to each column of x (n, m; shares of
-    its distribution [-]), which may depend on each other.
+    """Share (m, r) [-] of the variance of each result y (n, r; any unit) that falls to each column of x (n, m; shares
+    of its distribution [-]), which may depend on each other.
 
     Shapley effects: what a column adds to the variance explained, averaged over all orders in which columns can be
     added; what two of them explain together falls to both. They add up to 1; one below 0 is noise. The columns should
