@@ -28,7 +28,7 @@ def write_campaign_page(path: str | Path, pages: Sequence[Mapping[str, Any]]) ->
     A page, one for each scenario, holds scenario, summary {runs, verdicts, vacuous, failures}, influence {dependent,
     drives, results, rows [{name, cells [(share, error)]}]} or None, axes [{name, low, high, nominal}], points [{values,
     verdict, cluster, objective, label}], clusters [{cluster, count, sentence, file, command, message}], probability
-    {estimate, low, high, runs, failures} or None.
+    {estimate, low, high, runs, failures} or None, tried [sentences].
 
     Raises OSError if the file cannot be written.
     """

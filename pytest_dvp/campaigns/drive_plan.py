@@ -102,14 +102,18 @@ def _map(campaigns: Sequence[Campaign], folder: Path, say: Tell) -> None:
     """Shrink one failure of each kind, and write the map."""
     from pytest_dvp.campaigns.map_page import PAGE, map_page
     from pytest_dvp.campaigns.reproducer import reproducers
+    from pytest_dvp.campaigns.space_coverage import coverage
     from reports.campaign import write_campaign_page
 
     pages = []
     for campaign in campaigns:
         rows = [row for row in campaign.store.rows([campaign.base]) if row.purpose != SHRINKING]
+        tried = coverage(campaign.space, rows)
+        campaign.store.tell(f"coverage {campaign.base}", None if tried is None else tried.as_dict())
         found = reproducers(campaign, rows)
         for each in found:
             say(f"{each.sentence()}\n  replay: {each.command}")
-        pages.append(map_page(campaign, rows, found, campaign.store.told(f"probability {campaign.base}")))
+        probability = campaign.store.told(f"probability {campaign.base}")
+        pages.append(map_page(campaign, rows, found, probability, () if tried is None else tried.sentences()))
     write_campaign_page(folder / PAGE, pages)
     say(f"map: {folder / PAGE}")

@@ -8,22 +8,27 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from pytest_dvp.campaigns.regression_set import CASES, FOLDER, regression_set, write_regression_set
 from pytest_dvp.campaigns.store import Row, StoreError
 from reports.whole_file import write_whole
 
-KINDS = {"csv": "runs.csv", "junit": "junit.xml", "parquet": "runs.parquet"}
+KINDS = {"csv": "runs.csv", "junit": "junit.xml", "parquet": "runs.parquet", "regression": FOLDER}
 _FIXED = ("key", "scenario", "seed", "verdict", "objective", "gate", "object", "vacuous", "purpose", "cpu", "commit_id",
           "log")  # fmt: skip
 
 
-def export(rows: Sequence[Row], kind: str, folder: Path) -> Path:
-    """Write the drives into the campaign's folder as one of KINDS; returns the file.
+def export(rows: Sequence[Row], kind: str, folder: Path, cases: int = CASES) -> list[Path]:
+    """Write the drives into the campaign's folder as one of KINDS; returns the files: one, or one for each scenario of
+    a regression set of so many `cases`.
 
     Columns are the fixed ones, then `parameter.NAME`, `margin.GATE` and `metric.NAME`.
 
-    Raises StoreError for parquet without pyarrow; WriteError if the file cannot be written.
+    Raises StoreError for parquet without pyarrow, and for a set of a scenario that is no longer there; WriteError if a
+    file cannot be written.
     """
     target = folder / KINDS[kind]
+    if kind == "regression":
+        return [write_regression_set(each, target) for each in _sets(rows, cases)]
     if kind == "junit":
         data = _junit(rows)
     elif kind == "csv":
@@ -31,7 +36,21 @@ def export(rows: Sequence[Row], kind: str, folder: Path) -> Path:
     else:
         data = _parquet(_table(rows))
     write_whole(target, data)
-    return target
+    return [target]
+
+
+def _sets(rows: Sequence[Row], cases: int) -> list[list[Row]]:
+    """A regression set of each scenario."""
+    found = []
+    for scenario in sorted({row.scenario for row in rows}):
+        if not Path(scenario).is_file():
+            raise StoreError(f"--export regression: {scenario}: no such file; the set refers to it")
+        chosen = regression_set([row for row in rows if row.scenario == scenario], cases)
+        if chosen:
+            found.append(chosen)
+    if not found:
+        raise StoreError("--export regression: no drive of the campaign was judged")
+    return found
 
 
 def _table(rows: Sequence[Row]) -> dict[str, list[Any]]:

@@ -16,9 +16,10 @@ MOST = 3000  # drives that are drawn: all failures, and the newest of the others
 
 
 def map_page(
-    campaign: Campaign, rows: Sequence[Row], found: Sequence[Reproducer], probability: dict[str, Any] | None
-) -> dict[str, Any]:
-    """What `reports.campaign.write_campaign_page` takes, for one scenario."""
+    campaign: Campaign, rows: Sequence[Row], found: Sequence[Reproducer], probability: dict[str, Any] | None,
+    tried: Sequence[str] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """What `reports.campaign.write_campaign_page` takes, for one scenario. `tried`: sentences on the coverage."""
     told = influence(campaign.space, rows)
     names = [axis.name for axis in campaign.space.axes]
     if told is not None:
@@ -45,6 +46,7 @@ def map_page(
         ],
         "clusters": [each.as_dict() for each in found],
         "probability": probability,
+        "tried": list(tried),
     }
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from pytest_dvp.campaigns.failure_probability import Probability
+from pytest_dvp.campaigns.space_coverage import Coverage, Gap
 from pytest_dvp.campaigns.store import EXCLUDED, Row, Store
 
 SHOWN = 5  # failures and nearest passes that the text lists
@@ -24,11 +25,11 @@ def current_rows(store: Store) -> list[Row]:
     return store.rows(bases) if isinstance(bases, list) and bases else store.rows()
 
 
-def probabilities(store: Store) -> dict[str, dict[str, Any]]:
-    """The probability of failure that was measured last, by scenario; of those for which one was."""
+def told_of_each(store: Store, what: str) -> dict[str, dict[str, Any]]:
+    """What was found last by scenario, of those for which it was: the "probability" of failure, the "coverage"."""
     found = {}
     for base in store.told(CURRENT) or ():
-        rows, plain = store.rows([base]), store.told(f"probability {base}")
+        rows, plain = store.rows([base]), store.told(f"{what} {base}")
         if plain is not None and rows:
             found[rows[0].scenario] = plain
     return found
@@ -82,6 +83,9 @@ def summary_text(found: dict[str, Any]) -> str:
         lines.append(f"    {each['objective']:8.3f}  {each['verdict']:<5} {each['gate']}  {values}")
     for scenario, plain in found.get("probability", {}).items():
         lines.append(f"  {scenario}: {Probability(**plain).text()}")
+    for scenario, plain in found.get("coverage", {}).items():
+        told = Coverage(**{**plain, "gaps": tuple(Gap(**gap) for gap in plain["gaps"])})
+        lines += [f"  {scenario}: {sentence}" for sentence in told.sentences()]
     if found.get("probability"):
         lines.append("  (under the declared distributions; the error of the twin itself is not in it)")
     if found["runs_a_cpu_minute"] is not None:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from pytest_dvp.campaigns.campaign import KEEP
 from pytest_dvp.campaigns.export import KINDS
 from pytest_dvp.campaigns.plan import HYPOTHESIS, METHODS, RARE, RUNS
+from pytest_dvp.campaigns.regression_set import CASES
 from pytest_dvp.campaigns.sampling import SAMPLES
 from pytest_dvp.campaigns.store import StoreError, is_campaign
 from pytest_dvp.cli.shared.arguments import WrongArgument, add_json, add_settings, settings_from
@@ -72,6 +73,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--status", action="store_true", help="print what a campaign found so far; drive nothing")
     parser.add_argument("--export", metavar="KIND", help=f"write the runs of a campaign: {', '.join(sorted(KINDS))}")
     parser.add_argument(
+        "--cases", type=int, metavar="N", default=CASES,
+        help=f"of --export regression: number of drives that stand for the campaign; default: {CASES}",
+    )  # fmt: skip
+    parser.add_argument(
         "--baseline", metavar="DIR",
         help="campaign of an earlier state: its variants are driven in place of new ones, and what fails now is told",
     )  # fmt: skip
@@ -96,6 +101,8 @@ def execute(arguments: argparse.Namespace) -> int:
     """
     if arguments.export is not None and arguments.export not in KINDS:
         raise SettingError(f"--export: {unknown('value', arguments.export, tuple(sorted(KINDS)))}")
+    if arguments.cases < 1:
+        raise SettingError(f"--cases is {arguments.cases}, expected a whole number >= 1")
     if arguments.method not in METHODS:
         raise SettingError(f"--method: {unknown('value', arguments.method, METHODS)}")
     if arguments.merge:
@@ -121,7 +128,8 @@ def _read(arguments: argparse.Namespace) -> int:
     try:
         with Store(folder) as store:
             if arguments.export:
-                print(export(current_rows(store), arguments.export, folder))
+                for file in export(current_rows(store), arguments.export, folder, arguments.cases):
+                    print(file)
             elif arguments.baseline:
                 return _compare(store, arguments)
             else:
@@ -236,11 +244,12 @@ def _compare(store: Store, arguments: argparse.Namespace) -> int:
 
 
 def _say(store: Store, as_json: bool) -> None:
-    from pytest_dvp.campaigns.summary import current_rows, probabilities, summary, summary_text
+    from pytest_dvp.campaigns.summary import current_rows, summary, summary_text, told_of_each
 
     rows = current_rows(store)
     found: dict[str, Any] = summary(rows, len(store.rows()) - len(rows))
-    found["probability"] = probabilities(store)
+    found["probability"] = told_of_each(store, "probability")
+    found["coverage"] = told_of_each(store, "coverage")
     if as_json:
         print(json.dumps(finite(found), ensure_ascii=False, allow_nan=False))
     else:

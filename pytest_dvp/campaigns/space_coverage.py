@@ -1,0 +1,134 @@
+"""How much of the space of a campaign was tried, and where nothing was: is it tested enough?"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from pytest_dvp.campaigns.cases import excluded_by
+from pytest_dvp.campaigns.parameter_space import Space
+from pytest_dvp.campaigns.sampling import sobol
+from pytest_dvp.campaigns.store import EXCLUDED, Row
+from pytest_dvp.campaigns.variance_shares import FloatArray
+
+PARTS = 10  # of a range: a tenth is what a person takes for "about the same value"; a list has its own values
+LEAST = 10  # drives below which a share says nothing
+CANDIDATES = 4096  # points of the space of which the emptiest are looked for; a gap is known to some percent of a range
+SHOWN = 3  # gaps
+
+
+@dataclasses.dataclass(frozen=True)
+class Gap:
+    """A place where nothing was driven: values, and how far [share of every range, 0 to 1] it is to the next drive in
+    the parameter in which they differ most."""
+
+    values: dict[str, str]
+    radius: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Coverage:
+    """What was tried of a space.
+
+    drives      how many were driven
+    tried       shares 0 to 1 of all combinations of parts of the ranges: of single parameters, pairs, triples
+    unevenness  centred L2 discrepancy, squared, over what as many independent draws have on average: below 1 is more
+                even, above 1 less; None where an axis is a list
+    gaps        the emptiest places within the scenario's constraints, the largest first
+    """
+
+    drives: int
+    tried: tuple[float, ...]
+    unevenness: float | None
+    gaps: tuple[Gap, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return dataclasses.asdict(self)
+
+    def sentences(self) -> list[str]:
+        """What a person wants to know, a sentence each."""
+        names = ("single values", "pairs", "triples")
+        tried = ", ".join(f"{100.0 * share:.0f} % of {name}" for share, name in zip(self.tried, names, strict=False))
+        found = [f"tried, with each range in {PARTS} parts: {tried}"]
+        if self.unevenness is not None:
+            found.append(f"unevenness {self.unevenness:.2g}: independent draws have 1 on average, even ones less")
+        for gap in self.gaps:
+            where = ", ".join(f"{name}={value}" for name, value in gap.values.items())
+            found.append(f"no drive has all parameters within {100.0 * gap.radius:.0f} % of their ranges of {where}")
+        return found
+
+
+def coverage(space: Space, rows: Sequence[Row], seed: int = 0) -> Coverage | None:
+    """What the rows of a campaign have tried of its space; None below LEAST drives.
+
+    A combination that only draws outside the scenario's constraints met is not counted as missing. Source of the
+    shares: total t-way coverage, Kuhn, Mendoza, Kacker, Lei, Combinatorial coverage measurement concepts and
+    applications, IEEE ICSTW 2013. Of the discrepancy: Hickernell, Math. Comp. 67 (1998).
+    """
+    driven = [row for row in rows if row.verdict != EXCLUDED]
+    if len(driven) < LEAST:
+        return None
+    points = np.array([[axis.share_of(row.parameters) for axis in space.axes] for row in driven])
+    outside = np.array(
+        [[axis.share_of(row.parameters) for axis in space.axes] for row in rows if row.verdict == EXCLUDED]
+    )
+    parts = [min(axis.count or PARTS, PARTS) for axis in space.axes]
+    size = len(parts)
+    tried = tuple(_tried(points, outside, parts, many) for many in range(1, min(size, 3) + 1))
+    plain = all(axis.count is None for axis in space.axes) and not len(outside)
+    return Coverage(len(driven), tried, _unevenness(points) if plain else None, _gaps(space, points, seed))
+
+
+def _shares(space: Space, rows: Sequence[Row]) -> FloatArray:
+    """Where drives lie, as the share of each axis (n, m)."""
+    return np.array([[axis.share_of(row.parameters) for axis in space.axes] for row in rows], dtype=float)
+
+
+def _cells(points: FloatArray, parts: Sequence[int], axes: Sequence[int]) -> set[tuple[int, ...]]:
+    """The combinations of parts of some axes that points (n, m) lie in."""
+    if not len(points):
+        return set()
+    columns = [np.minimum((points[:, k] * parts[k]).astype(int), parts[k] - 1).tolist() for k in axes]
+    return set(zip(*columns, strict=True))
+
+
+def _tried(points: FloatArray, outside: FloatArray, parts: Sequence[int], many: int) -> float:
+    met = every = 0
+    for axes in itertools.combinations(range(len(parts)), many):
+        here = _cells(points, parts, axes)
+        met += len(here)
+        every += int(np.prod([parts[k] for k in axes])) - len(_cells(outside, parts, axes) - here)
+    return met / max(every, 1)
+
+
+def _unevenness(points: FloatArray) -> float:
+    from scipy.stats import qmc
+
+    n, size = points.shape
+    expected = ((5.0 / 4.0) ** size - (13.0 / 12.0) ** size) / n
+    return float(qmc.discrepancy(np.clip(points, 0.0, 1.0), method="CD") / expected)
+
+
+def _gaps(space: Space, points: FloatArray, seed: int) -> tuple[Gap, ...]:
+    """The emptiest places, each at least its own radius from those before."""
+    candidates = np.array(sobol(len(space.axes), CANDIDATES, seed))
+    away = np.asarray(cKDTree(points).query(candidates, p=np.inf)[0], dtype=float)
+    found: list[Gap] = []
+    taken: list[FloatArray] = []
+    for k in np.argsort(-away, kind="stable"):
+        if any(np.abs(candidates[k] - each).max() < away[k] for each in taken):
+            continue
+        values = space.values(tuple(float(share) for share in candidates[k]))
+        if excluded_by(space.scenario, values):
+            continue
+        taken.append(candidates[k])
+        found.append(Gap(values, float(away[k])))
+        if len(found) == SHOWN:
+            break
+    return tuple(found)
