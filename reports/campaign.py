@@ -20,6 +20,8 @@ PLOTS = 15  # pairs of parameters that are drawn: all of six
 SIZE, LEFT, LOW = 230.0, 46.0, 34.0  # px: side of a plot, and room for its axes
 COLOURS = ("#c24a00", "#a2437c", "#0072b2", "#e69f00", "#56b4e9", "#8a6100", "#d55e00", "#009e73")
 PASS = "#8fa3ad"
+FAILS = "#c24a00"  # behind the points, at 0.35 of its strength where a failure is sure
+FAINT = 0.05  # probability of a failure below which nothing is shaded
 
 
 def write_campaign_page(path: str | Path, pages: Sequence[Mapping[str, Any]]) -> None:
@@ -28,7 +30,8 @@ def write_campaign_page(path: str | Path, pages: Sequence[Mapping[str, Any]]) ->
     A page, one for each scenario, holds scenario, summary {runs, verdicts, vacuous, failures}, influence {dependent,
     drives, results, rows [{name, cells [(share, error)]}]} or None, axes [{name, low, high, nominal}], points [{values,
     verdict, cluster, objective, label}], clusters [{cluster, count, sentence, file, command, message}], probability
-    {estimate, low, high, runs, failures} or None, tried [sentences].
+    {estimate, low, high, runs, failures} or None, tried [sentences],
+    boundary {right, slices} or None: how often a guess was right, and for each pair of axes rows of probabilities.
 
     Raises OSError if the file cannot be written.
     """
@@ -42,13 +45,18 @@ def render_campaign_page(pages: Sequence[Mapping[str, Any]]) -> str:
         names = list(page["summary"]["failures"])
         colours = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(names)}
         pairs = list(itertools.combinations(range(len(page["axes"])), 2))[:PLOTS]
-        drawn.append({**page, "colours": colours, "plots": [_plot(page, i, j, colours) for i, j in pairs]})
+        slices = page["boundary"]["slices"] if page.get("boundary") else [None] * len(pairs)
+        plots = [_plot(page, i, j, colours, shaded) for (i, j), shaded in zip(pairs, slices, strict=False)]
+        drawn.append({**page, "colours": colours, "plots": plots})
     text: str = _template().render(pages=drawn, style=Markup(asset("run.css") + asset("campaign.css")), grey=PASS)
     return text
 
 
-def _plot(page: Mapping[str, Any], i: int, j: int, colours: Mapping[str, str]) -> Markup:
-    """One parameter over another: a point for each drive, failures on top, the nominal values as a cross of lines."""
+def _plot(
+    page: Mapping[str, Any], i: int, j: int, colours: Mapping[str, str], shaded: Sequence[Sequence[float]] | None
+) -> Markup:
+    """One parameter over another: a point for each drive, failures on top, the nominal values as a cross of lines;
+    behind them, how likely a failure is where the other parameters are nominal."""
     across, up = page["axes"][i], page["axes"][j]
 
     def x(value: float) -> float:
@@ -58,6 +66,13 @@ def _plot(page: Mapping[str, Any], i: int, j: int, colours: Mapping[str, str]) -
         return SIZE * (1.0 - _share(up, value)) + 6.0
 
     parts = [Markup('<rect class="area" x="{}" y="6" width="{}" height="{}"/>').format(LEFT, SIZE, SIZE)]
+    for row, shares in enumerate(shaded or ()):
+        cell = SIZE / len(shares)
+        for column, share in enumerate(shares):
+            if share >= FAINT:
+                parts.append(Markup('<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="{}" '
+                                    'fill-opacity="{:.2f}"/>').format(
+                    LEFT + column * cell, SIZE + 6.0 - (row + 1) * cell, cell, cell, FAILS, 0.35 * share))  # fmt: skip
     parts.append(Markup('<line class="nominal" x1="{0:.1f}" x2="{0:.1f}" y1="6" y2="{1}"/>').format(
         x(across["nominal"]), SIZE + 6.0))  # fmt: skip
     parts.append(Markup('<line class="nominal" y1="{0:.1f}" y2="{0:.1f}" x1="{1}" x2="{2}"/>').format(

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from pytest_dvp.campaigns.campaign import Campaign, Crew
+from pytest_dvp.campaigns.failure_boundary import BOUNDARY, refine_boundary
 from pytest_dvp.campaigns.parameter_space import Space
 from pytest_dvp.campaigns.plan import HYPOTHESIS, RARE, Plan
 from pytest_dvp.campaigns.sampling import SAMPLES, sample
@@ -69,6 +70,9 @@ def _fill(campaign: Campaign, plan: Plan, seed: int) -> None:
         from pytest_dvp.campaigns.hypothesis_search import search_by_hypothesis
 
         search_by_hypothesis(campaign, plan.runs, seed)
+        return
+    if plan.method == BOUNDARY:
+        refine_boundary(campaign, plan.runs, seed)
         return
     if plan.method not in SAMPLES:
         from pytest_dvp.campaigns.critical_search import search

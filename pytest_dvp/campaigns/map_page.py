@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from pytest_dvp.campaigns.campaign import Campaign
+from pytest_dvp.campaigns.failure_boundary import boundary_of
 from pytest_dvp.campaigns.parameter_influence import OBJECTIVE, Influence, influence
 from pytest_dvp.campaigns.reproducer import Reproducer
 from pytest_dvp.campaigns.store import EXCLUDED, Row
 from pytest_dvp.campaigns.summary import cluster_name, summary
 
 PAGE = "map.html"
+SHADED = 20  # cells of a plot in each direction that are shaded: 5 % of a range, as fine as the eye asks for
 MOST = 3000  # drives that are drawn: all failures, and the newest of the others
 
 
@@ -45,9 +50,36 @@ def map_page(
             for row in shown
         ],
         "clusters": [each.as_dict() for each in found],
+        "boundary": _boundary(campaign, rows, names),
         "probability": probability,
         "tried": list(tried),
     }
+
+
+def _boundary(campaign: Campaign, rows: Sequence[Row], names: Sequence[str]) -> dict[str, Any] | None:
+    """For each pair of parameters, in the order of the plots, how likely a failure is where the others are nominal:
+    SHADED rows of SHADED cells, the first row at the lowest values; and how often such a guess was right."""
+    space = campaign.space
+    found = boundary_of(space, [row for row in rows if row.verdict != EXCLUDED])
+    if found is None:
+        return None
+    index = {axis.name: k for k, axis in enumerate(space.axes)}
+    slices = []
+    for across, up in itertools.combinations(names, 2):
+        at = np.tile(np.array(space.nominal_shares, dtype=float), (SHADED * SHADED, 1))
+        at[:, index[across]] = np.tile(_cells(campaign, across), SHADED)
+        at[:, index[up]] = np.repeat(_cells(campaign, up), SHADED)
+        slices.append(found.fails(at).reshape(SHADED, SHADED).round(2).tolist())
+    return {"right": found.right, "slices": slices}
+
+
+def _cells(campaign: Campaign, name: str) -> list[float]:
+    """Shares of an axis at the middles of SHADED equal steps of its plot."""
+    axis, ends = next(axis for axis in campaign.space.axes if axis.name == name), _axis(campaign, name)
+    middles = [ends["low"] + (k + 0.5) / SHADED * (ends["high"] - ends["low"]) for k in range(SHADED)]
+    if axis.count is not None or name not in axis.nominal:
+        return [(k + 0.5) / SHADED for k in range(SHADED)]
+    return [axis.share_of({**axis.nominal, name: repr(value)}) for value in middles]
 
 
 def _influence(told: Influence, names: Sequence[str]) -> dict[str, Any]:

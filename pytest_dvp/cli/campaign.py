@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.campaigns.campaign import KEEP
 from pytest_dvp.campaigns.export import KINDS
+from pytest_dvp.campaigns.failure_boundary import BOUNDARY
 from pytest_dvp.campaigns.plan import HYPOTHESIS, METHODS, RARE, RUNS
 from pytest_dvp.campaigns.regression_set import CASES
 from pytest_dvp.campaigns.sampling import SAMPLES
@@ -57,7 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method", metavar="NAME", default="sobol",
         help=f"how points are chosen: evenly ({', '.join(SAMPLES)}), or by a search for failures "
-        f"({', '.join((*search_names(), HYPOTHESIS))}), or {RARE}, which measures a small probability of failure; "
+        f"({', '.join((*search_names(), HYPOTHESIS))}), or where passing ends ({BOUNDARY}), or {RARE}, which measures "
+        "a small probability of failure; "
         "default: sobol",
     )  # fmt: skip
     parser.add_argument("--runs", type=int, metavar="N", default=RUNS, help=f"number of drives; default: {RUNS}")

@@ -110,6 +110,27 @@ def test_where_draws_are_excluded_the_influence_is_shared_by_what_depends_on_eac
     assert "Shapley effects" in page
 
 
+def test_the_page_shades_where_a_failure_is_likely_and_says_how_sure_that_is(tmp_path: Path) -> None:
+    """Fails where a > 0.7 for any b: three tenths of the only plot, none of it on the left."""
+
+    def work(order: Drive) -> Row:
+        return planted.row(order, 0.7 - float(order.parameters["a"]))
+
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store, work)
+        rows = one.rows(sample("sobol", one.space.axes, 64, 7), "sample")
+        plain = map_page(one, rows, [], None)
+        page = render_campaign_page([plain])
+        assert map_page(one, rows[:10], [], None)["boundary"] is None
+    assert [axis["name"] for axis in plain["axes"]] == ["a", "b"]
+    (cells,) = plain["boundary"]["slices"]
+    assert np.mean(cells, axis=0) == pytest.approx([0.0] * 13 + [0.05] + [1.0] * 6, abs=0.5)
+    assert np.mean(cells) == pytest.approx(0.3, abs=0.03)
+    assert plain["boundary"]["right"] > 0.95
+    assert page.count('fill-opacity="0.35"') > 100
+    assert f"{100 * plain['boundary']['right']:.0f} % were put on the right side" in page
+
+
 def test_the_page_escapes_what_a_file_says_and_loads_nothing(tmp_path: Path) -> None:
     def work(order: Drive) -> Row:
         return dataclasses.replace(planted.corner(order), message="<script>alert(1)</script>")
