@@ -20,10 +20,10 @@ EVEN = 0.3  # of the budget for the even sample that comes first: what it has no
 DOUBT = 1.96  # standard deviations by which a point may lie on the other side
 CLIPPED = 1.0  # objectives beyond this say no more of where 0 is: as far as a bound that is not used at all
 LEAST = 20  # judged drives, with at least LEAST_EACH of each kind, below which no boundary is told
-LEAST_EACH = 3
+LEAST_EACH = 3  # with one or two, leaving a drive out leaves nothing to guess from
 MOST = 400  # drives that the guess rests on, those with the smallest objectives and the newest: it costs their cube
 NEAR = 0.05  # share of a range: how far candidates lie from the drives that are nearest to the boundary
-FOLDS = 5
+FOLDS = 5  # of the cross-validation: each guess rests on four fifths of the drives
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Boundary:
     right: float
 
     def fails(self, tried: FloatArray) -> FloatArray:
-        """Probability (m,) of a failure at shares (m, d) of the axes, as far as the process is right."""
+        """Probability (m,) [-] of a failure at shares (m, d) [-] of the axes, as far as the process is right."""
         mean, deviation = predicted(self.at, self.objectives, tried, self.length)
         return np.asarray(norm.cdf(-mean / np.maximum(deviation, 1e-9)))
 
