@@ -31,7 +31,8 @@ def write_campaign_page(path: str | Path, pages: Sequence[Mapping[str, Any]]) ->
     drives, results, rows [{name, cells [(share, error)]}]} or None, axes [{name, low, high, nominal}], points [{values,
     verdict, cluster, objective, label}], clusters [{cluster, count, sentence, file, command, message}], probability
     {estimate, low, high, runs, failures} or None, tried [sentences],
-    boundary {right, slices} or None: how often a guess was right, and for each pair of axes rows of probabilities.
+    boundary {right, rarer, slices} or None: how often a guess was right, how many drives are of the rarer kind, and
+    for each pair of axes rows of probabilities, [] where the guess tells too little.
 
     Raises OSError if the file cannot be written.
     """
@@ -45,7 +46,7 @@ def render_campaign_page(pages: Sequence[Mapping[str, Any]]) -> str:
         names = list(page["summary"]["failures"])
         colours = {name: COLOURS[k % len(COLOURS)] for k, name in enumerate(names)}
         pairs = list(itertools.combinations(range(len(page["axes"])), 2))[:PLOTS]
-        slices = page["boundary"]["slices"] if page.get("boundary") else [None] * len(pairs)
+        slices = (page["boundary"]["slices"] if page.get("boundary") else None) or [None] * len(pairs)
         plots = [_plot(page, i, j, colours, shaded) for (i, j), shaded in zip(pairs, slices, strict=False)]
         drawn.append({**page, "colours": colours, "plots": plots})
     text: str = _template().render(pages=drawn, style=Markup(asset("run.css") + asset("campaign.css")), grey=PASS)

@@ -58,11 +58,15 @@ def map_page(
 
 def _boundary(campaign: Campaign, rows: Sequence[Row], names: Sequence[str]) -> dict[str, Any] | None:
     """For each pair of parameters, in the order of the plots, how likely a failure is where the others are nominal:
-    SHADED rows of SHADED cells, the first row at the lowest values; and how often such a guess was right."""
+    SHADED rows of SHADED cells, the first row at the lowest values; none where the guess tells too little. And how
+    often such a guess was right."""
     space = campaign.space
     found = boundary_of(space, [row for row in rows if row.verdict != EXCLUDED])
     if found is None:
         return None
+    told = {"right": found.right, "rarer": found.rarer}
+    if not found.tells:
+        return {**told, "slices": []}
     index = {axis.name: k for k, axis in enumerate(space.axes)}
     slices = []
     for across, up in itertools.combinations(names, 2):
@@ -70,7 +74,7 @@ def _boundary(campaign: Campaign, rows: Sequence[Row], names: Sequence[str]) -> 
         at[:, index[across]] = np.tile(_cells(campaign, across), SHADED)
         at[:, index[up]] = np.repeat(_cells(campaign, up), SHADED)
         slices.append(found.fails(at).reshape(SHADED, SHADED).round(2).tolist())
-    return {"right": found.right, "slices": slices}
+    return {**told, "slices": slices}
 
 
 def _cells(campaign: Campaign, name: str) -> list[float]:

@@ -12,7 +12,7 @@ import pytest
 sys.path[:0] = [str(Path(__file__).parent)]
 import planted  # noqa: E402
 
-from pytest_dvp.campaigns.failure_boundary import boundary_of, refine_boundary  # noqa: E402
+from pytest_dvp.campaigns.failure_boundary import Boundary, boundary_of, refine_boundary  # noqa: E402
 from pytest_dvp.campaigns.one_drive import Drive  # noqa: E402
 from pytest_dvp.campaigns.sampling import sample  # noqa: E402
 from pytest_dvp.campaigns.store import Row, Store  # noqa: E402
@@ -48,6 +48,7 @@ def wrong_share(folder: Path, shape: Shape, refined: bool, count: int = 60) -> f
         assert len({row.key for row in rows}) == count
         found = boundary_of(one.space, rows)
     assert found is not None
+    assert found.tells
     a, b = (each.ravel() for each in np.meshgrid(np.linspace(0.005, 0.995, 100), np.linspace(0.005, 0.995, 100)))
     return float(((found.fails(np.array([a, b]).T) > 0.5) != (shape(a, b) < 0.0)).mean())
 
@@ -71,6 +72,12 @@ def test_how_often_the_guess_is_right_is_told_from_drives_that_were_left_out(tmp
         found = boundary_of(one.space, one.rows(sample("random", one.space.axes, 120, 3), "sample"))
     assert found is not None
     assert 0.3 < found.right < 0.7
+    assert not found.tells
+
+
+@pytest.mark.parametrize(("right", "tells"), [(0.86, True), (0.84, False)])
+def test_a_guess_that_is_wrong_half_as_often_as_none_is_shown(right: float, tells: bool) -> None:
+    assert Boundary(np.zeros((1, 1)), np.zeros(1), 0.1, right, 0.3).tells == tells
 
 
 def hash_of(parameters: dict[str, str]) -> int:
