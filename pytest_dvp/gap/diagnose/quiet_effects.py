@@ -10,7 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf, isfinite, sqrt
 
-from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, sizes
+import numpy as np
+
+from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, Candidate, sizes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.held_out import Fold
@@ -21,6 +23,7 @@ from pytest_dvp.gap.diagnose.trial import Trial
 
 EVIDENT = 20.0  # standard deviations: on 20 drives of matched twins with nothing new, no effect that went beyond what
 # the remainder imitates reached 17 on both of two drives; six small biases reached 24 and more
+STEP = 20.0  # m between places that are asked: below the length of a hill that a car feels for a second
 _TRIED = 3  # effects, the best to first order, that are fitted
 
 
@@ -35,8 +38,14 @@ def quiet(search: Search, base: Trial) -> Trial | None:
             options = look.remaining_chi2(candidate, candidate.coarse)
             if options:
                 ranking.append(min(((left, candidate.name, point) for left, point in options), key=lambda o: o[:2]))
+    ranking = sorted(ranking, key=lambda o: o[:2])[:_TRIED]
+    for candidate in search.refiners.values():
+        if _is_placed(candidate):  # what a hill gains at a place nearby says little of what it gains where it is
+            options = look.remaining_chi2(candidate, along_the_way(search, candidate))
+            first = sorted(options, key=lambda o: o[0])[:_TRIED]
+            ranking += [(left, candidate.name, point) for left, point in first]
     found = []
-    for _, name, point in sorted(ranking, key=lambda o: o[:2])[:_TRIED]:
+    for _, name, point in ranking:
         trial = search.trial((*base.names, name), base.values | point, target=lasting)
         if search.is_credible(trial, name, lasting) and is_evident(search, trial.values, name, lasting):
             found.append(trial)
@@ -44,6 +53,28 @@ def quiet(search: Search, base: Trial) -> Trial | None:
         return None
     best = min(found, key=lambda trial: trial.chi2)
     return search.trial(best.names, best.values)
+
+
+def _is_placed(candidate: Candidate) -> bool:
+    """True for what lies at a place of the map. A remainder of the car comes and goes wherever it drives."""
+    return any(quantity == "place" for _, quantity in candidate.effect.diagnosed.seen_as)
+
+
+def along_the_way(search: Search, candidate: Candidate) -> list[dict[tuple[str, str], float]]:
+    """Points of an effect that lies somewhere: at each place that the logs pass, STEP apart, with the other values that
+    the candidate's own points have. A grid of the whole map with few points misses a hill of 25 m."""
+    places = set()
+    for each in search.target.experiments:
+        x, y = each.log.columns["x"], each.log.columns["y"]
+        places |= set(zip(np.round(x / STEP).tolist(), np.round(y / STEP).tolist(), strict=True))
+    here, there = ((candidate.name, key) for key in ("x", "y"))
+    others = {tuple(sorted((k, v) for k, v in point.items() if k not in (here, there))) for point in candidate.points}
+    return [
+        {**dict(other), here: x * STEP, there: y * STEP}
+        for x, y in sorted(places)
+        for other in sorted(others)
+        if isfinite(x) and isfinite(y)
+    ]
 
 
 def is_evident(search: Search, values: Values, name: str, data: ExperimentSet) -> bool:

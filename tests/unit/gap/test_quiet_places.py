@@ -1,0 +1,41 @@
+"""Where an effect of a place is looked for when a known remainder hides all else: along the way that was driven."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from pytest_dvp.gap.diagnose.candidates import candidates
+from pytest_dvp.gap.diagnose.quiet_effects import STEP, _is_placed, along_the_way
+from vehicle.model.effect_catalogue import catalogue
+from vehicle.model.model_file import parse_model
+
+MODEL = parse_model('[model]\nbase = "kinematic_bicycle"\n[parameters]\nwheelbase = 2.5\nmass = 1000')
+HILL = next(c for c in candidates(MODEL, catalogue().values(), refined=True) if c.name == "road_profile")
+
+
+def searched(x: np.ndarray, y: np.ndarray) -> SimpleNamespace:
+    log = SimpleNamespace(columns={"x": x, "y": y})
+    return SimpleNamespace(target=SimpleNamespace(experiments=[SimpleNamespace(log=log)]))
+
+
+def test_each_place_of_the_way_is_asked_with_the_sizes_of_the_effect() -> None:
+    """200 m along x and back: places at 0, 20 ... 200 m, each once, and none beside the way."""
+    way = np.concatenate([np.linspace(0.0, 200.0, 500), np.linspace(200.0, 0.0, 500)])
+    points = along_the_way(searched(way, np.full(1000, 7.0)), HILL)  # type: ignore[arg-type]
+    assert sorted({p["road_profile", "x"] for p in points}) == [STEP * k for k in range(11)]
+    assert {p["road_profile", "y"] for p in points} == {0.0}
+    sizes = {(p["road_profile", "height"], p["road_profile", "length"]) for p in points}
+    assert sizes == {(p["road_profile", "height"], p["road_profile", "length"]) for p in HILL.points}
+    assert len(points) == 11 * len(sizes)
+
+
+def test_rows_without_a_position_have_no_place() -> None:
+    x = np.array([0.0, np.nan, 40.0])
+    assert {p["road_profile", "x"] for p in along_the_way(searched(x, x), HILL)} == {0.0, 40.0}  # type: ignore[arg-type]
+
+
+def test_only_what_lies_at_a_place_is_placed() -> None:
+    placed = [c.name for c in candidates(MODEL, catalogue().values(), refined=True) if _is_placed(c)]
+    assert placed == ["road_profile"]
