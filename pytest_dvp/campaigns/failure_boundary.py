@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import norm
 
 from pytest_dvp.campaigns.campaign import Campaign
 from pytest_dvp.campaigns.parameter_space import Shares, Space
@@ -48,8 +47,10 @@ class Boundary:
 
     def fails(self, tried: FloatArray) -> FloatArray:
         """Probability (m,) [-] of a failure at shares (m, d) [-] of the axes, as far as the process is right."""
+        from scipy.special import ndtr  # here, for `dvp` reads this file at its start
+
         mean, deviation = predicted(self.at, self.objectives, tried, self.length)
-        return np.asarray(norm.cdf(-mean / np.maximum(deviation, 1e-9)))
+        return np.asarray(ndtr(-mean / np.maximum(deviation, 1e-9)))
 
 
 def boundary_of(space: Space, rows: Sequence[Row]) -> Boundary | None:

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from pytest_dvp.campaigns.cases import excluded_by
 from pytest_dvp.campaigns.parameter_space import Space
@@ -117,6 +116,8 @@ def _unevenness(points: FloatArray) -> float:
 
 def _gaps(space: Space, points: FloatArray, seed: int) -> tuple[Gap, ...]:
     """The emptiest places, each at least its own radius from those before."""
+    from scipy.spatial import cKDTree  # here, for `dvp` reads this file at its start
+
     candidates = np.array(sobol(len(space.axes), CANDIDATES, seed))
     away = np.asarray(cKDTree(points).query(candidates, p=np.inf)[0], dtype=float)
     found: list[Gap] = []
