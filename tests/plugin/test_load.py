@@ -45,6 +45,7 @@ def test_every_option_has_an_ini_twin(pytester: pytest.Pytester) -> None:
     assert missing == []
 
 
+@pytest.mark.nightly
 def test_a_run_in_a_plain_test_does_not_load_hypothesis(pytester: pytest.Pytester) -> None:
     write_scenario(pytester.path)
     pytester.makepyfile(

@@ -14,7 +14,7 @@ from pytest_dvp.logs.log_error import LogError
 from pytest_dvp.logs.read_log import read_log
 from pytest_dvp.logs.recovery import recover
 
-MUTATIONS = int(os.environ.get("DVP_FUZZ", "2000"))
+MUTATIONS = int(os.environ.get("DVP_FUZZ", "800"))
 HEADER = b"t [s],x [m],y [m],yaw [rad],v [m/s],steer_cmd [rad]\n"
 
 

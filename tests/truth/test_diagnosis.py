@@ -50,6 +50,7 @@ def test_a_gentle_town_drive_tells_a_delay_from_nothing_but_not_from_a_lag() -> 
     assert {effect.name, *effect.rivals} == {"steer_delay", "steer_lag"}
 
 
+@pytest.mark.nightly
 def test_tyres_that_slip_come_with_the_place_that_had_to_be_assumed_for_the_accelerometer() -> None:
     """The truth car measures at the rear axle; a model that does not say where is tried at both usual places."""
     found = told({"understeer": {"K": 0.004}})

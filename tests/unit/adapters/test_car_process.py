@@ -181,6 +181,7 @@ def test_two_runs_never_share_a_domain() -> None:
     third.release()
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("how", "says"),
     [

@@ -64,6 +64,7 @@ def test_rows_are_those_of_one_process_and_a_dead_worker_loses_none(running: far
     assert rows(tmp_path / "out") == expected(tmp_path, 60)
 
 
+@pytest.mark.nightly
 def test_neither_a_killed_command_nor_a_killed_scheduler_loses_a_row(running: farm.Farm, tmp_path: Path) -> None:
     running.staffed(2)
     first = begun(tmp_path, running, 300, "slow")

@@ -217,6 +217,7 @@ def test_zero_that_another_run_has_elsewhere_is_taken_from_the_beginning_of_that
     assert found.ladder[-1].held_out_chi2_per_n == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.nightly
 def test_logs_that_contradict_each_other_name_nothing() -> None:
     """No one bias is that of both gyros; each log judges what the other says."""
     one, other = drive(40.0, seed=1), drive(40.0, seed=2)

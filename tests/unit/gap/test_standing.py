@@ -70,6 +70,7 @@ def test_what_no_effect_of_the_catalogue_explains_leaves_no_confirmed_name() -> 
     assert [e.name for e in found.effects if e.standing == "confirmed"] == []
 
 
+@pytest.mark.nightly
 def test_a_known_remainder_is_nothing_new_and_a_new_effect_stands_alone() -> None:
     """The twin was extended on a car with something that no effect explains; then that car gets a late steering."""
     odd: Effects = {"cross_wind": {"amplitude": 0.012, "period": 7.0}}

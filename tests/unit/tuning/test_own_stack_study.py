@@ -59,6 +59,7 @@ def test_its_start_is_the_default_and_each_job_drives_it(study: Path) -> None:
     assert job.P == (("LK_throttle", 0.02), ("LK_ticks", 10.0))
 
 
+@pytest.mark.nightly
 def test_candidates_reach_the_stack_and_the_command_repeats_it(study: Path, tmp_path: Path, capsys) -> None:
     text = STUDY.replace("completion_time", "collision").replace("road_departure", "collision")
     study.write_text(text)
