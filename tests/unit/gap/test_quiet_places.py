@@ -5,6 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from pytest_dvp.gap.diagnose.candidates import candidates
 from pytest_dvp.gap.diagnose.quiet_effects import STEP, _is_placed, along_the_way
@@ -29,6 +30,15 @@ def test_each_place_of_the_way_is_asked_with_the_sizes_of_the_effect() -> None:
     sizes = {(p["road_profile", "height"], p["road_profile", "length"]) for p in points}
     assert sizes == {(p["road_profile", "height"], p["road_profile", "length"]) for p in HILL.points}
     assert len(points) == 11 * len(sizes)
+
+
+def test_a_long_way_is_asked_in_longer_steps() -> None:
+    """6 km straight on: 301 places of 20 m are too many, 134 of 45 m too, 90 of 67.5 m are not."""
+    x = np.linspace(0.0, 6000.0, 3000)
+    points = along_the_way(searched(x, np.zeros(3000)), HILL)  # type: ignore[arg-type]
+    places = sorted({p["road_profile", "x"] for p in points})
+    assert len(places) == 90
+    assert np.diff(places) == pytest.approx(67.5)
 
 
 def test_rows_without_a_position_have_no_place() -> None:
