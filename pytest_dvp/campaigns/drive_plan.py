@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from pytest_dvp.campaigns.campaign import Campaign, Crew
-from pytest_dvp.campaigns.failure_boundary import BOUNDARY, refine_boundary
 from pytest_dvp.campaigns.parameter_space import Space
-from pytest_dvp.campaigns.plan import HYPOTHESIS, RARE, Plan
+from pytest_dvp.campaigns.plan import BOUNDARY, HYPOTHESIS, RARE, Plan
 from pytest_dvp.campaigns.sampling import SAMPLES, sample
 from pytest_dvp.campaigns.store import EXCLUDED, Row, Store
 from pytest_dvp.campaigns.summary import CURRENT, SHRINKING
@@ -72,6 +71,8 @@ def _fill(campaign: Campaign, plan: Plan, seed: int) -> None:
         search_by_hypothesis(campaign, plan.runs, seed)
         return
     if plan.method == BOUNDARY:
+        from pytest_dvp.campaigns.failure_boundary import refine_boundary
+
         refine_boundary(campaign, plan.runs, seed)
         return
     if plan.method not in SAMPLES:

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.special import ndtr
 
 from pytest_dvp.campaigns.campaign import Campaign
 from pytest_dvp.campaigns.parameter_space import Shares, Space
@@ -14,7 +15,6 @@ from pytest_dvp.campaigns.store import Row
 from pytest_dvp.logs.log_contents import FloatArray
 from pytest_dvp.tuning.searchers.gaussian_process import BATCH, CANDIDATES, chosen_length, predicted
 
-BOUNDARY = "boundary"  # the method's name
 EVEN = 0.3  # of the budget for the even sample that comes first: what it has no drive near is not refined
 DOUBT = 1.96  # standard deviations by which a point may lie on the other side
 CLIPPED = 1.0  # objectives beyond this say no more of where 0 is: as far as a bound that is not used at all
@@ -47,8 +47,6 @@ class Boundary:
 
     def fails(self, tried: FloatArray) -> FloatArray:
         """Probability (m,) [-] of a failure at shares (m, d) [-] of the axes, as far as the process is right."""
-        from scipy.special import ndtr  # here, for `dvp` reads this file at its start
-
         mean, deviation = predicted(self.at, self.objectives, tried, self.length)
         return np.asarray(ndtr(-mean / np.maximum(deviation, 1e-9)))
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 
 from pytest_dvp.campaigns.campaign import KEEP
-from pytest_dvp.campaigns.failure_boundary import BOUNDARY
 from pytest_dvp.campaigns.sampling import SAMPLES
 from pytest_dvp.text.errors import SettingError
 from pytest_dvp.text.spelling import unknown
@@ -13,7 +12,7 @@ from pytest_dvp.tuning.searchers import search_names
 
 RUNS = 200
 """Drives where no number is asked for: less than a minute on two cores with the reference stack."""
-RARE, HYPOTHESIS = "rare", "hypothesis"
+RARE, HYPOTHESIS, BOUNDARY = "rare", "hypothesis", "boundary"
 METHODS = (*SAMPLES, *search_names(), HYPOTHESIS, BOUNDARY, RARE)
 
 

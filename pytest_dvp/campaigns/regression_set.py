@@ -14,6 +14,7 @@ FOLDER = "regression"
 CASES = 20  # in a set, unless asked: minutes of CI
 DATE = "1970-01-01T00:00:00"  # a file must state one, and the same rows make the same file on any day
 FAILURES = 0.25  # of the set at most: one of each kind of failure, the most frequent first
+APART = 0.5  # of the way between neighbours on a grid of as many drives: nearer, two drives tell the same
 BOUNDARY = 0.75  # of the set, with the failures: passes with the least margins; the rest is spread
 
 
@@ -21,7 +22,7 @@ def regression_set(rows: Sequence[Row], count: int) -> list[Row]:
     """Up to `count` drives of one scenario: a failure of each kind, the passes nearest to each gate, and some spread.
 
     Of a kind of failure it is the drive in its middle. Passes are taken gate by gate in turn, the least objective
-    first, but none nearer to one that was taken than drives lie apart on average. The same rows give the same set.
+    first, but none nearer to one that was taken than APART. The same rows give the same set.
     """
     judged = sorted(
         (row for row in rows if row.verdict != EXCLUDED and row.objective is not None), key=lambda row: row.key
@@ -29,7 +30,7 @@ def regression_set(rows: Sequence[Row], count: int) -> list[Row]:
     if len(judged) <= count:
         return judged
     places = _places(judged)
-    apart = len(judged) ** (-1.0 / places.shape[1])
+    apart = APART * len(judged) ** (-1.0 / places.shape[1])
     taken = _middles(judged, places)[: max(1, round(FAILURES * count))]
     passed = [k for k, row in enumerate(judged) if row.verdict == "PASS"]
     by_gate: dict[str, list[int]] = {}
@@ -39,7 +40,7 @@ def regression_set(rows: Sequence[Row], count: int) -> list[Row]:
         for near in by_gate.values():
             while near and len(taken) < round(BOUNDARY * count):
                 k = near.pop(0)
-                if not taken or np.abs(places[taken] - places[k]).max(axis=1).min() >= 0.5 * apart:
+                if not taken or np.abs(places[taken] - places[k]).max(axis=1).min() >= apart:
                     taken.append(k)
                     break
     while len(taken) < count:  # the one that is farthest from all that are taken

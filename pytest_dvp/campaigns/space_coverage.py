@@ -13,7 +13,7 @@ from pytest_dvp.campaigns.cases import excluded_by
 from pytest_dvp.campaigns.parameter_space import Space
 from pytest_dvp.campaigns.sampling import sobol
 from pytest_dvp.campaigns.store import EXCLUDED, Row
-from pytest_dvp.campaigns.variance_shares import FloatArray
+from pytest_dvp.logs.log_contents import FloatArray
 
 PARTS = 10  # of a range: a tenth is what a person takes for "about the same value"; a list has its own values
 LEAST = 10  # drives below which a share says nothing
@@ -37,7 +37,7 @@ class Coverage:
     drives      how many were driven
     tried       shares 0 to 1 of all combinations of parts of the ranges: of single parameters, pairs, triples
     unevenness  centred L2 discrepancy, squared, over what as many independent draws have on average: below 1 is more
-                even, above 1 less; None where an axis is a list
+                even, above 1 less; None where an axis is a list, or draws were excluded
     gaps        the emptiest places within the scenario's constraints, the largest first
     """
 
@@ -116,7 +116,7 @@ def _unevenness(points: FloatArray) -> float:
 
 def _gaps(space: Space, points: FloatArray, seed: int) -> tuple[Gap, ...]:
     """The emptiest places, each at least its own radius from those before."""
-    from scipy.spatial import cKDTree  # here, for `dvp` reads this file at its start
+    from scipy.spatial import cKDTree  # here, for the summary of a campaign needs this file and no tree
 
     candidates = np.array(sobol(len(space.axes), CANDIDATES, seed))
     away = np.asarray(cKDTree(points).query(candidates, p=np.inf)[0], dtype=float)

@@ -8,9 +8,10 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-FloatArray: TypeAlias = NDArray[np.float64]
+from pytest_dvp.logs.log_contents import FloatArray
+
 Estimator: TypeAlias = Callable[[FloatArray, FloatArray], FloatArray]
 
 NEIGHBOURS = 20
@@ -95,8 +96,6 @@ def with_error(estimator: Estimator, x: FloatArray, y: FloatArray) -> tuple[Floa
 
 def _left_among_neighbours(place: FloatArray, y: FloatArray) -> FloatArray:
     """Mean over the drives of the variance of y (n, r) about a plane through the drives nearest in place (n, m)."""
-    from scipy.spatial import cKDTree  # here, for `dvp` reads this file at its start
-
     count = min(NEIGHBOURS + place.shape[1], len(y))
     _, near = cKDTree(place).query(place, k=count)
     away = place[near] - place[:, None, :]

@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from pytest_dvp.campaigns.campaign import KEEP
 from pytest_dvp.campaigns.export import KINDS
-from pytest_dvp.campaigns.failure_boundary import BOUNDARY
-from pytest_dvp.campaigns.plan import HYPOTHESIS, METHODS, RARE, RUNS
+from pytest_dvp.campaigns.plan import BOUNDARY, HYPOTHESIS, METHODS, RARE, RUNS
 from pytest_dvp.campaigns.regression_set import CASES
 from pytest_dvp.campaigns.sampling import SAMPLES
 from pytest_dvp.campaigns.store import StoreError, is_campaign

@@ -45,7 +45,7 @@ def test_it_holds_a_failure_of_each_kind_and_passes_near_the_boundary(tmp_path: 
 
 
 def test_it_notices_a_stack_that_became_a_little_worse_where_as_many_draws_do_not(tmp_path: Path) -> None:
-    """The boundary moves from 1.8 to 1.77: 0.6 % of all variants fail more. Of 20 draws one in nine sets has one."""
+    """The boundary moves from 1.8 to 1.77: 0.6 % of all variants fail more. One set of 20 draws in eight has one."""
     before, after = rows_of(tmp_path / "before"), rows_of(tmp_path / "after", 1.77)
     now = {tuple(row.parameters.items()): row.failed for row in after}
 
