@@ -1,9 +1,9 @@
 """How much two drives of one car differ in what its stack decides:  python -m scripts.same_car [--first S] [--cars N]
 
 A twin cannot be more like the car than the car is like itself. So the bounds of scenarios/stages.toml on what the stack
-decides (line, pace, commands, worst moment) are taken from pairs of drives of the car, in which no twin has a part. For
-each such gate: the middle, and what the worst 1 % and the worst of all pairs had, on each scenario. Drives are kept in
-runs/gate-power.
+decides (line, pace, commands, worst moment) are held against pairs of drives of the car, in which no twin has a part.
+For each such gate: the middle, and what the worst 1 % and the worst of all pairs had, on each scenario. Drives are kept
+in runs/gate-power.
 """
 
 from __future__ import annotations

