@@ -17,6 +17,7 @@ from pytest_dvp.campaigns.summary import cluster_name, summary
 
 PAGE = "map.html"
 SHADED = 20  # cells of a plot in each direction that are shaded: 5 % of a range, as fine as the eye asks for
+LISTED = 1000  # values of a list that are looked at for its place in a plot: beyond, neighbours look the same
 MOST = 3000  # drives that are drawn: all failures, and the newest of the others
 
 
@@ -78,12 +79,17 @@ def _boundary(campaign: Campaign, rows: Sequence[Row], names: Sequence[str]) -> 
 
 
 def _cells(campaign: Campaign, name: str) -> list[float]:
-    """Shares of an axis at the middles of SHADED equal steps of its plot."""
+    """Shares of an axis at the middles of SHADED equal steps of its plot; of a list that of the nearest value."""
     axis, ends = next(axis for axis in campaign.space.axes if axis.name == name), _axis(campaign, name)
     middles = [ends["low"] + (k + 0.5) / SHADED * (ends["high"] - ends["low"]) for k in range(SHADED)]
-    if axis.count is not None or name not in axis.nominal:
-        return [(k + 0.5) / SHADED for k in range(SHADED)]
-    return [axis.share_of({**axis.nominal, name: repr(value)}) for value in middles]
+    if axis.count is None:
+        return [axis.share_of({**axis.nominal, name: repr(value)}) for value in middles]
+    shares = (np.arange(min(axis.count, LISTED)) + 0.5) / min(axis.count, LISTED)
+    try:
+        values = np.array([float(axis.at(share)[name]) for share in shares])
+    except (KeyError, ValueError):  # words, and values that are set together, are drawn at their shares
+        values = shares
+    return [float(shares[np.argmin(np.abs(values - value))]) for value in middles]
 
 
 def _influence(told: Influence, names: Sequence[str]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from pytest_dvp.campaigns.criticality import box_gap  # noqa: E402
 from pytest_dvp.campaigns.map_page import map_page  # noqa: E402
 from pytest_dvp.campaigns.one_drive import Drive  # noqa: E402
 from pytest_dvp.campaigns.parameter_influence import influence  # noqa: E402
+from pytest_dvp.campaigns.parameter_space import Axis  # noqa: E402
 from pytest_dvp.campaigns.reproducer import changed_values, reproducers, smallest  # noqa: E402
 from pytest_dvp.campaigns.sampling import sample  # noqa: E402
 from pytest_dvp.campaigns.store import EXCLUDED, Row, Store  # noqa: E402
@@ -129,6 +130,23 @@ def test_the_page_shades_where_a_failure_is_likely_and_says_how_sure_that_is(tmp
     assert plain["boundary"]["right"] > 0.95
     assert page.count('fill-opacity="0.35"') > 100
     assert f"{100 * plain['boundary']['right']:.0f} % were put on the right side" in page
+
+
+def test_a_list_is_shaded_at_its_values_and_not_at_their_numbers(tmp_path: Path) -> None:
+    """Values 1, 2 and 10, of which 10 fails: the plot goes from 1 to 10, and beyond 6 it is nearer to 10 than to 2."""
+    listed = Axis("a", lambda share: {"a": ("1", "2", "10")[min(int(share * 3), 2)]}, {"a": "1"}, 3)
+
+    def work(order: Drive) -> Row:
+        return planted.row(order, 5.0 - float(order.parameters["a"]))
+
+    with Store(tmp_path / "out", writes=True) as store:
+        one = planted.campaign(tmp_path, store, work)
+        one.space = dataclasses.replace(one.space, axes=(listed, one.space.axes[1]))
+        rows = one.rows(sample("sobol", one.space.axes, 64, 7), "sample")
+        page = map_page(one, rows, [], None)
+    (cells,) = page["boundary"]["slices"]
+    assert [axis["name"] for axis in page["axes"]] == ["a", "b"]
+    assert [share > 0.5 for share in np.mean(cells, axis=0)] == [False] * 11 + [True] * 9  # 6 lies in the eleventh step
 
 
 def test_the_page_escapes_what_a_file_says_and_loads_nothing(tmp_path: Path) -> None:
