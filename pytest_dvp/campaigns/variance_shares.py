@@ -25,8 +25,8 @@ GROUPS = 10  # of a jackknife
 
 
 def first_order(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Share (m, r), 0 to 1 [-], of the variance of each result y (n, r; any unit) that each column of x (n, m; shares
-    of its distribution [-]) explains alone, for independent columns.
+    """Share (m, r) [-] of the variance of each result y (n, r; any unit) that each column of x (n, m; shares of its
+    distribution [-]) explains alone, for independent columns: 0 to 1, and one below 0 is noise.
 
     First-order Sobol indices from given data: variance of the mean over bins of one column, less what the noise in the
     bins adds to it. Source: Plischke, Borgonovo, Smith, Global sensitivity measures from given data, European Journal
@@ -41,7 +41,7 @@ def first_order(x: FloatArray, y: FloatArray) -> FloatArray:
         means = np.array([group.mean(axis=0) for group in groups])
         noise = np.mean([group.var(axis=0, ddof=1) / len(group) for group in groups], axis=0)
         found[k] = (means.var(axis=0) - noise) / y.var(axis=0)
-    return np.clip(found, 0.0, 1.0)
+    return found
 
 
 def shapley(x: FloatArray, y: FloatArray) -> FloatArray:

@@ -80,7 +80,7 @@ def test_the_influence_of_a_linear_objective_is_known(tmp_path: Path) -> None:
         assert list(told.shares) == ["the tightest gate", "gap >= 0"]
         for shares in told.shares.values():
             assert [shares[name][0] for name in "abc"] == pytest.approx([0.36, 0.64, 0.0], abs=0.06)
-            assert all(0.0 <= shares[name][1] < 0.06 for name in "abc")
+            assert all(0.002 < shares[name][1] < 0.06 for name in "abc")  # c, too: that it does nothing is not sure
         assert influence(one.space, rows[:20]) is None
         searched = [dataclasses.replace(row, purpose="search") for row in rows]
         assert influence(one.space, searched) is None  # a search lies where it looked
