@@ -32,6 +32,7 @@ from ads.perception.track import (
     sight,
     track_kind,
     turn_track,
+    unknown_middle,
 )
 from ads.perception.tracking import CONFIRM, MOST_TRACKS, predict_tracks, update_tracks
 from ads.transforms import Pose
@@ -184,11 +185,16 @@ class TrackingPerception:
         return tuple(found)
 
     def _covariance(self, row: list[float]) -> tuple[float, float, float]:
-        """Covariance xx, xy, yy [m^2] of a track's middle from its variances along and across the line of sight."""
+        """Covariance xx, xy, yy [m^2] of a track's middle from its variances along and across the line of sight.
+
+        Of a vehicle whose length was not seen, the middle is unsure along it by half of what its length is unsure.
+        """
         c, s = sight(row[TX] - self._sensor[0], row[TY] - self._sensor[1])
         along, across = row[AP], row[CP]
+        unsure = unknown_middle(row)
+        ux, uy = math.cos(row[TYAW]), math.sin(row[TYAW])
         return (
-            c * c * along + s * s * across,
-            c * s * (along - across),
-            s * s * along + c * c * across,
+            c * c * along + s * s * across + ux * ux * unsure,
+            c * s * (along - across) + ux * uy * unsure,
+            s * s * along + c * c * across + uy * uy * unsure,
         )

@@ -7,10 +7,11 @@ track's size: the near face of a car is not its middle.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from ads.perception.fusion import CAMERA, PEDESTRIAN, TYPICAL, kind_by_size
+from ads.perception.fusion import CAMERA, PEDESTRIAN, TYPICAL, VEHICLE, kind_by_size
 from ads.transforms import wrap_angle
 from machine_code import compiled
 from vehicle.messages import FloatArray
@@ -29,6 +30,7 @@ BESIDE = 0.5  # m from a face's plane to the sensor, at least, to know on which 
 WIDE = 2.2  # m; no car is so wide, a truck is
 LONG = 6.0  # m; no car is so long
 SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a side
+LENGTH_SIGMA = 0.5  # m, of the length of cars about the typical one: from 3.5 m (segment A) to 5.1 m (segment F)
 
 
 @compiled
@@ -155,6 +157,12 @@ def surely_moving(track: FloatArray) -> bool:
 def axis_unknown(track: FloatArray) -> bool:
     """True if neither a side of a track (TRACK,), longer than SIDE [m], nor its motion has shown where it points."""
     return not (track[SIZED] > SIDE or track_kind(track) == PEDESTRIAN or surely_moving(track))
+
+
+def unknown_middle(row: Sequence[float]) -> float:
+    """Variance [m^2] of a middle along its track `row` (TRACK,) of a vehicle of which only the short face was seen."""
+    seen = row[SIZED] > SIDE or track_kind(np.asarray(row)) != VEHICLE
+    return 0.0 if seen else (0.5 * LENGTH_SIGMA) ** 2
 
 
 @compiled

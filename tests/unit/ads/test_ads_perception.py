@@ -266,7 +266,21 @@ class TestTracking:
         values, axes = np.linalg.eigh(np.array([d.covariance[:2], d.covariance[1:]]))
         assert abs(axes[:, 1] @ (math.sqrt(0.5), math.sqrt(0.5))) == pytest.approx(1.0, abs=0.01)
         assert values[1] > 5.0 * values[0] > 0.0
-        assert values[1] == pytest.approx(d.position_variance)
+        assert values[1] == pytest.approx(d.position_variance + 0.25**2)  # and half of a length of 0.5 m, sigma
+
+    def test_a_car_of_which_only_the_rear_was_seen_is_as_far_off_as_it_states(self):
+        """Lengths from 3.5 to 5.1 m: the rear tells none of them, so the middle is off by half of the difference."""
+        off = []
+        for length in (3.5, 3.9, 4.3, 4.7, 5.1):
+            run, found = Run(), ()
+            for _ in range(40):
+                rear = 20.0 - 0.5 * length
+                found = run.tick((20.0, 0.0, 0.0, length, 1.8), camera=[(rear, 0.0, 1.8, "vehicle")])
+            (d,) = found
+            e = np.array([d.x - 20.0, d.y])
+            off.append(float(e @ np.linalg.solve(np.array([d.covariance[:2], d.covariance[1:]]), e)))
+        assert max(off) < 6.0  # chi-square of two, 95 %
+        assert 0.3 < np.mean(off) < 2.0  # 11 before half of the unknown length was stated
 
     def test_the_map_says_which_way_a_face_points(self):
         run, found = Run(heading_hint=lambda x, y: math.pi / 2), ()
