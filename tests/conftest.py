@@ -14,15 +14,25 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def pytest_configure(config: pytest.Config) -> None:
     """Declares the mark of tests that weigh much and guard what a lighter one guards nearly as well."""
-    config.addinivalue_line("markers", "nightly: runs in `make nightly` alone (DVP_NIGHTLY is set there)")
+    config.addinivalue_line(
+        "markers",
+        "nightly(by_day=0): runs in `make nightly` alone (DVP_NIGHTLY is set there); of a test with many parameters "
+        "every `by_day`-th one runs by day, too",
+    )
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Skips what is marked `nightly` by day."""
     if "DVP_NIGHTLY" in os.environ:
         return
+    seen: dict[str, int] = {}
     for item in items:
-        if item.get_closest_marker("nightly"):
+        mark = item.get_closest_marker("nightly")
+        if mark is None:
+            continue
+        by_day, test = mark.kwargs.get("by_day", 0), item.nodeid.partition("[")[0]
+        seen[test] = seen.get(test, -1) + 1
+        if not by_day or seen[test] % by_day:
             item.add_marker(pytest.mark.skip(reason="driven by make nightly"))
 
 

@@ -83,6 +83,7 @@ def test_lf_is_refused(project: pytest.Pytester) -> None:
     assert not driven(project)
 
 
+@pytest.mark.nightly
 def test_several_workers_are_refused(project: pytest.Pytester) -> None:
     result = project.runpytest_subprocess("--dvp-vehicle", "tabby", "-n", "2", "a.xosc::rw")
     result.assert_outcomes(failed=1)

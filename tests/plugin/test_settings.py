@@ -115,6 +115,7 @@ def test_a_parameter_that_no_scenario_declares_names_the_nearest(project: pytest
     result.stderr.fnmatch_lines(["*unknown parameter 'ego_sped', did you mean 'ego_speed'?"])
 
 
+@pytest.mark.nightly
 def test_with_workers_it_fails_the_scenarios_instead(project: pytest.Pytester) -> None:
     result = project.runpytest_subprocess("-n", "1", "--dvp-set=ego_sped=3", ".")
     assert result.ret == pytest.ExitCode.TESTS_FAILED

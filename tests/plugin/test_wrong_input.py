@@ -176,6 +176,7 @@ def test_an_unknown_stack_is_a_usage_error(written: Callable[[str], Wrong], pyte
     result.stderr.fnmatch_lines(["ERROR: --dvp-ads: unknown ADS 'referense', did you mean 'reference'?*"])
 
 
+@pytest.mark.nightly
 def test_what_checks_a_folder_finds_our_packages_whatever_stands_beside(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 
+import pytest
 from hypothesis import example, given, settings
 from hypothesis.strategies import one_of
 
@@ -28,6 +29,7 @@ PEDESTRIAN, OVERTAKING, URBAN = (path(f"{name}.xosc") for name in ("pedestrian_c
 @FEW
 @example(variant=Variant(PEDESTRIAN, {"ego_speed": 5.37, "pedestrian_speed": 1.0, "trigger_distance": 19.0}))
 @given(variant=scenario_variants("pedestrian_crossing.xosc"))
+@pytest.mark.nightly
 def test_no_pedestrian_is_hit_or_frightened(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
 
@@ -35,6 +37,7 @@ def test_no_pedestrian_is_hit_or_frightened(run: Run, gate: Gate, variant: Varia
 @FEW
 @example(variant=Variant(OVERTAKING, {"ego_speed": 5.65}))  # once off the road for a tick where two roads meet
 @given(variant=scenario_variants("overtaking.xosc"))
+@pytest.mark.nightly
 def test_the_standing_vehicle_is_passed_without_a_conflict(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
 
@@ -42,12 +45,14 @@ def test_the_standing_vehicle_is_passed_without_a_conflict(run: Run, gate: Gate,
 @FEW
 @example(variant=Variant(URBAN, {"ego_speed": 3.0}))  # once met by traffic at 30 km/h in the bend
 @given(variant=scenario_variants("urban.xosc"))
+@pytest.mark.nightly
 def test_the_whole_drive_is_safe(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
 
 
 @FEW
 @given(variant=scenario_variants("follow.xosc"))
+@pytest.mark.nightly
 def test_a_vehicle_that_stops_and_goes_is_followed_at_a_distance(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
 

@@ -38,11 +38,13 @@ def test_two_hidden_effects_are_named_in_the_order_of_what_they_explain() -> Non
 
 
 @pytest.mark.parametrize("left", [DELAY, GAIN], ids=lambda effects: next(iter(effects)))
+@pytest.mark.nightly(by_day=2)
 def test_an_effect_switched_off_in_the_car_disappears_from_the_answer(left: Effects) -> None:
     found = told(left, seconds=80.0)
     assert (found.verdict, found.names) == ("NAMED", tuple(left))
 
 
+@pytest.mark.nightly
 def test_a_gentle_town_drive_tells_a_delay_from_nothing_but_not_from_a_lag() -> None:
     found = told(DELAY, "urban")
     assert found.verdict == "AMBIGUOUS"
@@ -60,10 +62,12 @@ def test_tyres_that_slip_come_with_the_place_that_had_to_be_assumed_for_the_acce
     assert found.car == {"ay_x": 0.0}
 
 
+@pytest.mark.nightly
 def test_effects_that_need_no_tyres_assume_nothing_about_the_car() -> None:
     assert told(GAIN, "urban").car == {}
 
 
+@pytest.mark.nightly
 def test_an_effect_of_no_library_leaves_a_misfit_that_is_said_and_described() -> None:
     found = told({"creep": typical("creep")})
     assert found.verdict in ("UNKNOWN", "PARTIAL")

@@ -88,6 +88,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
+@pytest.mark.nightly(by_day=4)
 def test_kernel_reproduces_the_rich_truth(name: str, folder: Path) -> None:
     misfit = misfits(folder, name, "rich")
     assert misfit.fine_step < 0.1
@@ -98,6 +99,7 @@ def test_kernel_reproduces_the_rich_truth(name: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(set(CATALOGUE) - set(TOO_GENTLE)))
+@pytest.mark.nightly(by_day=4)
 def test_kernel_reproduces_the_urban_truth(name: str, folder: Path) -> None:
     misfit = misfits(folder, name, "urban")
     assert misfit.fine_step < 0.1

@@ -96,6 +96,7 @@ def misfit(car: str, effects: Effects, noise: Noise) -> float:
 
 
 @pytest.mark.parametrize("car", sorted(FOUND))
+@pytest.mark.nightly
 def test_named_effects_leave_little_more_than_noise(car: str) -> None:
     assert misfit(car, {}, "mid") > 20.0
     assert misfit(car, FOUND[car], "mid") < 1.4
@@ -103,6 +104,7 @@ def test_named_effects_leave_little_more_than_noise(car: str) -> None:
 
 
 @pytest.mark.parametrize(("car", "name"), [(car, name) for car in sorted(FOUND) for name in FOUND[car]])
+@pytest.mark.nightly(by_day=4)
 def test_each_of_them_is_needed(car: str, name: str) -> None:
     rest = {other: keys for other, keys in FOUND[car].items() if other != name}
     assert misfit(car, rest, "low") > 1.05 * misfit(car, FOUND[car], "low")

@@ -56,6 +56,7 @@ def test_a_data_sheet_does_not_explain_the_car() -> None:
     assert levels["v"] > 10.0
 
 
+@pytest.mark.nightly
 def test_what_is_hidden_is_named_and_the_error_on_another_drive_falls(twin: VehicleModel) -> None:
     late = {"steer_delay": {"T": 0.25}}
     found = diagnose({"one": drive(3, late)}, twin, held_out={"two": drive(2, late)})

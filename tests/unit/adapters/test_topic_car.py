@@ -50,6 +50,7 @@ def car() -> Iterator[tuple[Ros2Car, subprocess.Popen[bytes]]]:
             os.environ["CYCLONEDDS_URI"] = before
 
 
+@pytest.mark.nightly
 def test_it_is_real_and_its_driver_has_it_until_hands_are_heard_of(car: tuple[Ros2Car, object]) -> None:
     assert car[0].is_real
     car[0].reset(START)

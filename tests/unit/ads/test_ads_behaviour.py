@@ -41,6 +41,7 @@ def test_drives_around_a_motorcycle_that_stands_in_the_lane():
 
 @pytest.mark.parametrize("gap", [6.0, 8.0, 12.0])
 @pytest.mark.parametrize("length", [4.3, 12.0])
+@pytest.mark.nightly(by_day=3)
 def test_gets_out_from_where_it_stands_close_behind_an_obstacle(gap, length):
     # A swing of 2.3 m to the side on arcs of the tightest radius, 6.5 m, is 7.4 m long; the corner is clear before.
     truck = Actor("vehicle", 70.0, -1.75, 0.0, length, 1.8)
@@ -61,6 +62,7 @@ def test_waits_for_an_oncoming_vehicle_before_it_overtakes():
 
 
 @pytest.mark.parametrize("from_x", [85.0, 90.0, 95.0, 100.0])
+@pytest.mark.nightly(by_day=4)
 def test_does_not_stop_for_an_oncoming_vehicle_that_goes_by_in_time(from_x):
     # 5 m/s each: they meet where the car is still 15 to 23 m behind the rear of the parked one.
     oncoming = Actor("vehicle", from_x, 1.75, math.pi, 4.4, 1.8, 5.0)

@@ -28,6 +28,7 @@ def commanded(accel: float, steer: float, seconds: float, hidden: Values | None 
     return driven(HATCH, "rich", 1, hidden, duration=seconds, commands=commands)
 
 
+@pytest.mark.nightly
 def test_a_car_with_its_brakes_on_stays_where_it_is() -> None:
     log = commanded(-1.5, 0.0, 1.0)
     assert np.abs(log["x"][-1] - log["x"][10]) < 2e-3

@@ -55,6 +55,7 @@ def test_every_beginning_is_a_fair_sample(size: int) -> None:
     assert max(by_noise.values()) <= 3 * max(1, min(by_noise[noise] for noise in NOISES))
 
 
+@pytest.mark.nightly
 def test_same_case_same_values_other_base_seed_other_values() -> None:
     case = Case("urban", ("steer_delay",), 0, "mid")
     fresh = Case("urban", ("steer_delay",), 0, "mid", base_seed=2000)

@@ -56,6 +56,7 @@ def misses(lines: Sequence[Mapping[str, Any]]) -> str:
     return "; ".join(f"{line['key']} ({line['truth']}): {answer(line)}" for line in lines if missed(line))
 
 
+@pytest.mark.nightly
 def test_one_hidden_effect_is_named_first_and_its_values_are_right() -> None:
     at_mid = {case.names[0]: case for case in reversed(strata()["single"]) if case.noise == "mid"}
     lines = asked(at_mid[name] for name in SINGLES)

@@ -86,6 +86,7 @@ def test_the_influence_of_a_linear_objective_is_known(tmp_path: Path) -> None:
         assert influence(one.space, searched) is None  # a search lies where it looked
 
 
+@pytest.mark.nightly
 def test_where_draws_are_excluded_the_influence_is_shared_by_what_depends_on_each_other(tmp_path: Path) -> None:
     """The result is a, and b must be below a: b says where a is, so that a part falls to it, and none to c."""
 

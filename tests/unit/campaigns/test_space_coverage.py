@@ -45,6 +45,7 @@ def test_the_largest_gap_lies_in_the_empty_half(tmp_path: Path) -> None:
     assert told.unevenness > 5.0
 
 
+@pytest.mark.nightly
 def test_even_points_are_more_even_than_independent_ones(tmp_path: Path) -> None:
     space = [None] * 2
     even = of(tmp_path / "a", sample("sobol", space, 256, 7))  # type: ignore[arg-type]

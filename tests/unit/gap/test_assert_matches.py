@@ -39,6 +39,7 @@ def test_failure_names_bound_value_and_place() -> None:
     assert "of it in braking" in second
 
 
+@pytest.mark.nightly
 def test_lag_is_bounded_for_every_signal_that_tells_it() -> None:
     with pytest.raises(AssertionError, match=r"lag of yaw_rate 0\.(19|2)\d* s > 0\.05 s"):
         assert_matches(drive(steer_delay=0.2), baseline(), lag=0.05)

@@ -100,6 +100,7 @@ def test_ladder_shows_the_error_of_both_kinds_of_data(here: Path, capsys: pytest
     assert "stop here" in out
 
 
+@pytest.mark.nightly
 def test_without_add_what_the_diagnosis_names_is_added(here: Path) -> None:
     assert extend("--fit", "one.csv", "two.csv", add="") == 0
     assert [a.name for a in read_model(here / "new.toml").effects] == ["steer_delay"]
@@ -235,6 +236,7 @@ def test_a_diagnosis_of_nothing_but_the_runs_own_zeros_leaves_the_model_as_it_is
     assert (here / "new.toml").read_text() == CAR
 
 
+@pytest.mark.nightly
 def test_an_error_that_no_effect_explains_is_an_answer(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A yaw rate that swings at 0.8 Hz, whatever is commanded."""
     log = make_log({}, "urban", 3)
@@ -256,6 +258,7 @@ def test_held_out_loss_writes_nothing_and_keeps_what_was_there(here: Path, capsy
     assert (here / "new.toml").read_text() == "# mine\n"
 
 
+@pytest.mark.nightly
 def test_refusal_stands_in_the_document_as_well(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert extend("--fit", "one.csv", "--held-out", "prompt.csv", "--json") == 1
     found = document(capsys)

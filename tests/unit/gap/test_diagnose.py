@@ -154,6 +154,7 @@ def test_what_a_drive_does_not_reach_is_not_excited_and_the_rest_is(weak_drive: 
     assert not {"steer_delay", "brake_gain", "steer_ratio", "gyro_bias"} & set(weak_drive.not_excited)
 
 
+@pytest.mark.nightly
 def test_two_effects_are_both_named_and_each_takes_its_share() -> None:
     found = diagnose({"log": drive(steer_delay=0.2, drive_gain=0.85, seed=5)}, baseline())
     assert (found.verdict, set(found.names)) == ("NAMED", {"steer_delay", "drive_gain"})
@@ -195,6 +196,7 @@ def test_an_effect_with_a_wrong_value_is_to_be_changed() -> None:
     assert estimate.low <= 0.7 <= estimate.high
 
 
+@pytest.mark.nightly
 def test_what_wins_on_its_own_run_and_loses_on_another_is_taken_back() -> None:
     """Only the first car is weak: on the other one the gain would do harm."""
     found = diagnose({"own": drive(seed=1, drive_gain=0.9)}, baseline(), {"other": drive(seed=2)})
@@ -204,6 +206,7 @@ def test_what_wins_on_its_own_run_and_loses_on_another_is_taken_back() -> None:
     assert found.ladder[-1].held_out_chi2_per_n == pytest.approx(1.0, abs=0.08)
 
 
+@pytest.mark.nightly
 def test_zero_that_another_run_has_elsewhere_is_taken_from_the_beginning_of_that_run() -> None:
     """One car, whose wheels turn by 90 % of what is asked; its steering stood 0.02 rad to the left that day, 0.015 rad
     to the right on another. The ratio is the car's, either zero its run's."""

@@ -43,6 +43,7 @@ def log(*hidden: str) -> Log:
 
 
 @pytest.mark.parametrize("hidden", [form.name for form in FORMS if form.name not in NOT_ALONE][::4])
+@pytest.mark.nightly(by_day=3)
 def test_hidden_effect_gets_the_first_vote(model: VehicleModel, hidden: str) -> None:
     found = votes({"rich": log(hidden)}, model)
     assert found["first"] == hidden, found["ranking"][:3]

@@ -225,6 +225,7 @@ def test_perception_effect_that_is_not_there_is_refused() -> None:
     assert "the detections of these logs do not show it" in found.refusal
 
 
+@pytest.mark.nightly
 def test_perception_effect_is_removed_where_the_detections_say_so() -> None:
     given = model(("detection_latency", "T", 0.2))
     assert extend(logs(a=with_boxes(0.0, 1)), given, remove=["detection_latency"]).model.effects == ()

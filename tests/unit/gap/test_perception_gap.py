@@ -69,6 +69,7 @@ def test_all_effects_at_once_are_told_apart(model: VehicleModel) -> None:
     assert sum(e.gain for e in found) == pytest.approx(1.0)
 
 
+@pytest.mark.nightly
 def test_intervals_hold_the_truth(model: VehicleModel) -> None:
     """95 % intervals of 8 values on 8 drives: fewer than 54 of 64 have a probability below 0.001."""
     held = []

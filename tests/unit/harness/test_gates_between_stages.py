@@ -66,6 +66,7 @@ def judged(measured: Log, twin: str, folder: Path, wire: str = "ros2") -> dict[s
     return {verdict.name: verdict for verdict in found if not {verdict.metric, verdict.name} & set(WHOLE_DRIVE)}
 
 
+@pytest.mark.nightly
 def test_the_twin_that_learnt_passes(measured: Log, tmp_path: Path) -> None:
     verdicts = judged(measured, "extended", tmp_path)
     assert {name: verdict.short for name, verdict in verdicts.items() if verdict.status != "PASS"} == {}

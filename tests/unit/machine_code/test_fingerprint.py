@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pytest
 
 from machine_code import compiled
 from machine_code.fingerprint import fingerprint
@@ -30,6 +31,7 @@ for name, module in sorted(sys.modules.items()):
 """
 
 
+@pytest.mark.nightly
 def test_every_compiled_function_has_the_same_digest_in_every_process() -> None:
     """Else nothing that was stored would ever be loaded: an address or the order of a set would do."""
     made = [

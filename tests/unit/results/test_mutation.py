@@ -106,6 +106,7 @@ def test_the_planted_escaper_is_found_and_a_gate_kills_it(project: Path, capsys:
     assert again["camera_wrong_class"]["killed_by"] == []
 
 
+@pytest.mark.nightly
 def test_what_was_driven_is_not_driven_again(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "2", "--cache", "kept"]
     asked += ["--fault", "drive_cut_2s"]

@@ -74,6 +74,7 @@ def tuned(address: str, folder: Path, what: Any = bowl.work) -> str:
         return json.dumps(tune(bowl.study(folder / "bowl.xosc"), workers).as_dict())
 
 
+@pytest.mark.nightly
 def test_a_tuning_is_byte_for_byte_that_of_one_process(address: str, tmp_path: Path) -> None:
     alone = json.dumps(bowl.tuned(tmp_path / "alone").as_dict())
     assert tuned(address, tmp_path / "cluster") == alone
@@ -95,6 +96,7 @@ def test_a_job_that_kills_its_workers_is_one_line_and_what_came_before_is_kept(a
         assert (workers.known, workers.done) == (1, 1)
 
 
+@pytest.mark.nightly
 def test_when_no_worker_is_left_it_ends_with_one_line(tmp_path: Path, running: farm.Farm) -> None:
     running.staffed(1)
     (job,) = jobs(tmp_path, (7,))
@@ -122,6 +124,7 @@ def test_drives_are_those_of_one_process_and_their_logs_come_home(address: str, 
     assert "logs/drive.mcap" in found[0]
 
 
+@pytest.mark.nightly
 def test_files_are_carried_with_the_paths_between_them(address: str, tmp_path: Path) -> None:
     """On the worker the scenario lies at another place, and `../roads` leads from it to the road all the same."""
     for name, text in (("scenes/catalogs/car.xosc", "<Car/>"), ("roads/town.xodr", "<OpenDRIVE/>")):

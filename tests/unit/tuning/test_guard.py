@@ -35,6 +35,7 @@ def sluggish(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
+@pytest.mark.nightly
 def test_a_mass_that_no_car_has_is_reported_with_the_effect_that_explains_it(twin: Path, sluggish: Path) -> None:
     found = find_implausible_values([MASS], {"S.EGO_mass": 730.0}, {"S.EGO_mass": 8500.0}, [sluggish], twin)
     assert [s.why for s in found] == ["outside"]
@@ -50,6 +51,7 @@ def test_a_plausible_mass_that_stands_in_for_an_effect_is_reported_too(twin: Pat
     assert found[0].effect.startswith("drive_lag")
 
 
+@pytest.mark.nightly
 def test_an_error_across_the_road_hides_no_stand_in_along_it(twin: Path, tmp_path: Path) -> None:
     """A dead time of the throttle for a lag of 0.5 s; the steering's ratio, of which it says nothing, is off by far
     more. Along the road the true lag leaves the noise of v and ax, chi^2/N about 1."""
