@@ -43,7 +43,8 @@ def write_diagnosis_report(path: str | Path, page: Mapping[str, Any]) -> None:
     vetoed, remarks [lines], second_opinion, fitted_along, ladder [{label, fit, held_out} chi^2/N], null_line (chi^2/N
     that luck would reach), tiles (signals that tell most), signals [{name, unit, noise, before, after, held_before,
     held_after, chi2_before, chi2_after} RMSE], not_excited [{name, physics, reveals}], left [(aspect, words)],
-    command, plan, close {log, held_out, channel, unit, error, t, noise, measured, before, after} or None, over_time
+    command, trial (adds what is provisional as well), plan,
+    close {log, held_out, channel, unit, error, t, noise, measured, before, after} or None, over_time
     [{log, held_out, t, rows {name: {before, after, noise}}, units, quiet}].
 
     Raises OSError if the file cannot be written.

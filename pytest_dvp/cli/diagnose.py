@@ -105,12 +105,13 @@ def execute(arguments: argparse.Namespace) -> int:
             print(f"dvp diagnose: {text}", file=sys.stderr)
         print(json.dumps(finite(found.as_dict()), ensure_ascii=False, allow_nan=False))
         return 0
-    from pytest_dvp.gap.words.diagnosis import extend_command, page, plan_command
+    from pytest_dvp.gap.words.diagnosis import extend_command, page, plan_command, trial_command
 
     given = (found, arguments.model, fitted.texts, judged.texts)
     command = extend_command(*given, _extending(arguments))
+    trial = trial_command(*given, _extending(arguments))
     plan = plan_command(*given, [*forwarded_options(arguments), *limit_words(arguments)])
-    print(*said, page(found, model=Path(arguments.model).name, command=command, plan=plan), sep="\n")
+    print(*said, page(found, model=Path(arguments.model).name, command=command, plan=plan, trial=trial), sep="\n")
     return 0
 
 
@@ -122,7 +123,7 @@ def _usual_time(rows: int) -> str:
 
 def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: SelectedParts, model: VehicleModel,
             judged: SelectedParts, extra: tuple[Effect, ...]) -> None:  # fmt: skip
-    from pytest_dvp.gap.words.diagnosis import extend_command
+    from pytest_dvp.gap.words.diagnosis import extend_command, trial_command
     from pytest_dvp.gap.words.diagnosis_page import Typed, diagnosis_page
     from pytest_dvp.logs.mapping import mapping_rows, read_mapping
     from reports.diagnosis import write_diagnosis_report
@@ -130,7 +131,8 @@ def _report(arguments: argparse.Namespace, found: Diagnosis, fitted: SelectedPar
     rows = mapping_rows(read_mapping(Path(arguments.map))) if arguments.map else []
     typed = Typed(arguments.model, fitted.texts, judged.texts, forwarded_options(arguments), rows)
     page = diagnosis_page(found, fitted.logs, model, held_out=judged.logs, effects=extra, typed=typed)
-    page["command"] = extend_command(found, arguments.model, fitted.texts, judged.texts, _extending(arguments))
+    given = (found, arguments.model, fitted.texts, judged.texts, _extending(arguments))
+    page["command"], page["trial"] = extend_command(*given), trial_command(*given)
     write_diagnosis_report(arguments.report, page)
     print(f"dvp diagnose: report in {arguments.report}", file=sys.stderr)
 

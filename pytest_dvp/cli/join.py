@@ -51,6 +51,7 @@ def execute(arguments: argparse.Namespace) -> int:
     for file, rows in found.rows.items():
         repeated = found.left_out.get(file)
         print(f"  {file}: {rows} rows" + (f"; {repeated} with a repeated stamp are left out" if repeated else ""))
-    for old, new in found.renamed.items():
-        print(f"  {old} is called {new} here: an earlier file has that name")
+    if found.renamed:
+        new = ", ".join(found.renamed.values())
+        print(f"  {len(found.renamed)} columns bear the name of their file, for an earlier file has theirs: {new}")
     return 0

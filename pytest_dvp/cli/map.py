@@ -32,13 +32,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--model", metavar="FILE", help="also write the least model of this car, to begin with")
     parser.add_argument("--names-only", action="store_true", help="do not look at the numbers, only at names and units")
     parser.add_argument("--out", metavar="FILE", help="file of the mapping; default: stdout")
+    parser.add_argument("--force", action="store_true", help="overwrite files of --out and --model that were edited")
     add_json(parser)
 
 
 def execute(arguments: argparse.Namespace) -> int:
     """Print or write a proposed mapping, and with --model a model file. Returns 0.
 
-    Raises WrongArgument for a log of dvp, which needs no mapping, or for --model without --wheelbase.
+    Raises WrongArgument for a log of dvp, which needs no mapping, for --model without --wheelbase, or for a file that
+    is there, with other contents, without --force.
     """
     path = Path(existing_log(arguments.log, parts=False))
     folders = message_folders(arguments)
@@ -60,14 +62,18 @@ def execute(arguments: argparse.Namespace) -> int:
         raise WrongArgument(f"{path}: a log of dvp, it needs no mapping")
     told, remarks = ([], ()) if arguments.names_only else _by_data(streams, wheelbase)
     text = mapping_text(streams, told, remarks)
-    if out is not None:
-        write_whole(out, text.encode("utf-8", "backslashreplace"))
     mapping, unsure = propose(streams)
     sure = {one.signal.name for one in told if not one.doubt} | {signal.name for signal in mapping.signals}
+    files = [] if out is None else [("--out", out, text.encode("utf-8", "backslashreplace"))]
     if model is not None and wheelbase is not None:
         from pytest_dvp.recognition.starting_model import starting_model
 
-        write_whole(model, starting_model(sure, wheelbase, mass).encode())
+        files.append(("--model", model, starting_model(sure, wheelbase, mass).encode()))
+    for option, file, content in files:
+        if not arguments.force and file.is_file() and file.read_bytes() != content:
+            raise WrongArgument(f"{option} {file}: is there, with other contents: name another file, or add --force")
+    for _, file, content in files:
+        write_whole(file, content)
     if arguments.json:
         known = {one.signal.name for one in told}
         entries = [(one.signal, not one.doubt, one.evidence) for one in told]

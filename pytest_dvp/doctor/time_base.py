@@ -305,6 +305,7 @@ def _tell(channel: str, lag: float, other: str, file: str, findings: Findings, w
         f"column {channel}",
         f"{channel} comes {abs(lag):.2f} s {'later' if lag > 0 else 'earlier'} than {other} tell{when}",
         hint="a clock offset or a sensor's latency, the data cannot say which: "
-        "correct the stamps by `delay` in a mapping, or let the model have the latency",
+        f"with `delay = {lag:.2f}` in its table of a mapping the stamps are corrected; "
+        "or let the model have the latency",
         severity="warning",
     )

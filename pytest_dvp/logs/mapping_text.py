@@ -58,7 +58,8 @@ def mapping_text(streams: Sequence[Stream], told: Sequence[Told] = (), remarks: 
         "# origin = [52.0, 4.3]        # latitude, longitude [deg] of x = y = 0; default: the first fix",
         "# antenna = [1.2, 0.0]        # of what measures x, y: [m] ahead and left of the rear axle's middle",
         "# only = true                # leave out what is not named here; default: recognised fields are taken as well",
-        "# a signal also takes: scale, sign = -1, offset, ratio (hand wheel to road wheel), delay [s], time,",
+        "# a signal also takes: scale, sign = -1, offset, ratio (hand wheel to road wheel), time,",
+        "# delay [s] by which its stamps are too late,",
         '# frame = "frd" (y to the right) or "ned" (yaw is a compass heading)',
     ]
     for one in told:

@@ -230,7 +230,8 @@ class ExperimentSet:
         return {name: sums[name][0] / sums[name][1] for name in CHANNELS if name in sums}
 
     def rmse(self, values: Values) -> dict[str, float]:
-        """RMSE of each channel in its unit, over all experiments, on segments of about 5 s."""
+        """RMSE of each channel in its unit, over all experiments, on segments of about 5 s; without one that has no
+        sample that is judged."""
         sums: dict[str, list[float]] = {}
         for e in self.experiments:
             found = e.residuals(values)
@@ -239,7 +240,7 @@ class ExperimentSet:
                 pair = sums.setdefault(name, [0.0, 0.0])
                 pair[0] += float(np.nansum(rest * rest))
                 pair[1] += float(np.isfinite(rest).sum())
-        return {name: float(np.sqrt(sums[name][0] / max(sums[name][1], 1.0))) for name in CHANNELS if name in sums}
+        return {n: float(np.sqrt(sums[n][0] / sums[n][1])) for n in CHANNELS if n in sums and sums[n][1] > 0.0}
 
     def noise(self) -> dict[str, float]:
         """Noise sigma of each channel in its unit: root mean square over the experiments."""

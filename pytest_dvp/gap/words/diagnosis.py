@@ -21,11 +21,11 @@ SLIGHT = 0.01  # of the error: what explains less is told apart
 WIDTH = 112  # of a line, about
 
 
-def page(found: Diagnosis, *, model: str = "the model", command: str = "", plan: str = "") -> str:
+def page(found: Diagnosis, *, model: str = "the model", command: str = "", plan: str = "", trial: str = "") -> str:
     """The whole answer: verdict, effects, ladder, what the data could not show, and what to do next.
 
     `model` as the user named it; `command` adds what was found, see `extend_command`; `plan` finds the drive that
-    decides, see `plan_command`.
+    decides, see `plan_command`; `trial` adds what is provisional besides, see `trial_command`.
     """
     lines = [f"{found.verdict}: {headline(found, model)}"]
     if found.effects:
@@ -34,7 +34,8 @@ def page(found: Diagnosis, *, model: str = "the model", command: str = "", plan:
     lines += _notes(found)
     drives = [f"to tell {e.name} from its rivals, drive {e.deciding_manoeuvre}" for e in found.effects
               if e.rivals and e.deciding_manoeuvre]  # fmt: skip
-    after = [f"next: {command}"] if command else []
+    after = [f"to try what is provisional: {trial}"] if trial else []
+    after += [f"next: {command}"] if command else []
     before = drives or ([f"what to drive to know more: {plan}"] if plan else [])
     return "\n".join([*lines, "", *before, *after]).rstrip()
 
@@ -68,10 +69,29 @@ def extend_command(
 ) -> str:
     """The command that adds what is confirmed of the car; empty if there is nothing to add. options: its further words,
     such as `--map F`, without which the logs cannot be read."""
-    own = found.set_up
-    sure = [e for e in found.effects if e.standing == "confirmed" and e.name not in own]
-    add = [e.name for e in sure if e.action != "remove"]
-    remove = [e.name for e in sure if e.action == "remove"]
+    return _extending([e for e in found.effects if e.standing == "confirmed"], found, model, logs, held_out, options)
+
+
+def trial_command(
+    found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str] = (), options: Sequence[str] = ()
+) -> str:
+    """As `extend_command`, with what is provisional by name as well; empty if nothing is."""
+    if not _provisional(found):
+        return ""
+    return _extending(found.effects, found, model, logs, held_out, options)
+
+
+def _provisional(found: Diagnosis) -> list[str]:
+    return [e.name for e in found.effects if e.standing == "provisional" and e.name not in found.set_up]
+
+
+def _extending(
+    effects: Sequence[NamedEffect], found: Diagnosis, model: str, logs: Sequence[str], held_out: Sequence[str],
+    options: Sequence[str],
+) -> str:  # fmt: skip
+    wanted = [e for e in effects if e.name not in found.set_up]
+    add = [e.name for e in wanted if e.action != "remove"]
+    remove = [e.name for e in wanted if e.action == "remove"]
     if not add and not remove:
         return ""
     words = ["dvp", "extend", "--model", model]
@@ -249,9 +269,8 @@ def standing_lines(found: Diagnosis) -> list[str]:
             f"held out below 0 %: with {_and(lost)} the error on the data held out grew at that step, by so much of "
             "the error of the model as given; later steps, or values of that run of its own, may take it back"
         )
-    open_ones = [e.name for e in found.effects if e.standing == "provisional" and e.name not in found.set_up]
-    if open_ones:
-        lines.append(f"provisional effects are added by name only: dvp extend --add {' '.join(open_ones)}")
+    if open_ones := _provisional(found):
+        lines.append(f"provisional, and so added by name only: {', '.join(open_ones)}")
     return lines
 
 
@@ -299,7 +318,10 @@ def _second_opinion(found: Diagnosis) -> list[str]:
         return []
     score = dict(found.votes["ranking"])[first]
     instead = f" before {found.effects[0].name}" if found.effects else ""
-    return [f"second opinion: regression without simulation votes for {first}{instead} ({100.0 * score:.0f} %)"]
+    return [
+        "second opinion: on the whole error, regression without simulation votes for "
+        f"{first}{instead} ({100.0 * score:.0f} %)"
+    ]
 
 
 def _wrapped(start: str, words: Sequence[str], between: str = ", ") -> list[str]:

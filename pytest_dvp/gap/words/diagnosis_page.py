@@ -23,6 +23,7 @@ from pytest_dvp.gap.words.diagnosis import (
     plan_command,
     standing_lines,
     step_label,
+    trial_command,
     value,
 )
 from pytest_dvp.gap.words.residual_signature import signature_lines
@@ -113,6 +114,7 @@ def diagnosis_page(
         "left": signature_lines(found.signature),
         "remarks": _whole(standing_lines(found)),
         "command": extend_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
+        "trial": trial_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
         "plan": plan_command(found, typed.model_file, typed.fitted or list(logs), typed.judged, typed.options),
         "close": _close(drawn, order),
         "over_time": [_over_time(one, order) for one in drawn],

@@ -18,6 +18,9 @@ def second_opinion(found: Diagnosis) -> str:
         return f"would name nothing, not {', '.join(judged)} either" if judged else f"cannot judge {', '.join(names)}"
     alone = f"{first}, which alone explains {100.0 * scores[first]:.0f} % of the misfit in its equations"
     if first in names:
+        own = next(e for e in found.effects if e.name == first)
+        if own.second_engine == "disagrees":  # it was asked again with all other effects taken away
+            return f"agrees on {alone}, but not beside the other effects: it then votes for another (see {first})"
         return f"agrees on {alone}"
     rival = next((e.name for e in found.effects if first in e.rivals), None)
     if rival is not None:

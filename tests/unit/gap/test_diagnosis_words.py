@@ -8,7 +8,16 @@ import shlex
 import pytest
 
 from pytest_dvp.gap.diagnose.diagnosis import Diagnosis, Estimate, NamedEffect, Step
-from pytest_dvp.gap.words.diagnosis import causes, extend_command, headline, interval, page, plan_command, value
+from pytest_dvp.gap.words.diagnosis import (
+    causes,
+    extend_command,
+    headline,
+    interval,
+    page,
+    plan_command,
+    trial_command,
+    value,
+)
 from pytest_dvp.gap.words.second_opinion import second_opinion
 
 DELAY = NamedEffect("steer_delay", {"T": Estimate(0.24912, 0.24701, 0.25123, "s")}, gain=1.0, standing="confirmed")
@@ -152,6 +161,16 @@ def test_commands_keep_the_options_with_which_the_logs_were_read() -> None:
     open_still = dataclasses.replace(NAMED, effects=(dataclasses.replace(DELAY, rivals=("steer_lag",)),))
     plan = plan_command(open_still, "car.toml", ["a.csv"], options=options)
     assert plan == "dvp plan a.csv --model car.toml --map 'my map.toml' --effects own.py"
+
+
+def test_what_is_provisional_has_a_whole_command_of_its_own() -> None:
+    lag = dataclasses.replace(DELAY, name="steer_lag", standing="provisional")
+    found = dataclasses.replace(NAMED, effects=(dataclasses.replace(DELAY, standing="confirmed"), lag))
+    assert "steer_lag" not in extend_command(found, "car.toml", ["a.csv"])
+    trial = trial_command(found, "car.toml", ["a.csv"])
+    assert trial == ("dvp extend --model car.toml --add steer_delay steer_lag --fit a.csv --out car.extended.toml")
+    assert f"to try what is provisional: {trial}" in page(found, trial=trial)
+    assert trial_command(NAMED, "car.toml", ["a.csv"]) == ""
 
 
 def test_nothing_found_gives_no_command() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -77,6 +78,15 @@ def test_rmse_is_in_the_unit_of_the_channel(one: ExperimentSet) -> None:
     found = one.rmse(WEAK)
     assert found["v"] == pytest.approx(NOISE["v"], rel=0.05)
     assert found["yaw_rate"] == pytest.approx(NOISE["yaw_rate"], rel=0.05)
+
+
+def test_a_channel_of_which_nothing_is_judged_has_no_error(one: ExperimentSet) -> None:
+    """0 would read as a perfect prediction."""
+    (e,) = one.experiments
+    nothing = SimpleNamespace(values=np.full((50, len(CHANNELS)), np.nan))
+    unjudged = SimpleNamespace(channels=e.channels, residuals=lambda values: nothing)
+    assert ExperimentSet((unjudged,)).rmse(WEAK) == {}  # type: ignore[arg-type]
+    assert ExperimentSet((e, unjudged)).rmse(WEAK) == one.rmse(WEAK)  # type: ignore[arg-type]
 
 
 def test_small_steps_of_integration_change_next_to_nothing(one: ExperimentSet) -> None:

@@ -69,7 +69,9 @@ def test_what_one_level_of_braking_cannot_tell_apart_is_not_in_the_command(page:
     (effect,) = page["effects"]
     assert (effect["standing"], [r["name"] for r in effect["rivals"]]) == ("provisional", ["brake_limit"])
     assert page["command"] == ""
-    assert any("dvp extend --add brake_gain" in line for line in page["remarks"])
+    assert any("added by name only: brake_gain" in line for line in page["remarks"])
+    assert {"--model", "--fit", "--out"} < set(page["trial"].split())
+    assert "--add brake_gain" in page["trial"]
 
 
 def test_the_ladder_begins_with_the_model_as_given_where_an_effect_is_to_go() -> None:

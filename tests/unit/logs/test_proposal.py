@@ -85,6 +85,19 @@ def test_with_the_names_filled_in_the_log_is_sound(foreign: Path, capsys: pytest
         assert log.columns[name][known] == pytest.approx(true[name][known], abs=1e-5)
 
 
+def test_what_was_filled_in_is_not_overwritten_without_force(foreign: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["map", "fahrt.csv", "--names-only", "--out", "car.map.toml"]
+    assert main(command) == 0
+    assert main(command) == 0  # the same contents again
+    file = foreign / "car.map.toml"
+    file.write_text(edited := file.read_text("utf-8") + "# mine\n", encoding="utf-8")
+    assert main(command) == 2
+    assert "car.map.toml: is there, with other contents: name another file, or add --force" in capsys.readouterr().err
+    assert file.read_text("utf-8") == edited
+    assert main([*command, "--force"]) == 0
+    assert not file.read_text("utf-8").endswith("# mine\n")
+
+
 def test_a_file_without_units_is_told_of_the_mapping(foreign: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "fahrt.csv"]) == 1
     told = capsys.readouterr().out

@@ -32,7 +32,7 @@ def page(**more: Any) -> dict[str, Any]:
     return {
         "verdict": "NAMED", "headline": "car.toml lacks steer_delay (chi²/N 65.6 -> 1.17)", "model": "car.toml",
         "logs": ["rich.csv"], "held_out": ["urban.csv"], "changed": True, "effects": [effect()], "vetoed": [],
-        "second_opinion": "agrees on steer_delay", "remarks": [],
+        "second_opinion": "agrees on steer_delay", "remarks": [], "trial": "",
         "fitted_along": [], "null_line": None, "tiles": ["yaw_rate"], "left": [], "not_excited": [],
         "ladder": [{"label": "model as given", "fit": 65.6, "held_out": 7.06},
                    {"label": "+ steer_delay", "fit": 1.17, "held_out": 1.14}],
