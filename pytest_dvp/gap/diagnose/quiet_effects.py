@@ -8,16 +8,16 @@ fitted on and on data held out, and beyond what the remainder imitates, is told.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, isfinite, sqrt
+from math import inf, isfinite
 
 import numpy as np
 
 from pytest_dvp.gap.diagnose.candidates import SHAPE_KEYS, Candidate, sizes
-from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
+from pytest_dvp.gap.diagnose.experiment import ExperimentSet
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.held_out import Fold
 from pytest_dvp.gap.diagnose.least_squares import IMITATED
-from pytest_dvp.gap.diagnose.linear_algebra import square
+from pytest_dvp.gap.diagnose.linear_algebra import orthonormal, row_products, square
 from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.trial import Trial
 
@@ -25,6 +25,7 @@ EVIDENT = 20.0  # standard deviations: on 20 drives of matched twins with nothin
 # the remainder imitates reached 17 on both of two drives; six small biases reached 24 and more
 STEP = 20.0  # m between places that are asked: a fit begun so far off came to the top of a hill of 16 m on a MuJoCo car
 PLACES = 100  # at most: each costs six replays of the log, and a drive of 110 s on a test ground has 50 to 70
+NUDGE = 0.02  # of its range, by which a value is moved to see what it would change
 _TRIED = 3  # effects, the best to first order, that are fitted
 
 
@@ -48,7 +49,7 @@ def quiet(search: Search, base: Trial) -> Trial | None:
     found = []
     for _, name, point in ranking:
         trial = search.trial((*base.names, name), base.values | point, target=lasting)
-        if search.is_credible(trial, name, lasting) and is_evident(search, trial.values, name, lasting):
+        if search.is_credible(trial, name, lasting) and is_evident(search, trial, name, lasting):
             found.append(trial)
     if not found:
         return None
@@ -75,8 +76,13 @@ def along_the_way(search: Search, candidate: Candidate) -> list[dict[tuple[str, 
     return [{**dict(other), here: x * step, there: y * step} for x, y in places.tolist() for other in sorted(others)]
 
 
-def is_evident(search: Search, values: Values, name: str, data: ExperimentSet) -> bool:
-    """True if the data stand far from the model without the effect, and its value from what the remainder imitates."""
+def is_evident(search: Search, trial: Trial, name: str, data: ExperimentSet) -> bool:
+    """True if the data stand far from the model without the effect, and its value from what the remainder imitates.
+
+    The other effects of the set may make up for it, to first order: drag and rolling resistance say much the same, and
+    with one of them taken away alone the other one is wrong as well.
+    """
+    values = trial.values
     model = search.target.experiments[0].model
     had = next((a.values for a in model.effects if a.name == name), {})
     off, clear = dict(values), False
@@ -86,15 +92,29 @@ def is_evident(search: Search, values: Values, name: str, data: ExperimentSet) -
         more = IMITATED * model.remainder_shape.imitates.get(name, {}).get(c.key.name, 0.0)
         if c in sized:
             clear |= not isfinite(off[c.name]) or abs(values[c.name] - off[c.name]) > more
+    if not clear:
+        return False
     lasting = data.lasting()
-    gain = square(lasting.whitened(off)) - square(lasting.whitened(values))
-    return clear and sqrt(max(gain, 0.0)) > EVIDENT
+    without, rest = lasting.whitened(off), lasting.whitened(values)
+    if square(without) - square(rest) <= EVIDENT**2:
+        return False
+    others = [search.known[n] for n in trial.names if n != name and n in search.known]
+    moves = []
+    for c in (c for other in others for c in other.coordinates):
+        u = c.to_unit(values[c.name])
+        moved = c.value(u + (NUDGE if u < 0.5 else -NUDGE))
+        if isfinite(moved) and moved != values[c.name]:
+            moves.append(lasting.whitened({**off, c.name: moved}) - without)
+    if moves:
+        basis = orthonormal(np.array(moves))
+        without, rest = (r - row_products(basis, r) @ basis for r in (without, rest))
+    return square(without) - square(rest) > EVIDENT**2
 
 
 def is_evident_apart(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> bool:
     """True if the data fitted on and all data held out show the effect so; False without such data."""
     apart = [fold.judge for fold in judges if fold.fitted is None and fold.setup is None]
-    return bool(apart) and all(is_evident(search, trial.values, name, data) for data in (search.target, *apart))
+    return bool(apart) and all(is_evident(search, trial, name, data) for data in (search.target, *apart))
 
 
 def changing_instead(search: Search, final: Trial) -> dict[str, tuple[str, ...]]:

@@ -81,6 +81,7 @@ class Search:
         self.starts = target.starts()
         self._shown: dict[str, float] = {}
         self._near: dict[str, tuple[str, ...]] = {}
+        self._way = ""  # from where effects are looked for, in the words of progress
         self._whole: Trial | None = None
         self._less: dict[str, Trial] = {}
         self._rough: dict[str, Trial] = {}
@@ -96,11 +97,13 @@ class Search:
         contested = {frozenset(grown.names)}
         if self.cost(best) > MISFIT * self.count:
             turns = late_pair(self, base) + turns
-        for turn in sorted(turns, key=self.cost)[:_RETURNS]:
+        for number, turn in enumerate(sorted(turns, key=self.cost)[:_RETURNS], 1):
             if self.cost(best) < MISFIT * self.count or self._is_matched(base, best):
                 break
             self.target.settle(turn.values)
+            self._way = f"much is left, another beginning ({number} of {_RETURNS} at most), "
             grown = self._grown(self.trial(turn.names, turn.values), [])
+            self._way = ""
             if frozenset(grown.names) in contested:  # it came to the same
                 continue
             contested.add(frozenset(grown.names))
@@ -181,7 +184,7 @@ class Search:
         effects that are not tried."""
         while True:
             left = f"; so far {', '.join(now.names)}: chi²/N {now.chi2 / self.count:.3g}" if now.names else ""
-            self.tick(f"effect {len(now.names) + 1}: trying {len(self.tried)}{left}")
+            self.tick(f"{self._way}effect {len(now.names) + 1}: trying {len(self.tried)}{left}")
             paying = self._next(now, barred)
             if not paying:
                 break
