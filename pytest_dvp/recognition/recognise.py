@@ -159,7 +159,8 @@ class _Search:
             self.remarks.append(f"{other.x.field}, {other.y.field} are a position, too; the other pair was taken")
         if self.path.derived:
             self.remarks.append(
-                f"{self.path.x.field}, {self.path.y.field} were integrated from the speed, not measured"
+                f"{self.path.x.field}, {self.path.y.field} fit the speed so well that they were integrated from it, or "
+                "that one filter made both: they say little of the car that the speed does not"
             )
         self.speed, self.speed_name = self.path.speed, "x"
 

@@ -171,11 +171,25 @@ def test_where_much_is_left_rounding_is_a_share_of_it(gain: float, enough: bool)
     assert (_held_out(search, a_trial(4000.0), "x", {"x": gain}, ()) == []) is enough
 
 
+ALONE = a_trial(0.0, "drive_gain", values={DRIVE: 0.9})
+
+
+@pytest.mark.parametrize(("alike", "evident"), [(0.55, True), (0.56, False)])
+def test_what_its_companion_could_do_as_well_is_no_evidence(alike: float, evident: bool) -> None:
+    """30 standard deviations with the companion as it is; 900 (1 - 0.556) are 20 once it may make up for it."""
+    overlap = np.sqrt(alike)
+    does = {DRIVE: 300.0 * direction(0), BRAKE: 300.0 * direction(1, 0, overlap)}
+    world = World(does, {DRIVE: 0.9, BRAKE: 0.9}, excused=True)
+    search = a_search(world, "drive_gain", "brake_gain")
+    both = a_trial(0.0, "drive_gain", "brake_gain", values={DRIVE: 0.9, BRAKE: 0.9})
+    assert is_evident(search, both, "drive_gain", world) is evident  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize(("gain", "evident"), [(401.0, True), (399.0, False)])
 def test_an_effect_is_evident_twenty_standard_deviations_from_nothing(gain: float, evident: bool) -> None:
     world = World({DRIVE: 10.0 * np.sqrt(gain) * direction(0)}, {DRIVE: 0.9}, excused=True)
     search = a_search(world, "drive_gain")
-    assert is_evident(search, {DRIVE: 0.9}, "drive_gain", world) is evident  # type: ignore[arg-type]
+    assert is_evident(search, ALONE, "drive_gain", world) is evident  # type: ignore[arg-type]
     judges = (Fold(None, world),)  # type: ignore[arg-type]
     trial = search.trial(("drive_gain",), {DRIVE: 0.9})
     assert is_evident_apart(search, trial, "drive_gain", judges) is evident
@@ -185,7 +199,7 @@ def test_an_effect_is_evident_twenty_standard_deviations_from_nothing(gain: floa
     weak = World({DRIVE: direction(0)}, {DRIVE: 0.9})
     assert is_evident_apart(search, trial, "drive_gain", (*judges, Fold(None, weak))) is False  # type: ignore[arg-type]
     world.model.effects = [SimpleNamespace(name="drive_gain", values={"g": 0.9})]  # the twin has it already
-    assert is_evident(search, {DRIVE: 0.9}, "drive_gain", world) is False  # type: ignore[arg-type]
+    assert is_evident(search, ALONE, "drive_gain", world) is False  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("imitated", "evident"), [(0.0232, True), (0.0233, False)])
@@ -194,7 +208,7 @@ def test_and_it_is_beyond_what_the_remainder_imitates(imitated: float, evident: 
     world = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
     world.model.remainder_shape.imitates = {"drive_gain": {"g": imitated}}
     search = a_search(world, "drive_gain")
-    assert is_evident(search, {DRIVE: 0.9}, "drive_gain", world) is evident  # type: ignore[arg-type]
+    assert is_evident(search, ALONE, "drive_gain", world) is evident  # type: ignore[arg-type]
 
 
 def test_a_quiet_effect_is_the_best_of_those_that_the_other_metric_shows() -> None:
