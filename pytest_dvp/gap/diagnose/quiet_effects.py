@@ -82,18 +82,10 @@ def is_evident(search: Search, trial: Trial, name: str, data: ExperimentSet) -> 
     The other effects of the set may make up for it, to first order: drag and rolling resistance say much the same, and
     with one of them taken away alone the other one is wrong as well.
     """
-    values = trial.values
-    model = search.target.experiments[0].model
-    had = next((a.values for a in model.effects if a.name == name), {})
-    off, clear = dict(values), False
-    sized = sizes(search.known[name].coordinates)
-    for c in search.known[name].coordinates:
-        off[c.name] = had.get(c.key.name, c.key.neutral)
-        more = IMITATED * model.remainder_shape.imitates.get(name, {}).get(c.key.name, 0.0)
-        if c in sized:
-            clear |= not isfinite(off[c.name]) or abs(values[c.name] - off[c.name]) > more
-    if not clear:
+    if is_imitated(search, trial, name):
         return False
+    values = trial.values
+    off = {**values, **_without(search, name)}
     lasting = data.lasting()
     without, rest = lasting.whitened(off), lasting.whitened(values)
     if square(without) - square(rest) <= EVIDENT**2:
@@ -109,6 +101,23 @@ def is_evident(search: Search, trial: Trial, name: str, data: ExperimentSet) -> 
         basis = orthonormal(np.array(moves))
         without, rest = (r - row_products(basis, r) @ basis for r in (without, rest))
     return square(without) - square(rest) > EVIDENT**2
+
+
+def is_imitated(search: Search, trial: Trial, name: str) -> bool:
+    """True if an effect's size is within what the twin's known remainder imitates on drives with nothing new."""
+    imitates = search.target.experiments[0].model.remainder_shape.imitates.get(name, {})
+    off = _without(search, name)
+    return not any(
+        not isfinite(off[c.name]) or abs(trial.values[c.name] - off[c.name]) > IMITATED * imitates.get(c.key.name, 0.0)
+        for c in sizes(search.known[name].coordinates)
+    )
+
+
+def _without(search: Search, name: str) -> dict[tuple[str, str], float]:
+    """Values of an effect that the model has, or with which it does nothing."""
+    model = search.target.experiments[0].model
+    had = next((a.values for a in model.effects if a.name == name), {})
+    return {c.name: had.get(c.key.name, c.key.neutral) for c in search.known[name].coordinates}
 
 
 def is_evident_apart(search: Search, trial: Trial, name: str, judges: Sequence[Fold]) -> bool:

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.quiet_effects import is_evident_apart
+from pytest_dvp.gap.diagnose.quiet_effects import is_evident_apart, is_imitated
 from pytest_dvp.gap.diagnose.search import PRACTICAL, Search, SearchResult
 from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -56,8 +56,8 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
     """Take out effects that lose on data they were not fitted on, the worst first; and what each gains there.
 
     Where it is a run's set-up that loses, it may be another one there: the judges are then those of `apart`, which
-    have their own, as long as that gains. fragment: chi^2/N that an effect has to gain there, if it gains little where
-    it is fitted and the twin has a known remainder.
+    have their own, as long as that gains. fragment: chi^2/N that an effect has to gain there, if the twin has a known
+    remainder, and it gains little where it is fitted or is no larger than that remainder imitates.
     """
     vetoed: list[str] = []
     given, tried_apart = judges, False
@@ -87,7 +87,7 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
             n
             for n in final.names
             if search.target.excused
-            and fitted[n] < LITTLE
+            and (fitted[n] < LITTLE or is_imitated(search, final, n))
             and gains.get(n, fitted[n]) < fragment
             and not is_evident_apart(search, final, n, judges)
         ]
