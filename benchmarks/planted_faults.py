@@ -69,8 +69,8 @@ class Straight:
 class Follower(Straight):
     """follow.xosc. Collision: what it sees is old. Hard brake: it takes a fast approach nearby for an emergency."""
 
-    dead = 0.62
-    near, fast = 7.0, 3.1  # m, m/s
+    dead = 1.5
+    near, fast = 5.0, 3.8  # m, m/s
 
     def slams(self) -> bool:
         return self.gap < self.near and self.closing > self.fast
