@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 from pytest_dvp.gap.diagnose.held_out import ROUNDING, Fold, fold_excites, refit_on_fold
 from pytest_dvp.gap.diagnose.linear_algebra import square
-from pytest_dvp.gap.diagnose.quiet_effects import is_evident_apart, is_imitated
+from pytest_dvp.gap.diagnose.quiet_effects import is_evident_apart, is_far_beyond, is_imitated, quiet
 from pytest_dvp.gap.diagnose.search import PRACTICAL, Search, SearchResult
 from pytest_dvp.gap.diagnose.standing import ABOVE_REMAINDER
 from pytest_dvp.gap.diagnose.trial import Trial
@@ -17,6 +17,7 @@ from vehicle.model.effect_catalogue import run_setups
 MIN_SETUP_GAIN = 0.01  # of max(1, chi^2/N), that a run's own set-up must gain on the rest of it
 LITTLE = 2.0 * ABOVE_REMAINDER  # of chi^2/N: what gains no more where it is fitted may be made of the known remainder
 SLIGHT = 0.01  # of what an effect gains where it is fitted: a smaller loss elsewhere is no veto
+SLIGHT_BESIDE = 0.05  # the same, beside a known remainder that imitates nothing like it: that drifts by more
 
 Apart: TypeAlias = Callable[[], tuple[Fold, ...]]
 """Judges whose runs have a set-up of their own, made when they are asked for."""
@@ -44,7 +45,8 @@ def judged(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart:
     if search.misfit(strict.found.final):
         strict = _veto(search, found, judges, apart, fragment=PRACTICAL)
     rivals = dict(strict.found.rivals)  # without what was vetoed, another effect may be seen to change while driving
-    final = search.refined(strict.found.final, rivals)
+    left = strict.found.final
+    final = search.refined(left, rivals) if left.names else quiet(search, left) or left
     if final.names == strict.found.final.names:
         return strict
     again = _veto(search, dataclasses.replace(strict.found, final=final, rivals=rivals), strict.judges, lambda: (),
@@ -89,11 +91,14 @@ def _veto(search: Search, found: SearchResult, judges: tuple[Fold, ...], apart: 
             if search.target.excused
             and (fitted[n] < LITTLE or is_imitated(search, final, n))
             and gains.get(n, fitted[n]) < fragment
-            and not is_evident_apart(search, final, n, judges)
+            and not (is_evident_apart(search, final, n, judges) or is_far_beyond(search, final, n))
         ]
         worst = min(idle or fragments or gains, key=lambda n: gains.get(n, fitted[n]), default="")
         sure = not idle and not fragments
-        if not worst or (sure and gains[worst] > -max(ROUNDING * level, SLIGHT * fitted[worst])):
+        slight = SLIGHT
+        if worst and sure and search.target.excused and is_far_beyond(search, final, worst):
+            slight = SLIGHT_BESIDE
+        if not worst or (sure and gains[worst] > -max(ROUNDING * level, slight * fitted[worst])):
             return Judged(found, tuple(vetoed), gains, judges)
         if worst in run_setups() and not own and not tried_apart and (others := apart()):
             judges = others

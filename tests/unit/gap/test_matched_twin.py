@@ -77,6 +77,8 @@ def plain(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(module, "refit_on_fold", lambda search, fold, trial, without="": trial)
     monkeypatch.setattr(veto, "is_evident_apart", lambda *_: False)
     monkeypatch.setattr(veto, "is_imitated", lambda *_: False)
+    monkeypatch.setattr(veto, "is_far_beyond", lambda *_: False)
+    monkeypatch.setattr(veto, "quiet", lambda *_: None)
 
 
 def judged(search: Found) -> tuple[str, ...]:
@@ -104,6 +106,25 @@ def test_unless_it_is_no_larger_than_what_the_remainder_imitates(monkeypatch: py
     much = 3.0 * ABOVE_REMAINDER
     assert judged(Found({"steer_compliance": much}, {"steer_compliance": 0.01})) == ()
     assert judged(Found({"steer_compliance": much}, {"steer_compliance": much})) == ("steer_compliance",)
+
+
+@pytest.mark.parametrize(("held", "kept"), [(-0.04, True), (-0.06, False)])
+def test_what_is_far_beyond_the_remainder_may_lose_a_little_where_it_hardly_acts(
+    monkeypatch: pytest.MonkeyPatch, held: float, kept: bool
+) -> None:
+    """A steering that sticks after a standstill: seen in one drive, absent in the other; a loss of 5 % is let pass."""
+    monkeypatch.setattr(veto, "is_far_beyond", lambda search, trial, name: name == "steer_sticking")
+    assert judged(Found({"steer_sticking": 1.0}, {"steer_sticking": held})) == (("steer_sticking",) if kept else ())
+    assert judged(Found({"steer_sticking": 0.3}, {"steer_sticking": 0.0})) == ("steer_sticking",)
+    assert judged(Found({"roll": 1.0}, {"roll": held})) == ()
+
+
+def test_what_is_left_without_the_vetoed_ones_may_hide_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    search = Found({"roll": 0.3, "gyro_bias": 1.0}, {"roll": 0.0, "gyro_bias": 1.0})
+    monkeypatch.setattr(veto, "quiet", lambda search, left: search.trial(("gyro_bias",)))
+    found = SearchResult(search.trial(("roll",)), {}, ())  # type: ignore[arg-type]
+    names = veto.judged(search, found, (judge(),), lambda: ()).found.final.names  # type: ignore[arg-type]
+    assert names == ("gyro_bias",)
 
 
 def test_where_too_much_is_left_the_best_name_is_still_told() -> None:

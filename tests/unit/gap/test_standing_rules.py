@@ -15,7 +15,13 @@ from pytest_dvp.gap.diagnose.dependence import Dependence
 from pytest_dvp.gap.diagnose.diagnosis import Estimate, NamedEffect
 from pytest_dvp.gap.diagnose.equation_error import Opinion
 from pytest_dvp.gap.diagnose.held_out import Fold
-from pytest_dvp.gap.diagnose.quiet_effects import changing_instead, is_evident, is_evident_apart, quiet
+from pytest_dvp.gap.diagnose.quiet_effects import (
+    changing_instead,
+    is_evident,
+    is_evident_apart,
+    is_far_beyond,
+    quiet,
+)
 from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.standing import (
     REMAINDER_ONLY,
@@ -209,6 +215,14 @@ def test_and_it_is_beyond_what_the_remainder_imitates(imitated: float, evident: 
     world.model.remainder_shape.imitates = {"drive_gain": {"g": imitated}}
     search = a_search(world, "drive_gain")
     assert is_evident(search, ALONE, "drive_gain", world) is evident  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("imitated", "far"), [(0.0046, True), (0.0047, False), (0.0, False)])
+def test_far_beyond_is_five_times_what_the_remainder_imitates(imitated: float, far: bool) -> None:
+    """5 times 4.3 times 0.0047 is 0.101. Of an effect that no drive was asked for nothing is known."""
+    world = World({DRIVE: 1000.0 * direction(0)}, {DRIVE: 0.9}, excused=True)
+    world.model.remainder_shape.imitates = {"drive_gain": {"g": imitated}}
+    assert is_far_beyond(a_search(world, "drive_gain"), ALONE, "drive_gain") is far
 
 
 def test_a_quiet_effect_is_the_best_of_those_that_the_other_metric_shows() -> None:
