@@ -134,7 +134,8 @@ def ladder_figure(rungs: Sequence[Mapping[str, Any]], null_line: float | None, *
         "data": traces,
         "layout": {
             "height": max(340, 140 + (54 if steps else 32) * len(rows)) + (36 if steps else 0),
-            "margin": {"l": 168, "r": 24, "t": 40, "b": 120 if steps else 84},  # a narrow legend has three rows
+            # a letter is up to 7.4 px wide; a narrow legend has three rows
+            "margin": {"l": max(168, round(7.4 * max(map(len, rows)))), "r": 24, "t": 40, "b": 120 if steps else 84},
             "font": {"size": 12.5, "family": FONT}, "shapes": shapes, "annotations": notes, "showlegend": steps,
             "legend": {"orientation": "h", "x": 0, "y": 0.0, "yref": "container", "yanchor": "bottom"},
             "xaxis": {"type": "log", "range": [math.log10(low), math.log10(high)], "tickvals": ticks,
