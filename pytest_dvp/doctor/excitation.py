@@ -19,6 +19,8 @@ from vehicle.model.effect import Effect
 from vehicle.model.effect_catalogue import catalogue
 from vehicle.model.shown_by import BRAKE, DRIVE, STEER, Drive, ShownBy
 
+IMPOSED = ("v", "vx", "ax")  # what says nothing of a model that takes the speed from the log
+
 
 @dataclasses.dataclass(frozen=True)
 class Fact:
@@ -69,6 +71,8 @@ def excitation(log: Log, model: Any = None, own: Mapping[str, Effect] | None = N
         longitudinal = set(inputs.longitudinal)
         held -= ({*DRIVE, *BRAKE, "speed_cmd"} - longitudinal) | ({*STEER} - {inputs.steer})
         held |= {"steer_cmd"} if inputs.steer in held and inputs.steer not in STEER else set()
+    imposed = set(IMPOSED) & held if inputs is not None and "v" in inputs.longitudinal else set()
+    held -= imposed
     within: list[str] = []
     hardly: dict[str, str] = {}
     out: dict[str, str] = {}
@@ -77,7 +81,7 @@ def excitation(log: Log, model: Any = None, own: Mapping[str, Effect] | None = N
         if effect.slot == "perception":
             lacking = "" if seen else "needs objects, true and detected"
         else:
-            lacking = _lacking(effect.shown_by, held, value)
+            lacking = _lacking(effect.shown_by, held, imposed, value)
         if lacking:
             out[effect.name] = lacking
         elif missed := _missed(effect.shown_by.usual, value):
@@ -93,9 +97,11 @@ def _judged(own: Mapping[str, Effect]) -> list[Effect]:
     return sorted([*known, *own.values()], key=lambda effect: effect.slot == "perception")
 
 
-def _lacking(rule: ShownBy, held: set[str], value: Mapping[str, float]) -> str:
+def _lacking(rule: ShownBy, held: set[str], imposed: set[str], value: Mapping[str, float]) -> str:
     for group in rule.columns:
         if not held & set(group):
+            if imposed & set(group):
+                return 'needs a model that does not take the speed from the log (longitudinal = "v")'
             return "needs a column " + " or ".join(group[:3])
     return _missed(rule.drives, value)
 

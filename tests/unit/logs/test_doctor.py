@@ -11,6 +11,7 @@ from drives import Columns, drive, jittered, later, rows, scaled, swapped, two_r
 
 from pytest_dvp.doctor import examine, excitation
 from pytest_dvp.logs.log import Log
+from vehicle.model.model_file import parse_model
 
 DEGREES = 180.0 / np.pi
 
@@ -341,6 +342,18 @@ def test_a_lively_log_could_show_actuators_and_says_what_tyres_would_need(sound:
         shown.within_reach
     )
     assert "speed_cmd" in shown.out_of_reach["speed_controller"]
+
+
+def test_a_model_that_takes_the_speed_from_the_log_shows_nothing_of_it(sound: Columns) -> None:
+    sheet = "[model]\nname = 'car'\n[inputs]\nlongitudinal = '{}'\n[parameters]\nwheelbase = 2.5\nmass = 1200.0\n"
+    of_speed = {"wheel_radius", "road_grade", "accelerometer_bias", "front_wheel_speed"}
+    log = log_of(sound)
+    free = excitation(log, parse_model(sheet.format("accel_cmd")))
+    imposed = excitation(log, parse_model(sheet.format("v")))
+    assert of_speed <= set(free.within_reach) | set(free.hardly)
+    assert of_speed <= set(imposed.out_of_reach)
+    assert 'longitudinal = "v"' in imposed.out_of_reach["wheel_radius"]
+    assert {"gyro_bias", "steer_delay"} <= set(imposed.within_reach)
 
 
 def test_without_a_command_nothing_between_command_and_wheel_can_show(sound: Columns) -> None:
