@@ -269,6 +269,11 @@ def standing_lines(found: Diagnosis) -> list[str]:
             f"held out below 0 %: with {_and(lost)} the error on the data held out grew at that step, by so much of "
             "the error of the model as given; later steps, or values of that run of its own, may take it back"
         )
+    if len(found.ladder) > 1 and found.ladder[0].held_out_chi2_per_n is None:
+        lines.append(
+            "nothing was held out: no part of the logs could be set aside on which these effects show; name another "
+            "log with --held-out"
+        )
     if open_ones := _provisional(found):
         lines.append(f"provisional, and so added by name only: {', '.join(open_ones)}")
     return lines

@@ -102,6 +102,8 @@ def test_without_held_out_data_there_is_no_column_of_them() -> None:
     lines = page(dataclasses.replace(NAMED, ladder=tuple(alone))).splitlines()
     head = next(line for line in lines if "error after each step" in line)
     assert "held out" not in head
+    assert any(line.startswith("nothing was held out: ") for line in lines)
+    assert "nothing was held out" not in page(NAMED)
 
 
 def test_rivals_stand_in_the_sentence() -> None:
