@@ -17,6 +17,7 @@ CAUSES = ("v", "yaw_rate", "ax", "ay", "steer")
 WORTH_SAYING = 0.1  # excess share of the error from which a regime is worth a sentence
 LATE = 0.02  # s, least lag worth a word
 NAMED_STRETCHES = 5  # that a line names, the longest
+STEADY = 0.5  # of the squared error, from which an offset says more than a place
 ALIKE = 0.5  # MNCC from which a signal tells a lag
 
 
@@ -40,8 +41,21 @@ def headline(comparison: Comparison) -> str:
     if furthest not in (worst, *causes):
         more = math.sqrt(scores[furthest].chi2_per_n)
         text += f" ({furthest} by {more:.1f} times, but it follows from speed and turn rate)"
-    place = worst_place(comparison.where, worst)
-    return "; ".join([text, *late(score), *([sentence(place)] if place else [])])
+    steady = offset(comparison, worst)
+    place = None if steady else worst_place(comparison.where, worst)
+    return "; ".join([text, *late(score), *steady, *([sentence(place)] if place else [])])
+
+
+def offset(comparison: Comparison, channel: str) -> list[str]:
+    """What of a channel's error is the same at all times, if it is most of it; else nothing."""
+    left = comparison.residuals[channel]
+    left = left[np.isfinite(left)]
+    middle = float(left.mean()) if len(left) else 0.0
+    share = middle**2 / float(np.mean(left**2)) if middle else 0.0
+    if share < STEADY:
+        return []
+    unit = comparison.signals[channel].unit
+    return [f"{share:.0%} of it is one offset, {middle:+.3g} {unit} at all times".replace("%", " %")]
 
 
 def late(score: SignalScore) -> list[str]:

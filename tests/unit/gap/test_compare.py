@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -195,8 +196,17 @@ def test_model_that_breaks_is_refused_and_not_perfect(tmp_path: Path) -> None:
 
 
 def test_headline_says_by_how_much_the_measurement_is_late() -> None:
-    assert "; it comes 0.20 s later than in the model; " in headline(compare(drive(steer_delay=0.2), baseline()))
+    assert "it comes 0.20 s later than in the model" in headline(compare(drive(steer_delay=0.2), baseline()))
     assert "later" not in headline(compare(drive(brake_gain=0.8), baseline()))
+
+
+def test_an_offset_is_told_as_one_and_not_as_a_place() -> None:
+    log = drive()
+    log.columns["yaw_rate"] = log.columns["yaw_rate"] - 0.05
+    text = headline(compare(log, baseline()))
+    assert re.search(r"misses yaw_rate by .*; (9\d|100) % of it is one offset, -0\.0[45]\d* rad/s at all times", text)
+    assert "one offset" not in headline(compare(drive(steer_delay=0.2), baseline()))
+
 
 
 def test_headline_names_the_cause_and_says_what_follows_from_it() -> None:
