@@ -208,7 +208,6 @@ def test_an_offset_is_told_as_one_and_not_as_a_place() -> None:
     assert "one offset" not in headline(compare(drive(steer_delay=0.2), baseline()))
 
 
-
 def test_headline_names_the_cause_and_says_what_follows_from_it() -> None:
     """A position that runs away with a wrong speed is further off than the speed, in units of its noise."""
     found = compare(drive(brake_gain=0.8), baseline())
