@@ -179,19 +179,18 @@ class TrackingPerception:
                     row[SCORE] * max(1.0 - (row[UNSEEN] + dt) / LOST, 0.0),
                     max(row[AP], row[CP]),
                     int(row[ID]),
-                    self._covariance(row),
+                    self._covariance(row, unknown_middle(track)),
                 )
             )
         return tuple(found)
 
-    def _covariance(self, row: list[float]) -> tuple[float, float, float]:
+    def _covariance(self, row: list[float], unsure: float) -> tuple[float, float, float]:
         """Covariance xx, xy, yy [m^2] of a track's middle from its variances along and across the line of sight.
 
-        Of a vehicle whose length was not seen, the middle is unsure along it by half of what its length is unsure.
+        unsure: variance [m^2] along the object itself, of a vehicle whose length was not seen.
         """
         c, s = sight(row[TX] - self._sensor[0], row[TY] - self._sensor[1])
         along, across = row[AP], row[CP]
-        unsure = unknown_middle(row)
         ux, uy = math.cos(row[TYAW]), math.sin(row[TYAW])
         return (
             c * c * along + s * s * across + ux * ux * unsure,

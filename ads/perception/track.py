@@ -7,7 +7,6 @@ track's size: the near face of a car is not its middle.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -30,7 +29,7 @@ BESIDE = 0.5  # m from a face's plane to the sensor, at least, to know on which 
 WIDE = 2.2  # m; no car is so wide, a truck is
 LONG = 6.0  # m; no car is so long
 SIDE = 2.8  # m; no car is wider, not even seen askew, so a longer face is a side
-LENGTH_SIGMA = 0.5  # m, of the length of cars about the typical one: from 3.5 m (segment A) to 5.1 m (segment F)
+LENGTH_SIGMA = 0.5  # m, chosen: the length of cars about the typical one, from 3.5 m (segment A) to 5.1 m (segment F)
 
 
 @compiled
@@ -159,10 +158,12 @@ def axis_unknown(track: FloatArray) -> bool:
     return not (track[SIZED] > SIDE or track_kind(track) == PEDESTRIAN or surely_moving(track))
 
 
-def unknown_middle(row: Sequence[float]) -> float:
-    """Variance [m^2] of a middle along its track `row` (TRACK,) of a vehicle of which only the short face was seen."""
-    seen = row[SIZED] > SIDE or track_kind(np.asarray(row)) != VEHICLE
-    return 0.0 if seen else (0.5 * LENGTH_SIGMA) ** 2
+@compiled
+def unknown_middle(track: FloatArray) -> float:
+    """Variance [m^2] of the middle along a track (TRACK,), of a vehicle of which only the short face was seen."""
+    if track[SIZED] > SIDE or track_kind(track) != VEHICLE:
+        return 0.0
+    return (0.5 * LENGTH_SIGMA) ** 2
 
 
 @compiled

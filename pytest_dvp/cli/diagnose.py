@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from vehicle.model.vehicle_model import VehicleModel
 
 PLACE = 80  # in `dvp --help`
-SECONDS_A_ROW = (0.3e-3, 18e-3)
+SECONDS_A_ROW = (0.3e-3, 16e-3)
 """CPU of a row of the logs, from a twin that lacks one effect to a raw log of which eight effects were named, with a
-bare model and other programs on both cores: 538 s of 30,000 rows."""
+bare model and other programs on both cores: 486 s of 30,000 rows (docs/real-cars.md)."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -53,5 +53,5 @@ def execute(arguments: argparse.Namespace) -> int:
         print(f"  {file}: {rows} rows" + (f"; {repeated} with a repeated stamp are left out" if repeated else ""))
     if found.renamed:
         new = ", ".join(found.renamed.values())
-        print(f"  {len(found.renamed)} columns bear the name of their file, for an earlier file has theirs: {new}")
+        print(f"  called after their file, because an earlier file has a column of that name: {new}")
     return 0

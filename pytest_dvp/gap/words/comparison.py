@@ -47,7 +47,7 @@ def headline(comparison: Comparison) -> str:
 
 
 def offset(comparison: Comparison, channel: str) -> list[str]:
-    """What of a channel's error is the same at all times, if it is most of it; else nothing."""
+    """The mean of a channel's error, if it makes most of the squared error; else nothing."""
     left = comparison.residuals[channel]
     left = left[np.isfinite(left)]
     middle = float(left.mean()) if len(left) else 0.0
@@ -55,7 +55,7 @@ def offset(comparison: Comparison, channel: str) -> list[str]:
     if share < STEADY:
         return []
     unit = comparison.signals[channel].unit
-    return [f"{share:.0%} of it is one offset, {middle:+.3g} {unit} at all times".replace("%", " %")]
+    return [f"{share:.0%} of it is one offset: measured minus modelled is {middle:+.3g} {unit}".replace("%", " %")]
 
 
 def late(score: SignalScore) -> list[str]:

@@ -34,8 +34,8 @@ def page(found: Diagnosis, *, model: str = "the model", command: str = "", plan:
     lines += _notes(found)
     drives = [f"to tell {e.name} from its rivals, drive {e.deciding_manoeuvre}" for e in found.effects
               if e.rivals and e.deciding_manoeuvre]  # fmt: skip
-    after = [f"to try what is provisional: {trial}"] if trial else []
-    after += [f"next: {command}"] if command else []
+    after = [f"next: {command}"] if command else []
+    after += [f"to try what is provisional: {trial}"] if trial else []
     before = drives or ([f"what to drive to know more: {plan}"] if plan else [])
     return "\n".join([*lines, "", *before, *after]).rstrip()
 

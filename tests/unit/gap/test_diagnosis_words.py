@@ -224,6 +224,17 @@ def test_the_page_says_what_the_second_engine_says(first: str | None, says: str)
     assert second_opinion(found).startswith(says)
 
 
+def test_a_second_engine_that_votes_for_another_beside_the_rest_does_not_simply_agree() -> None:
+    """Asked for the whole error it names the effect, asked once the others are taken away it names another one."""
+    doubted = dataclasses.replace(DELAY, second_engine="disagrees")
+    votes = {"first": "steer_delay", "ranking": [["steer_delay", 0.71]]}
+    told = second_opinion(dataclasses.replace(NAMED, effects=(doubted,), votes=votes))
+    assert told.startswith("agrees on steer_delay")
+    assert told.endswith("but not beside the other effects: it then votes for another (see steer_delay)")
+    agreed = dataclasses.replace(DELAY, second_engine="agrees")
+    assert "votes for another" not in second_opinion(dataclasses.replace(NAMED, effects=(agreed,), votes=votes))
+
+
 def test_a_second_engine_that_could_not_judge_says_nothing() -> None:
     votes = {"first": None, "ranking": [], "not_judged": ["steer_delay"]}
     assert second_opinion(dataclasses.replace(NAMED, votes=votes)) == ""

@@ -225,6 +225,7 @@ def test_a_clock_that_is_off_is_told_with_its_channel_and_its_offset(
     findings = examine(log_of(later(sound, channels, seconds)))
     assert [(f.code, f.element) for f in findings] == [("log.clock_offset", f"column {', '.join(channels)}")]
     assert f"0.20 s {'later' if seconds > 0 else 'earlier'}" in findings[0].text
+    assert f"`delay = {seconds:.2f}`" in findings[0].hint
 
 
 def test_a_wrong_sign_does_not_hide_a_wrong_clock(sound: Columns) -> None:

@@ -116,6 +116,14 @@ def test_the_joined_file_is_read_back_as_it_was(
         np.testing.assert_array_equal(table[header.partition(" [")[0]], values)
 
 
+def test_columns_that_took_another_name_are_one_line(
+    parts: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["join", *map(str, parts), "--out", str(tmp_path / "drive.csv")]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if "poses.delta" in line]
+    assert lines == ["  called after their file, because an earlier file has a column of that name: poses.delta"]
+
+
 def test_what_cannot_be_joined_is_said_in_one_line(
     parts: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
