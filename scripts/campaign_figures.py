@@ -40,20 +40,20 @@ RUNS = 2000  # drives of a measured probability
 
 
 @contextmanager
-def campaign(stack: str, seconds: float) -> Iterator[Campaign]:
-    """follow.xosc with a stack of late_brake.py, in a store that is thrown away."""
+def campaign(stack: str, seconds: float, gates: str = GATES, out: Path | None = None) -> Iterator[Campaign]:
+    """follow.xosc with a stack, FILE:CLASS, in the store `out`, or in one that is thrown away."""
     with tempfile.TemporaryDirectory() as folder:
-        gates = Path(folder) / "collision.gates.toml"
-        gates.write_text(GATES, encoding="utf-8")
-        settings = RunSpec(ads=f"{STACKS}:{stack}", gates=gates, duration=seconds, stack_process="off", rootdir=ROOT)
-        with Store(Path(folder) / "out", writes=True) as store, LocalCrew(1, drive) as crew:
+        judged = Path(folder) / "planted.gates.toml"
+        judged.write_text(gates, encoding="utf-8")
+        settings = RunSpec(ads=stack, gates=judged, duration=seconds, stack_process="off", rootdir=ROOT)
+        with Store(out or Path(folder) / "out", writes=True) as store, LocalCrew(1, drive) as crew:
             yield Campaign(space_of(shipped("follow.xosc"), settings), settings, store, crew, keep="none")
 
 
 def cost() -> None:
     """Drives a CPU minute, warm, with the store's row written and no run folder."""
     for seconds in (SECONDS, 40.0):
-        with campaign("TenLines", seconds) as one:
+        with campaign(f"{STACKS}:TenLines", seconds) as one:
             points = sample("random", one.space.axes, 62, 7)
             one.rows(points[:2], "sample")
             before = time.process_time()
@@ -63,7 +63,7 @@ def cost() -> None:
 
 def chance(count: int = 2000) -> None:
     """The prevalence of the planted fault among evenly drawn variants."""
-    with campaign("LateBrake", SECONDS) as one:
+    with campaign(f"{STACKS}:LateBrake", SECONDS) as one:
         rows = one.rows(sample("random", one.space.axes, count, 7), "sample")
         found = counted_probability(rows)
         print(found.text())
@@ -75,7 +75,7 @@ def searched(name: str, seeds: int = 10) -> None:
     """After how many drives a searcher finds the planted fault, by seed."""
     first = []
     for seed in range(seeds):
-        with campaign("LateBrake", SECONDS) as one:
+        with campaign(f"{STACKS}:LateBrake", SECONDS) as one:
             rows = search(one, name, BUDGET, seed)
             first.append(next((k + 1 for k, row in enumerate(rows) if row.failed), BUDGET + 1))
     print(f"{name}: median {np.median(first):g} of {sorted(first)}", flush=True)
