@@ -9,6 +9,7 @@ verifai-halton, which run in an environment of their own whose Python is in DVP_
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import os
@@ -26,6 +27,7 @@ from pytest_dvp.campaigns.hypothesis_search import search_by_hypothesis
 from pytest_dvp.campaigns.parameter_space import Shares
 from pytest_dvp.campaigns.sampling import sample
 from pytest_dvp.campaigns.store import Row
+from pytest_dvp.tuning.searchers import search_names
 from scripts.campaign_figures import ROOT, campaign
 
 STACK = f"{ROOT / 'benchmarks' / 'planted_faults.py'}:Follower"
@@ -158,11 +160,18 @@ PEERS: dict[str, Callable[[Campaign, int, int], list[Row]]] = {
 
 def main() -> None:
     """Run what the first word names."""
-    what, *rest = sys.argv[1:]
-    if what == "chance":
-        chance(*(int(word) for word in rest))
-    else:
-        searched(rest[0], rest[1], *(int(word) for word in rest[2:]))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    what = parser.add_subparsers(dest="what", required=True)
+    counted, looked = what.add_parser("chance"), what.add_parser("search")
+    counted.add_argument("count", type=int, nargs="?", default=20_000, metavar="DRIVES")
+    counted.add_argument("seed", type=int, nargs="?", default=1)
+    looked.add_argument("fault", choices=list(FAULTS))
+    looked.add_argument("method", choices=[*search_names(), *PEERS])
+    looked.add_argument("budget", type=int)
+    looked.add_argument("seeds", type=int, nargs="?", default=20)
+    looked.add_argument("first", type=int, nargs="?", default=100)
+    given = vars(parser.parse_args())
+    (chance if given.pop("what") == "chance" else searched)(**given)
 
 
 if __name__ == "__main__":
