@@ -40,14 +40,17 @@ RUNS = 2000  # drives of a measured probability
 
 
 @contextmanager
-def campaign(stack: str, seconds: float, gates: str = GATES, out: Path | None = None) -> Iterator[Campaign]:
-    """follow.xosc with a stack, FILE:CLASS, in the store `out`, or in one that is thrown away."""
+def campaign(
+    stack: str, seconds: float, gates: str = GATES, out: Path | None = None, scenario: str = "follow.xosc",
+    kind: type[Campaign] = Campaign,
+) -> Iterator[Campaign]:  # fmt: skip
+    """A shipped scenario with a stack, FILE:CLASS, in the store `out`, or in one that is thrown away."""
     with tempfile.TemporaryDirectory() as folder:
         judged = Path(folder) / "planted.gates.toml"
         judged.write_text(gates, encoding="utf-8")
         settings = RunSpec(ads=stack, gates=judged, duration=seconds, stack_process="off", rootdir=ROOT)
         with Store(out or Path(folder) / "out", writes=True) as store, LocalCrew(1, drive) as crew:
-            yield Campaign(space_of(shipped("follow.xosc"), settings), settings, store, crew, keep="none")
+            yield kind(space_of(shipped(scenario), settings), settings, store, crew, keep="none")
 
 
 def cost() -> None:

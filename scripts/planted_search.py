@@ -1,21 +1,23 @@
-"""Searches the planted faults of benchmarks/planted_faults.py: how rare they are by chance, and who finds them sooner.
+"""Searches planted faults: how rare they are by chance, and who finds them sooner.
 
-    python -m scripts.planted_search chance [DRIVES] [SEED]       # counts both; goes on where it was interrupted
+    python -m scripts.planted_search chance STACK [DRIVES] [SEED]    # goes on where it was interrupted
     python -m scripts.planted_search search FAULT METHOD BUDGET [SEEDS] [FIRST]
 
-A METHOD is one of `dvp campaign`, or a peer on the same drives: optuna-tpe, and verifai-ce, verifai-mab and
-verifai-halton, which run in an environment of their own whose Python is in DVP_VERIFAI.
+STACKS and FAULTS below name them. A METHOD is one of `dvp campaign`, or a peer on the same drives: optuna-tpe, and
+verifai-ce, verifai-mab and verifai-halton, which run in an environment of their own whose Python is in DVP_VERIFAI.
 """
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -27,77 +29,162 @@ from pytest_dvp.campaigns.hypothesis_search import search_by_hypothesis
 from pytest_dvp.campaigns.parameter_space import Shares
 from pytest_dvp.campaigns.sampling import sample
 from pytest_dvp.campaigns.store import Row
+from pytest_dvp.drive import run_folder
 from pytest_dvp.tuning.searchers import search_names
 from scripts.campaign_figures import ROOT, campaign
 
-STACK = f"{ROOT / 'benchmarks' / 'planted_faults.py'}:Follower"
 STORE = Path("runs/planted")
-SECONDS = 10.0  # s of a drive: until the bend, where the stack goes straight on
 BLOCK = 500  # drives between two lines of progress
-FAULTS = {"old_sight": ("collision", 0.0), "slammed": ("max_deceleration", 4.9)}
-"""Metric and greatest value [m/s^2 of the second one] of the gate that a fault breaks."""
 UNMEASURED = 1.0  # objective of a drive that measured nothing, or that the constraints exclude: far from failing
 
 
-def gates(*faults: str) -> str:
-    """The gate file of these faults."""
-    return "".join(f'[[gate]]\nmetric = "{metric}"\nmax = {most:g}\n' for metric, most in map(FAULTS.get, faults))
+@dataclasses.dataclass(frozen=True)
+class Stack:
+    """Where a stack with planted faults lies in `benchmarks`, the scenario, and the seconds of a drive [s]."""
+
+    source: str
+    scenario: str
+    seconds: float
 
 
-def chance(count: int = 20_000, seed: int = 1) -> None:
-    """How rare the faults are among evenly drawn variants."""
-    found, done = dict.fromkeys(FAULTS, 0), 0
-    with campaign(STACK, SECONDS, gates(*FAULTS), STORE) as one:
+@dataclasses.dataclass(frozen=True)
+class Fault:
+    """Metric and greatest value of the gate that a fault of a stack breaks."""
+
+    stack: str
+    metric: str
+    most: float
+
+    @property
+    def gate(self) -> str:
+        """It in a gate file."""
+        return f'[[gate]]\nmetric = "{self.metric}"\nmax = {self.most:g}\n'
+
+
+STACKS = {
+    "follow": Stack("planted_faults.py:Follower", "follow.xosc", 10.0),  # until the bend, where it goes straight on
+    "cut_in": Stack("planted_cut_in.py:Yielder", "cut_in.xosc", 7.0),  # until both have found their speed
+    "child": Stack("planted_child.py:Watcher", "occluded_child.xosc", 6.0),  # until the ego stands or is past
+}
+FAULTS = {
+    "old_sight": Fault("follow", "collision", 0.0),
+    "slammed": Fault("follow", "max_deceleration", 4.9),  # m/s^2
+    "parked_label": Fault("cut_in", "collision", 0.0),
+    "undecided": Fault("cut_in", "accel_roughness", 38.7),  # m/s^3
+    "pillar": Fault("child", "collision", 0.0),
+    "wrong_row": Fault("child", "max_deceleration", 4.9),  # m/s^2
+}
+SILENT = '[[gate]]\nmetric = "events_fired"\nmax = 1000\n'  # a drive that ends before an event counts all the same
+
+
+@contextmanager
+def planted(
+    stack: Stack, faults: Sequence[Fault], out: Path | None = None, kind: type[Campaign] = Campaign
+) -> Iterator[Campaign]:
+    """The campaign of a stack that the gates of these faults judge, and nothing else."""
+    measure = run_folder.measure
+    run_folder.measure = lambda log: {}  # all other metrics take a quarter of the time of so short a drive
+    source = str(ROOT / "benchmarks" / stack.source)
+    judged = "".join(fault.gate for fault in faults) + SILENT
+    try:
+        with campaign(source, stack.seconds, judged, out, stack.scenario, kind) as one:
+            yield one
+    finally:
+        run_folder.measure = measure
+
+
+def chance(stack: str, count: int = 20_000, seed: int = 1) -> None:
+    """How rare the faults of a stack are among evenly drawn variants."""
+    faults = {name: fault for name, fault in FAULTS.items() if fault.stack == stack}
+    failed: dict[str, list[int]] = {name: [] for name in faults}
+    done = 0
+    with planted(STACKS[stack], list(faults.values()), STORE / stack) as one:
         points = sample("random", one.space.axes, count, seed)
         for begin in range(0, count, BLOCK):
-            rows = one.rows(points[begin : begin + BLOCK], "sample")
-            done += len(rows)
-            for name, (metric, most) in FAULTS.items():
-                found[name] += sum((row.metrics[metric] or 0.0) > most for row in rows)
-            print(f"\r{done} of {count}: {found}", end="", file=sys.stderr)
+            for row in checked(one.rows(points[begin : begin + BLOCK], "sample")):
+                done += 1
+                for name, fault in faults.items():
+                    if (row.metrics[fault.metric] or 0.0) > fault.most:
+                        failed[name].append(done)
+            hits = {name: len(at) for name, at in failed.items()}
+            print(f"\r{done} of {count}: {hits}", end="", file=sys.stderr)
     print(file=sys.stderr)
-    for name, hits in found.items():
-        p = clopper_pearson(hits, 0, done)
+    for name, at in failed.items():
+        p = clopper_pearson(len(at), 0, done)
         first, middle, last = (math.log(2.0) / each if each else math.inf for each in (p.high, p.estimate, p.low))
         print(f"{name}: {p.text()}; median of chance: {middle:.0f} drives, between {first:.0f} and {last:.0f}")
+        budget = round(middle / 5.0) if at else 0
+        blocks = done // budget if budget else 0
+        found = len({(k - 1) // budget for k in at if k <= blocks * budget}) if budget else 0
+        print(f"{name}: within {budget} drives in {found} of {blocks} blocks of these draws")
+
+
+def checked(rows: Sequence[Row]) -> Sequence[Row]:
+    """The rows. Raises SystemExit if a drive broke: it says nothing about a fault."""
+    for row in rows:
+        if row.verdict == "ERROR":
+            raise SystemExit(row.message)
+    return rows
+
+
+class Found(Exception):
+    """A drive failed: the search is over."""
+
+
+class UntilFailure(Campaign):
+    """A campaign that ends with its first failure."""
+
+    def rows(self, points: Sequence[Shares], purpose: str) -> list[Row]:
+        """A row for each point, one after the other. Raises Found."""
+        rows: list[Row] = []
+        for point in points:
+            rows += checked(super().rows([point], purpose))
+            if rows[-1].failed:
+                raise Found
+        return rows
 
 
 def searched(fault: str, method: str, budget: int, seeds: int = 20, first: int = 100) -> None:
     """After how many drives a method finds a fault, by seed; 0 where it does not."""
-    found = []
+    found: list[int] = []
+    planned = FAULTS[fault]
     for seed in range(first, first + seeds):
-        with campaign(STACK, SECONDS, gates(fault)) as one:
-            rows = PEERS[method](one, budget, seed) if method in PEERS else search(one, method, budget, seed)
-        found.append(next((k + 1 for k, row in enumerate(rows) if row.failed), 0))
+        with planted(STACKS[planned.stack], [planned], kind=UntilFailure) as one:
+            try:
+                PEERS.get(method, search_by(method))(one, budget, seed)
+                found.append(0)
+            except Found:
+                found.append(one.progress.driven)
         print(f"\r{fault}, {method}: {found}", end="", file=sys.stderr)
     print(file=sys.stderr)
     hits = [k for k in found if k]
     p = clopper_pearson(len(hits), 0, seeds)
-    middle = f"median of those {np.median(hits):g}" if hits else "none"
+    middle = np.median([k or math.inf for k in found])
     share = f"({p.low:.2f} to {p.high:.2f})"
-    print(f"{fault}, {method}: within {budget} drives in {len(hits)} of {seeds} seeds {share}, {middle}")
+    told = f"median {middle:g}, last {max(hits, default=0)}"
+    print(f"{fault}, {method}: within {budget} drives in {len(hits)} of {seeds} seeds {share}, {told}; {sorted(found)}")
 
 
-def _driven(one: Campaign, rows: list[Row], at: Shares) -> float:
-    """Drives a point, and appends its row if the constraints allow the point. The objective; below 0 for a failure."""
-    new = one.rows([at], "search")
-    rows += new
-    return UNMEASURED if not new or new[0].objective is None else new[0].objective
+def search_by(name: str) -> Callable[[Campaign, int, int], object]:
+    """A method of `dvp campaign`."""
+    return lambda one, budget, seed: search(one, name, budget, seed)
 
 
-def _optuna(one: Campaign, budget: int, seed: int) -> list[Row]:
+def _driven(one: Campaign, at: Shares) -> float:
+    """Drives a point if the constraints allow it. The objective; below 0 for a failure."""
+    rows = one.rows([at], "search")
+    return UNMEASURED if not rows or rows[0].objective is None else rows[0].objective
+
+
+def _optuna(one: Campaign, budget: int, seed: int) -> None:
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=seed))
-    rows: list[Row] = []
     for _ in range(budget):
         trial = study.ask()
         at = tuple(trial.suggest_float(str(k), 0.0, 1.0) for k in range(len(one.space.axes)))
-        study.tell(trial, score := _driven(one, rows, at))
-        if score < 0.0:
-            break
-    return rows
+        study.tell(trial, _driven(one, at))
 
 
 PEER = r"""
@@ -127,31 +214,29 @@ while True:
 """
 
 
-def _verifai(one: Campaign, budget: int, seed: int, kind: str) -> list[Row]:
+def _verifai(one: Campaign, budget: int, seed: int, kind: str) -> None:
     """VerifAI's sampler in a process of its own: a line with a point comes, a line with its objective goes."""
     python = os.environ.get("DVP_VERIFAI", "")
     if not python:
         raise SystemExit("DVP_VERIFAI is not set: the Python of an environment in which VerifAI is installed")
     command = [python, "-c", PEER, kind, str(len(one.space.axes)), str(seed)]
-    rows: list[Row] = []
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as peer:
         assert peer.stdin is not None
         assert peer.stdout is not None
-        for _ in range(budget):
-            score = _driven(one, rows, tuple(json.loads(peer.stdout.readline())))
-            if score < 0.0:
-                break
-            peer.stdin.write(f"{score}\n")
-            peer.stdin.flush()
-        peer.kill()
-    return rows
+        try:
+            for _ in range(budget):
+                score = _driven(one, tuple(json.loads(peer.stdout.readline())))
+                peer.stdin.write(f"{score}\n")
+                peer.stdin.flush()
+        finally:
+            peer.kill()
 
 
-def _sampler(kind: str) -> Callable[[Campaign, int, int], list[Row]]:
+def _sampler(kind: str) -> Callable[[Campaign, int, int], None]:
     return lambda one, budget, seed: _verifai(one, budget, seed, kind)
 
 
-PEERS: dict[str, Callable[[Campaign, int, int], list[Row]]] = {
+PEERS: dict[str, Callable[[Campaign, int, int], object]] = {
     "hypothesis": search_by_hypothesis,
     "optuna-tpe": _optuna,
     **{f"verifai-{kind}": _sampler(kind) for kind in ("ce", "mab", "halton")},
@@ -163,6 +248,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     what = parser.add_subparsers(dest="what", required=True)
     counted, looked = what.add_parser("chance"), what.add_parser("search")
+    counted.add_argument("stack", choices=list(STACKS))
     counted.add_argument("count", type=int, nargs="?", default=20_000, metavar="DRIVES")
     counted.add_argument("seed", type=int, nargs="?", default=1)
     looked.add_argument("fault", choices=list(FAULTS))
