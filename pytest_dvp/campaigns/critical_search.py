@@ -9,7 +9,7 @@ from pytest_dvp.campaigns.campaign import Campaign
 from pytest_dvp.campaigns.parameter_space import Shares
 from pytest_dvp.campaigns.sampling import sobol
 from pytest_dvp.campaigns.store import Row
-from pytest_dvp.tuning.searchers.search import make_searcher
+from pytest_dvp.tuning.searchers.search import Learner, make_searcher
 from pytest_dvp.tuning.tuned_parameter import Knob, Point
 
 LOCAL = "descent"  # every second round starts from the worst pass so far and stays near it
@@ -58,6 +58,9 @@ class _Search:
     def _round(self, name: str, seed: int) -> None:
         start = self._start()
         searcher = make_searcher(name, self._knobs, self._point(start), seed)
+        if isinstance(searcher, Learner):
+            known = list(self._known.values())
+            searcher.learn([self._point(at) for at, _ in known], [self._score(at, row) for at, row in known])
         finds: list[Shares] = []
         best, stale, lowest = math.inf, 0, start
         while stale < STALE and len(finds) < FINDS and (points := searcher.ask()):

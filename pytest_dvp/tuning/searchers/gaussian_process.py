@@ -12,8 +12,13 @@ from pytest_dvp.tuning.tuned_parameter import Knob, Point
 BATCH = 4  # points asked for at once, whatever the number of cores
 CANDIDATES = 1000  # points at which the acquisition is looked at, for each batch
 LENGTHS = (0.1, 0.2, 0.4, 0.8)  # of the range: length scales that the marginal likelihood chooses from
+IDLE = 3.2  # of the range: length of a knob that hardly matters
 NOISE = 1e-4  # variance of a score beside that of all scores: a drive repeats itself, the process is only smooth
 BOLD = 1.5  # standard deviations below the mean that a point is hoped to reach
+NEAR = (0.01, 0.03, 0.1)  # of the range: spreads of the candidates around the best points; a narrow ridge needs all
+BEST = 4  # points around which those lie: the best one alone may be the end of a wrong slope
+GROWN = 1.1  # share of more scores after which the lengths are chosen anew: what a tenth adds seldom changes them
+PROMISING = 0.05  # share of the space that every second point of a batch spreads over
 MOST = 300  # newest points that the process is fitted to, with the best: the cost grows with their cube
 
 
@@ -30,7 +35,7 @@ class GaussianProcess:
         self._rng = np.random.default_rng(seed)
         self._at: list[list[float]] = []
         self._scores: list[float] = []
-        self._length = LENGTHS[1]
+        self._lengths, self._chosen = np.full(len(knobs), LENGTHS[1]), 0
 
     def ask(self) -> list[Point]:
         """The start alone first, then even draws until there are two for each knob, then BATCH points each time."""
@@ -40,25 +45,35 @@ class GaussianProcess:
         if len(self._scores) < 2 * size + 2:
             return [self._point(row) for row in self._rng.random((BATCH, size))]
         at, scores = self._known()
-        best = at[int(np.argmin(scores))]
+        best = at[np.argsort(scores, kind="stable")[:BEST]]
         picked: list[FloatArray] = []
-        for _ in range(BATCH):
-            near = np.clip(best + self._rng.normal(0.0, 0.05, (CANDIDATES // 4, size)), 0.0, 1.0)
+        for number in range(BATCH):
+            around = best[self._rng.integers(len(best), size=CANDIDATES // 2)]
+            spread = np.array(NEAR)[self._rng.integers(len(NEAR), size=len(around))]
+            near = np.clip(around + spread[:, None] * self._rng.normal(size=around.shape), 0.0, 1.0)
             tried = np.vstack([self._rng.random((CANDIDATES - len(near), size)), near])
-            mean, deviation = predicted(at, scores, tried, self._length)
-            k = int(np.argmin(mean - BOLD * deviation))
+            mean, deviation = predicted(at, scores, tried, self._lengths)
+            wanted = mean - BOLD * deviation
+            if number % 2:  # what jumps shows no slope: where a failure is near, everything is looked at
+                wanted = np.where(mean <= np.quantile(mean[: CANDIDATES - len(near)], PROMISING), -deviation, np.inf)
+            k = int(np.argmin(wanted))
             picked.append(tried[k])
             at, scores = np.vstack([at, tried[k]]), np.append(scores, mean[k])
         return [self._point(row) for row in picked]
+
+    def learn(self, points: Sequence[Point], scores: Sequence[float]) -> None:
+        """Scores of earlier points, which spare it the even draws."""
+        self.tell(points, scores)
 
     def tell(self, points: Sequence[Point], scores: Sequence[float]) -> None:
         """Scores of the batch, smaller is better."""
         self._first = False
         self._at += [[knob.share(point[knob.name]) for knob in self.knobs] for point in points]
         self._scores += scores
-        if len(self._scores) > 1:
+        if len(self._scores) > max(1.0, GROWN * self._chosen):
+            self._chosen = len(self._scores)
             at, known = self._known()
-            self._length = chosen_length(at, known)
+            self._lengths = chosen_lengths(at, known, self._lengths)
 
     def _known(self) -> tuple[FloatArray, FloatArray]:
         scores = np.array(self._scores)
@@ -69,9 +84,11 @@ class GaussianProcess:
         return {knob.name: knob.at(float(share)) for knob, share in zip(self.knobs, shares, strict=True)}
 
 
-def predicted(at: FloatArray, scores: FloatArray, tried: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
+def predicted(
+    at: FloatArray, scores: FloatArray, tried: FloatArray, length: float | FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Mean (m,) and standard deviation (m,) in units of the scores at `tried` (m, d), after scores (n,) at `at` (n, d)
-    in shares of the ranges."""
+    in shares of the ranges; one length or (d,) lengths."""
     from scipy.linalg import cho_factor, cho_solve
 
     centre, scale = scores.mean(), max(float(scores.std()), 1e-12)
@@ -85,20 +102,34 @@ def predicted(at: FloatArray, scores: FloatArray, tried: FloatArray, length: flo
 def chosen_length(at: FloatArray, scores: FloatArray) -> float:
     """Of LENGTHS the one with the greatest marginal likelihood of scores (n,) at (n, d) shares of the ranges; units of
     the scores do not matter."""
+    y = (scores - scores.mean()) / max(float(scores.std()), 1e-12)
+    return LENGTHS[int(np.argmax([_likelihood(at, y, length) for length in LENGTHS]))]
+
+
+def chosen_lengths(at: FloatArray, scores: FloatArray, lengths: FloatArray) -> FloatArray:
+    """A length (d,) for each knob, of LENGTHS or IDLE: from `lengths` on, one knob after the other, whatever makes the
+    scores more likely. Knobs that do not matter then cost no drives."""
+    y = (scores - scores.mean()) / max(float(scores.std()), 1e-12)
+    common = np.full(len(lengths), chosen_length(at, scores))
+    found = max((common, lengths.copy()), key=lambda each: _likelihood(at, y, each))
+    for k in range(len(found)):
+        tries = [np.where(np.arange(len(found)) == k, length, found) for length in (*LENGTHS, IDLE)]
+        found = tries[int(np.argmax([_likelihood(at, y, each) for each in tries]))]
+    return found
+
+
+def _likelihood(at: FloatArray, y: FloatArray, length: float | FloatArray) -> float:
     from scipy.linalg import cho_factor, cho_solve
 
-    y = (scores - scores.mean()) / max(float(scores.std()), 1e-12)
-    likelihoods = []
-    for length in LENGTHS:
-        factor = cho_factor(_covariance(at, at, length) + NOISE * np.eye(len(at)), lower=True)
-        likelihoods.append(-0.5 * float(y @ cho_solve(factor, y)) - float(np.log(np.diag(factor[0])).sum()))
-    return LENGTHS[int(np.argmax(likelihoods))]
+    factor = cho_factor(_covariance(at, at, length) + NOISE * np.eye(len(at)), lower=True)
+    return -0.5 * float(y @ cho_solve(factor, y)) - float(np.log(np.diag(factor[0])).sum())
 
 
-def _covariance(one: FloatArray, other: FloatArray, length: float) -> FloatArray:
+def _covariance(one: FloatArray, other: FloatArray, length: float | FloatArray) -> FloatArray:
     """Matern 5/2: rough enough for a margin that bends where another road user becomes the tightest."""
-    squared = ((one[:, None, :] - other[None, :, :]) ** 2).sum(axis=2)
-    r = np.sqrt(5.0 * squared) / length
+    a, b = one / length, other / length
+    squared = (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1)[None, :] - 2.0 * a @ b.T
+    r = np.sqrt(5.0 * np.maximum(squared, 0.0))
     return np.asarray((1.0 + r + r * r / 3.0) * np.exp(-r))
 
 

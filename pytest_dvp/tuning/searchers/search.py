@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
-from typing import Protocol, cast
+from typing import Protocol, cast, runtime_checkable
 
 from pytest_dvp.tuning.tuned_parameter import Knob, Point
 from pytest_dvp.workers.errors import TuneError
@@ -19,6 +19,15 @@ class Searcher(Protocol):
 
     def tell(self, points: Sequence[Point], scores: Sequence[float]) -> None:
         """Scores of the batch, smaller is better."""
+        ...
+
+
+@runtime_checkable
+class Learner(Protocol):
+    """A searcher that can begin with scores of points that it did not ask for."""
+
+    def learn(self, points: Sequence[Point], scores: Sequence[float]) -> None:
+        """Scores of earlier points, before the first batch; smaller is better. The start need not be asked for then."""
         ...
 
 
