@@ -70,7 +70,7 @@ FAULTS = {
     "old_sight": Fault("follow", "collision", 0.0),
     "slammed": Fault("follow", "max_deceleration", 4.9),  # m/s^2
     "parked_label": Fault("cut_in", "collision", 0.0),
-    "undecided": Fault("cut_in", "accel_roughness", 38.7),  # m/s^3
+    "undecided": Fault("cut_in", "accel_roughness", 37.45),  # m/s^3
     "pillar": Fault("child", "collision", 0.0),
     "wrong_row": Fault("child", "max_deceleration", 4.9),  # m/s^2
 }
