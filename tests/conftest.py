@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from pathlib import Path
 
@@ -14,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def pytest_configure(config: pytest.Config) -> None:
     """Declares the mark of tests that weigh much and guard what a lighter one guards nearly as well."""
+    gc.disable()  # until all is collected: nothing that is imported or collected becomes garbage
     config.addinivalue_line(
         "markers",
         "nightly(by_day=0): runs in `make nightly` alone (DVP_NIGHTLY is set there); of a test with many parameters "
@@ -34,6 +36,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         seen[test] = seen.get(test, -1) + 1
         if not by_day or seen[test] % by_day:
             item.add_marker(pytest.mark.skip(reason="driven by make nightly"))
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish() -> None:
+    """Takes modules and items out of what the garbage collector looks through: it need not, and there are millions.
+
+    pytest collects garbage after each session, and so after each of the hundreds that our tests begin inside this one.
+    """
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)
