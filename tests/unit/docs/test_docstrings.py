@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -50,8 +51,9 @@ def types_of(function: Function) -> Iterator[str]:
 
 def raised(function: Function) -> set[str]:
     """Names of the errors that the function raises itself; those that it catches itself are left out."""
-    errors = {name(node.exc) for node in ast.walk(function) if isinstance(node, ast.Raise) and node.exc is not None}
-    caught = {name(node) for handler in ast.walk(function) if isinstance(handler, ast.ExceptHandler)
+    nodes = list(ast.walk(function))
+    errors = {name(node.exc) for node in nodes if isinstance(node, ast.Raise) and node.exc is not None}
+    caught = {name(node) for handler in nodes if isinstance(handler, ast.ExceptHandler)
               for node in ast.walk(handler.type or handler) if isinstance(node, ast.Name)}  # fmt: skip
     return {error for error in errors if error[:1].isupper()} - caught
 
@@ -62,14 +64,21 @@ def name(node: ast.expr) -> str:
     return node.attr if isinstance(node, ast.Attribute) else getattr(node, "id", "")
 
 
-def definition(module: str, key: str) -> tuple[str, ast.stmt]:
-    """Module and node of a name that a module defines or imports from one of ours."""
+@cache
+def contents(module: str) -> tuple[list[ast.stmt], list[ast.ImportFrom]]:
+    """Statements of a module, and its imports at whatever depth."""
     path = ROOT / module.replace(".", "/")
     tree = ast.parse((path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module and any(a.name == key for a in node.names):
+    return tree.body, [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+
+
+def definition(module: str, key: str) -> tuple[str, ast.stmt]:
+    """Module and node of a name that a module defines or imports from one of ours."""
+    body, imports = contents(module)
+    for node in imports:
+        if node.module and any(a.name == key for a in node.names):
             return definition(node.module, key)
-    for node in tree.body:
+    for node in body:
         defined = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
         if key in [getattr(node, "name", ""), *(getattr(target, "id", "") for target in defined)]:
             return module, node
@@ -118,9 +127,9 @@ def test_a_public_docstring_states_shapes_units_and_errors(label: str) -> None:
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_every_public_docstring_of_a_package_says_all(package: str) -> None:
-    functions = dict(functions_in(package))
-    assert functions  # a package that has moved must not look like one that is done
-    assert {label: gaps for label, node in functions.items() if (gaps := missing(node))} == {}
+    gaps = {label: missing(node) for label, node in functions_in(package)}
+    assert gaps  # a package that has moved must not look like one that is done
+    assert {label: said for label, said in gaps.items() if said} == {}
 
 
 def test_the_public_things_are_found() -> None:
