@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import gc
 import os
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
+from pytest_dvp.cli.shared import runnable_scenarios
+from pytest_dvp.drive.run_spec import RunSpec
+
 pytest_plugins = ["pytester"]
 
 ROOT = Path(__file__).resolve().parents[1]
+ASK = runnable_scenarios._ask
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -79,3 +84,24 @@ def shared_dir() -> Path:
 def scenarios_dir() -> Path:
     """The scenarios that ship with the product."""
     return ROOT / "scenarios"
+
+
+@pytest.fixture(autouse=True, scope="session")
+def checks_in_this_process() -> Iterator[None]:
+    """`dvp check` asks a process of its own which scenarios run; here this one answers, which has imported all of it.
+
+    Tests of that process take the fixture `checks_in_a_child`.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runnable_scenarios, "_ask", answers_here)
+        yield
+
+
+def answers_here(files: Sequence[str], settings: RunSpec) -> dict[str, tuple[str, int | None]]:
+    return runnable_scenarios._answers(runnable_scenarios._question(files, settings))
+
+
+@pytest.fixture
+def checks_in_a_child(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`dvp check` as a user has it."""
+    monkeypatch.setattr(runnable_scenarios, "_ask", ASK)

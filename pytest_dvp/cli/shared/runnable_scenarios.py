@@ -57,13 +57,7 @@ def _ask(files: Sequence[str], settings: RunSpec) -> dict[str, tuple[str, int | 
     """Why each file is refused, and where; "" and None if it runs."""
     if not files:
         return {}
-    question = {
-        "files": files,
-        "library": [str(folder) for folder in settings.library],
-        "rootdir": str(settings.rootdir),
-        "ego": settings.ego,
-        "roads": settings.roads,
-    }
+    question = _question(files, settings)
     from vehicle.child_process import own_module, own_path
 
     words, there = own_module("pytest_dvp.cli.shared.runnable_scenarios"), {**os.environ, **own_path()}
@@ -74,6 +68,17 @@ def _ask(files: Sequence[str], settings: RunSpec) -> dict[str, tuple[str, int | 
         last = (child.stderr.strip().splitlines() or [f"exit code {child.returncode}"])[-1]
         return dict.fromkeys(files, (f"it cannot be told: {last}", None))
     return {file: (why, line) for file, (why, line) in json.loads(child.stdout).items()}
+
+
+def _question(files: Sequence[str], settings: RunSpec) -> dict[str, Any]:
+    """What the child of `_ask` is told."""
+    return {
+        "files": files,
+        "library": [str(folder) for folder in settings.library],
+        "rootdir": str(settings.rootdir),
+        "ego": settings.ego,
+        "roads": settings.roads,
+    }
 
 
 def said(row: Mapping[str, Any]) -> str:
@@ -130,9 +135,8 @@ def _why(file: str, place: str, line: int | None, message: str) -> tuple[str, in
     return f"{where if line is None else f'{where}:{line}'}: {message}", None
 
 
-def _answer() -> None:
-    """The child of `_ask`: question on stdin, answer on stdout."""
-    question = json.load(sys.stdin)
+def _answers(question: Mapping[str, Any]) -> dict[str, tuple[str, int | None]]:
+    """Why each file of a question is refused, and where."""
     settings = dataclasses.replace(
         RunSpec(),
         library=tuple(Path(folder) for folder in question["library"]),
@@ -140,8 +144,8 @@ def _answer() -> None:
         ego=question["ego"],
         roads=question["roads"],
     )
-    json.dump({file: _refusal(Path(file), settings) for file in question["files"]}, sys.stdout)
+    return {file: _refusal(Path(file), settings) for file in question["files"]}
 
 
-if __name__ == "__main__":
-    _answer()
+if __name__ == "__main__":  # the child of `_ask`
+    json.dump(_answers(json.load(sys.stdin)), sys.stdout)

@@ -16,7 +16,7 @@ GEO = '<GeoPosition latitudeDeg="48" longitudeDeg="11"/>'  # and the road does n
 
 
 def test_each_scenario_is_said_to_run_or_why_not(
-    scenario: Write, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    scenario: Write, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], checks_in_a_child: None
 ) -> None:
     folder = scenario(name="good.xosc").parent
     scenario((ROAD, "<RoadNetwork/>"), name="no_road.xosc")
