@@ -12,7 +12,7 @@ import pytest
 from reports.html import write_run_report
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "unit" / "reports")]
-from chromium import Browser, find_chromium  # noqa: E402
+from chromium import Browser, find_chromium, opened  # noqa: E402
 from synthetic_run import synthetic_run  # noqa: E402
 
 READY = "document.body && document.body.dataset.ready === 'true' && !!document.querySelector('#chart .cartesianlayer')"
@@ -49,6 +49,13 @@ def page(browser: Browser, report: Path) -> Browser:
     return browser
 
 
+@pytest.fixture(scope="module")
+def untouched(report: Path) -> Iterator[Browser]:
+    """The page as it opens, for tests that only look."""
+    with opened(report, READY) as shown:
+        yield shown
+
+
 def move_slider(page: Browser, t: float) -> None:
     page.evaluate(
         f"(() => {{ const s = document.getElementById('time'); s.value = {t};"
@@ -66,16 +73,16 @@ def cursor_time(page: Browser) -> float:
     )
 
 
-def test_opens_without_an_error(page: Browser) -> None:
-    assert page.problems == []
+def test_opens_without_an_error(untouched: Browser) -> None:
+    assert untouched.problems == []
 
 
-def test_asks_for_nothing_but_itself(page: Browser, report: Path) -> None:
-    assert page.requests == [report.resolve().as_uri()]
+def test_asks_for_nothing_but_itself(untouched: Browser, report: Path) -> None:
+    assert untouched.requests == [report.resolve().as_uri()]
 
 
-def test_opens_at_the_worst_moment(page: Browser) -> None:
-    assert page.evaluate("document.body.dataset.time") == "15.40"
+def test_opens_at_the_worst_moment(untouched: Browser) -> None:
+    assert untouched.evaluate("document.body.dataset.time") == "15.40"
 
 
 def test_slider_moves_charts_and_top_view(page: Browser) -> None:
@@ -120,9 +127,9 @@ def test_dark_page_redraws_the_top_view(page: Browser) -> None:
     page.set_colours("light")
 
 
-def test_markup_in_a_name_is_not_obeyed(page: Browser) -> None:
-    assert page.evaluate("document.images.length") == 0
-    assert "owned" not in page.evaluate("document.title")
+def test_markup_in_a_name_is_not_obeyed(untouched: Browser) -> None:
+    assert untouched.evaluate("document.images.length") == 0
+    assert "owned" not in untouched.evaluate("document.title")
 
 
 @pytest.mark.parametrize(
@@ -134,24 +141,24 @@ def test_markup_in_a_name_is_not_obeyed(page: Browser) -> None:
     ],
 )
 def test_the_planned_path_is_drawn_from_the_car_onward(
-    page: Browser, events: list[dict[str, str]], t: float, first: float, last: float
+    untouched: Browser, events: list[dict[str, str]], t: float, first: float, last: float
 ) -> None:
     ego = {"t": [0.0, 10.0], "x": [0.0, 50.0], "y": [0.0, 0.0], "yaw": [0.0, 0.0]}
-    ahead = page.evaluate(
+    ahead = untouched.evaluate(
         f"View.prototype.ahead.call({{data: {{ego: {ego}, events: {events}}}, along: View.prototype.along}},"
         f" [[-5, 0], [30, 0], [100, 0]], 0.0, {t})"
     )
     assert (ahead[0][0], ahead[-1][0]) == pytest.approx((first, last))
 
 
-def test_a_path_that_the_car_has_left_is_not_drawn(page: Browser) -> None:
+def test_a_path_that_the_car_has_left_is_not_drawn(untouched: Browser) -> None:
     ego = {"t": [0.0, 10.0], "x": [0.0, 50.0], "y": [0.0, 20.0], "yaw": [0.0, 0.0]}
     call = f"View.prototype.ahead.call({{data: {{ego: {ego}, events: []}}, along: View.prototype.along}}"
-    assert page.evaluate(f"{call}, [[-5, 0], [100, 0]], 0.0, 8.0)") == []
+    assert untouched.evaluate(f"{call}, [[-5, 0], [100, 0]], 0.0, 8.0)") == []
 
 
-def test_a_path_that_passes_a_place_twice_is_followed(page: Browser) -> None:
+def test_a_path_that_passes_a_place_twice_is_followed(untouched: Browser) -> None:
     # Round a block and over the start again: after 8 s the car is at x = 5 for the second time.
     ego = {"t": [0, 2, 4, 6, 8], "x": [5, 20, 20, 0, 5], "y": [0, 0, 20, 20, 0], "yaw": [0, 0, 1.6, 3.1, 0]}
     call = f"View.prototype.along.call({{data: {{ego: {ego}}}}}, [[0, 0], [20, 0], [20, 20], [0, 20], [0, 0], [40, 0]]"
-    assert [page.evaluate(f"{call}, 0.0, {t}).i") for t in (0.0, 8.0)] == [0, 4]
+    assert [untouched.evaluate(f"{call}, 0.0, {t}).i") for t in (0.0, 8.0)] == [0, 4]

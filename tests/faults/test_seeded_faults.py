@@ -13,8 +13,8 @@ from mutation import Fault, failed, faults, place, seeded
 SEED = 7
 SCENARIOS = ("overtaking", "pedestrian_crossing", "urban", "follow", "traffic_light", "junction")
 ALL = faults()
-FAULTS = ALL if os.environ.get("DVP_FAULTS") == "all" else ALL[::8]
-CLEAN_SEEDS = int(os.environ.get("DVP_CLEAN_SEEDS", "12"))
+FAULTS = ALL if os.environ.get("DVP_FAULTS") == "all" else ALL[::12]
+CLEAN_SEEDS = int(os.environ.get("DVP_CLEAN_SEEDS", "6"))
 CHUNK = 25  # seeds an item
 
 

@@ -1,6 +1,6 @@
 """Mutated scenario files: whatever comes, reading ends in a model or in findings.
 
-`DVP_FUZZ` sets the number of mutations (default 800; the nightly target takes 100,000); see `fuzz.py`.
+`DVP_FUZZ` sets the number of mutations (default 400; the nightly target takes 100,000); see `fuzz.py`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from openscenario.write import write_scenario
 from openscenario.xml import Document, Node, parse_xml, read_xml, render
 from scenarios import __file__ as scenarios_file
 
-COUNT = 800
+COUNT = 400
 SHIPPED = Path(scenarios_file).parent
 LARGEST = 30_000  # bytes; larger files say nothing new and take longer
 DISTRIBUTION = """<OpenSCENARIO>

@@ -144,6 +144,7 @@ def test_play_swallows_twice_its_half_width_at_a_reversal() -> None:
 
 
 @pytest.mark.parametrize("name", OUTSIDE)
+@pytest.mark.nightly(by_day=2)
 def test_an_unknown_effect_shows_in_a_rich_log_and_stays_in_bounds(name: str) -> None:
     base = clean_rich()
     log = make_log({name: typical(name)}, "rich", 1, "none")

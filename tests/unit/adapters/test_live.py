@@ -88,6 +88,7 @@ def test_over_can_it_drives_by_the_wall_clock_too(scenario: Write, cars: list[Li
     assert cars[0].process.returncode is not None
 
 
+@pytest.mark.nightly
 def test_in_parallel_execution_the_mirror_follows(scenario: Write) -> None:
     """5 cm and what the car drives during the latency, the promise, with much room: it rolls straight on."""
     log = drive(scenario(), "pe", ads=OneTrick(coast)).log

@@ -15,6 +15,7 @@ from benchmarks.perception_circle.table import BEGIN, END, alike, table, written
 from vehicle.model.model_file import read_model
 
 
+@pytest.mark.nightly
 def test_the_twin_sees_what_the_car_sees_once_it_has_the_hidden_effect(tmp_path: Path) -> None:
     """Another program hides the offset, with a LiDAR and a camera of its own; the stack is the same on both."""
     scenario = write_street(tmp_path / "street", 8.0)

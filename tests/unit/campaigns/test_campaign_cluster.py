@@ -57,6 +57,7 @@ def wait_for(folder: Path, count: int, running: subprocess.Popen[bytes]) -> None
         time.sleep(0.05)
 
 
+@pytest.mark.nightly
 def test_rows_are_those_of_one_process_and_a_dead_worker_loses_none(running: farm.Farm, tmp_path: Path) -> None:
     running.staffed(2)
     assert begun(tmp_path, running, 60, "deadly_once").wait(60.0) == 0

@@ -154,6 +154,7 @@ def test_kinds_of_obstacles(tmp_path: Path, kind: str, expected: str) -> None:
 
 
 @pytest.mark.parametrize("version", ["2018b", "2020a"])
+@pytest.mark.nightly(by_day=2)
 def test_check_and_run_take_it_and_the_ego_reaches_its_goal(
     tmp_path: Path, version: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -120,6 +120,7 @@ def test_same_log_same_bytes(weak_drive: Diagnosis) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.nightly(by_day=3)
 def test_nothing_is_missing_where_there_is_only_noise(seed: int) -> None:
     found = diagnose({"log": drive(seed=seed)}, baseline())
     assert (found.verdict, found.names, found.vetoed) == ("NOTHING_MISSING", (), ())

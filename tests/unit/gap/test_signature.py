@@ -55,6 +55,7 @@ def told(model: VehicleModel, effects: Effects, values: Values | None = None) ->
         ("creep", "longitudinal", "creeping", 0.6),  # m/s^2 at standstill
     ],
 )
+@pytest.mark.nightly(by_day=2)
 def test_first_term_points_at_hidden_effect(
     model: VehicleModel, hidden: str, axis: str, key: str, coefficient: float | None
 ) -> None:

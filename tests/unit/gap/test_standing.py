@@ -54,6 +54,7 @@ def test_a_value_that_no_car_has_is_provisional() -> None:
     assert "outside what is usual" in effect.doubts[0]
 
 
+@pytest.mark.nightly
 def test_a_brake_that_fades_is_not_called_weak() -> None:
     """Cold brakes at the start, then a gain that falls by the heat in the disc."""
     found = driven("brake_fade", "k", 6e-4, (("tau", 120.0),))

@@ -58,7 +58,8 @@ def test_a_result_says_that_it_is_of_a_surrogate(rolled: Rolled) -> None:
     assert result.folder.name.endswith(f"-{stage}-surrogate")
 
 
-@pytest.mark.parametrize("stage", ["rw", *(["pe"] if "DVP_NIGHTLY" in os.environ else [])])
+@pytest.mark.parametrize("stage", ["pe", "rw"])
+@pytest.mark.nightly
 def test_the_same_seed_gives_the_same_bytes(scenario: Write, stage: str, tmp_path: Path) -> None:
     """With the reference stack, which makes much of the smallest difference."""
     path = scenario(*WITH_TARGET)

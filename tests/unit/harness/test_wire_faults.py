@@ -37,6 +37,7 @@ def drive(path: Path, fault: str | None = None, **options: object) -> RunResult:
         ("no_commands@1+1", "not_obeyed", "/vehicle/command"),
     ],
 )
+@pytest.mark.nightly(by_day=3)
 def test_a_fault_is_named_and_its_run_does_not_pass(scenario: Write, fault: str, name: str, topic: str) -> None:
     path = scenario(*WITH_TARGET)
     result = drive(path, fault)

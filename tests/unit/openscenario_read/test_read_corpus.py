@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from collections.abc import Callable
@@ -28,6 +29,8 @@ NAMED = (
 )
 AT_LEAST = 140  # scenarios of 255 files become a model: the others are negative samples and CARLA towns
 AT_LEAST_CATALOGS = 20
+EVERY = 1 if "DVP_NIGHTLY" in os.environ else 3  # of the files
+DISTRIBUTIONS = 54 if EVERY == 1 else 18
 
 
 @pytest.fixture(scope="session")
@@ -73,7 +76,7 @@ def test_every_file_becomes_a_model_that_is_written_and_reads_back_or_findings(c
     }
     files = sorted(corpus.rglob("*.xosc"))
     became, unexplained = Counter[str](), list[Path]()
-    for file in files:
+    for file in files[::EVERY]:
         found = re.search(rb"<(ParameterValueDistribution|Catalog)\b", file.read_bytes())
         kind = found.group(1).decode() if found else ""
         read, write = kinds.get(kind, (read_scenario, write_scenario))
@@ -87,9 +90,9 @@ def test_every_file_becomes_a_model_that_is_written_and_reads_back_or_findings(c
         assert read(tmp_path / "copy.xosc", library=[corpus]) == model, file
     assert unexplained == []
     assert len(files) == 255
-    assert became["ParameterValueDistribution"] == 54
-    assert became[""] >= AT_LEAST
-    assert became["Catalog"] >= AT_LEAST_CATALOGS
+    assert became["ParameterValueDistribution"] == DISTRIBUTIONS
+    assert became[""] >= AT_LEAST // EVERY
+    assert became["Catalog"] >= AT_LEAST_CATALOGS // EVERY
 
 
 def declared_in(scenario: Path | None) -> set[str]:

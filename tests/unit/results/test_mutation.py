@@ -90,7 +90,18 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_planted_escaper_is_found_and_a_gate_kills_it(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A gate on collisions alone notices no wheel speed that is 5 % off, on an empty road."""
-    asked = ["mutate", "straight.xosc", "--ads", "cruise.py:Cruise", "--clean-seeds", "3", "--cache", "kept"]
+    asked = [
+        "mutate",
+        "straight.xosc",
+        "--ads",
+        "cruise.py:Cruise",
+        "--clean-seeds",
+        "3",
+        "--cache",
+        "kept",
+        "--jobs",
+        "1",
+    ]
     asked += ["--fault", "wheel_speed_plus_5_percent", "camera_wrong_class", "--json"]
     assert main([*asked, "--write"]) == 1
     found = {one["name"]: one for one in json.loads(capsys.readouterr().out)["faults"]}

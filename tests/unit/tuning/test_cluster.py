@@ -86,6 +86,7 @@ def test_a_worker_that_dies_changes_nothing(address: str, tmp_path: Path, runnin
     assert running.mark.exists()
 
 
+@pytest.mark.nightly
 def test_a_job_that_kills_its_workers_is_one_line_and_what_came_before_is_kept(address: str, tmp_path: Path) -> None:
     asked = jobs(tmp_path, (7, 8))
     worked(address, tmp_path, farm.dies_at_seed_8, asked[:1])

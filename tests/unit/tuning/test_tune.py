@@ -46,6 +46,7 @@ def test_coordinate_search_tries_each_candidate_of_one_parameter_with_the_others
     assert sorted(points[7:]) == [(10, 3.0), (20, 3.0), (50, 3.0)]
 
 
+@pytest.mark.parametrize("search", ["coordinate", "cma", pytest.param("tpe", marks=pytest.mark.nightly)], indirect=True)
 def test_continuous_searchers_come_close_to_the_bottom(tmp_path: Path, search: str) -> None:
     assert bowl.tuned(tmp_path, search, budget=240).best.score.value < 0.05
 
