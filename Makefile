@@ -79,7 +79,7 @@ wheel: $(STAMP)
 	$(BIN)/python -m scripts.try_wheel
 
 # All tests, also those marked `nightly`. More than an hour, most of it what `make test` does with 400 mutated scenarios,
-# 300 roads and 750 random elements, with 100,000 of each. Killed, it goes on where it was (runs/fuzz); DVP_FUZZ=10000 takes fewer. Then 12 variants of each
+# 150 roads and 750 random elements, with 100,000 of each. Killed, it goes on where it was (runs/fuzz); DVP_FUZZ=10000 takes fewer. Then 12 variants of each
 # scenario, 100 drives for the filter's own accuracy, a hidden effect of each kind, every fault seeded into the reference
 # stack, and 1,000 seeds of the stack as it is. `make test` takes a few of each.
 nightly: $(STAMP)

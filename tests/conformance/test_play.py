@@ -64,7 +64,7 @@ def references(shared_dir: Path) -> dict[str, Case]:
 
 
 @pytest.mark.parametrize("name", [*FIRST, *MORE])
-@pytest.mark.nightly(by_day=4)
+@pytest.mark.nightly(by_day=8)
 def test_play_agrees_with_the_reference(name: str, references: dict[str, Case]) -> None:
     outcome = judge(references[name])
     assert outcome.passed, outcome.first

@@ -61,6 +61,7 @@ def statuses(scenario: str, fault: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("scenario", ["pedestrian_crossing.xosc", "overtaking.xosc"])
+@pytest.mark.nightly
 def test_the_sound_stack_passes_every_gate(scenario: str) -> None:
     assert {metric for metric, status in statuses(scenario, "none").items() if status != "PASS"} == set()
 

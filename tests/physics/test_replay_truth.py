@@ -73,8 +73,8 @@ def test_the_truth_covers_the_catalogue_of_the_car() -> None:
     }
 
 
-@pytest.mark.parametrize("drive", ["rich", pytest.param("urban", marks=pytest.mark.nightly)])
-@pytest.mark.parametrize("name", ["", *CATALOGUE])
+@pytest.mark.parametrize(("name", "drive"), [(name, drive) for drive in ("rich", "urban") for name in ("", *CATALOGUE)])
+@pytest.mark.nightly(by_day=4)
 def test_the_kernel_reproduces_the_truth_far_below_its_noise(name: str, drive: str) -> None:
     found = excess(name, drive)
     assert found.mean() < 0.1
@@ -150,6 +150,7 @@ def test_slip_of_both_axles_reproduces_a_truth_whose_tyres_slip(drive: str) -> N
         ("drive_lag", "jerk_limit"),
     ],
 )
+@pytest.mark.nightly(by_day=2)
 def test_two_effects_act_on_each_other_as_in_the_truth(names: tuple[str, str]) -> None:
     effects = {name: typical(name) for name in names}
     log = make_log(effects, "rich", 3, "none")

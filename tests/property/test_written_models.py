@@ -119,7 +119,7 @@ def _member(kind: Any, depth: int) -> st.SearchStrategy[Any]:
 @pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.__name__)
 @hypothesis.settings(EVERY, max_examples=EXAMPLES)
 @hypothesis.given(data=st.data())
-@pytest.mark.nightly(by_day=4)
+@pytest.mark.nightly(by_day=8)
 def test_a_random_element_survives_writing_and_reading(
     cls: type[Element], tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:

@@ -12,7 +12,7 @@ from fuzz import numbers, random_of
 from openscenario.findings import ScenarioError
 from openscenario.road.network import RoadNetwork, load_network
 
-MUTANTS = 300
+MUTANTS = 150
 LARGEST = 60_000  # bytes
 VALUES = [b"nan", b"inf", b"-1", b"0", b"1e300", b"1e-300", b"1e9", b"word", b"", b"99999999999999999999", b"end", b"5"]
 

@@ -207,7 +207,7 @@ def plain() -> dict[str, FloatArray]:
 
 
 @pytest.mark.parametrize("name", sorted(set(EFFECTS) - set(PERCEPTION)))
-@pytest.mark.nightly(by_day=4)
+@pytest.mark.nightly(by_day=8)
 def test_every_effect_can_be_hidden_and_shows(name: str, plain: dict[str, FloatArray]) -> None:
     wild = name in ("lift_off_braking", "roll_dynamics", "tyre_relaxation", "yaw_inertia", "steer_rate_limit")
     log = record(quiet(**{name: signature(name)}), "rich" if wild else "urban", 3)

@@ -109,6 +109,7 @@ def test_its_lidar_meets_the_box_it_was_sent(car: CarProcess) -> None:
     assert scan.points[:, 0].min() == pytest.approx(along - 2.0, abs=0.1)
 
 
+@pytest.mark.nightly
 def test_a_killed_car_is_one_line_and_leaves_nothing() -> None:
     car = surrogate()
     car.reset(START)
@@ -151,7 +152,7 @@ def test_a_car_that_cannot_start_says_why(tmp_path: Path) -> None:
         surrogate(hidden=hidden)
 
 
-@pytest.mark.parametrize("stopped", [False, True], ids=["running", "stopped"])
+@pytest.mark.parametrize("stopped", [False, pytest.param(True, marks=pytest.mark.nightly)], ids=["running", "stopped"])
 def test_a_car_ends_with_the_process_that_started_it(stopped: bool) -> None:
     """However both are: a harness that is killed, and a car that is stopped and hears of nothing."""
     started = "from vehicle.adapters.process import surrogate; import os; c = surrogate(); print(c.process.pid)\n"

@@ -60,6 +60,7 @@ class TestPerception:
         assert error - 0.25 < rmse < error
         assert len(rows) > 200
 
+    @pytest.mark.nightly
     def test_who_sees_nothing_has_no_recall(self):
         score = perception.drive(1, Parameters(), make=Blind)
         assert not np.isfinite(score.rows[:, 2]).any()

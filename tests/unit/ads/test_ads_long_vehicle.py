@@ -39,6 +39,7 @@ def with_target(scenarios_dir: Path, folder: Path, length: float, width: float, 
 @pytest.mark.parametrize(
     ("length", "width", "height"), [(12.0, 2.5, 3.2), (16.5, 2.5, 3.8)], ids=["bus", "articulated truck"]
 )
+@pytest.mark.nightly(by_day=2)
 def test_a_long_vehicle_is_overtaken_as_calmly_as_a_car(
     scenarios_dir: Path, tmp_path: Path, length: float, width: float, height: float
 ) -> None:

@@ -77,6 +77,7 @@ def test_file_and_document_hold_the_same_values(here: Path, capsys: pytest.Captu
     assert applied.fitted_on[0].startswith("one.csv@0:30 sha256:")
 
 
+@pytest.mark.nightly
 def test_compare_shows_the_fall(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     extend("--fit", "one.csv")
     left = {}
@@ -106,6 +107,7 @@ def test_without_add_what_the_diagnosis_names_is_added(here: Path) -> None:
     assert [a.name for a in read_model(here / "new.toml").effects] == ["steer_delay"]
 
 
+@pytest.mark.nightly
 def test_diagnosis_of_a_file_is_added(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     main(["diagnose", "one.csv", "--model", "car.toml", "--json"])
     (here / "found.json").write_text(capsys.readouterr().out)

@@ -34,7 +34,7 @@ TORQUE_STEER = Effect(
 )  # fmt: skip
 
 
-def drive(c: float, seed: int, seconds: float = 40.0) -> Log:
+def drive(c: float, seed: int, seconds: float = 24.0) -> Log:
     """Commands that change every two seconds, and what a car with torque steer shows of them."""
     rng = np.random.default_rng(seed)
     t = np.arange(0.0, seconds, 0.02)

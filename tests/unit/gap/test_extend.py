@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from pytest_dvp.gap.extend.extend import extend
+from pytest_dvp.gap.extend.extension import Extension
 from pytest_dvp.gap.words.extension import rest
 from pytest_dvp.logs.log import Log
 from pytest_dvp.logs.log_contents import DetectionTable, ObjectTrack
@@ -45,8 +46,20 @@ def logs(**named: Log) -> Mapping[str, Log]:
     return named
 
 
-def test_added_effect_has_the_value_of_the_truth_within_its_interval() -> None:
-    found = extend(logs(a=town(DELAY)), model(), add=["steer_delay"], held_out=logs(b=town(DELAY, seed=2)))
+@pytest.fixture(scope="module")
+def with_delay() -> Extension:
+    """The delay is added on one drive, with another one held out."""
+    return extend(logs(a=town(DELAY)), model(), add=["steer_delay"], held_out=logs(b=town(DELAY, seed=2)))
+
+
+@pytest.fixture(scope="module")
+def with_both() -> Extension:
+    """Delay and brakes are added on one drive."""
+    return extend(logs(a=town(DELAY, BRAKES)), model(), add=["brake_gain", "steer_delay"])
+
+
+def test_added_effect_has_the_value_of_the_truth_within_its_interval(with_delay: Extension) -> None:
+    found = with_delay
     assert found.refusal == ""
     estimate = found.effects[0].parameters["T"]
     assert estimate.value == pytest.approx(0.2, rel=0.02)
@@ -55,8 +68,8 @@ def test_added_effect_has_the_value_of_the_truth_within_its_interval() -> None:
     assert found.model.effects[0].intervals["T"].low == estimate.low
 
 
-def test_error_falls_to_the_noise_on_data_that_were_not_fitted_on() -> None:
-    found = extend(logs(a=town(DELAY)), model(), add=["steer_delay"], held_out=logs(b=town(DELAY, seed=2)))
+def test_error_falls_to_the_noise_on_data_that_were_not_fitted_on(with_delay: Extension) -> None:
+    found = with_delay
     before, after = (rung.step for rung in (found.ladder[0], found.ladder[-1]))
     assert [rung.change for rung in found.ladder] == ["", "+ steer_delay"]
     assert before.held_out_chi2_per_n is not None
@@ -66,8 +79,8 @@ def test_error_falls_to_the_noise_on_data_that_were_not_fitted_on() -> None:
     assert found.explained
 
 
-def test_two_effects_are_fitted_jointly() -> None:
-    found = extend(logs(a=town(DELAY, BRAKES)), model(), add=["brake_gain", "steer_delay"])
+def test_two_effects_are_fitted_jointly(with_both: Extension) -> None:
+    found = with_both
     assert found.model.value("steer_delay", "T") == pytest.approx(0.2, rel=0.03)
     assert found.model.value("brake_gain", "g") == pytest.approx(0.8, rel=0.03)
     assert [rung.change for rung in found.ladder] == ["", "+ brake_gain", "+ steer_delay"]
@@ -122,6 +135,7 @@ def test_loss_is_found_without_a_held_out_log_too() -> None:
 
 
 @pytest.mark.parametrize(("effect", "why"), [("aero_drag", "too little"), ("understeer", "too little")])
+@pytest.mark.nightly(by_day=2)
 def test_effect_that_explains_nothing_is_refused_with_what_would_show_it(effect: str, why: str) -> None:
     found = extend(logs(a=town(DELAY)), model(), add=["steer_delay", effect])
     assert f"{effect} explains {why} beside steer_delay" in found.refusal
@@ -150,8 +164,8 @@ def test_scale_of_a_normalised_input_is_fitted_along() -> None:
     assert found.model.value("steer_delay", "T") == pytest.approx(0.2, rel=0.03)
 
 
-def test_the_new_model_replays_as_the_ladder_says() -> None:
-    found = extend(logs(a=town(DELAY, BRAKES)), model(), add=["steer_delay", "brake_gain"])
+def test_the_new_model_replays_as_the_ladder_says(with_both: Extension) -> None:
+    found = with_both
     unexcused = dataclasses.replace(found.model, remainder={})
     again = extend(logs(a=town(DELAY, BRAKES)), unexcused, add=["steer_delay"])
     assert again.ladder[0].step.chi2_per_n == pytest.approx(found.ladder[-1].step.chi2_per_n, rel=0.02)
@@ -177,9 +191,9 @@ def test_effect_that_cannot_be_fitted_is_one_line(effect: str, said: str) -> Non
     assert "\n" not in str(caught.value)
 
 
-def test_same_logs_give_the_same_model() -> None:
-    one, two = (extend(logs(a=town(DELAY)), model(), add=["steer_delay"]) for _ in range(2))
-    assert one.as_dict() == two.as_dict()
+def test_same_logs_give_the_same_model(with_delay: Extension) -> None:
+    again = extend(logs(a=town(DELAY)), model(), add=["steer_delay"], held_out=logs(b=town(DELAY, seed=2)))
+    assert again.as_dict() == with_delay.as_dict()
 
 
 @pytest.mark.nightly
@@ -192,6 +206,7 @@ def test_values_do_not_depend_on_the_order_in_which_effects_are_added() -> None:
         assert found.model.value("steer_delay", "T") == pytest.approx(0.2, abs=0.002)
 
 
+@cache
 def with_boxes(latency: float, seed: int) -> Log:
     """Town, with the boxes of a detector that is late and noisy."""
     hidden: Effects = {"detection_latency": {"T": latency}, "detection_noise": {"sigma0": 0.1}}

@@ -58,7 +58,7 @@ ROADS = {
     "no lane to drive on": ('type="driving"', 'type="sidewalk"'),
     "not well-formed": ("</planView>", ""),
 }
-EVERY = 1 if os.environ.get("DVP_NIGHTLY") else 11  # of the files found in public repositories
+EVERY = 1 if os.environ.get("DVP_NIGHTLY") else 22  # of the files found in public repositories
 
 
 @pytest.fixture(autouse=True)

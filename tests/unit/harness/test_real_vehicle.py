@@ -180,6 +180,7 @@ def test_in_its_own_world_it_drives_what_passed_in_parallel_with_the_same_settin
     assert drive(keys, stage="rw", passed=[before]).stage == "rw"
 
 
+@pytest.mark.nightly
 def test_the_reference_stack_that_passed_in_parallel_is_the_same_in_the_cars_own_world(
     told: list[Command], keys: dict[str, Path], tmp_path: Path
 ) -> None:

@@ -63,7 +63,7 @@ PROBLEMS: dict[str, tuple[Callable[[Values], bool], list[dict[str, float]]]] = {
 
 @pytest.mark.parametrize("name", PROBLEMS)
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.nightly(by_day=3)
+@pytest.mark.nightly(by_day=6)
 def test_no_parameter_of_what_is_told_can_go_back(three: Path, name: str, seed: int) -> None:
     bad, answers = PROBLEMS[name]
     driven: list[Variant] = []

@@ -31,6 +31,7 @@ def sound() -> Columns:
 
 @pytest.mark.parametrize("seed", range(1, 6))
 @pytest.mark.parametrize(("rate", "noise"), [(50.0, 1.0), (100.0, 2.0), (20.0, 0.5)])
+@pytest.mark.nightly(by_day=2)
 def test_a_sound_drive_has_no_finding(seed: int, rate: float, noise: float) -> None:
     assert told(drive(rate=rate, seed=seed, noise=noise, heading=seed)) == []
 

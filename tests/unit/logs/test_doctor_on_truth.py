@@ -43,7 +43,7 @@ def told(columns: Mapping[str, np.ndarray]) -> set[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("effect", sorted(set(KNOWN) & set(catalogue())))
-@pytest.mark.nightly(by_day=4)
+@pytest.mark.nightly(by_day=8)
 def test_an_effect_in_the_middle_of_its_range_is_no_defect(effect: str) -> None:
     values = {key.name: 0.5 * (key.low + key.high) for key in catalogue()[effect].parameters}
     expected = {("log.clock_offset", SAME_AS_A_CLOCK[effect])} if effect in SAME_AS_A_CLOCK else set()

@@ -58,6 +58,7 @@ def test_same_log_gives_the_same_bytes() -> None:
 
 
 @pytest.mark.parametrize("hash_seed", ["0", "1"])
+@pytest.mark.nightly(by_day=2)
 def test_bytes_depend_on_neither_process_nor_hash_seed(hash_seed: str) -> None:
     code = (
         "import hashlib; from results_logs import rich_log; from pytest_dvp.logs.mcap_write import encode_log;"

@@ -35,6 +35,7 @@ def failures(result: RunResult) -> list[str]:
 
 
 @pytest.mark.parametrize("name", ["follow", "traffic_light", "junction"])
+@pytest.mark.nightly
 def test_the_reference_stack_passes(name: str) -> None:
     assert failures(run(scenarios.path(f"{name}.xosc"))) == []
 

@@ -18,6 +18,7 @@ from pytest_dvp.tuning.tune import Tuning  # noqa: E402
 from pytest_dvp.workers.job import Job  # noqa: E402
 
 SEARCHES = ("coordinate", "cma", "tpe")
+DEAR = [pytest.param(name, marks=pytest.mark.nightly) if name == "cma" else name for name in SEARCHES]
 
 
 @pytest.fixture(params=SEARCHES)
@@ -64,11 +65,13 @@ def test_budget_counts_simulations_and_is_never_passed(tmp_path: Path, search: s
     assert found.ended == "budget"
 
 
+@pytest.mark.parametrize("search", DEAR, indirect=True)
 def test_result_does_not_depend_on_the_number_of_workers(tmp_path: Path, search: str) -> None:
     alone, together = bowl.tuned(tmp_path / "a", search), bowl.tuned(tmp_path / "b", search, count=2)
     assert course(alone) == course(together)
 
 
+@pytest.mark.parametrize("search", DEAR, indirect=True)
 def test_killed_anywhere_it_ends_with_the_result_of_one_left_alone(tmp_path: Path, search: str) -> None:
     for last in (1, 2, 9) if search == "coordinate" else (13,):
         command = [sys.executable, str(Path(bowl.__file__)), str(tmp_path / "killed"), search, str(last)]

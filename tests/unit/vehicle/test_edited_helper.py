@@ -48,6 +48,7 @@ def speed(tau: float) -> float:
     return 2.0 * (1.0 - tau * (1.0 - math.exp(-1.0 / tau)))
 
 
+@pytest.mark.nightly
 def test_an_edited_helper_of_effects_changes_the_motion(tmp_path: Path) -> None:
     car = Plant(parse_model(MODEL))  # the old machine code is on disk from here on
     car.command(0.0, 2.0)
