@@ -114,12 +114,13 @@ def test_a_broken_scenario_does_not_stop_the_others_but_a_broken_test_does(
     project: pytest.Pytester, workers: tuple[str, ...]
 ) -> None:
     (project.path / "cut.xosc").write_text(XOSC[:900])
-    result = project.runpytest_subprocess("-m", "dt", *workers, ".")
+    run = project.runpytest_subprocess if workers else project.runpytest_inprocess
+    result = run("-m", "dt", *workers, ".")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.assert_outcomes(passed=1, failed=1, errors=1, deselected=0 if workers else 4)
     if not workers:
         project.makepyfile(test_broken="import no_such_module_of_ours")
-        result = project.runpytest_subprocess("-m", "dt", ".")
+        result = run("-m", "dt", ".")
         assert result.ret == pytest.ExitCode.INTERRUPTED
         result.assert_outcomes(errors=2, deselected=4)
 

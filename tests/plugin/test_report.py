@@ -64,7 +64,8 @@ def test_the_header_tells_the_conditions(project: pytest.Pytester) -> None:
 
 @pytest.mark.parametrize("workers", [(), *([("-n", "2")] if "DVP_NIGHTLY" in os.environ else [])])
 def test_numbers_reach_junit(project: pytest.Pytester, workers: tuple[str, ...]) -> None:
-    project.runpytest_subprocess("--junitxml=out.xml", *workers, ".")
+    run = project.runpytest_subprocess if workers else project.runpytest_inprocess
+    run("--junitxml=out.xml", *workers, ".")
     cases = {
         case.get("classname"): case
         for case in ET.parse(project.path / "out.xml").iter("testcase")

@@ -59,6 +59,7 @@ def test_a_vehicle_that_stops_and_goes_is_followed_at_a_distance(run: Run, gate:
 
 @FEW
 @given(variant=scenario_variants("traffic_light.xosc"))
+@pytest.mark.nightly
 def test_a_red_light_is_waited_for(run: Run, gate: Gate, variant: Variant) -> None:
     gate(run(variant))
 

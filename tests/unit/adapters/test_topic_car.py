@@ -152,6 +152,7 @@ def test_an_interpreter_without_rospy_is_one_line(tmp_path: Path) -> None:
         Ros1Car(str(tmp_path / "ros1.toml"))
 
 
+@pytest.mark.nightly
 def test_a_surrogate_that_cannot_open_its_wire_ends_with_one_line(tmp_path: Path) -> None:
     """While it still listens to whether its parent lives."""
     (tmp_path / "ros1.toml").write_text('python = "/no/python"\n')

@@ -122,6 +122,7 @@ def test_waits_15_m_before_the_middle_of_an_occupied_crossing():
     assert log.rows[-1][1] == pytest.approx(45.0, abs=1.0)
 
 
+@pytest.mark.nightly
 def test_without_stop_distance_the_crossing_is_not_safe():
     network = PlaneMap([(300.0, 0.0)], crosswalk_at=60.0)
     pedestrian = Actor("pedestrian", 60.0, 8.0, -math.pi / 2, 0.5, 0.6, 2.0, start=8.5)

@@ -99,7 +99,7 @@ def test_a_campaign_of_which_nothing_can_be_driven_says_so(tmp_path: Path, capsy
 
 def test_a_session_of_which_nothing_can_be_driven_says_so(pytester: pytest.Pytester) -> None:
     path = only_faster(pytester.path)
-    done = pytester.runpytest_subprocess(str(path))
+    done = pytester.runpytest_inprocess(str(path))
     done.stdout.fnmatch_lines(["*nothing to drive: 9 of 9 cases are left out*the first: *'other' is outside*"])
 
 

@@ -52,6 +52,7 @@ def test_it_drives_to_its_goal_and_fails_at_the_light_alone(stack: str) -> None:
         assert any(v.status == status and text.strip() in v.message for v in result.verdicts), text
 
 
+@pytest.mark.nightly
 def test_round_the_town_it_keeps_to_its_lane_and_its_own_parameter_decides_how_well(stack: str) -> None:
     """Who steers at a point farther ahead cuts the bends more: a chord of length L leaves an arc by L^2 / 8 R."""
     near, far = (drive(stack, "urban.xosc", P, duration=70.0) for P in ({}, {"LK_look": 1.2}))

@@ -31,6 +31,7 @@ def stack() -> Iterator[RemoteStack]:
         yield stack
 
 
+@pytest.mark.nightly
 def test_twenty_resets_give_the_same_commands_from_one_process(scenario: Write, stack: RemoteStack) -> None:
     """Without a reset the second drive would go on from where the first one ended."""
     network = load_network(scenario().parent / "straight.xodr")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,8 @@ def test_real_logs_have_the_findings_that_are_truly_there_and_no_other(shared_di
 def test_blind_cases_have_no_finding(shared_dir: Path) -> None:
     paths = sorted(shared_dir.glob("blind/*/*.csv"))
     assert len(paths) == 32
-    assert {f"{p.parent.name}/{p.name}": f for p in paths if (f := told(read_log(p)))} == {}
+    some = paths if "DVP_NIGHTLY" in os.environ else paths[::3]
+    assert {f"{p.parent.name}/{p.name}": f for p in some if (f := told(read_log(p)))} == {}
 
 
 REAL = (
@@ -54,6 +56,7 @@ REAL = (
 
 
 @pytest.mark.parametrize("name", REAL)
+@pytest.mark.nightly(by_day=2)
 def test_a_spoilt_column_of_a_real_car_is_found(shared_dir: Path, name: str) -> None:
     columns = dict(read_log(shared_dir / "measurements" / f"{name}.csv").columns)
     spoilt = {
