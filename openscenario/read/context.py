@@ -34,11 +34,14 @@ class Reference:
 
 @dataclass(frozen=True, slots=True)
 class TypedValue:
-    """A value for a parameter or variable, at its attribute `value`, that must be one of the declared type."""
+    """A value for a parameter or variable, at its attribute `value`, that must be one of the declared type.
+
+    None: it is calculated with, so its type must be one of numbers.
+    """
 
     kind: RefKind
     name: str
-    value: str
+    value: str | None
     at: At
 
 

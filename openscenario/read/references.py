@@ -13,6 +13,9 @@ from openscenario.values import BadValue, check_type
 
 STORYBOARD_TYPES: Final = ("story", "act", "maneuverGroup", "maneuver", "event", "action")
 
+WITHOUT_SUMS: Final = ("string", "boolean", "dateTime")
+NUMBERS: Final = "double, int, unsignedInt, unsignedShort"
+
 _WHAT: Final[Mapping[RefKind, tuple[str, str]]] = {
     "entity": ("reference_control.resolvable_entity_references", "entity"),
     "trailer": ("ref.unknown_trailer", "entity to be the trailer: it drives without one"),
@@ -61,6 +64,11 @@ def check_types(context: Context, types: Mapping[tuple[RefKind, str], str]) -> N
     """Notes values that are none of the type that their parameter or variable is declared with."""
     for value in context.typed_values:
         kind = types.get((value.kind, value.name.removeprefix("$")))
+        if value.value is None:
+            if kind in WITHOUT_SUMS:
+                text = f"{value.kind} {value.name!r} is no number: nothing can be added to it or multiplied with it"
+                context.error("value.not_a_number", value.at, "", text, found=kind, allowed=NUMBERS)
+            continue
         try:
             check_type(value.value, kind or "string")
         except BadValue as error:

@@ -129,14 +129,13 @@ def some_appearance(action: AppearanceAction, context: Context) -> None:
 
 @check(ParameterAction)
 def of_the_parameter(action: ParameterAction, context: Context) -> None:
-    """Keep a value that is set, to be checked against the type of its parameter once all are read."""
-    if isinstance(action.action, ParameterSetAction):
-        value = TypedValue("parameter", action.parameter_ref, action.action.value, action.action.at)
-        context.typed_values.append(value)
+    """Keep what it does, to be checked against the type of its parameter once all are read."""
+    value = action.action.value if isinstance(action.action, ParameterSetAction) else None
+    context.typed_values.append(TypedValue("parameter", action.parameter_ref, value, action.action.at))
 
 
 @check(VariableAction)
 def of_the_variable(action: VariableAction, context: Context) -> None:
-    """Keep a value that is set, to be checked against the type of its variable once all are read."""
-    if isinstance(action.action, VariableSetAction):
-        context.typed_values.append(TypedValue("variable", action.variable_ref, action.action.value, action.action.at))
+    """Keep what it does, to be checked against the type of its variable once all are read."""
+    value = action.action.value if isinstance(action.action, VariableSetAction) else None
+    context.typed_values.append(TypedValue("variable", action.variable_ref, value, action.action.at))

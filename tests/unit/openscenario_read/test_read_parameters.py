@@ -154,3 +154,20 @@ def test_a_parameter_declared_with_its_dollar_is_the_one_without(spoil: Spoil) -
     assert ego_speed(read_scenario(path)) == 12.5
     (finding,) = check_scenario(path)
     assert (finding.severity, finding.code, finding.found) == ("warning", "param.name", "$EgoSpeed")
+
+
+@pytest.mark.parametrize(
+    ("kind", "codes"),
+    [("string", ["value.not_a_number"]), ("boolean", ["value.not_a_number"]), ("int", []), ("double", [])],
+)
+@pytest.mark.parametrize("rule", ['<AddValue value="1"/>', '<MultiplyByValue value="2"/>'])
+def test_only_a_number_is_calculated_with(spoil: Spoil, kind: str, codes: list[str], rule: str) -> None:
+    """The run left a text as it was, and made a number of a boolean."""
+    action = (
+        '<Actions><GlobalAction><ParameterAction parameterRef="p"><ModifyAction><Rule>'
+        f"{rule}</Rule></ModifyAction></ParameterAction></GlobalAction>"
+    )
+    path = spoil("<Actions>", action)
+    path.write_text(path.read_text().replace(DECLARED, DECLARED + declared("p", kind, "1"), 1))
+    found = [finding for finding in check_scenario(path) if finding.severity == "error"]
+    assert [finding.code for finding in found] == codes
