@@ -207,6 +207,8 @@ def _merge(arguments: argparse.Namespace) -> int:
         with Store(out, writes=True) as store:
             merge([Path(text) for text in arguments.scenarios], store)
             _say(store, arguments.json)
+            hint = f"the command of the parts without --shard, with --out {out}, drives nothing again and tells"
+            print(f"dvp campaign: {hint} probability, coverage and map of the whole", file=sys.stderr)
     except StoreError as error:
         raise WrongArgument(str(error)) from None
     return 0

@@ -77,8 +77,14 @@ def test_parts_put_together_are_the_whole(tmp_path: Path, capsys: pytest.Capture
     assert (len(keys["one"]), len(keys["two"])) == (2, 1)
     words = ["campaign", str(tmp_path / "one"), str(tmp_path / "two"), "--merge", "--out", str(tmp_path / "both")]
     assert main(words) == 0
-    assert capsys.readouterr().out.splitlines()[-1] != ""
+    out, err = capsys.readouterr()
+    assert out.splitlines()[-1] != ""
+    assert f"without --shard, with --out {tmp_path / 'both'}, drives nothing again" in err
     assert keys_of(tmp_path / "both") == keys["whole"] == keys["one"] | keys["two"]
+    assert campaign(tmp_path, "--out", str(tmp_path / "both"), "--runs", "3") == 0
+    assert "3 of 3 driven" in capsys.readouterr().err
+    assert keys_of(tmp_path / "both") == keys["whole"]
+    assert (tmp_path / "both" / "map.html").is_file()
     assert main(["campaign", str(tmp_path / "one"), "--merge", "--out", str(tmp_path / "one")]) == 2
 
 
