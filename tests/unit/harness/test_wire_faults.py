@@ -68,6 +68,7 @@ def test_a_stopped_car_is_an_error_at_once(scenario: Write) -> None:
     assert result.log.duration == pytest.approx(0.95, abs=0.06)
 
 
+@pytest.mark.nightly
 def test_a_log_with_troubles_never_passes(scenario: Write) -> None:
     log = drive(scenario()).log
     assert wire_verdict(log) is None

@@ -116,6 +116,7 @@ def test_of_many_drives_the_worst_are_printed_and_all_are_kept(
 
 
 @pytest.mark.parametrize("log", ["drive.mcap", "drive.csv"])
+@pytest.mark.nightly(by_day=2)
 def test_the_printed_command_of_an_alignment_compares_exactly_the_tuned_twin(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], log: str
 ) -> None:
