@@ -52,13 +52,23 @@ def document(capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
     return found
 
 
-def test_new_model_is_written_with_interval_and_provenance(here: Path, drives: Mapping[str, bytes]) -> None:
+def test_new_model_is_written_with_interval_and_provenance_and_the_ladder_shows_both_kinds_of_data(
+    here: Path, drives: Mapping[str, bytes], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert extend("--fit", "one.csv", "--held-out", "two.csv") == 0
     (applied,) = read_model(here / "new.toml").effects
     interval = applied.intervals["T"]
     assert applied.values["T"] == pytest.approx(0.2, rel=0.02)
     assert interval.low < 0.2 < interval.high
     assert applied.fitted_on == (f"one.csv sha256:{hashlib.sha256(drives['one.csv']).hexdigest()}",)
+    out = capsys.readouterr().out
+    rows = [re.split(r"\s{2,}", line)[:2] for line in out.splitlines()]
+    assert [row for row in rows if row[0] in ("fit", "held out")] == [
+        ["fit", "model as given"], ["fit", "+ steer_delay"], ["held out", "model as given"],
+        ["held out", "+ steer_delay"],
+    ]  # fmt: skip
+    assert "yaw_rate [rad/s]" in out
+    assert "stop here" in out
 
 
 def test_what_the_user_wrote_stays(here: Path) -> None:
@@ -87,18 +97,6 @@ def test_compare_shows_the_fall(here: Path, capsys: pytest.CaptureFixture[str]) 
         left[model] = document(capsys)["signals"]["yaw_rate"]["chi2_per_n"]
     assert left["car.toml"] > 5.0
     assert left["new.toml"] == pytest.approx(1.0, abs=0.15)
-
-
-def test_ladder_shows_the_error_of_both_kinds_of_data(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    extend("--fit", "one.csv", "--held-out", "two.csv")
-    out = capsys.readouterr().out
-    rows = [re.split(r"\s{2,}", line)[:2] for line in out.splitlines()]
-    assert [row for row in rows if row[0] in ("fit", "held out")] == [
-        ["fit", "model as given"], ["fit", "+ steer_delay"], ["held out", "model as given"],
-        ["held out", "+ steer_delay"],
-    ]  # fmt: skip
-    assert "yaw_rate [rad/s]" in out
-    assert "stop here" in out
 
 
 @pytest.mark.nightly

@@ -231,7 +231,7 @@ def test_logs_that_contradict_each_other_name_nothing() -> None:
     assert found.verdict == "UNKNOWN"
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.2])
+@pytest.mark.parametrize("delay", [pytest.param(0.0, marks=pytest.mark.nightly), 0.2])
 def test_a_scale_that_nobody_knows_is_fitted_and_is_no_effect(delay: float) -> None:
     """Steering in -1..1 of 0.6 rad: the scale comes out, with or without a delay that is really missing."""
     log = drive(seed=8, steer_delay=delay)

@@ -84,6 +84,7 @@ def test_a_value_below_the_least_size_is_left_alone_though_it_would_pay() -> Non
 
 
 @pytest.mark.parametrize(("name", "limit"), [("brake_limit", 2.0), ("power_limit", 9.0), ("steer_angle_limit", 0.22)])
+@pytest.mark.nightly(by_day=3)
 def test_a_limit_is_found_where_it_begins_to_bite(name: str, limit: float) -> None:
     s = on_truth({name: {"limit": limit}}, "rich", name, "brake_gain", "steer_ratio", "steer_lag", "drive_gain")
     found = s.run()

@@ -87,7 +87,7 @@ def test_the_doctor_finds_a_drift_that_nothing_states(metres: float, seed: int) 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 @pytest.mark.parametrize("noise", [0.2, 1.0, 3.0])
-@pytest.mark.nightly(by_day=3)
+@pytest.mark.nightly(by_day=6)
 def test_noise_alone_is_no_drift(noise: float, seed: int) -> None:
     assert "log.position_drift" not in codes(drive(120.0, seed=seed, noise=noise))
 

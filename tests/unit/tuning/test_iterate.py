@@ -96,8 +96,12 @@ def taken(found: iteration.Iterated) -> list[str]:
     return [entry.accepted for entry in found.entries]
 
 
-def test_what_improves_is_taken_and_then_it_ends(tmp_path: Path, world: World) -> None:
+def test_what_improves_is_taken_and_then_it_ends_and_no_drive_is_spent_on_what_is_no_better_on_paper(
+    tmp_path: Path, world: World
+) -> None:
+    """Judged are the beginning, the first iteration, the last word; the second iteration offers nothing to drive."""
     found = iterated(tmp_path)
+    assert world.judged == 3
     assert taken(found) == ["beginning", "twin and stack", ""]
     assert found.ended == "nothing improves on held-out drives"
     assert found.state.P["rw"]["LQR_q11"] == Q11
@@ -116,12 +120,6 @@ def test_a_stack_that_is_better_on_the_twin_and_worse_on_the_car_is_not_taken(tm
     found = iterated(tmp_path)
     assert taken(found)[1] == "twin"
     assert found.state.P["rw"]["LQR_q11"] == 20.0  # Arango et al., 1st iteration
-
-
-def test_no_drive_is_spent_on_what_is_no_better_on_paper(tmp_path: Path, world: World) -> None:
-    """The beginning, the first iteration, the last word; the second iteration offers nothing to drive."""
-    iterated(tmp_path)
-    assert world.judged == 3
 
 
 def test_the_ledger_tells_what_changed_and_why(tmp_path: Path, world: World) -> None:
