@@ -107,7 +107,7 @@ def chosen_length(at: FloatArray, scores: FloatArray) -> float:
 
 
 def chosen_lengths(at: FloatArray, scores: FloatArray, lengths: FloatArray) -> FloatArray:
-    """A length (d,) for each knob, of LENGTHS or IDLE [share of its range]: from `lengths` on, one knob after the other,
+    """A length (d,) [share of the range] for each knob, of LENGTHS or IDLE: from `lengths` on, one after the other,
     whatever makes the scores more likely. Knobs that do not matter then cost no drives."""
     y = (scores - scores.mean()) / max(float(scores.std()), 1e-12)
     common = np.full(len(lengths), chosen_length(at, scores))
