@@ -40,7 +40,8 @@ class _Search:
         self._size = len(campaign.space.axes)
         self._knobs = [Knob(str(k), "", (0.0, 1.0)) for k in range(self._size)]
         self._known: dict[str, tuple[Shares, Row]] = {}
-        self._behind: list[Shares] = []  # failures of earlier rounds, and where rounds ended without one
+        self._behind: list[Shares] = []  # failures of earlier rounds
+        self._ended: list[Shares] = []  # where rounds ended without a failure: none begins there, but one may lie near
 
     def rows(self, name: str) -> list[Row]:
         """All drives, in the order asked for."""
@@ -75,7 +76,8 @@ class _Search:
             if scores[k] < best:
                 best, lowest = scores[k], shares[k]
             searcher.tell(points, scores)
-        self._behind += finds or [lowest]
+        self._behind += finds
+        self._ended += [] if finds else [lowest]
 
     def _drive(self, shares: Sequence[Shares]) -> list[Row]:
         """The rows as far as the budget reaches; points that are known cost nothing."""
@@ -88,16 +90,17 @@ class _Search:
             self._known[key] = (at, row)
         return [self._known[key][1] for key in keys if key in self._known]
 
-    def _score(self, at: Shares, row: Row) -> float:
+    def _score(self, at: Shares, row: Row, ended: Sequence[Shares] = ()) -> float:
         """The objective; near what lies behind a failure is no find, and a pass is worth less."""
         if row.objective is None:
             return DULL
-        near = max((1.0 - apart(at, other) / REACH for other in self._behind), default=0.0)
+        near = max((1.0 - apart(at, other) / REACH for other in (*self._behind, *ended)), default=0.0)
         return row.objective if near <= 0.0 else max(row.objective, 0.0) + near
 
     def _start(self) -> Shares:
         """The worst drive that does not lie near a failure, nor where a round has ended."""
-        tried = [(self._score(at, row), number, at) for number, (at, row) in enumerate(self._known.values())]
+        known = enumerate(self._known.values())
+        tried = [(self._score(at, row, self._ended), number, at) for number, (at, row) in known]
         return min(tried)[2]
 
     def _point(self, shares: Shares) -> Point:

@@ -14,6 +14,8 @@ CANDIDATES = 1000  # points at which the acquisition is looked at, for each batc
 LENGTHS = (0.1, 0.2, 0.4, 0.8)  # of the range: length scales that the marginal likelihood chooses from
 IDLE = 3.2  # of the range: length of a knob that hardly matters
 NOISE = 1e-4  # variance of a score beside that of all scores: a drive repeats itself, the process is only smooth
+JAGGED = (NOISE, 0.01, 0.1)
+"""The same of a margin that jumps a little everywhere, as where a scan comes each 0.1 s; the likelihood chooses."""
 BOLD = 1.5  # standard deviations below the mean that a point is hoped to reach
 NEAR = (0.01, 0.03, 0.1)  # of the range: spreads of the candidates around the best points; a narrow ridge needs all
 BEST = 4  # points around which those lie: the best one alone may be the end of a wrong slope
@@ -35,7 +37,7 @@ class GaussianProcess:
         self._rng = np.random.default_rng(seed)
         self._at: list[list[float]] = []
         self._scores: list[float] = []
-        self._lengths, self._chosen = np.full(len(knobs), LENGTHS[1]), 0
+        self._lengths, self._noise, self._chosen = np.full(len(knobs), LENGTHS[1]), NOISE, 0
 
     def ask(self) -> list[Point]:
         """The start alone first, then even draws until there are two for each knob, then BATCH points each time."""
@@ -52,7 +54,7 @@ class GaussianProcess:
             spread = np.array(NEAR)[self._rng.integers(len(NEAR), size=len(around))]
             near = np.clip(around + spread[:, None] * self._rng.normal(size=around.shape), 0.0, 1.0)
             tried = np.vstack([self._rng.random((CANDIDATES - len(near), size)), near])
-            mean, deviation = predicted(at, scores, tried, self._lengths)
+            mean, deviation = predicted(at, scores, tried, self._lengths, self._noise)
             wanted = mean - BOLD * deviation
             if number % 2:  # what jumps shows no slope: where a failure is near, everything is looked at
                 wanted = np.where(mean <= np.quantile(mean[: CANDIDATES - len(near)], PROMISING), -deviation, np.inf)
@@ -73,7 +75,7 @@ class GaussianProcess:
         if len(self._scores) > max(1.0, GROWN * self._chosen):
             self._chosen = len(self._scores)
             at, known = self._known()
-            self._lengths = chosen_lengths(at, known, self._lengths)
+            self._lengths, self._noise = chosen_lengths(at, known, self._lengths)
 
     def _known(self) -> tuple[FloatArray, FloatArray]:
         scores = np.array(self._scores)
@@ -85,14 +87,14 @@ class GaussianProcess:
 
 
 def predicted(
-    at: FloatArray, scores: FloatArray, tried: FloatArray, length: float | FloatArray
+    at: FloatArray, scores: FloatArray, tried: FloatArray, length: float | FloatArray, noise: float = NOISE
 ) -> tuple[FloatArray, FloatArray]:
     """Mean (m,) and standard deviation (m,) in units of the scores at `tried` (m, d), after scores (n,) at `at` (n, d)
     in shares of the ranges; one length or (d,) lengths."""
     from scipy.linalg import cho_factor, cho_solve
 
     centre, scale = scores.mean(), max(float(scores.std()), 1e-12)
-    factor = cho_factor(_covariance(at, at, length) + NOISE * np.eye(len(at)), lower=True)
+    factor = cho_factor(_covariance(at, at, length) + noise * np.eye(len(at)), lower=True)
     between = _covariance(tried, at, length)
     mean = between @ cho_solve(factor, (scores - centre) / scale)
     variance = 1.0 - np.einsum("ij,ji->i", between, cho_solve(factor, between.T))
@@ -106,22 +108,25 @@ def chosen_length(at: FloatArray, scores: FloatArray) -> float:
     return LENGTHS[int(np.argmax([_likelihood(at, y, length) for length in LENGTHS]))]
 
 
-def chosen_lengths(at: FloatArray, scores: FloatArray, lengths: FloatArray) -> FloatArray:
-    """A length (d,) [share of the range] for each knob, of LENGTHS or IDLE: from `lengths` on, one after the other,
-    whatever makes the scores more likely. Knobs that do not matter then cost no drives."""
+def chosen_lengths(at: FloatArray, scores: FloatArray, lengths: FloatArray) -> tuple[FloatArray, float]:
+    """A length (d,) [share of the range] for each knob, of LENGTHS or IDLE, and a noise of JAGGED: from `lengths` on,
+    one knob after the other, whatever makes the scores more likely. Knobs that do not matter then cost no drives."""
     y = (scores - scores.mean()) / max(float(scores.std()), 1e-12)
-    common = np.full(len(lengths), chosen_length(at, scores))
-    found = max((common, lengths.copy()), key=lambda each: _likelihood(at, y, each))
+    common = [np.full(len(lengths), length) for length in (*LENGTHS, IDLE)]
+    found, noise = max(
+        ((each, noise) for each in (*common, lengths.copy()) for noise in JAGGED),
+        key=lambda tried: _likelihood(at, y, tried[0], tried[1]),
+    )
     for k in range(len(found)):
         tries = [np.where(np.arange(len(found)) == k, length, found) for length in (*LENGTHS, IDLE)]
-        found = tries[int(np.argmax([_likelihood(at, y, each) for each in tries]))]
-    return found
+        found = tries[int(np.argmax([_likelihood(at, y, each, noise) for each in tries]))]
+    return found, noise
 
 
-def _likelihood(at: FloatArray, y: FloatArray, length: float | FloatArray) -> float:
+def _likelihood(at: FloatArray, y: FloatArray, length: float | FloatArray, noise: float = NOISE) -> float:
     from scipy.linalg import cho_factor, cho_solve
 
-    factor = cho_factor(_covariance(at, at, length) + NOISE * np.eye(len(at)), lower=True)
+    factor = cho_factor(_covariance(at, at, length) + noise * np.eye(len(at)), lower=True)
     return -0.5 * float(y @ cho_solve(factor, y)) - float(np.log(np.diag(factor[0])).sum())
 
 

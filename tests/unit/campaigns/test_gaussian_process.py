@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytest_dvp.tuning.searchers.gaussian_process import BATCH, IDLE, LENGTHS, GaussianProcess, chosen_lengths
+from pytest_dvp.tuning.searchers.gaussian_process import BATCH, IDLE, LENGTHS, NOISE, GaussianProcess, chosen_lengths
 from pytest_dvp.tuning.tuned_parameter import Knob
 
 
 def test_a_knob_that_does_not_matter_gets_the_longest_length() -> None:
     at = np.random.default_rng(5).random((60, 3))
-    lengths = chosen_lengths(at, np.sin(6.0 * at[:, 1]), np.full(3, LENGTHS[1]))
+    lengths, noise = chosen_lengths(at, np.sin(6.0 * at[:, 1]), np.full(3, LENGTHS[1]))
     assert lengths[1] < 1.0
     assert lengths[0] == lengths[2] == IDLE
+    assert noise == NOISE
+
+
+def test_a_jagged_slope_is_seen_through_its_jumps() -> None:
+    rng = np.random.default_rng(5)
+    at = rng.random((60, 2))
+    lengths, noise = chosen_lengths(at, at[:, 0] + 0.05 * rng.normal(size=60), np.full(2, LENGTHS[1]))
+    assert noise > NOISE
+    assert lengths.min() > LENGTHS[1]
 
 
 def test_earlier_drives_spare_the_even_draws() -> None:
