@@ -50,6 +50,24 @@ def ball(order: Drive) -> Row:
     return planted.row(order, math.dist(point, CENTRES[0]) - 2.0 * RADIUS)  # 0.7 % of the cube
 
 
+LEAST, BESIDE = (0.7, 0.3, 0.4), (0.78, 0.36, 0.33)  # where the margin is least, and the failure near it
+
+
+def beside_the_least(order: Drive) -> Row:
+    point = [float(order.parameters[name]) for name in "abc"]
+    fails = math.dist(point, BESIDE) < 0.05  # 0.05 % of the cube, without a slope of its own
+    return planted.row(order, -1.0 if fails else 0.3 + math.dist(point, LEAST))
+
+
+def test_a_failure_beside_the_least_margin_is_found_after_the_round_that_ended_there(tmp_path: Path) -> None:
+    found = 0
+    for seed in (1, 2, 4, 6):
+        with Store(tmp_path / str(seed), writes=True) as store:
+            rows = search(planted.campaign(tmp_path, store, beside_the_least, "abc"), "gaussian_process", 250, seed)
+        found += any(row.failed for row in rows)
+    assert found >= 3  # 1, where such a place was pushed away from
+
+
 def test_a_bandit_finds_a_ball_sooner_than_chance(tmp_path: Path) -> None:
     first = []
     for seed in range(20, 29):
