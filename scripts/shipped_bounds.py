@@ -38,19 +38,18 @@ OF_A_SENSOR = ("input_age", "nis")  # bounded by sensor alone
 OF_THE_COURSE = (
     "completion_time", "pet", "time_headway", "min_distance", "min_distance_lateral", "min_distance_longitudinal",
     "passing_clearance", "max_ttc_inverse", "required_deceleration", "max_deceleration", "max_acceleration", "max_jerk",
-    "max_yaw_rate", "max_lateral_acceleration", "max_lateral_jerk", "max_steer_rate", "lateral_rmse",
-    "lane_time_outside",
+    "max_yaw_rate", "max_lateral_acceleration", "max_lateral_jerk", "max_steer_rate",
 )  # fmt: skip
-# What a track that is lost and begins anew changes by a step: bounded above, at least at STEP times the median.
-# track_speed_error: a new track has a wrong speed for half a second, in 1 of 138 drives of urban.
+# What changes by a step: bounded above, at least at STEP times the median. A track that is lost and begins anew has a
+# wrong speed for half a second, in 1 of 138 drives of urban; a vehicle that is passed later is passed on another line.
 STEP = 2.0  # chosen; kept by 1,776 drives that it had not seen
-BY_STEPS = ("identity_switches", "missed_objects", "track_speed_error")
+BY_STEPS = ("identity_switches", "missed_objects", "track_speed_error", "lateral_rmse", "lane_time_outside")
 # Nearer to 0 is no fault: bounded above alone.
 ERRORS = (
     "localization_error", "heading_error", "speed_error", "detection_error", "missed_objects", "false_tracks",
     "track_position_error", "track_speed_error", "track_size_error", "track_yaw_error", "identity_switches",
     "kind_error", "repeated_commands", "command_age", "steer_roughness", "accel_roughness", "lateral_rmse_path",
-    "disordered_inputs", "lane_width_error",
+    "disordered_inputs", "lane_width_error", "lateral_rmse", "lane_time_outside",
 )  # fmt: skip
 # Least distance between the clean drives and a bound: by unit what a log resolves, and some by themselves.
 MARGIN = {
