@@ -150,6 +150,7 @@ RUN_ON = [e.name for e in catalogue().values() if e.slot != "perception" and e.n
 
 
 @pytest.mark.parametrize("name", RUN_ON)
+@pytest.mark.nightly(by_day=4)
 def test_a_segment_that_starts_where_the_car_is_changes_nothing(name: str) -> None:
     effect = catalogue()[name]
     values = {(name, k.name): k.low + 0.4 * (k.high - k.low) for k in effect.parameters}

@@ -74,7 +74,7 @@ def test_the_truth_covers_the_catalogue_of_the_car() -> None:
 
 
 @pytest.mark.parametrize(("name", "drive"), [(name, drive) for drive in ("rich", "urban") for name in ("", *CATALOGUE)])
-@pytest.mark.nightly(by_day=4)
+@pytest.mark.nightly(by_day=8)
 def test_the_kernel_reproduces_the_truth_far_below_its_noise(name: str, drive: str) -> None:
     found = excess(name, drive)
     assert found.mean() < 0.1
@@ -82,6 +82,7 @@ def test_the_kernel_reproduces_the_truth_far_below_its_noise(name: str, drive: s
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
+@pytest.mark.nightly(by_day=4)
 def test_without_the_effect_the_kernel_does_not(name: str) -> None:
     log = columns(name, "rich")
     plain = Replay(baseline(name), log["t"], log)

@@ -36,6 +36,7 @@ def test_a_car_with_its_brakes_on_stays_where_it_is() -> None:
 
 
 @pytest.mark.parametrize(("hidden", "ratio"), [({}, 1.0), ({"mass": {"ratio": 1.25}}, 1.25)])
+@pytest.mark.nightly(by_day=2)
 def test_it_accelerates_by_force_over_mass(hidden: Values, ratio: float) -> None:
     """2 m/s^2 of the data sheet's mass, less rolling resistance; turning wheels add 3.7 % of the mass, and the loaded
     tyre, 15 mm flatter, gives 5 % more force: together within 4 %."""

@@ -40,6 +40,7 @@ def corner(size: int, p: float) -> Judge:
 
 
 @pytest.mark.parametrize(("problem", "size", "p"), [(half_space, 5, 1e-4), (two_sides, 3, 1e-2), (corner, 2, 1e-5)])
+@pytest.mark.nightly(by_day=3)
 def test_the_interval_holds_the_known_probability(problem: Callable[[int, float], Judge], size: int, p: float) -> None:
     answers = [rare_probability(problem(size, p), size, 1000, seed) for seed in range(REPEATS)]
     # Of 6 intervals at 95 % fewer than 4 hold the truth with a probability of 0.002; `make campaigns` repeats it more.
