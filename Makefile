@@ -97,8 +97,8 @@ stages: $(STAMP)
 	$(BIN)/python -m scripts.stage_twins --wire can
 	DVP_STAGES=all $(BIN)/python -m pytest -q tests/unit/harness/test_gates_between_stages.py
 
-# What each gate between stages catches: wrong twins, and how often it fails the right one (writes docs/stages.md). Some
-# 15 minutes of CPU, two thirds of them for the drives of the car, which are kept.
+# What each gate between stages catches: wrong twins, and how often it fails the right one (writes docs/stages.md).
+# Eleven minutes of CPU; drives are kept.
 gate-power: $(STAMP)
 	$(BIN)/python -m scripts.gate_power
 

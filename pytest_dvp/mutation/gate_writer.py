@@ -15,7 +15,7 @@ def write_gates(proposals: Sequence[Proposal]) -> list[Path]:
     for (scenario, metric), bounds in _tightest(proposals).items():
         file = Path(scenario).with_suffix(".gates.toml")
         lines = files.setdefault(file, [])
-        rate = max(p.false_alarm_rate for p in bounds)
+        rate = sum(p.false_alarm_rate for p in bounds)  # each side may be broken by itself
         why = f"# proposed by dvp mutate; false alarms: {rate:.2g} a run at most"
         lines += ["", f"[[gate]]                                    {why}", f'metric = "{metric}"']
         lines += [f"min = {p.min:.6g}" for p in bounds if p.min is not None]
