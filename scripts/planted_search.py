@@ -62,7 +62,7 @@ class Fault:
 
 
 STACKS = {
-    "follow": Stack("planted_faults.py:Follower", "follow.xosc", 10.0),  # until the bend, where it goes straight on
+    "follow": Stack("planted_follow.py:Follower", "follow.xosc", 10.0),  # until the bend, where it goes straight on
     "cut_in": Stack("planted_cut_in.py:Yielder", "cut_in.xosc", 7.0),  # until both have found their speed
     "child": Stack("planted_child.py:Watcher", "occluded_child.xosc", 6.0),  # until the ego stands or is past
 }
