@@ -161,13 +161,24 @@ def test_a_parameter_declared_with_its_dollar_is_the_one_without(spoil: Spoil) -
     [("string", ["value.not_a_number"]), ("boolean", ["value.not_a_number"]), ("int", []), ("double", [])],
 )
 @pytest.mark.parametrize("rule", ['<AddValue value="1"/>', '<MultiplyByValue value="2"/>'])
-def test_only_a_number_is_calculated_with(spoil: Spoil, kind: str, codes: list[str], rule: str) -> None:
+@pytest.mark.parametrize("what", ["Parameter", "Variable"])
+def test_only_a_number_is_calculated_with(spoil: Spoil, kind: str, codes: list[str], rule: str, what: str) -> None:
     """The run left a text as it was, and made a number of a boolean."""
     action = (
-        '<Actions><GlobalAction><ParameterAction parameterRef="p"><ModifyAction><Rule>'
-        f"{rule}</Rule></ModifyAction></ParameterAction></GlobalAction>"
+        f'<Actions><GlobalAction><{what}Action {what.lower()}Ref="p"><ModifyAction><Rule>'
+        f"{rule}</Rule></ModifyAction></{what}Action></GlobalAction>"
     )
+    variable = f'<VariableDeclaration name="p" variableType="{kind}" value="1"/>'
     path = spoil("<Actions>", action)
-    path.write_text(path.read_text().replace(DECLARED, DECLARED + declared("p", kind, "1"), 1))
+    text = path.read_text()
+    if what == "Parameter":
+        text = text.replace(DECLARED, DECLARED + declared("p", kind, "1"), 1)
+    else:
+        end = "</ParameterDeclarations>"
+        text = text.replace(end, f"{end}<VariableDeclarations>{variable}</VariableDeclarations>", 1)
+    path.write_text(text)
     found = [finding for finding in check_scenario(path) if finding.severity == "error"]
     assert [finding.code for finding in found] == codes
+    for finding in found:
+        assert finding.line == line_of(path, "<ModifyAction>")
+        assert (finding.found, finding.allowed) == (kind, "double, int, unsignedInt, unsignedShort")
