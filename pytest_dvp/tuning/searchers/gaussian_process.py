@@ -18,14 +18,15 @@ JAGGED = (NOISE, 0.01, 0.1)
 """The same of a margin that jumps a little everywhere, as where a scan comes each 0.1 s; the likelihood chooses."""
 BOLD = 1.5  # standard deviations below the mean that a point is hoped to reach
 NEAR = (0.01, 0.03, 0.1)  # of the range: spreads of the candidates around the best points; a narrow ridge needs all
-BEST = 4  # points around which those lie: the best one alone may be the end of a wrong slope
-GROWN = 1.1  # share of more scores after which the lengths are chosen anew: what a tenth adds seldom changes them
-PROMISING = 0.05  # share of the space that every second point of a batch spreads over
+BEST = 4  # chosen: points around which those lie: the best one alone may be the end of a wrong slope
+GROWN = 1.1  # times as many scores as before, at which the lengths are chosen anew: a tenth seldom changes them
+PROMISING = 0.05  # share of the space, the best by prediction, over which every second point spreads; chosen
 MOST = 300  # newest points that the process is fitted to, with the best: the cost grows with their cube
 
 
 class GaussianProcess:
-    """Asks where the lower confidence bound of a Gaussian process is least; one batch believes its own predictions.
+    """Asks where the lower confidence bound of a Gaussian process is least, and with every second point of a batch
+    where it knows least of the most promising part of the space. A batch takes its own predictions for scores.
 
     Sources: Srinivas et al., Gaussian Process Optimization in the Bandit Setting, ICML 2010 (the bound); Ginsbourger et
     al., Kriging is well-suited to parallelize optimization, 2010 (the "kriging believer" of a batch); Rasmussen and
