@@ -29,19 +29,28 @@ LASTING = 25  # in so many rows of the drive
 
 
 def matched(car: str, folder: Path) -> tuple[VehicleModel, dict[str, Any]]:
-    """The twin that learnt a car from two drives, by `diagnose` and `extend` with all that is named; kept in a file."""
+    """The twin of one of our foreign cars, see `learnt`; kept in a file of `folder`."""
     file = folder / f"{car}.toml"
     if file.exists():
         return read_model(file), {}
     logs = {f"{car}_rich.csv": make_log(FLEET[car], "rich", MATCHED_ON[0])}
     held_out = {f"{car}_town.csv": make_log(FLEET[car], "town", MATCHED_ON[1])}
-    sheet = parse_model(data_sheet(FLEET[car]))
+    return learnt(file, parse_model(data_sheet(FLEET[car])), logs, held_out)
+
+
+def learnt(
+    file: Path, sheet: VehicleModel, logs: Mapping[str, Log], held_out: Mapping[str, Log]
+) -> tuple[VehicleModel, dict[str, Any]]:
+    """The twin that learnt a car from its drives, by `diagnose` and `extend` with all that is named, and the answer of
+    the diagnosis with its CPU time [s]. The twin is written to `file`, and read from it the next time (no answer)."""
+    if file.exists():
+        return read_model(file), {}
     begin = time.process_time()
     found = diagnose(logs, sheet, held_out)
     cpu = time.process_time() - begin
     add = [e.name for e in found.effects if e.action == "add" and e.name not in found.set_up]
     twin = extend(logs, sheet, add=add, held_out=held_out, start=found.values).model
-    folder.mkdir(parents=True, exist_ok=True)
+    file.parent.mkdir(parents=True, exist_ok=True)
     draft = file.with_suffix(".part")
     draft.write_text(model_text(twin), encoding="utf-8")
     draft.replace(file)
@@ -106,7 +115,7 @@ def ask(case: Case, folder: Path) -> dict[str, Any]:
     if case.category == "bare":
         (folder / f"{case.car}.toml").unlink(missing_ok=True)
         twin, answer = matched(case.car, folder)
-        return line | _kept(answer) | {"remainder": {c: dict(r) for c, r in twin.remainder.items()}}
+        return line | kept(answer) | {"remainder": {c: dict(r) for c, r in twin.remainder.items()}}
     seed = case.drive_seed
     motion = driven(car, "rich", seed, case.truth)
     if case.name and not detectable(case, motion):
@@ -120,8 +129,9 @@ def ask(case: Case, folder: Path) -> dict[str, Any]:
         answer = diagnose(logs, twin, held_out).as_dict()
     except Exception as error:  # what a user would see as a traceback is a result of the benchmark
         return line | {"verdict": "ERROR", "effects": [], "refused": f"{type(error).__name__}: {error}"}
-    return line | _kept({**answer, "cpu": round(time.process_time() - begin, 1)})
+    return line | kept({**answer, "cpu": round(time.process_time() - begin, 1)})
 
 
-def _kept(answer: dict[str, Any]) -> dict[str, Any]:
+def kept(answer: dict[str, Any]) -> dict[str, Any]:
+    """What the record of a case keeps of an answer."""
     return {key: answer[key] for key in ("verdict", "effects", "chi2_per_n", "cpu") if key in answer}
