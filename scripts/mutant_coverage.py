@@ -3,7 +3,8 @@
 What a test executes is measured once (`Session.measure`) and kept in runs/mutants as long as neither a module of ours
 nor the test's file has changed. Where tests of a file share something (a fixture of the module, a cached function),
 only the first one that uses it executes the code behind it. So in such files each test counts as executing all that
-any of them does, and they are run together or not at all.
+any of them does, and they are run together; where that takes longer than the budget, the ones that executed the line
+themselves are run alone.
 """
 
 from __future__ import annotations
@@ -72,19 +73,27 @@ class Coverage:
         return {file: sum(row["seconds"] for row in tests) for file, tests in self._files.items()}
 
     def tests(self, path: str, line: int, budget: float) -> Tests:
-        """Tests that execute a line: those that take least, until `budget` [s of CPU] is used up."""
-        lines = _executed_with((ROOT / path).read_text(encoding="utf-8"), line)
-        chosen: list[tuple[float, list[str]]] = []
+        """Tests that execute a line: those that take least, until `budget` [s of CPU] is used up.
+
+        What runs when the module is imported (a constant, a table) may be read by tests that execute none of its
+        functions, so there the tests of files that import the module come first.
+        """
+        source = (ROOT / path).read_text(encoding="utf-8")
+        lines = _executed_with(source, line)
+        module = path.removesuffix(".py").replace("/", ".") if outermost(ast.parse(source), line) is None else ""
+        chosen: list[tuple[bool, float, list[str]]] = []
         for file, tests in self._files.items():
             passed = [row for row in tests if not row["failed"]]
-            near = [row for row in passed if not lines.isdisjoint(row["lines"].get(path, ()))]
-            if near and _shares(file):
-                chosen.append((sum(row["seconds"] for row in passed), [row["item"] for row in passed]))
+            whole = sum(row["seconds"] for row in passed)
+            imported = bool(module and passed) and module in imports(ROOT / file)
+            near = [row for row in passed if imported or not lines.isdisjoint(row["lines"].get(path, ()))]
+            if near and _shares(file) and whole <= budget:
+                chosen.append((not imported, whole, [row["item"] for row in passed]))
             else:
-                chosen += [(row["seconds"], [row["item"]]) for row in near]
+                chosen += [(not imported, row["seconds"], [row["item"]]) for row in near]
         items: list[str] = []
         spent = 0.0
-        for seconds, names in sorted(chosen):
+        for _, seconds, names in sorted(chosen):
             if not items or spent + seconds <= budget:
                 items += names
                 spent += seconds

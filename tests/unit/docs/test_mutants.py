@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Callable
 from math import sqrt
 from pathlib import Path
 from typing import Any
@@ -96,28 +97,78 @@ def test_a_mutant_is_judged_by_tests_that_execute_its_statement(line: int, execu
     assert mutant_coverage._executed_with(SOURCE, line) == executed
 
 
-def test_the_fastest_files_that_execute_a_line_judge_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+Ran = dict[str, list[tuple[str, float, bool, list[int]]]]
+
+
+@pytest.fixture
+def measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Ran | None], mutant_coverage.Coverage]:
+    """The coverage of x.py by tests, each with its seconds, whether it failed, and its lines; None: as kept."""
     (tmp_path / "x.py").write_text(SOURCE)
     monkeypatch.setattr(mutant_coverage, "ROOT", tmp_path)
     monkeypatch.setattr(mutant_coverage, "state", str)
     monkeypatch.setattr(mutant_coverage, "_shares", lambda file: file == "shared")
-    ran = {
+    monkeypatch.setattr(mutant_coverage, "imports", lambda path: {"x"} if path.name == "reader" else set())
+    files = []
+
+    def make(ran: Ran | None) -> mutant_coverage.Coverage:
+        class Measuring:
+            def measure(self, file: str) -> list[dict[str, object]]:
+                return [dict(zip(("item", "seconds", "failed", "lines"), (*row[:3], {"x.py": row[3]}), strict=True))
+                        for row in (ran or {})[file]]  # fmt: skip
+
+        files.extend(ran or {})
+        session: Any = Measuring() if ran else None
+        return mutant_coverage.Coverage(tmp_path / "kept.jsonl", files, session)
+
+    return make
+
+
+def test_the_fastest_tests_that_execute_a_line_judge_it(
+    measured: Callable[[Ran | None], mutant_coverage.Coverage],
+) -> None:
+    found = measured({
         "slow": [("slow::a", 9.0, False, [3, 4])],
         "quick": [("quick::a", 0.1, False, [3, 6]), ("quick::b", 0.2, False, [3, 4]), ("quick::c", 0.1, True, [3, 4])],
         "shared": [("shared::a", 0.5, False, [3, 4]), ("shared::b", 0.5, False, [6])],
-    }
-
-    class Measuring:
-        def measure(self, file: str) -> list[dict[str, object]]:
-            return [dict(zip(("item", "seconds", "failed", "lines"), (*row[:3], {"x.py": row[3]}), strict=True))
-                    for row in ran[file]]  # fmt: skip
-
-    found = mutant_coverage.Coverage(tmp_path / "kept.jsonl", list(ran), Measuring())  # type: ignore[arg-type]
+    })  # fmt: skip
     assert found.tests("x.py", 4, 10.0).items == ("quick::b", "shared::a", "shared::b")
     assert found.tests("x.py", 4, 11.0).items == ("quick::b", "shared::a", "shared::b", "slow::a")
     assert found.tests("x.py", 4, 0.1).files == ["quick"]
-    again = mutant_coverage.Coverage(tmp_path / "kept.jsonl", list(ran), None)  # type: ignore[arg-type]
-    assert again.tests("x.py", 4, 10.0) == found.tests("x.py", 4, 10.0)
+    assert measured(None).tests("x.py", 4, 10.0) == found.tests("x.py", 4, 10.0)
+
+
+def test_of_a_file_that_shares_and_takes_longer_than_the_budget_those_that_execute_the_line_judge_it(
+    measured: Callable[[Ran | None], mutant_coverage.Coverage],
+) -> None:
+    found = measured({"shared": [("shared::a", 0.5, False, [3, 4]), ("shared::b", 9.0, False, [6])]})
+    assert found.tests("x.py", 4, 9.6).items == ("shared::a", "shared::b")
+    assert found.tests("x.py", 4, 9.4).items == ("shared::a",)
+
+
+def test_a_constant_is_judged_by_tests_that_import_its_module_and_execute_none_of_it(
+    measured: Callable[[Ran | None], mutant_coverage.Coverage],
+) -> None:
+    found = measured({"quick": [("quick::a", 0.1, False, [3])], "reader": [("reader::a", 0.2, False, [])]})
+    assert found.tests("x.py", 1, 1.0).items == ("reader::a", "quick::a")
+    assert found.tests("x.py", 3, 1.0).items == ("quick::a",)
+
+
+def test_tests_that_compiled_are_measured_again(tmp_path: Path) -> None:
+    """The first time has the seconds of the compiler in it."""
+    session: Any = mutant_session.Session.__new__(mutant_session.Session)
+    session._place = tmp_path
+    asked: list[str] = []
+
+    def question(**question: Any) -> dict[str, Any]:
+        asked.append(question["measure"])
+        (tmp_path / "__pycache__" / "cpython-311-numba-0" / "a").mkdir(parents=True, exist_ok=True)
+        return {"lines": [{"seconds": 9.0 if len(asked) == 1 else 0.1}]}
+
+    session._question = question
+    assert session.measure("test_a.py") == [{"seconds": 0.1}]
+    assert asked == ["test_a.py"] * 2
+    session.measure("test_b.py")
+    assert asked[2:] == ["test_b.py"]
 
 
 def test_a_function_has_the_code_of_the_mutant_and_what_runs_at_import_is_left_alone(
