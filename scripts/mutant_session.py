@@ -32,6 +32,7 @@ from scripts.mutant_run import Checkout, enter
 from scripts.mutant_sample import FOLDERS
 
 MEASURING = 90.0  # s of CPU for the tests of one file, part of it to compile; what comes later judges no mutant
+_UNFREEZE = gc.unfreeze  # tests/conftest.py freezes all objects after the collection, and lets nobody undo it
 Functions = Mapping[tuple[str, str, int], list[FunctionType]]  # by file, qualified name and first line
 
 
@@ -218,11 +219,13 @@ def _be_child(work: Callable[[int], None], write: int, seconds: float) -> NoRetu
 def _functions() -> Functions:
     """All functions that were made from files of this folder."""
     here = f"{Path.cwd()}/"
+    _UNFREEZE()  # or none of them would be seen
     found: dict[tuple[str, str, int], list[FunctionType]] = {}
     for each in gc.get_objects():
         if isinstance(each, FunctionType) and each.__code__.co_filename.startswith(here):
             code = each.__code__
             found.setdefault((code.co_filename, code.co_qualname, code.co_firstlineno), []).append(each)
+    gc.freeze()
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import subprocess
 import sys
 from collections import Counter
@@ -186,6 +187,17 @@ def test_a_function_has_the_code_of_the_mutant_and_what_runs_at_import_is_left_a
             assert space["f"](1) == 5
             swap()
             assert space["f"](1) == 6
+
+
+def test_functions_are_found_though_the_garbage_collector_was_told_to_leave_them_alone(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Else each mutant would have to be imported, which takes most of the time."""
+    monkeypatch.chdir(tmp_path)
+    space: dict[str, Any] = {}
+    exec(compile(SOURCE, str(tmp_path / "x.py"), "exec", dont_inherit=True), space)  # noqa: S102
+    gc.freeze()
+    assert mutant_session._functions()[str(tmp_path / "x.py"), "f", 2] == [space["f"]]
 
 
 @pytest.mark.parametrize(("killed", "count"), [(540, 600), (0, 10), (10, 10), (7, 9)])
