@@ -18,7 +18,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from scripts.mutant_sample import ROOT
+from scripts.mutant_sample import FOLDERS, ROOT
 from scripts.mutant_session import Session, outermost
 from scripts.mutant_tests import HOMES, ROOMS, imports
 
@@ -75,18 +75,22 @@ class Coverage:
     def tests(self, path: str, line: int, budget: float) -> Tests:
         """Tests that execute a line: those that take least, until `budget` [s of CPU] is used up.
 
-        What runs when the module is imported (a constant, a table) may be read by tests that execute none of its
-        functions, so there the tests of files that import the module come first.
+        Of a constant these are the tests that execute a line which reads it, in whichever module, and, first, the tests
+        of files that import it, for they may read it themselves.
         """
         source = (ROOT / path).read_text(encoding="utf-8")
-        lines = _executed_with(source, line)
+        lines = {path: _executed_with(source, line)}
         module = path.removesuffix(".py").replace("/", ".") if outermost(ast.parse(source), line) is None else ""
+        bound = _bound(source, line) if module else frozenset()
+        if module:
+            lines = readers(module, path, bound) or lines
+        wanted = {f"{module}.{name}" for name in bound} or {module}
         chosen: list[tuple[bool, float, list[str]]] = []
         for file, tests in self._files.items():
             passed = [row for row in tests if not row["failed"]]
             whole = sum(row["seconds"] for row in passed)
-            imported = bool(module and passed) and module in imports(ROOT / file)
-            near = [row for row in passed if imported or not lines.isdisjoint(row["lines"].get(path, ()))]
+            imported = bool(module and passed) and not wanted.isdisjoint(imports(ROOT / file))
+            near = [row for row in passed if imported or _meets(row["lines"], lines)]
             if near and _shares(file) and whole <= budget:
                 chosen.append((not imported, whole, [row["item"] for row in passed]))
             else:
@@ -148,6 +152,39 @@ def _executed_with(source: str, line: int) -> frozenset[int]:
     spans = [_span(node) for node in ast.walk(function) if isinstance(node, ast.stmt) and node is not function]
     around = [span for span in spans if line in span]
     return frozenset(min(around, key=len)) if around else _lines(function.body)
+
+
+def _bound(source: str, line: int) -> frozenset[str]:
+    """Names that the statement of a module at a line gives a value to."""
+    for node in ast.parse(source).body:
+        if node.lineno <= line <= (node.end_lineno or node.lineno) and isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            return frozenset(n.id for target in targets for n in ast.walk(target) if isinstance(n, ast.Name))
+    return frozenset()
+
+
+def readers(module: str, path: str, names: frozenset[str]) -> dict[str, frozenset[int]]:
+    """Lines in functions of each file of FOLDERS that read one of some names of a module, with those that go with them;
+    none if one of the names is read by what runs when a module is imported, or by no function at all."""
+    found = {}
+    files = [path, *(file.relative_to(ROOT).as_posix() for folder in FOLDERS for file in (ROOT / folder).rglob("*.py"))]
+    for file in dict.fromkeys(files):
+        source = (ROOT / file).read_text(encoding="utf-8")
+        if file != path and module not in imports(ROOT / file):
+            continue
+        tree = ast.parse(source)
+        lines = [node.lineno for node in ast.walk(tree)
+                 if (isinstance(node, ast.Name) and node.id in names and isinstance(node.ctx, ast.Load))
+                 or (isinstance(node, ast.Attribute) and node.attr in names)]  # fmt: skip
+        if any(outermost(tree, line) is None for line in lines):
+            return {}
+        if lines:
+            found[file] = frozenset(number for line in lines for number in _executed_with(source, line))
+    return found
+
+
+def _meets(executed: Mapping[str, Sequence[int]], lines: Mapping[str, frozenset[int]]) -> bool:
+    return any(not wanted.isdisjoint(executed.get(file, ())) for file, wanted in lines.items())
 
 
 def _span(node: ast.stmt) -> range:

@@ -81,6 +81,30 @@ def test_tests_that_import_a_module_by_its_name_judge_it_first(monkeypatch: pyte
     assert mutant_tests.judges("pytest_dvp/gap/compare/iso18571.py", "pytest_dvp/gap", seconds) == [near, quick]
 
 
+READING = """A, B = 3, 4
+C = 5
+D = 6
+E = D
+def f():
+    x = A
+    return x
+def g():
+    return (C +
+            x.B)
+"""
+
+
+@pytest.mark.parametrize(("line", "lines"), [(1, {6, 9, 10}), (2, {9, 10}), (3, set()), (4, set())])
+def test_a_constant_is_judged_where_it_is_read(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, line: int, lines: set[int]
+) -> None:
+    """D is read where the module is imported, and E nowhere: all of the module is asked then."""
+    (tmp_path / "x.py").write_text(READING)
+    monkeypatch.setattr(mutant_coverage, "ROOT", tmp_path)
+    found = mutant_coverage.readers("x", "x.py", mutant_coverage._bound(READING, line))
+    assert found == ({"x.py": lines} if lines else {})
+
+
 SOURCE = """A = 3
 def f(a, b=2):
     if a:
@@ -108,7 +132,7 @@ def measured(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[Ran |
     monkeypatch.setattr(mutant_coverage, "ROOT", tmp_path)
     monkeypatch.setattr(mutant_coverage, "state", str)
     monkeypatch.setattr(mutant_coverage, "_shares", lambda file: file == "shared")
-    monkeypatch.setattr(mutant_coverage, "imports", lambda path: {"x"} if path.name == "reader" else set())
+    monkeypatch.setattr(mutant_coverage, "imports", lambda path: {"x", "x.A"} if path.name == "reader" else {"x"})
     files = []
 
     def make(ran: Ran | None) -> mutant_coverage.Coverage:
