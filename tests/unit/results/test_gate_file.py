@@ -145,6 +145,7 @@ def gate(body: str) -> str:
         ("[task]\ngoal = 3\n", 2, "place", "goal must be a place"),
         ('[task]\ngoal = { road = "1", lane = 0, s = 1 }\n', 2, "value", "lane must be a lane id; found '0'"),
         ('[task]\ngoal = { road = "1", lane = 1, s = nan }\n', 2, "value", "s must be a distance; found 'nan'"),
+        ('[task]\ngoal = { road = "1", lane = 1, s = -0.5 }\n', 2, "value", "s must be a distance; found '-0.5'"),
         ("[task]\ngoal = { road = 1, lane = 1, s = 3 }\n", 2, "value", "road must be an id in quotes; found '1'"),
         ("[task]\nlane = 1.5\n", 2, "value", "lane must be a lane id; found '1.5'"),
         ("[task]\ngaol = 1\n", 2, "unknown_key", "did you mean 'goal'?"),

@@ -59,6 +59,10 @@ def test_a_model_file_keeps_its_map() -> None:
     ("text", "says"),
     [
         ("full_current = 0", "more than 0 to 100000 A"),
+        ("full_pressure = 0", "more than 0 to 1e[+]09 Pa"),
+        ("full_throttle = 60", "more than 0 to 50 m/s"),
+        ("full_brake = 0", "more than 0 to 50 m/s"),
+        ("steer_zero = 2", "-1 to 1 rad"),
         ("steer_scale = 20", "-10 to 10 rad"),
         ("steer_scael = 0.4", "did you mean 'steer_scale'"),
         ('longitudinal = "brake_presure"', "unknown longitudinal input"),
