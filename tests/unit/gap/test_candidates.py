@@ -139,6 +139,7 @@ def test_a_value_is_worth_naming_from_its_least_size_on() -> None:
     assert is_worth_naming(key, 0.99)
     assert is_worth_naming(key, 1.02)
     assert not is_worth_naming(key, 1.005)
+    assert is_worth_naming(Key("offset", "-", -1.0, 1.0, neutral=0.0, least=0.25), -0.25)
     assert is_worth_naming(Key("limit", "-", 1.0, 9.0, neutral=float("inf"), least=0.1), 8.0)
 
 

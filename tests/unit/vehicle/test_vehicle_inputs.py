@@ -73,6 +73,12 @@ def test_a_wrong_map_is_answered_with_what_is_allowed(text: str, says: str) -> N
         model(text)
 
 
+def test_both_ends_of_a_range_are_allowed() -> None:
+    for low, high in (("steer_scale = -10", "steer_scale = 10"), ("steer_zero = -1", "steer_zero = 1")):
+        assert model(low) != model(high)
+    model("full_throttle = 50\nfull_brake = 50\nfull_current = 1e5\nfull_pressure = 1e9")
+
+
 def test_every_scale_that_can_be_fitted_is_a_number_of_the_inputs() -> None:
     assert all(isinstance(getattr(Inputs(), key.name), float) for key in INPUT_KEYS)
 
