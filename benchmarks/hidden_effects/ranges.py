@@ -25,6 +25,7 @@ RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "brake_limit": {"limit": (1.0, 9.0)},
     "drive_torque_limit": {"limit": (0.8, 6.0)},
     "pedal_deadband": {"width": (0.05, 0.5)},
+    "gear_inertia": {"share": (0.05, 0.6), "v1": (2.0, 9.0)},
     "lift_off_braking": {"a": (0.2, 1.0)},
     "rolling_resistance": {"c": (0.05, 0.4)},
     "viscous_resistance": {"c": (0.005, 1.0)},
@@ -74,13 +75,13 @@ PERCEPTION: dict[str, dict[str, tuple[float, float]]] = {
 }
 # those that came after the first record: asked last in each round, and in no pair or triple, so that the questions of
 # that record stay as they were
-LATER = ("drive_torque_limit", "steer_sticking", "lateral_accelerometer_bias")
+LATER = ("drive_torque_limit", "steer_sticking", "lateral_accelerometer_bias", "gear_inertia")
 # how strong an effect of no library is: times its typical size
 OUTSIDE_SCALE = (1.0, 2.0)
 
 # two of one family explain each other (structural ties, or one contains the other): no pair or triple takes two of them
 FAMILIES: tuple[frozenset[str], ...] = (
-    frozenset({"mass", "drive_gain", "brake_gain", "brake_limit", "power_limit", "drive_torque_limit"}),
+    frozenset({"mass", "gear_inertia", "drive_gain", "brake_gain", "brake_limit", "power_limit", "drive_torque_limit"}),
     frozenset({"drive_delay", "drive_lag", "brake_lag", "jerk_limit"}),
     frozenset(
         {

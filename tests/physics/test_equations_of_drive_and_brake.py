@@ -59,6 +59,13 @@ def test_a_released_pedal_brakes(accel: float, braked: float) -> None:
     assert applied(lift_off_braking, bus(accel=accel, resistance=50.0), a=0.6).resistance == 50.0 + braked * 900.0
 
 
+@pytest.mark.parametrize(("accel", "braked"), [(-0.06, 0.4), (-3.0, 0.4), (-0.04, 1.0), (0.06, 0.0)])
+def test_a_released_accelerator_may_go_on_braking_beside_the_brake(accel: float, braked: float) -> None:
+    """Two fifths of 0.6 m/s^2 beside the brake."""
+    x = applied(lift_off_braking, bus(accel=accel, resistance=50.0), a=0.6, braking=0.4)
+    assert x.resistance == pytest.approx(50.0 + braked * 900.0)
+
+
 @pytest.mark.parametrize(("asked", "speed"), [(9.0, 6.0), (-9.0, -6.0), (5.0, 5.0), (-5.0, -5.0)])
 def test_a_speed_limit_cuts_what_is_asked_for(asked: float, speed: float) -> None:
     assert applied(speed_limit, bus(speed_cmd=asked), limit=6.0).speed_cmd == speed

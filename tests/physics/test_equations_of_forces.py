@@ -14,6 +14,7 @@ from vehicle.model.effects.axle_load_shift import axle_load_shift
 from vehicle.model.effects.body_roll import body_roll
 from vehicle.model.effects.cornering_compliance import cornering_compliance
 from vehicle.model.effects.cornering_drag import cornering_drag
+from vehicle.model.effects.gear_inertia import gear_inertia
 from vehicle.model.effects.headwind import headwind
 from vehicle.model.effects.load_transfer import load_transfer
 from vehicle.model.effects.motor_damping import motor_damping
@@ -74,6 +75,13 @@ def test_a_motor_brakes_by_its_damping(accel: float, damping: float) -> None:
 
 def test_a_motor_adds_its_inertia_by_the_square_of_the_gear() -> None:
     assert applied(motor_inertia, bus(rotating_mass=5.0), J=0.05).rotating_mass == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize(("speed", "mass"), [(0.0, 320.0), (-4.0, 320.0), (8.0, 80.0), (-16.0, 20.0)])
+def test_an_engine_adds_less_in_higher_gears(speed: float, mass: float) -> None:
+    """A fifth of 1600 kg up to 4 m/s; twice as fast the ratio is a half and the mass a quarter."""
+    x = applied(gear_inertia, bus(vx=speed, rotating_mass=5.0), share=0.2, v1=4.0)
+    assert x.rotating_mass == pytest.approx(5.0 + mass)
 
 
 @pytest.mark.parametrize(

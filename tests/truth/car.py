@@ -47,6 +47,7 @@ RELEASE, LATE_BRAKES = P["brake_lag", "release"], P["drive_lag", "brakes"]
 (G_DRIVE, G_BRAKE, M_RATIO) = (P["drive_gain", "g"], P["brake_gain", "g"], P["mass", "ratio"])
 (JERK, POWER, BRAKE_MAX) = (P["jerk_limit", "limit"], P["power_limit", "limit"], P["brake_limit", "limit"])
 (DEAD, LIFT, ROLLING) = (P["pedal_deadband", "width"], P["lift_off_braking", "a"], P["rolling_resistance", "c"])
+(LIFT_BRAKES, GEAR, GEAR_V) = (P["lift_off_braking", "braking"], P["gear_inertia", "share"], P["gear_inertia", "v1"])
 (VISCOUS, AERO, CORNER) = (P["viscous_resistance", "c"], P["aero_drag", "k"], P["cornering_drag", "c"])
 (GRADE, GRADE_H) = (P["road_grade", "slope"], P["road_grade", "heading"])
 (BANK, BANK_H) = (P["road_bank", "slope"], P["road_bank", "heading"])
@@ -115,6 +116,8 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
         wish *= p[G_BRAKE] * (1.0 - p[FADE] * (1.0 - math.exp(-s[HEAT] / p[FADE_HEAT])))
     wish /= p[M_RATIO]
     lifted = p[LIFT] if abs(wish) < IDLE else 0.0
+    if wish <= -IDLE:
+        lifted = p[LIFT] * p[LIFT_BRAKES]
     old = s[A_LAG]
     at_once = (1.0 - p[LATE_BRAKES]) * min(wish, 0.0)  # a brake that is apart from the motor
     s[A_LAG] = follow(old, wish - at_once, p[DRIVE_TAU])
@@ -268,7 +271,8 @@ def slope(q: FloatArray, p: FloatArray, a: float, d: float, slipping: bool, f: F
         along += r * q[VY] - front * math.sin(d) / p[C_M]
         f[VY] = (front * math.cos(d) + rear) / p[C_M] - v * r + across
         f[R] = (p[C_A] * front * math.cos(d) - b * rear) / (p[C_I] * p[INERTIA])
-    f[V] = along
+    gear = min(p[GEAR_V] / v, 1.0) if v > 0.0 else 1.0
+    f[V] = along / (1.0 + p[GEAR] * gear * gear)
 
 
 @compiled

@@ -15,8 +15,8 @@ from pytest_dvp.gap.diagnose.least_squares import Coordinate
 from vehicle.model.effect import Effect, Key
 from vehicle.model.vehicle_model import VehicleModel
 
-_FINER = ("lead", "inertia", "release", "brakes")  # keys that only a fit finds: no grid begins with them
-SHAPE_KEYS = ("heading", "tau", "v0", "frequency", "damping", *_FINER)  # keys that say how, not how much
+_FINER = ("lead", "inertia", "release", "brakes", "braking")  # keys that only a fit finds: no grid begins with them
+SHAPE_KEYS = ("heading", "tau", "v0", "v1", "frequency", "damping", *_FINER)  # keys that say how, not how much
 BEYOND = 1e-6  # of a range, for rounding
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _LIMITS = 9  # points of a limit: between one that is never met and one always met the error has a narrow valley

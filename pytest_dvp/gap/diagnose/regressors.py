@@ -16,6 +16,7 @@ Columns: TypeAlias = Mapping[str, FloatArray]
 """Name of a series -> what is added to it: (m,) fixed, or (m, q) in proportion to q unknowns."""
 
 G = 9.80665  # m/s^2
+_LOWEST = 5.0  # m/s, up to which the lowest gear is used
 _IDLE = 0.05  # m/s^2, a smaller command means that no pedal is pressed
 
 
@@ -177,6 +178,7 @@ FORMS: tuple[Form, ...] = (
     Form("drive_gain", _A, lambda s, p: _force(s, np.maximum(_accel(s), 0.0))),
     Form("brake_gain", _A, lambda s, p: _force(s, np.minimum(_accel(s), 0.0))),
     Form("mass", _A, lambda s, p: _force(s, _accel(s))),
+    Form("gear_inertia", _A, lambda s, p: _force(s, -_accel(s) * np.minimum(_LOWEST / np.maximum(s.v, 0.1), 1.0) ** 2)),
     Form("jerk_limit", _A, lambda s, p: _along(s, rate_limited(_accel(s), p * s.step)), _ratio(0.7, 20.0, 9)),
     Form("power_limit", _A, _power, _ratio(1.0, 40.0, 9)),
     Form("brake_limit", _A, lambda s, p: _along(s, np.maximum(_accel(s), -p)), _ratio(0.7, 9.0, 9)),

@@ -110,6 +110,14 @@ def test_a_force_is_linear_in_its_size(name: str, columns: list[FloatArray]) -> 
     assert (FORM[name].needs, FORM[name].grid) == (("accel",), ())
 
 
+def test_an_engine_takes_less_of_the_acceleration_the_faster_the_car_is() -> None:
+    """Up to 5 m/s the lowest gear; at twice that the ratio is a half, and a quarter of it."""
+    slow, fast = (a_signal(v=np.full(N, v)) for v in (4.0, 10.0))
+    same(FORM["gear_inertia"].of(slow, 0.0), along(column(mean(-A))))
+    same(FORM["gear_inertia"].of(fast, 0.0), along(column(mean(-0.25 * A))))
+    assert (FORM["gear_inertia"].needs, FORM["gear_inertia"].grid) == (("accel",), ())
+
+
 @pytest.mark.parametrize(
     ("name", "columns"),
     [("steer_ratio", [D]), ("steer_offset", [ONE]),
