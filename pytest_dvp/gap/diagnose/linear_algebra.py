@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from machine_code import compiled
+from pytest_dvp.gap.compare.start_correction import IntArray
 from pytest_dvp.logs.log_contents import FloatArray
 
 
@@ -40,6 +41,22 @@ def gram(rows: FloatArray) -> FloatArray:
             for i in range(rows.shape[1]):
                 total += rows[j, i] * rows[k, i]
             found[j, k] = found[k, j] = total
+    return found
+
+
+@compiled
+def grams_of_segments(rows: FloatArray, starts: IntArray) -> FloatArray:
+    """`gram` (m, p, p) of each stretch of the columns of rows (p, N): they begin at starts (m,), the first one at 0."""
+    p, m = len(rows), len(starts)
+    found = np.zeros((m, p, p))
+    for s in range(m):
+        end = starts[s + 1] if s + 1 < m else rows.shape[1]
+        for j in range(p):
+            for k in range(j + 1):
+                total = 0.0
+                for i in range(starts[s], end):
+                    total += rows[j, i] * rows[k, i]
+                found[s, j, k] = found[s, k, j] = total
     return found
 
 

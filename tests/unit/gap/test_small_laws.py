@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from math import cos, sin, sqrt
 from types import SimpleNamespace
 
@@ -66,6 +67,27 @@ def test_an_interval_of_few_segments_is_wider_by_their_number(segments: int) -> 
     found = Fit((gain,), {gain.name: 0.9}, residual, float(residual @ residual), np.ones((1, len(residual))))
     low, high = intervals(found, np.arange(0, len(residual), 10))[gain.name]
     assert 0.5 * (high - low) == pytest.approx(0.5 * 2.5 * e / sqrt(segments - 1.0))
+
+
+def test_an_interval_says_how_far_the_values_move_without_a_segment() -> None:
+    """Twelve values of thirty segments, fitted by numpy to all but one segment after the other."""
+    rng = np.random.default_rng(3)
+    keys = find_effect("body_roll").parameters
+    coordinates = tuple(Coordinate("body_roll", dataclasses.replace(keys[0], name=f"k{k}")) for k in range(12))
+    jacobian = np.repeat(rng.normal(size=(12, 30)), 20, axis=1) + 0.3 * rng.normal(size=(12, 600))
+    wanted = np.repeat(rng.normal(size=30), 20) + 0.3 * rng.normal(size=600)
+    best = np.linalg.lstsq(jacobian.T, wanted, rcond=None)[0]
+    residual = wanted - best @ jacobian
+    found = Fit(
+        coordinates, {c.name: c.value(0.5) for c in coordinates}, residual, float(residual @ residual), jacobian
+    )
+    sure = intervals(found, np.arange(0, 600, 20))
+    left_out = [np.delete(np.arange(600), np.arange(20 * g, 20 * g + 20)) for g in range(30)]
+    moved = np.array([np.linalg.lstsq(jacobian.T[rows], wanted[rows], rcond=None)[0] - best for rows in left_out])
+    spread = np.sqrt(29.0 / 30.0 * (moved * moved).sum(axis=0))
+    for c, each in zip(coordinates, spread, strict=True):
+        low, high = sure[c.name]
+        assert 0.5 * (high - low) == pytest.approx(2.5 * each * c.slope(0.5), rel=1e-6)
 
 
 @pytest.mark.parametrize(("rows", "named"), [(19, False), (21, True)])
