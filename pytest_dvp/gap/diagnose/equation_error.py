@@ -157,11 +157,10 @@ class _Joint:
         beside = np.concatenate(linear, axis=1) if linear else np.zeros((len(rest), 0))
         left = self._left_out(rest, beside)
         found: dict[str, tuple[float, float]] = {}
-        for other in self.forms:
-            if other == name or other not in named:
-                tried = self._gain(other, rest, beside, left)
-                if tried is not None:
-                    found[other] = tried
+        for other in self._rivals(name, named):
+            tried = self._gain(other, rest, beside, left)
+            if tried is not None:
+                found[other] = tried
         if name not in found or not np.isfinite(left):
             return Opinion()
         mine = found[name][0]
@@ -175,6 +174,24 @@ class _Joint:
         if mine > worth and self._beside(name, first, p, rest, beside) > _KEPT * mine:
             return Opinion("agrees")  # the other one explains something else
         return Opinion("disagrees", first)
+
+    def _rivals(self, name: str, named: Mapping[str, Mapping[str, float]]) -> list[str]:
+        """The effect itself, and what may be meant in its place: effects that are not named, in no finer form either,
+        and that move something that it moves. A body that sways explains nothing of a drive without power."""
+        from vehicle.model.effect_catalogue import catalogue
+
+        known = catalogue()  # a user's own effect is a finer form of nothing
+        taken = {*named, *(known[each].diagnosed.details for each in named if each in known)} - {name}
+        mine = self._moved(name)
+        return [other for other in self.forms if other not in taken and (other == name or mine & self._moved(other))]
+
+    def _moved(self, name: str) -> set[str]:
+        form = self.forms[name]
+        p = form.grid[0] if form.grid else 0.0
+        return {
+            series for t, rests in zip(self.tables, self.rests, strict=True)
+            for series, values in form.of(t.s, p).items() if series in rests and np.any(values)
+        }  # fmt: skip
 
     def _beside(self, name: str, other: str, p: float, rest: FloatArray, beside: FloatArray) -> float:
         """chi^2 that an effect takes off beside another one as well."""

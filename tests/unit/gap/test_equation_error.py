@@ -128,3 +128,13 @@ def test_late_steering_of_a_car_on_tyres_votes_for_nothing_else(tmp_path: Path) 
     named = {"steer_delay": {"T": 0.15}, "mass": {"ratio": 1.02}, "rolling_resistance": {"c": 0.1}}
     found = opinions({"rich": log("steer_delay", "understeer", "steer_ratio")}, read_model(path), named)
     assert [o.instead for o in found.values()] == ["", "", ""]
+
+
+def test_what_moves_another_signal_is_no_vote_against_an_effect(model: VehicleModel) -> None:
+    """A body that rolls is all there is to see; it says nothing for or against a drive, and of the accelerometer's
+    place only where it is not named already, in whatever form."""
+    logs = {"rich": log("roll")}
+    assert opinions(logs, model, {"power_limit": {"limit": 39.0}})["power_limit"].instead == ""
+    turned = {"imu_misalignment": {"angle": 0.0}}
+    assert opinions(logs, model, turned)["imu_misalignment"].instead == "roll"
+    assert opinions(logs, model, {**turned, "body_roll": {"gain": 0.12}})["imu_misalignment"].instead == ""
