@@ -23,7 +23,7 @@ from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
 from pytest_dvp.logs.log_contents import FloatArray
 
-MOST = 8  # effects added to one model, beside finer ones
+MOST = 12  # effects added to one model, beside finer ones
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
 FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002
 MIN_BOOTSTRAP_SHARE = 0.95  # share of bootstrap samples in which an effect must gain
