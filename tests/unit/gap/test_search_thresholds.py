@@ -185,15 +185,15 @@ def test_a_finer_effect_comes_first_only_if_it_leaves_less_than_four_fifths(fine
     assert s._next(left(4000.0))[0].names == (first,)
 
 
-def test_eight_effects_are_added_and_after_them_only_finer_ones() -> None:
-    plain = ("drive_gain", "brake_gain", "drive_lag", "brake_lag", "steer_lag", "steer_delay", "drive_delay",
-             "aero_drag", "rolling_resistance")  # fmt: skip
+def test_twelve_effects_are_added_and_after_them_only_finer_ones() -> None:
+    plain = ("drive_gain", "brake_gain", "drive_lag", "brake_lag", "steer_lag", "steer_delay", "drive_delay", "mass",
+             "steer_ratio", "understeer", "lift_off_braking", "aero_drag", "rolling_resistance")  # fmt: skip
     tried = candidates(MODEL, [find_effect(name) for name in (*plain, "body_roll")])
     s = Ordered(Samples(yaw=3.0), tried)  # type: ignore[arg-type]
     s.leaves = dict.fromkeys((*plain, "body_roll"), 2000.0)
-    seven, eight = left(4000.0, *plain[:7]), left(4000.0, *plain[:8])
-    assert {t.names[-1] for t in s._next(seven)} == {"aero_drag", "rolling_resistance"}
-    assert {t.names[-1] for t in s._next(eight)} == {"body_roll"}
+    eleven, twelve = left(4000.0, *plain[:11]), left(4000.0, *plain[:12])
+    assert {t.names[-1] for t in s._next(eleven)} == {"aero_drag", "rolling_resistance"}
+    assert {t.names[-1] for t in s._next(twelve)} == {"body_roll"}
 
 
 class Replaced(Search):
