@@ -146,7 +146,11 @@ def test_a_block_is_judged_by_the_point_that_suits_the_others() -> None:
 @pytest.fixture
 def engine(monkeypatch: pytest.MonkeyPatch) -> Any:
     """votes and opinions on given signals and forms, in a world of effects a, b, c and one of perception."""
-    effects = {name: SimpleNamespace(slot="perception" if name == "p" else "command") for name in ("a", "b", "c", "p")}
+    whole = SimpleNamespace(details="")
+    effects = {
+        name: SimpleNamespace(slot="perception" if name == "p" else "command", diagnosed=whole) for name in "abcp"
+    }
+    effects["fine b"] = SimpleNamespace(slot="perception", diagnosed=SimpleNamespace(details="b"))
     monkeypatch.setattr("vehicle.model.effect_catalogue.catalogue", lambda: effects)
     monkeypatch.setattr(equation_error, "signals", lambda log, model: log)
 
@@ -228,6 +232,17 @@ def test_it_would_rather_name_another_one_that_takes_away_more_of_the_same(engin
     forms = [form("a", A + 0.8 * B), form("b", A)]
     assert opinion(engine, forms, 0.5 * A, {"a": {}}, "a") == Opinion("disagrees", "b")
     assert opinion(engine, forms, 0.5 * A, {"a": {}, "b": {}}, "a") == Opinion()  # b is named already
+
+
+def test_what_is_named_in_a_finer_form_or_moves_another_signal_is_no_rival(engine: Any) -> None:
+    forms = [form("a", A + 0.8 * B), form("b", A)]
+    assert opinion(engine, forms, 0.5 * A, {"a": {}, "fine b": {}}, "a") == Opinion("agrees")
+    elsewhere = Form("b", (), lambda s, p: {"dv": 0.0 * A, "ax": A})
+    engine(forms[0], elsewhere)
+    joint = _Joint([_Table(seen(0.5 * A, AX))], sideways=True)
+    assert joint._moved("a") == {"dv"}
+    assert joint._moved("b") == {"ax"}
+    assert joint._rivals("a", {"a": {}}) == ["a"]
 
 
 def test_an_effect_that_explains_something_else_is_no_rival(engine: Any) -> None:
