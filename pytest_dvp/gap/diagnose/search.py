@@ -23,7 +23,9 @@ from pytest_dvp.gap.diagnose.trial import Trial
 from pytest_dvp.gap.diagnose.usual_values import MAX_UNRECOVERED_SHARE, usual_set
 from pytest_dvp.logs.log_contents import FloatArray
 
-MOST = 12  # effects added to one model, beside finer ones
+MOST = 12  # effects added to one model, beside finer ones,
+FEWER = 8  # and so many while chi^2/N is above
+NEAR = 20.0  # this: far from the car, what more is named are fragments of what is missing, and each takes its time
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
 FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002
 MIN_BOOTSTRAP_SHARE = 0.95  # share of bootstrap samples in which an effect must gain
@@ -250,7 +252,8 @@ class Search:
         if a finer one does far better than the best of them."""
         if self._within_noise(now):
             return []
-        full = sum(not self.known[name].detail for name in now.names) >= MOST
+        most = MOST if now.chi2 < NEAR * self.count else FEWER
+        full = sum(not self.known[name].detail for name in now.names) >= most
         found: list[Trial] = []
         for detail in (True,) if full else (False, True):
             if detail and not self.misfit(found[0] if found else now):
