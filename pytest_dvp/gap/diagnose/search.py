@@ -25,7 +25,7 @@ from pytest_dvp.logs.log_contents import FloatArray
 
 MOST = 12  # effects added to one model, beside finer ones,
 FEWER = 8  # and so many while chi^2/N is above
-NEAR = 20.0  # this: far from the car, what more is named are fragments of what is missing, and each takes its time
+NEAR = 20.0  # this: far from the car, what more is named are fragments of what is missing
 PRACTICAL = 0.05  # of max(1, chi^2/N): a gain below it is not worth an effect,
 FIRST = 0.03  # and this for the first one: pure noise yields less than 0.002
 MIN_BOOTSTRAP_SHARE = 0.95  # share of bootstrap samples in which an effect must gain

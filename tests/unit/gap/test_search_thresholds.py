@@ -196,7 +196,9 @@ def test_twelve_effects_are_added_and_after_them_only_finer_ones() -> None:
     assert {t.names[-1] for t in s._next(twelve)} == {"body_roll"}
 
 
-@pytest.mark.parametrize(("chi2", "names"), [(19_900.0, {"aero_drag", "rolling_resistance"}), (20_100.0, {"body_roll"})])
+@pytest.mark.parametrize(
+    ("chi2", "names"), [(19_900.0, {"aero_drag", "rolling_resistance"}), (20_100.0, {"body_roll"})]
+)
 def test_far_from_the_car_eight_effects_are_added(chi2: float, names: set[str]) -> None:
     """Of 1000 samples, up to a chi^2/N of 20 more."""
     plain = ("drive_gain", "brake_gain", "drive_lag", "brake_lag", "steer_lag", "steer_delay", "drive_delay", "mass",
