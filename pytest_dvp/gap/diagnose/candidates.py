@@ -21,6 +21,8 @@ BEYOND = 1e-6  # of a range, for rounding
 _FINE = (5, 4, 2)  # points of each coordinate of an effect with one, two, more
 _LIMITS = 9  # points of a limit: between one that is never met and one always met the error has a narrow valley
 _COARSE = (3, 3, 2)
+_VAGUE = 0.33  # of a limit's range: an interval wider than that says nothing
+_CLEAR_OF_NEUTRAL = 1.2  # half-widths of the 95 % interval, three standard deviations
 
 
 Point: TypeAlias = dict[tuple[str, str], float]
@@ -164,3 +166,14 @@ def is_worth_naming(key: Key, value: float) -> bool:
     if isinf(key.neutral):
         return True
     return abs(value - key.neutral) >= key.least
+
+
+def is_certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool:
+    """True if the 95 % interval is clear of the neutral value, for a limit if it is no wider than a third of its range;
+    value and interval in the unit of the value."""
+    low, high = interval
+    if not low < high:  # nothing that was measured moves with it
+        return False
+    if isinf(c.key.neutral):
+        return c.to_unit(high) - c.to_unit(low) < _VAGUE
+    return abs(value - c.key.neutral) > _CLEAR_OF_NEUTRAL * 0.5 * (high - low)

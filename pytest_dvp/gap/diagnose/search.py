@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from pytest_dvp.gap.diagnose.candidates import Candidate, Point, is_worth_naming, sizes
+from pytest_dvp.gap.diagnose.candidates import Candidate, Point, is_certain, is_worth_naming, sizes
 from pytest_dvp.gap.diagnose.experiment import ExperimentSet, Values
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Stop, fit, intervals
@@ -47,8 +47,6 @@ _REFITTED = 6  # candidates of a round that are fitted, the best of the grid
 LARGE = 6  # effects of a set from which on fewer candidates are fitted: each fit moves all of its values
 _REFITTED_IN_LARGE = 3  # candidates of a round in such a set, where each fit costs more
 _CONTESTANTS = 12  # effects that came nearest when one was named, and may take its place
-_VAGUE = 0.33  # of a limit's range: an interval wider than that says nothing
-_CLEAR_OF_NEUTRAL = 1.2  # half-widths of the 95 % interval, three standard deviations
 _BEGINNINGS = 2  # points of a refiner's range from which a fit of it starts
 _DRAWS = 400  # of the bootstrap: MIN_BOOTSTRAP_SHARE is then known to 1 %
 _SEED = 7  # any; fixed, so that the same logs give the same answer
@@ -338,7 +336,7 @@ class Search:
         if any(c.is_at_limit(trial.values[c.name]) for c in mine):
             return False
         sure = intervals(trial.fit, target.starts() if target else self.starts)
-        if not any(_certain(c, trial.values[c.name], sure[c.name]) for c in sizes(mine)):
+        if not any(is_certain(c, trial.values[c.name], sure[c.name]) for c in sizes(mine)):
             return False
         return self._matters(trial, name, target or self.target)
 
@@ -490,13 +488,3 @@ class Search:
             best = self._plainer(best, vague[-1])
             if refill and self.misfit(best):
                 best = self._grown(best, [], barred)
-
-
-def _certain(c: Coordinate, value: float, interval: tuple[float, float]) -> bool:
-    """True if the interval is clear of the neutral value, for a limit if it is no wider than a third of its range."""
-    low, high = interval
-    if not low < high:  # nothing that was measured moves with it
-        return False
-    if isinf(c.key.neutral):
-        return c.to_unit(high) - c.to_unit(low) < _VAGUE
-    return abs(value - c.key.neutral) > _CLEAR_OF_NEUTRAL * 0.5 * (high - low)

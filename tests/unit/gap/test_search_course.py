@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pytest_dvp.gap.diagnose.candidates import is_certain
 from pytest_dvp.gap.diagnose.chance_gain import _pieces, _surrogates, chance_gain
 from pytest_dvp.gap.diagnose.first_order_gain import FirstOrderGain
 from pytest_dvp.gap.diagnose.least_squares import Coordinate, Fit
 from pytest_dvp.gap.diagnose.masked_pairs import late_pair
-from pytest_dvp.gap.diagnose.search import Search, _certain
+from pytest_dvp.gap.diagnose.search import Search
 from pytest_dvp.gap.diagnose.trial import Trial
 from tests.unit.gap.linear_world import NOISE, ROWS, World, a_search, direction, tried
 from vehicle.model.effect import Key
@@ -107,13 +108,13 @@ def test_a_value_is_certain_if_it_is_clear_of_doing_nothing(
 ) -> None:
     """1.2 half-widths of 0.05 are 0.06."""
     c = Coordinate("drive_gain", Key("g", "-", 0.7, 1.2, neutral=1.0, least=0.02))
-    assert _certain(c, value, (low, high)) is certain
+    assert is_certain(c, value, (low, high)) is certain
 
 
 @pytest.mark.parametrize(("high", "certain"), [(1.0 + 2.6, True), (1.0 + 2.7, False)])
 def test_a_limit_is_certain_within_a_third_of_its_range(high: float, certain: bool) -> None:
     c = Coordinate("x", Key("limit", "m/s^2", -1.0, 7.0, neutral=inf, least=0.1))
-    assert _certain(c, 2.0, (1.0, high)) is certain
+    assert is_certain(c, 2.0, (1.0, high)) is certain
 
 
 @pytest.mark.parametrize(("size", "worth"), [(0.0201, True), (0.0199, False)])
