@@ -110,6 +110,7 @@ class _Joint:
             and (sideways or "steer" not in f.needs)
         }  # fmt: skip
         self._known: dict[tuple[str, float], FloatArray | None] = {}
+        self._moves = {name: self._moved(form) for name, form in self.forms.items()}
         self.rest = np.concatenate([rest for rests in self.rests for rest in rests.values()] or [np.zeros(0)])
         self.count = len(self.rest)
         folds = [np.tile(t.fold, len(rests)) for t, rests in zip(tables, self.rests, strict=True)]
@@ -182,11 +183,11 @@ class _Joint:
 
         known = catalogue()  # a user's own effect is a finer form of nothing
         taken = {*named, *(known[each].diagnosed.details for each in named if each in known)} - {name}
-        mine = self._moved(name)
-        return [other for other in self.forms if other not in taken and (other == name or mine & self._moved(other))]
+        mine = self._moves[name]
+        return [other for other, its in self._moves.items() if other not in taken and (other == name or mine & its)]
 
-    def _moved(self, name: str) -> set[str]:
-        form = self.forms[name]
+    def _moved(self, form: Form) -> set[str]:
+        """Series that a form adds something to."""
         p = form.grid[0] if form.grid else 0.0
         return {
             series for t, rests in zip(self.tables, self.rests, strict=True)

@@ -240,8 +240,8 @@ def test_what_is_named_in_a_finer_form_or_moves_another_signal_is_no_rival(engin
     elsewhere = Form("b", (), lambda s, p: {"dv": 0.0 * A, "ax": A})
     engine(forms[0], elsewhere)
     joint = _Joint([_Table(seen(0.5 * A, AX))], sideways=True)
-    assert joint._moved("a") == {"dv"}
-    assert joint._moved("b") == {"ax"}
+    assert joint._moves["a"] == {"dv"}
+    assert joint._moves["b"] == {"ax"}
     assert joint._rivals("a", {"a": {}}) == ["a"]
 
 
