@@ -30,8 +30,10 @@ _LONGEST = 0.35  # of its range, in one step
 _NORMAL = 2.5  # standard deviations of a 95 % interval: segments are few, and drift of the position ties neighbours;
 # 1.96 held the truth in 86 % of generated logs
 IMITATED = 4.3  # root mean squares of a 95 % interval: Student's t of two drives, that fitted on and that held out
-_OTHERS = 0.1  # least share of what is known of a direction that the other segments count as knowing: of what shows in
-# a single event they know nothing, and without it there would be no value
+_LEFT = (
+    0.1  # chosen: of what is known about a value, the share that counts as left without a segment, at least. What shows
+)
+# in a single event would leave nothing, and its interval would have no end
 _ZOOM = (0.02, 0.005, 0.0015)
 _VALLEY = 0.0025  # of the range, from one valley of a rough error to the next
 VALLEYS = np.arange(-0.05, 0.05 + _VALLEY / 2, _VALLEY)  # around a value, where each is looked into
@@ -191,8 +193,8 @@ def intervals(
     """95 % interval of each value, in the unit of the value.
 
     Clustered by segment (starts (m,) in the residual): noise within a segment may be coloured in any way; segments
-    count as independent. Each tells as much as the values would move without it. exact (N,): the residual with the
-    model integrated in small steps; how far that would move a value is part of its uncertainty, too.
+    count as independent. How far the values move without one of them says how unsure they are. exact (N,): the residual
+    with the model integrated in small steps; how far that would move a value is part of its uncertainty, too.
     Source: Liang and Zeger, Biometrika 73 (1986) 13, in the form of a jackknife (CR3): Bell and McCaffrey, Survey
     Methodology 28 (2002) 169. A factor m/(m - p) in its place would make 19 values of 22 segments 2.7 times as unsure.
     """
@@ -216,14 +218,17 @@ def intervals(
 
 
 def _jackknife(by_segment: FloatArray, scores: FloatArray, bread: FloatArray) -> FloatArray:
-    """Variance (p,) of each value, by leaving out one segment after the other: by_segment (m, p, p) products of the
-    derivatives, scores (p, m) those with the residual, bread (p, p) the inverse of all products."""
+    """Variance (p,) of each coordinate u, found by leaving out one segment after the other.
+
+    by_segment (m, p, p): scalar products of the derivatives in each segment; scores (p, m): those of the derivatives
+    with the residual; bread (p, p): inverse of the products over all segments.
+    """
     m = len(by_segment)
     sizes, axes = np.linalg.eigh(bread)
     root = (axes * np.sqrt(np.maximum(sizes, 0.0))) @ axes.T
-    shares, turns = np.linalg.eigh(root @ by_segment @ root)  # of all that is known of a direction
-    others = np.maximum(1.0 - shares, _OTHERS)
-    along = np.einsum("mij,mi->mj", turns, (root @ scores).T) / others
+    shares, turns = np.linalg.eigh(root @ by_segment @ root)  # of what is known about each direction
+    left = np.maximum(1.0 - shares, _LEFT)
+    along = np.einsum("mij,mi->mj", turns, (root @ scores).T) / left
     moved = root @ np.einsum("mij,mj->im", turns, along)
     return np.asarray((moved * moved).sum(axis=1) * ((m - 1) / m))
 

@@ -47,16 +47,10 @@ def gram(rows: FloatArray) -> FloatArray:
 @compiled
 def grams_of_segments(rows: FloatArray, starts: IntArray) -> FloatArray:
     """`gram` (m, p, p) of each stretch of the columns of rows (p, N): they begin at starts (m,), the first one at 0."""
-    p, m = len(rows), len(starts)
-    found = np.zeros((m, p, p))
-    for s in range(m):
-        end = starts[s + 1] if s + 1 < m else rows.shape[1]
-        for j in range(p):
-            for k in range(j + 1):
-                total = 0.0
-                for i in range(starts[s], end):
-                    total += rows[j, i] * rows[k, i]
-                found[s, j, k] = found[s, k, j] = total
+    found = np.zeros((len(starts), len(rows), len(rows)))
+    for s in range(len(starts)):
+        end = starts[s + 1] if s + 1 < len(starts) else rows.shape[1]
+        found[s] = gram(rows[:, starts[s] : end])
     return found
 
 

@@ -90,6 +90,19 @@ def test_an_interval_says_how_far_the_values_move_without_a_segment() -> None:
         assert 0.5 * (high - low) == pytest.approx(2.5 * each * c.slope(0.5), rel=1e-6)
 
 
+@pytest.mark.parametrize(("known", "left"), [(0.85, 0.15), (0.95, 0.1), (1.0, 0.1)])
+def test_a_segment_that_tells_nearly_all_counts_as_leaving_a_tenth(known: float, left: float) -> None:
+    """Two segments of ten samples. The first one knows a share of the gain, and by itself would move it by 0.02; the
+    other one has no error. Half of the square of what it moves the value by is the variance."""
+    (key,) = find_effect("drive_gain").parameters
+    gain = Coordinate("drive_gain", key)
+    slope = np.repeat([np.sqrt(known), np.sqrt(1.0 - known)], 10)[None, :]
+    residual = np.repeat([0.02 / np.sqrt(known), 0.0], 10)
+    found = Fit((gain,), {gain.name: 0.9}, residual, 0.0, slope)
+    low, high = intervals(found, np.array([0, 10]))[gain.name]
+    assert 0.5 * (high - low) == pytest.approx(0.5 * 2.5 * np.sqrt(0.5) * 0.02 / left)
+
+
 @pytest.mark.parametrize(("rows", "named"), [(19, False), (21, True)])
 def test_where_an_error_is_needs_two_thousandths_of_the_time(rows: int, named: bool) -> None:
     count = 10_000
