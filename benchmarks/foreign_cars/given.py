@@ -17,50 +17,66 @@ import argparse
 import json
 import os
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):  # before numpy loads: CPU of one core
     os.environ.setdefault(_name, "1")
 
-from benchmarks.foreign_cars.ask import kept, learnt, total  # noqa: E402
-from benchmarks.foreign_cars.table import page  # noqa: E402
-from pytest_dvp.gap.diagnose.diagnose import diagnose  # noqa: E402
+from benchmarks.foreign_cars.ask import answered, kept, learnt, total  # noqa: E402
+from benchmarks.foreign_cars.table import figures  # noqa: E402
 from pytest_dvp.logs.read_log import read_log  # noqa: E402
 from vehicle.model.model_file import read_model  # noqa: E402
 from vehicle.model.vehicle_model import VehicleModel  # noqa: E402
 
+KINDS = ("rich", "town")  # fitted, and held out
+
 
 def twin_of(car: Path, twins: Path) -> tuple[VehicleModel, dict[str, Any]]:
     """The twin of one car, and the answer from its data sheet ({} if the twin was learnt before)."""
-    logs, held_out = ({f"{kind}.csv": read_log(car / f"learn_{kind}.csv")} for kind in ("rich", "town"))
+    logs, held_out = ({f"{kind}.csv": read_log(car / f"learn_{kind}.csv")} for kind in KINDS)
     return learnt(twins / f"{car.name}.toml", read_model(car / "sheet.toml"), logs, held_out)
 
 
-def asked(folder: Path, name: str, case: dict[str, Any], twin: VehicleModel) -> dict[str, Any]:
+def asked(folder: Path, case: dict[str, Any], twin: VehicleModel) -> dict[str, Any]:
     """The record of a case."""
-    line = {"key": name, "category": "single" if case["names"] else "null", **case}
+    line = {"key": folder.name, "category": "single" if case["names"] else "null", **case}
     if case["names"] and not case["detectable"]:
         return line | {"verdict": "UNDETECTABLE", "effects": []}
-    line["total"] = total(case["truth"], twin)
-    logs, held_out = ({f"{kind}.csv": read_log(folder / f"{kind}.csv")} for kind in ("rich", "town"))
-    begin = time.process_time()
-    answer = diagnose(logs, twin, held_out).as_dict()
-    return line | kept({**answer, "cpu": round(time.process_time() - begin, 1)})
+    logs, held_out = ({f"{kind}.csv": read_log(folder / f"{kind}.csv")} for kind in KINDS)
+    return line | {"total": total(case["truth"], twin)} | answered(logs, twin, held_out)
+
+
+def cases_of(folder: Path) -> dict[str, dict[str, Any]]:
+    """What truth.json says of each case. Raises SystemExit with one line: a file is missing, or a key."""
+    file = folder / "truth.json"
+    try:
+        cases: dict[str, dict[str, Any]] = json.loads(file.read_text("utf-8"))
+    except (OSError, ValueError) as error:
+        raise SystemExit(f"{file}: cannot be read as JSON: {error}") from None
+    for name, case in cases.items():
+        if lacking := sorted({"car", "names", "truth", "detectable"} - set(case)):
+            raise SystemExit(f"{file}: case {name} lacks {', '.join(lacking)}; --help lists the keys")
+        of_the_car = [f"cars/{case['car']}/{one}" for one in ("sheet.toml", "learn_rich.csv", "learn_town.csv")]
+        for one in [*of_the_car, *(f"cases/{name}/{kind}.csv" for kind in KINDS)]:
+            if not (folder / one).is_file():
+                raise SystemExit(f"{folder / one}: there is no such file, which case {name} of {file} needs")
+    return cases
 
 
 def main() -> int:
     """Returns 0: the figures are the result."""
-    parser = argparse.ArgumentParser(description="Cars of somebody else: is what they lack named?")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, usage=argparse.SUPPRESS
+    )
     parser.add_argument("folder", type=Path)
     parser.add_argument("--json", type=Path, required=True, metavar="F", help="answers, a line each; goes on with them")
     parser.add_argument("--part", default="0/1", metavar="K/N", help="every Nth case, from the Kth on")
     args = parser.parse_args()
     part, parts = map(int, args.part.split("/"))
+    truth = cases_of(args.folder)
     known = [json.loads(text) for text in args.json.read_text("utf-8").splitlines()] if args.json.exists() else []
     done = {line["key"] for line in known}
-    truth = json.loads((args.folder / "truth.json").read_text("utf-8"))
     twins = args.json.parent / "twins"
     bare = {f"bare/{name}": name for name in sorted({case["car"] for case in truth.values()})}
     for k, key in enumerate([*bare, *truth]):
@@ -72,13 +88,13 @@ def main() -> int:
             line = {"key": key, "category": "bare", "car": bare[key], "names": [], "truth": {}} | kept(answer)
         else:
             twin, _ = twin_of(args.folder / "cars" / truth[key]["car"], twins)
-            line = asked(args.folder / "cases" / key, key, truth[key], twin)
+            line = asked(args.folder / "cases" / key, truth[key], twin)
         known.append(line)
         said = ", ".join(f"{e['name']} ({e['standing']})" for e in line["effects"]) or "-"
         print(f"{key}: {line['verdict']} {said} ({line.get('cpu', 0):.0f} s)", file=sys.stderr, flush=True)
         with args.json.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
-    print(page(known, "given"))
+    print(f"Of the cases and bare cars of {args.folder}, {figures(known)}")
     return 0
 
 

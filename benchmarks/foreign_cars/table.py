@@ -24,6 +24,11 @@ values and drives, but the same cars.
 
 def page(lines: Sequence[dict[str, Any]], commit: str) -> str:
     """The page; lines: answers of one seed."""
+    return f"{HEAD}\nOf these cases, drawn from the seed {commit}, {figures(lines)}"
+
+
+def figures(lines: Sequence[dict[str, Any]]) -> str:
+    """How many cases there are, the table of rates, the bare cars and the answers that miss; lines: answers."""
     asked = [line for line in lines if line["verdict"] != "UNDETECTABLE"]
     singles, nulls = ([x for x in asked if x["category"] == c] for c in ("single", "null"))
     rows: list[tuple[str, Share, str, Callable[[Share], bool]]] = [
@@ -39,7 +44,7 @@ def page(lines: Sequence[dict[str, Any]], commit: str) -> str:
          lambda s: s.value is not None and 0.90 <= s.value <= 0.98),
         ("diagnoses that raised", score.share(asked, lambda x: x["verdict"] == "ERROR"), "0", lambda s: s.hits == 0),
     ]  # fmt: skip
-    out = [HEAD, f"{len(lines)} cases, drawn from the seed {commit}; {len(lines) - len(asked)} could not be seen.", "",
+    out = [f"{len(lines)} were asked; {len(lines) - len(asked)} could not be seen.", "",
            "| figure | found | one-sided 95 % bounds | goal | met by the bound |", "|---|---|---|---|---|"]  # fmt: skip
     for name, share, goal, met in rows:
         found = "not measured" if share.value is None else f"{share.value:.3f} ({share.hits}/{share.count})"
