@@ -217,6 +217,15 @@ def test_a_released_pedal_brakes_and_a_pressed_one_does_not() -> None:
     assert rows[:, V].min() >= 0.0  # it never pushes the car backward
 
 
+def test_below_the_second_gear_an_engine_is_mass_and_nothing_else() -> None:
+    """A car that never passes 9 m/s, where its command alone moves it: a fifth more of its mass."""
+    push = np.where(T < 4.0, 2.0, np.where(T < 6.0, 0.0, -1.5))
+    commands = {"steer_cmd": np.zeros(500), "accel_cmd": push}
+    geared = run({("gear_inertia", "share"): 0.2, ("gear_inertia", "v1"): 9.0}, commands=commands)
+    assert 5.0 < geared[:, V].max() < 9.0
+    assert geared == pytest.approx(run({("mass", "ratio"): 1.2}, commands=commands), abs=1e-9)
+
+
 @pytest.mark.parametrize("v", [5.0, 12.0])
 def test_an_elastic_steering_understeers_by_its_compliance_times_the_front_load(v: float) -> None:
     c, d = 0.004, 0.004  # rad/kN, rad

@@ -23,7 +23,10 @@ from vehicle.model.shown_by import ACCELERATES, DRIVE, SPEED, SPEEDS_3_APART, Sh
     ties=("mass", "drive_gain", "power_limit", "drive_torque_limit"),
     reveals="equal steps of drive and brake command at 2, 5, 10 and 15 m/s",
     shown_by=ShownBy(92, (DRIVE, SPEED), (ACCELERATES, SPEEDS_3_APART)),
-    diagnosed=Diagnosed(seen_as=(("mass", "speed"), ("drive_gain", "speed"))),
+    diagnosed=Diagnosed(
+        contains="mass",  # below v1 it is one
+        seen_as=(("mass", "speed"), ("drive_gain", "speed")),
+    ),
 )
 def gear_inertia(x: Bus, p: Any, m: Any) -> None:
     low = p.v1 / abs(x.vx) if abs(x.vx) > p.v1 else 1.0
