@@ -30,10 +30,8 @@ _LONGEST = 0.35  # of its range, in one step
 _NORMAL = 2.5  # standard deviations of a 95 % interval: segments are few, and drift of the position ties neighbours;
 # 1.96 held the truth in 86 % of generated logs
 IMITATED = 4.3  # root mean squares of a 95 % interval: Student's t of two drives, that fitted on and that held out
-_LEFT = (
-    0.1  # chosen: of what is known about a value, the share that counts as left without a segment, at least. What shows
-)
-# in a single event would leave nothing, and its interval would have no end
+_LEFT = 0.1  # chosen; least share of what is known about a value that counts as left without a segment: what shows in a
+# single event would leave nothing, and its interval would have no end
 _ZOOM = (0.02, 0.005, 0.0015)
 _VALLEY = 0.0025  # of the range, from one valley of a rough error to the next
 VALLEYS = np.arange(-0.05, 0.05 + _VALLEY / 2, _VALLEY)  # around a value, where each is looked into
