@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import pytest
 from plain_effects import Applied, applied, bus
@@ -52,18 +53,42 @@ def test_a_pedal_does_nothing_within_its_dead_band(accel: float, left: float) ->
 
 
 @pytest.mark.parametrize(
-    ("accel", "braked"), [(0.0, 1.0), (0.049, 1.0), (-0.049, 1.0), (0.05, 0.0), (-0.06, 0.0), (2.0, 0.0)]
-)
-def test_a_released_pedal_brakes(accel: float, braked: float) -> None:
+    ("accel", "braked", "left"),
+    [(0.0, 1.0, 0.0), (0.049, 1.0, 0.049), (-0.049, 1.0, -0.049), (0.05, 0.0, 0.05), (2.0, 0.0, 2.0),
+     (-0.06, 1.0, 0.0), (-0.6, 1.0, 0.0), (-0.7, 1.0, -0.1), (-3.0, 1.0, -2.4)],
+)  # fmt: skip
+def test_a_released_pedal_brakes_and_the_brakes_do_the_rest(accel: float, braked: float, left: float) -> None:
     """0.6 m/s^2 of the reference mass of 1500 kg, on top of what is there."""
-    assert applied(lift_off_braking, bus(accel=accel, resistance=50.0), a=0.6).resistance == 50.0 + braked * 900.0
+    x = applied(lift_off_braking, bus(accel=accel, resistance=50.0), a=0.6)
+    assert x.resistance == 50.0 + braked * 900.0
+    assert x.accel == pytest.approx(left)
 
 
-@pytest.mark.parametrize(("accel", "braked"), [(-0.06, 0.4), (-3.0, 0.4), (-0.04, 1.0), (0.06, 0.0)])
+@pytest.mark.parametrize(("accel", "braked"), [(-0.1, 0.6), (-0.5, 0.74), (-3.0, 3.24), (-0.04, 0.64), (0.06, -0.06)])
 def test_a_released_accelerator_may_go_on_braking_beside_the_brake(accel: float, braked: float) -> None:
-    """Two fifths of 0.6 m/s^2 beside the brake."""
+    """The brakes allow for three fifths of 0.6 m/s^2."""
     x = applied(lift_off_braking, bus(accel=accel, resistance=50.0), a=0.6, braking=0.4)
-    assert x.resistance == pytest.approx(50.0 + braked * 900.0)
+    assert (x.resistance - 50.0) / 1500.0 - x.accel == pytest.approx(braked)
+
+
+def test_what_a_pedal_brakes_grows_with_speed_and_fades_before_the_stop() -> None:
+    """0.6 m/s^2 at 10 m/s and 0.02 1/s more or less, from 4 m/s on in proportion to speed."""
+    for speed, braked in ((10.0, 0.6), (20.0, 0.8), (5.0, 0.5), (2.0, 0.5 * 0.44), (0.0, 0.0)):
+        x = applied(lift_off_braking, bus(accel=0.0, vx=speed), a=0.6, rise=0.02, fade=4.0)
+        assert x.resistance == pytest.approx(braked * 1500.0)
+    assert applied(lift_off_braking, bus(accel=0.0, vx=1.0), a=0.1, rise=0.06).resistance == 0.0  # it never pushes
+
+
+def test_the_handover_to_the_brakes_keeps_the_whole_while_the_motor_is_late() -> None:
+    """It comes with 0.2 s; the brakes leave it what it does, in the mean and at the start of a step of 20 ms."""
+    late = Applied(lift_off_braking, a=0.5, lag=0.2)
+    late.memory = SimpleNamespace(a=0.25)
+    x = late(bus(accel=-2.0, accel_lead=0.3, dt=0.02))
+    mean = 0.5 - 0.25 * (1.0 - math.exp(-0.1)) / 0.1
+    assert x.resistance == pytest.approx(mean * 1500.0)
+    assert x.accel == pytest.approx(-2.0 + mean)
+    assert x.accel + x.accel_lead == pytest.approx(-1.7 + 0.25)
+    assert late.memory.a == pytest.approx(0.5 - 0.25 * math.exp(-0.1))
 
 
 @pytest.mark.parametrize(("asked", "speed"), [(9.0, 6.0), (-9.0, -6.0), (5.0, 5.0), (-5.0, -5.0)])

@@ -37,7 +37,8 @@ IDLE = 0.05  # m/s^2, a smaller command means that no pedal is pressed
 X, Y, YAW, V, VY, R, FF, FR = range(8)  # motion, vy at the centre of gravity, relaxed tyre forces
 (A_LAG, A_BRAKE, A_JERK, D_LAG, D_RATE, D_STICK, D_PLAY, ROLL, SUM, HEAT, ENERGY, WAY, D_RES, W_RES, GAP) = range(8, 23)
 DISC, D_FREE, HOLDS, RESTED = range(23, 27)  # heat of the brake; wheel angle that can stick, whether it does
-N_STATE = 27
+A_LIFT = 27  # braking of a lifted pedal
+N_STATE = 28
 FINE = ("x", "y", "yaw", "v", "yaw_rate", "ax", "ay", "steer")
 """Columns of the fine record."""
 
@@ -48,6 +49,7 @@ RELEASE, LATE_BRAKES = P["brake_lag", "release"], P["drive_lag", "brakes"]
 (JERK, POWER, BRAKE_MAX) = (P["jerk_limit", "limit"], P["power_limit", "limit"], P["brake_limit", "limit"])
 (DEAD, LIFT, ROLLING) = (P["pedal_deadband", "width"], P["lift_off_braking", "a"], P["rolling_resistance", "c"])
 (LIFT_BRAKES, GEAR, GEAR_V) = (P["lift_off_braking", "braking"], P["gear_inertia", "share"], P["gear_inertia", "v1"])
+(LIFT_RISE, LIFT_FADE, LIFT_LAG) = (P["lift_off_braking", key] for key in ("rise", "fade", "lag"))
 (VISCOUS, AERO, CORNER) = (P["viscous_resistance", "c"], P["aero_drag", "k"], P["cornering_drag", "c"])
 (GRADE, GRADE_H) = (P["road_grade", "slope"], P["road_grade", "heading"])
 (BANK, BANK_H) = (P["road_bank", "slope"], P["road_bank", "heading"])
@@ -115,9 +117,17 @@ def pedals(s: FloatArray, p: FloatArray, commands: FloatArray, last: int, t: flo
     else:
         wish *= p[G_BRAKE] * (1.0 - p[FADE] * (1.0 - math.exp(-s[HEAT] / p[FADE_HEAT])))
     wish /= p[M_RATIO]
-    lifted = p[LIFT] if abs(wish) < IDLE else 0.0
-    if wish <= -IDLE:
-        lifted = p[LIFT] * p[LIFT_BRAKES]
+    lifted = 0.0
+    if wish < IDLE:
+        lifted = max(p[LIFT] + p[LIFT_RISE] * (s[V] - 10.0), 0.0)
+        if s[V] < p[LIFT_FADE]:
+            lifted *= s[V] / p[LIFT_FADE]
+    old = s[A_LIFT]
+    s[A_LIFT] = follow(old, lifted, p[LIFT_LAG])
+    if p[LIFT_LAG] > 0.0:
+        lifted = 0.5 * (old + s[A_LIFT])
+    if wish <= -IDLE:  # the brakes do what the motor does not
+        wish = min(wish + (1.0 - p[LIFT_BRAKES]) * lifted, 0.0)
     old = s[A_LAG]
     at_once = (1.0 - p[LATE_BRAKES]) * min(wish, 0.0)  # a brake that is apart from the motor
     s[A_LAG] = follow(old, wish - at_once, p[DRIVE_TAU])

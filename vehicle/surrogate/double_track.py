@@ -150,10 +150,13 @@ def _steer(s: FloatArray, p: FloatArray, ring: FloatArray, count: int, h: float)
 def _pedals(s: FloatArray, p: FloatArray, ring: FloatArray, count: int, h: float) -> tuple[float, float]:
     """Asked acceleration after the command path (brake < 0) and the drag of a lifted pedal [m/s^2]."""
     a = _delayed(ring, 1, count, p[H_DRIVE_T], h)
-    lifted = p[H_LIFT] if abs(a) < IDLE else 0.0
+    lifted = p[H_LIFT] if a < IDLE else 0.0
+    braked = a <= -IDLE
     if abs(a) < p[H_DEAD]:
         a = 0.0
     a *= p[H_DRIVE_G] if a > 0.0 else p[H_BRAKE_G]
+    if braked:  # the brakes do what the motor does not
+        a = min(a + lifted, 0.0)
     s[A_LAG] = _lag(s[A_LAG], a, p[H_DRIVE_TAU], h)
     a = s[A_LAG]
     if a < 0.0:

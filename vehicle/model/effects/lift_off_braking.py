@@ -6,33 +6,36 @@ from typing import Any
 
 from vehicle.model.bus import Bus
 from vehicle.model.diagnosed import Diagnosed
-from vehicle.model.effect import Key, effect
+from vehicle.model.effect import Key, Memory, effect
 from vehicle.model.shown_by import DRIVE, SPEED, ShownBy
+from vehicle.model.step_maths import lag
 
 RELEASED = 0.05  # m/s^2, commands below count as a released pedal
+MIDDLE = 10.0  # m/s at which `a` holds, in the middle of the speeds of town; what grows with speed turns about it
 
 
 @effect(
     name="lift_off_braking",
     slot="command",
-    order=85,  # after dead time and gains, before a lag smears the lift-off
+    order=85,  # after dead time and gains, before the brakes' lag: what the motor does already, the brakes need not
     physics="with the pedal released, regeneration or engine drag slows the car",
-    equation="a = -a_r while abs(a_c) < 0.05 m/s^2, -braking a_r while a_c < -0.05 m/s^2, when moving",
-    source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed. (coasting)",
+    equation="a_r = (a + rise (v - 10 m/s)) min(1, v/fade), late by lag; a = -a_r while abs(a_c) < 0.05 m/s^2; while "
+    "a_c < -0.05 m/s^2 the brakes add what is missing to a_c - braking a_r; when moving",
+    source="L. Guzzella, A. Sciarretta, Vehicle Propulsion Systems, 3rd ed. (coasting); J. B. Heywood, Internal "
+    "Combustion Engine Fundamentals, ch. 13 (friction grows with engine speed)",
     parameters=(
-        Key("a", "m/s^2", 0.2, 1.0, neutral=0.0, least=0.05, minimum=0.0, meaning="deceleration at released pedal"),
-        Key(
-            "braking",
-            "-",
-            0.0,
-            1.0,
-            neutral=0.0,
-            least=0.1,
-            minimum=0.0,
-            maximum=1.0,
-            meaning="share of it that adds to a braking command; 0 where the brakes allow for it",
-        ),
+        Key("a", "m/s^2", 0.2, 1.0, neutral=0.0, least=0.05, minimum=0.0,
+            meaning="deceleration at released pedal, at 10 m/s"),
+        Key("braking", "-", 0.0, 1.0, neutral=0.0, least=0.1, minimum=0.0, maximum=1.0,
+            meaning="share of it that adds to a braking command; 0 where the brakes allow for it"),
+        Key("rise", "1/s", -0.03, 0.06, neutral=0.0, least=0.005, minimum=-0.03, maximum=0.06,
+            meaning="growth of it with speed: an engine's friction grows, a motor's power is limited"),
+        Key("fade", "m/s", 0.0, 5.0, neutral=0.0, least=0.5, minimum=0.0, maximum=5.0,
+            meaning="speed below which it fades: a motor cannot regenerate, an engine idles"),
+        Key("lag", "s", 0.0, 0.6, neutral=0.0, least=0.03, minimum=0.0, maximum=0.6,
+            meaning="time constant with which it comes and goes"),
     ),
+    memory=(Memory("a"),),
     ties=(
         "rolling_resistance",
         "motor_damping",
@@ -41,9 +44,22 @@ RELEASED = 0.05  # m/s^2, commands below count as a released pedal
     reveals="lift-off from several speeds, held for 3 s",
     shown_by=ShownBy(160, (DRIVE, SPEED), (("coasting", 2.0, "2 s of coasting (command about zero)"),)),
     diagnosed=Diagnosed(hides_in=(("EGO_dr_zero_throttle", 10),)),
-)
+)  # fmt: skip
 def lift_off_braking(x: Bus, p: Any, m: Any) -> None:
-    if abs(x.accel) < RELEASED:
-        x.resistance += p.a * x.mass_ref
-    elif x.accel < 0.0:
-        x.resistance += p.braking * p.a * x.mass_ref
+    drag = 0.0
+    if x.accel < RELEASED:
+        speed = abs(x.vx)
+        drag = max(p.a + p.rise * (speed - MIDDLE), 0.0)
+        if speed < p.fade:
+            drag *= speed / p.fade
+    start, mean = m.a, drag
+    if p.lag > 0.0:
+        mean, m.a = lag(start, drag, 0.0, p.lag, x.dt)
+    else:
+        start = m.a = drag
+    x.resistance += mean * x.mass_ref
+    if x.accel <= -RELEASED:  # the brakes take off what they allow for
+        relief = 1.0 - p.braking
+        asked = x.accel + x.accel_lead
+        x.accel = min(x.accel + relief * mean, 0.0)
+        x.accel_lead = min(asked + relief * start, max(asked, 0.0)) - x.accel
